@@ -11,6 +11,7 @@ set(public
     editor/viewport/vulkan_interop.h
     renderer/gpu_scene/camera_record.h
     renderer/gpu_scene/gpu_scene.h
+    renderer/gpu_scene/host_objects.h
     renderer/graph/pass_harness.h
     renderer/graph/plan_text.h
     renderer/graph/readback_values.h

@@ -53,6 +53,8 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
         if (scene.hasLightProfiles) features |= kTraceLightProfiles;
         if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
     }
+    // Even if no light is sampled: hits know the group of their light by it
+    if (scene.hasMeshLights) features |= kTraceMeshLights;
     if (scene.hasThinWalls) features |= kTraceThinWalls;
     if (scene.hasAlpha) features |= kTraceAnyHit;
     if (scene.hasCapsules) features |= kTraceCapsules;
@@ -161,6 +163,7 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("lights", scene.lights);
     pass.Reads("lightNodes", scene.lightNodes);
     pass.Reads("lightAlias", scene.lightAlias);
+    pass.Reads("lightMeshes", scene.lightMeshes);
     pass.Reads("lightProfiles", scene.lightProfiles);
     pass.Reads("environmentAlias", scene.environmentAlias);
 }

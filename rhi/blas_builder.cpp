@@ -133,8 +133,11 @@ std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
     }
     if (due.empty()) return due;
     const BatchPlan plan = PlanBatches(scratchShares, desc.scratchBudget);
+    // Twice of before, where many are added one by one
     if (buildScratch.Address() == 0 || buildScratch.Bytes() < plan.scratchBytes)
-        buildScratch = BuildScratch(device, desc.name, plan.scratchBytes);
+        buildScratch =
+            BuildScratch(device, desc.name,
+                         std::max(plan.scratchBytes, std::min(2 * buildScratch.Bytes(), desc.scratchBudget)));
     const uint64_t refitBytes =
         std::max(PlanBatches(updateShares, desc.scratchBudget).scratchBytes, largestRebuild);
     if (refitScratch.Bytes() < refitBytes)

@@ -181,7 +181,8 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     CheckDesc(*this, desc);
     RequireMemory(Describe(desc), desc.size);
     const VkBufferCreateInfo info = CreateInfo(desc);
-    const VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory, desc.usage);
+    VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory, desc.usage);
+    if (desc.hasOwnMemory) allocate.flags |= VMA_ALLOCATION_CREATE_DEDICATED_MEMORY_BIT;
     // Where an address must be aligned, the whole buffer is, so that offset 0 always is.
     uint64_t alignment = 16;
     if (Has(desc.usage, BufferUsage::Storage))

@@ -72,6 +72,8 @@ struct BufferDesc {
     uint64_t size = 0;  // bytes; 0 is refused
     BufferUsage usage = BufferUsage::Storage;
     MemoryKind memory = MemoryKind::Device;
+    // An allocation of its own, apart from the blocks that resources share: for what is large and kept.
+    bool hasOwnMemory = false;
 };
 
 class RAYGRAPH_API Buffer {

@@ -1,5 +1,6 @@
 #include "rhi/texture_table.h"
 
+#include <algorithm>
 #include <mutex>
 #include <vector>
 
@@ -95,23 +96,54 @@ void TextureTable::State::Write(uint32_t slot, const VkDescriptorImageInfo& imag
 TextureTable::TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
                            const Sampler& defaultSampler)
     : m_state(std::make_shared<State>(device)) {
+    if (!defaultTexture || !defaultSampler)
+        throw Error(ErrorKind::Usage, "texture table: has no default texture");
+    m_state->defaultImage = {defaultSampler.Handle(), defaultTexture.View(),
+                             VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    Create(capacity);
+}
+
+void TextureTable::Create(uint32_t capacity) {
     if (capacity == 0 || capacity > kMaxTextureTableSlots)
         throw MakeError(ErrorKind::Usage, "texture table: capacity is {}, 1 to {} are possible", capacity,
                         kMaxTextureTableSlots);
-    if (!defaultTexture || !defaultSampler)
-        throw Error(ErrorKind::Usage, "texture table: has no default texture");
     State& state = *m_state;
-    state.defaultImage = {defaultSampler.Handle(), defaultTexture.View(),
-                          VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
     state.isTaken.assign(capacity, false);
     for (uint32_t slot = capacity; slot-- > 0;) state.free.push_back(slot);
     try {
         state.CreateSet(capacity);
     } catch (...) {
-        device.Vk().vkDestroyDescriptorPool(device.Handle(), state.pool, device.AllocationCallbacks());
+        state.device.Vk().vkDestroyDescriptorPool(state.device.Handle(), state.pool,
+                                                  state.device.AllocationCallbacks());
         throw;
     }
     for (uint32_t slot = 0; slot < capacity; ++slot) state.Write(slot, state.defaultImage);
+}
+
+TextureTable::TextureTable(Device& device, uint32_t capacity, const TextureTable& smaller)
+    : m_state(std::make_shared<State>(device)) {
+    State& from = *smaller.m_state;
+    const std::lock_guard lock(from.mutex);
+    if (capacity < from.isTaken.size())
+        throw MakeError(ErrorKind::Usage, "texture table: capacity is {}, that to be enlarged has {}",
+                        capacity, from.isTaken.size());
+    m_state->defaultImage = from.defaultImage;
+    Create(capacity);
+    State& state = *m_state;
+    std::copy(from.isTaken.begin(), from.isTaken.end(), state.isTaken.begin());
+    std::erase_if(state.free, [&](uint32_t slot) { return state.isTaken[slot]; });
+    state.count = from.count;
+    for (uint32_t slot = 0; slot < from.isTaken.size(); ++slot) {
+        if (!from.isTaken[slot]) continue;
+        VkCopyDescriptorSet copy{};
+        copy.sType = VK_STRUCTURE_TYPE_COPY_DESCRIPTOR_SET;
+        copy.srcSet = from.set;
+        copy.srcArrayElement = slot;
+        copy.dstSet = state.set;
+        copy.dstArrayElement = slot;
+        copy.descriptorCount = 1;
+        device.Vk().vkUpdateDescriptorSets(device.Handle(), 0, nullptr, 1, &copy);
+    }
 }
 
 TextureTable::~TextureTable() {

@@ -30,6 +30,9 @@ class RAYGRAPH_API TextureTable {
     // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots.
     TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
                  const Sampler& defaultSampler);
+    // One with more slots, in which the textures of `smaller` have the slots that they have there; it is then
+    // independent of it.
+    TextureTable(Device& device, uint32_t capacity, const TextureTable& smaller);
     ~TextureTable();
     TextureTable(const TextureTable&) = delete;
     TextureTable& operator=(const TextureTable&) = delete;
@@ -47,6 +50,7 @@ class RAYGRAPH_API TextureTable {
 
   private:
     struct State;
+    void Create(uint32_t capacity);
     std::shared_ptr<State> m_state;  // kept by pending removals as well
 };
 

@@ -1,6 +1,7 @@
 #include "rhi/upload.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 
 #include "base/check.h"
@@ -54,6 +55,16 @@ Uploader::Uploader(Device& device, const UploaderDesc& desc)
         throw MakeError(ErrorKind::Usage,
                         "uploader '{}': {} bytes in {} chunks; needed are at least 2 of at least {} bytes",
                         desc.name, desc.stagingBytes, desc.chunkCount, kMinChunkBytes);
+    if (!desc.allocatesAhead) return;
+    m_ahead = std::async(std::launch::async | std::launch::deferred, [this] {
+        std::vector<Chunk> chunks;
+        for (size_t i = 0; i < m_desc.chunkCount; ++i) {
+            chunks.push_back(MakeChunk(i));
+            // The first access to a page takes longest
+            std::ranges::fill(chunks.back().buffer.Mapped(), std::byte{0});
+        }
+        return chunks;
+    });
 }
 
 Uploader::~Uploader() = default;
@@ -82,17 +93,35 @@ void Uploader::Drop() {
     m_isRecording = false;
 }
 
+bool Uploader::IsChunkFree(const Chunk& chunk) const {
+    return chunk.until <= m_device.CompletedValue();
+}
+
+bool Uploader::WouldWait() const {
+    if (m_isRecording) return false;
+    if (m_ahead.valid()) return m_ahead.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
+    if (m_chunks.size() < m_desc.chunkCount) return false;
+    return !IsChunkFree(m_chunks[(m_current + 1) % m_chunks.size()]);
+}
+
+Uploader::Chunk Uploader::MakeChunk(size_t index) const {
+    Chunk chunk;
+    chunk.buffer = m_device.CreateBuffer({.name = Text("{} staging {}", m_desc.name, index),
+                                          .size = m_chunkBytes,
+                                          .usage = BufferUsage::CopySource,
+                                          .memory = MemoryKind::Upload,
+                                          .hasOwnMemory = true});
+    return chunk;
+}
+
 // Moves on to a chunk that is free: the oldest one in the ring if it is done, else a new one while the bound
 // allows it, else the oldest one once it is done.
 void Uploader::NextChunk() {
+    if (m_ahead.valid()) m_chunks = m_ahead.get();
     const size_t oldest = m_chunks.empty() ? 0 : (m_current + 1) % m_chunks.size();
-    const bool isDone = !m_chunks.empty() && m_chunks[oldest].until <= m_device.CompletedValue();
+    const bool isDone = !m_chunks.empty() && IsChunkFree(m_chunks[oldest]);
     if (!isDone && m_chunks.size() < m_desc.chunkCount) {
-        Chunk chunk;
-        chunk.buffer = m_device.CreateBuffer({.name = Text("{} staging {}", m_desc.name, m_chunks.size()),
-                                              .size = m_chunkBytes,
-                                              .usage = BufferUsage::CopySource,
-                                              .memory = MemoryKind::Upload});
+        Chunk chunk = MakeChunk(m_chunks.size());
         // After the current one, so that the ring stays in the order of use.
         m_current = m_chunks.empty() ? 0 : m_current + 1;
         m_chunks.insert(m_chunks.begin() + static_cast<std::ptrdiff_t>(m_current), std::move(chunk));
@@ -174,34 +203,49 @@ void Uploader::CheckTexture(const Texture& target, std::span<const std::span<con
 }
 
 void Uploader::UploadTexture(const Texture& target, std::span<const std::span<const std::byte>> levels) {
-    CheckTexture(target, levels);
+    TextureTransfer transfer{.target = &target, .levels = {levels.begin(), levels.end()}};
+    Continue(transfer, UINT64_MAX);
+}
+
+uint64_t Uploader::Continue(TextureTransfer& transfer, uint64_t budget) {
+    const Texture& target = *transfer.target;
     const TextureDesc& desc = target.Desc();
-    const VkImageMemoryBarrier2 toTransfer = MipBarrier(target, 0, desc.mipLevels, VK_IMAGE_LAYOUT_UNDEFINED,
-                                                        VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
-    List().Barriers({}, {&toTransfer, 1});
-    for (uint32_t level = 0; level < levels.size(); ++level) {
-        const Extent2D extent = MipExtent(target.Extent(), level);
-        const uint64_t rowBytes = RowBytes(target, level);
-        std::span<const std::byte> bytes = levels[level];
-        for (uint32_t row = 0; row < extent.height;) {
-            const Staged staged = Stage(bytes.size(), rowBytes);
-            const uint32_t rowCount =
-                std::min(static_cast<uint32_t>(staged.bytes.size() / rowBytes) * BlockSide(desc.format),
-                         extent.height - row);
-            std::memcpy(staged.bytes.data(), bytes.data(), staged.bytes.size());
-            List().CopyRowsToTexture(*staged.buffer, staged.offset, target, level, row, rowCount);
-            bytes = bytes.subspan(staged.bytes.size());
-            row += rowCount;
-        }
+    if (!transfer.isBegun) {
+        CheckTexture(target, transfer.levels);
+        const VkImageMemoryBarrier2 toTransfer = MipBarrier(
+            target, 0, desc.mipLevels, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+        List().Barriers({}, {&toTransfer, 1});
+        transfer.isBegun = true;
     }
-    if (levels.size() < desc.mipLevels) {
-        GenerateMips(target, static_cast<uint32_t>(levels.size()));
-        return;
+    const uint64_t blockSide = BlockSide(desc.format);
+    uint64_t copied = 0;
+    while (!transfer.IsComplete() && copied < budget) {
+        const Extent2D extent = MipExtent(target.Extent(), transfer.level);
+        const uint64_t rowBytes = RowBytes(target, transfer.level);
+        const std::span<const std::byte> bytes =
+            transfer.levels[transfer.level].subspan(transfer.row / blockSide * rowBytes);
+        const Staged staged = Stage(std::clamp<uint64_t>(budget - copied, rowBytes, bytes.size()), rowBytes);
+        const auto rowCount = std::min(static_cast<uint32_t>(staged.bytes.size() / rowBytes * blockSide),
+                                       extent.height - transfer.row);
+        std::memcpy(staged.bytes.data(), bytes.data(), staged.bytes.size());
+        List().CopyRowsToTexture(*staged.buffer, staged.offset, target, transfer.level, transfer.row,
+                                 rowCount);
+        copied += staged.bytes.size();
+        transfer.row += rowCount;
+        if (transfer.row < extent.height) continue;
+        transfer.row = 0;
+        ++transfer.level;
+    }
+    if (!transfer.IsComplete()) return copied;
+    if (transfer.levels.size() < desc.mipLevels) {
+        GenerateMips(target, static_cast<uint32_t>(transfer.levels.size()));
+        return copied;
     }
     const VkImageMemoryBarrier2 toShader =
         MipBarrier(target, 0, desc.mipLevels, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
     List().Barriers({}, {&toShader, 1});
+    return copied;
 }
 
 // All levels are in TRANSFER_DST_OPTIMAL, those below `firstLevel` have their texels.

@@ -140,7 +140,6 @@ class Document {
     void Follow(const Edit& edit, GpuScene& gpu);  // and what follows from them in the pose that is shown
     // To the device; everything if an error has kept it from taking all.
     void Push(const scene::PoseChanges& changes, GpuScene& gpu);
-    scene::PoseChanges Everything() const;
     // The node, and all below it, parents first.
     std::vector<uint32_t> Subtree(uint32_t node) const;
 

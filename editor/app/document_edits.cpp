@@ -2,14 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <numeric>
 #include <utility>
 
 #include "base/overloaded.h"
 #include "base/text.h"
 #include "editor/app/document.h"
 #include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
@@ -184,27 +182,10 @@ void Document::Follow(const Edit& edit, GpuScene& gpu) {
                edit);
 }
 
-scene::PoseChanges Document::Everything() const {
-    const auto indices = [](size_t count) {
-        std::vector<uint32_t> all(count);
-        std::iota(all.begin(), all.end(), 0u);
-        return all;
-    };
-    scene::PoseChanges all;
-    all.instances = all.shown = indices(m_scene.instances.size());
-    all.materials = indices(m_scene.materials.size());
-    all.lights = all.lightsShown = indices(m_scene.lights.size());
-    for (uint32_t skin = 0; skin < m_scene.skins.size(); ++skin)
-        if (!m_applier.JointMatricesOf(skin).empty()) all.skins.push_back(skin);
-    for (uint32_t i = 0; i < m_scene.instances.size(); ++i)
-        if (scene::HasTargets(m_scene, m_scene.instances[i])) all.reweighted.push_back(i);
-    return all;
-}
-
 void Document::Push(const scene::PoseChanges& changes, GpuScene& gpu) {
     const bool wasBehind = std::exchange(m_isDeviceBehind, true);
     if (wasBehind)
-        gpu.SetPose(m_scene, m_applier, Everything());
+        gpu.SetPose(m_scene, m_applier);
     else
         gpu.SetPose(m_scene, m_applier, changes);
     m_isDeviceBehind = false;

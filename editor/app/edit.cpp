@@ -11,6 +11,8 @@ namespace raygraph::editor {
 
 namespace {
 
+constexpr double kBusyPoll = 0.002;  // seconds: so much later a frame may begin than it could
+
 void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     Script script(options.script);
     const std::unique_ptr<rhi::Device> device = openDevice({});
@@ -67,6 +69,8 @@ void RunFrames(Editor& editor, Screen& screen, const FrameSource& window) {
                 const std::string wanted = TitleOf(editor.Work().document);
                 if (wanted != title) window.setTitle(title = wanted);
                 input = window.poll(input.extent.IsEmpty() ? 0.1 : 0.0);
+                // A window whose events wait for the device is taken for one that hangs
+                while (!screen.IsReady(editor.Work().renderer)) input.Append(window.poll(kBusyPoll));
             }
         });
     } catch (const Error& error) {

@@ -33,8 +33,9 @@ struct FrameSource {
     std::function<FrameInput(double seconds)> poll;  // as Window::Poll
     std::function<void(const std::string&)> setTitle;
 };
-// Frames until the user quits. The Error of a frame (a lost device, exhausted memory) ends them; unsaved
-// edits are then written beside the scene's file (Document::SaveBeside), and the Error says so.
+// Frames until the user quits; events are taken while the device is busy. The Error of a frame (a lost
+// device, exhausted memory) ends them; unsaved edits are then written beside the scene's file
+// (Document::SaveBeside), and the Error says so.
 void RunFrames(Editor& editor, Screen& screen, const FrameSource& window);
 
 // Runs until the user quits, or the script ends. Error{NoDevice} without a display or a device,

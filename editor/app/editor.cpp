@@ -77,28 +77,55 @@ bool Editor::IsTimeHeld() const {
            (isTakingPictures && std::ranges::any_of(m_savingRenders, std::not_fn(&SavingRender::isTaken)));
 }
 
+bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
+    Renderer& renderer = m_work.renderer;
+    m_work.view.SetCamera(m_work.camera.View());
+    m_work.view.SetOutline({.width = std::min(kOutline * input.scale, 8.0f)});
+    renderer.BeginFrame();
+    const std::optional<TextureId> target = screen.Begin(renderer, input.extent);
+    if (!target) {
+        renderer.DropFrame();
+        return false;
+    }
+    const TextureId picture = m_work.view.Declare();
+    const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
+    if (!m_pictureFile.empty() && picture.IsValid())
+        m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false});
+    if (!m_windowFile.empty())
+        m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
+                            renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
+    m_isPreparing = !screen.TryEnd(renderer, drawn);
+    return !m_isPreparing;
+}
+
+void Editor::DrawKept(Screen& screen, const FrameInput& input) {
+    Renderer& renderer = m_work.renderer;
+    renderer.BeginFrame();
+    if (const std::optional<TextureId> target = screen.Begin(renderer, input.extent))
+        screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareKept()));
+    else
+        renderer.DropFrame();
+}
+
 bool Editor::Draw(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
     m_frameError.clear();
     const std::filesystem::path picturePath = m_pictureFile, windowPath = m_windowFile;
     const size_t savingBefore = m_saving.size();
+    // Readbacks of a dropped frame never arrive: the next one saves
+    const auto drop = [&] {
+        renderer.DropFrame();
+        m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());
+        m_pictureFile = picturePath;
+        m_windowFile = windowPath;
+    };
     try {
-        m_work.view.SetCamera(m_work.camera.View());
-        m_work.view.SetOutline({.width = std::min(kOutline * input.scale, 8.0f)});
-        renderer.BeginFrame();
-        const std::optional<TextureId> target = screen.Begin(renderer, input.extent);
-        if (!target) {
-            renderer.DropFrame();
-            return false;
+        const bool isDrawn = DrawFrame(screen, input);
+        if (m_isPreparing) {
+            drop();
+            DrawKept(screen, input);
         }
-        const TextureId picture = m_work.view.Declare();
-        const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
-        if (!m_pictureFile.empty() && picture.IsValid())
-            m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false});
-        if (!m_windowFile.empty())
-            m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
-                                renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
-        screen.End(renderer, drawn);
+        if (!isDrawn) return false;
         NoteCaptured();
         m_work.hasDrawn = true;
         m_droppedFrame.clear();
@@ -107,11 +134,7 @@ bool Editor::Draw(Screen& screen, const FrameInput& input) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
         m_frameError = error.what();
         m_work.RefuseAgain(m_frameError, m_droppedFrame, log_category::kGraph);
-        renderer.DropFrame();
-        // Readbacks of a dropped frame never arrive: the next one saves
-        m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());
-        m_pictureFile = picturePath;
-        m_windowFile = windowPath;
+        drop();
         return false;
     }
 }
@@ -254,10 +277,13 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
         GizmoButtons(m_work);
     }
     m_isOverView = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered();
-    if (m_work.loader.IsLoading()) {
-        const SceneLoader::Progress progress = m_work.loader.Current();
+    if (const std::optional<SceneLoader::Progress> progress = m_work.LoadProgress()) {
         ImGui::SetCursorPos({0.5f * width - 160.0f, 0.5f * height});
-        ImGui::ProgressBar(progress.fraction, {320.0f, 0.0f}, progress.stage.c_str());
+        ImGui::ProgressBar(progress->fraction, {320.0f, 0.0f}, progress->stage.c_str());
+    } else if (m_isPreparing) {
+        constexpr const char* kText = "Making the shaders for this picture";
+        ImGui::SetCursorPos({0.5f * (width - ImGui::CalcTextSize(kText).x), 0.5f * height});
+        ImGui::TextUnformatted(kText);
     }
     ImGui::End();
 }

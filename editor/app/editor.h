@@ -84,6 +84,9 @@ class Editor {
     void TakePick();
     // False: there is no frame.
     bool Draw(Screen& screen, const FrameInput& input);
+    bool DrawFrame(Screen& screen, const FrameInput& input);
+    // The panels around what the viewport showed last.
+    void DrawKept(Screen& screen, const FrameInput& input);
     void NoteCaptured();
     // No time passes for what is animated: a handle is held, or a picture is to be taken.
     bool IsTimeHeld() const;
@@ -113,6 +116,7 @@ class Editor {
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
     bool m_isOverView = false;
+    bool m_isPreparing = false;         // pipelines of the picture are being created
     std::optional<MouseButton> m_drag;  // began over the picture
     glm::vec2 m_lastMouse{0.0f}, m_pressedAt{0.0f};
     bool m_hasMoved = false;

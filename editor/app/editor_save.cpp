@@ -62,7 +62,7 @@ void Editor::FinishLoading() {
     if (m_work.document.ChangeCount() == m_changesToLose)
         show();
     else  // edited since Open asked
-        BeforeLoss("opening " + loaded->file.string(), show);
+        BeforeLoss("opening " + loaded->document.File().string(), show);
 }
 
 void Editor::Leave() {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 
 #include "base/text.h"
 
@@ -21,6 +22,25 @@ bool IsSameName(std::string_view a, std::string_view b) {
 }
 const char* Name(Key key) {
     return kKeyNames[static_cast<size_t>(key)];
+}
+
+void FrameInput::Append(FrameInput&& later) {
+    extent = later.extent;
+    scale = later.scale;
+    seconds += later.seconds;
+    mouse = later.mouse;
+    wheel += later.wheel;
+    // What was held for shorter than this has happened all the same
+    for (size_t i = 0; i < buttons.size(); ++i) buttons[i] |= later.buttons[i];
+    for (size_t i = 0; i < keys.size(); ++i) keys[i] |= later.keys[i];
+    pressed.insert(pressed.end(), later.pressed.begin(), later.pressed.end());
+    isControl |= later.isControl;
+    isShift |= later.isShift;
+    isAlt |= later.isAlt;
+    text += later.text;
+    dropped.insert(dropped.end(), std::make_move_iterator(later.dropped.begin()),
+                   std::make_move_iterator(later.dropped.end()));
+    isClosing |= later.isClosing;
 }
 
 Key KeyFromName(std::string_view name) {

@@ -52,6 +52,8 @@ struct FrameInput {
     std::vector<std::filesystem::path> dropped;
     bool isClosing = false;
 
+    // What has come after it, before a frame could take it: both as one.
+    void Append(FrameInput&& later);
     bool IsDown(Key key) const { return keys[static_cast<size_t>(key)]; }
     bool IsDown(MouseButton button) const { return buttons[static_cast<size_t>(button)]; }
 };

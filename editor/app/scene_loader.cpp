@@ -33,7 +33,8 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             scene::SetVariant(data, scene::FindVariant(data, variant));
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
-            m_result = LoadedScene{file, stamp, std::move(data), std::move(hash)};
+            Document document(file, data, stamp, std::move(hash));
+            m_result = LoadedScene{std::move(document), PreparedScene(std::move(data))};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

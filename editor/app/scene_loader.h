@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,17 +12,18 @@
 #include <variant>
 
 #include "base/log.h"
-#include "editor/app/file_content.h"
+#include "editor/app/document.h"
+#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/scene_upload.h"
 #include "renderer/scene/round_primitives.h"
-#include "renderer/scene/scene_data.h"
 
 namespace raygraph::editor {
 
+// With everything done that needs neither the main thread nor a device.
 struct LoadedScene {
-    std::filesystem::path file;
-    std::optional<FileStamp> stamp;  // taken before it was read
-    scene::SceneData data;           // at rest; what skins and morph targets deform is deformed by the device
-    std::string hash;                // of what was in the file
+    Document document;
+    PreparedScene scene;
+    std::shared_ptr<SceneUpload> upload{};  // of it, once it is on its way to the device
 };
 struct LoadFailure {
     std::filesystem::path file;

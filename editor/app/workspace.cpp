@@ -189,26 +189,43 @@ ShownScene Workspace::Shown() const {
             .clips = scene::ClipsText(document.Scene(), clips)};
 }
 
+std::optional<SceneLoader::Progress> Workspace::LoadProgress() const {
+    if (loader.IsLoading()) return loader.Current();
+    if (m_arriving) return SceneLoader::Progress{"copying to the device", m_arriving->upload->Fraction()};
+    return std::nullopt;
+}
+
 std::optional<LoadedScene> Workspace::FinishLoading() {
     FinishLoadingEnvironment();
-    std::optional<LoadResult> result = loader.Take();
-    if (!result) return std::nullopt;
-    if (const LoadFailure* failure = std::get_if<LoadFailure>(&*result)) {
-        Refuse(failure->message);
-        return std::nullopt;
+    if (std::optional<LoadResult> result = loader.Take()) {
+        if (const LoadFailure* failure = std::get_if<LoadFailure>(&*result)) {
+            Refuse(failure->message);
+        } else {
+            m_arriving = std::get<LoadedScene>(std::move(*result));
+            if (!TryFor(m_arriving->document,
+                        [&] { m_arriving->upload = gpu.Upload(std::move(m_arriving->scene)); }))
+                m_arriving.reset();
+        }
     }
-    return std::get<LoadedScene>(std::move(*result));
+    // Without frames, nothing would copy
+    if (!m_arriving || !(m_arriving->upload->IsReady() || view.Size().IsEmpty())) return std::nullopt;
+    return std::exchange(m_arriving, std::nullopt);
+}
+
+// Says of which file what is wrong.
+bool Workspace::TryFor(const Document& of, const std::function<void()>& run) {
+    try {
+        run();
+        return true;
+    } catch (const Error& error) {
+        Refuse(Text("{}: {}", of.File().string(), error.what()));
+        return false;
+    }
 }
 
 bool Workspace::Show(LoadedScene loaded) {
-    Document opened(loaded.file, loaded.data, loaded.stamp, std::move(loaded.hash));
-    try {
-        gpu.SetScene(std::move(loaded.data));
-    } catch (const Error& error) {
-        Refuse(Text("{}: {}", loaded.file.string(), error.what()));
-        return false;
-    }
-    document = std::move(opened);
+    if (!TryFor(loaded.document, [&] { gpu.SetScene(*loaded.upload); })) return false;
+    document = std::move(loaded.document);
     timeline = Timeline(document.Scene());
     NoteOpened(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -66,9 +67,10 @@ class Workspace {
     // What is shown, as a render names it; without the data, and without the scene's hash, which
     // Document::Content has.
     ShownScene Shown() const;
-    bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
+    bool IsLoading() const { return loader.IsLoading() || m_arriving || m_environment.valid(); }
+    std::optional<SceneLoader::Progress> LoadProgress() const;  // of a scene
     // Takes what has been loaded, and reports what could not be. An environment map is shown at once; a scene
-    // is returned.
+    // is returned once frames have copied it to the device.
     std::optional<LoadedScene> FinishLoading();
     // Replaces the open scene, whose unsaved edits are lost. False: the device refuses the new one, and the
     // message says why; then nothing changes.
@@ -142,6 +144,9 @@ class Workspace {
 
     void OpenEnvironment(const std::filesystem::path& file);
     void FinishLoadingEnvironment();
+    bool TryFor(const Document& of, const std::function<void()>& run);
+
+    std::optional<LoadedScene> m_arriving;  // frames copy it to the device
 
     struct LoadedEnvironment {
         image::Environment map;

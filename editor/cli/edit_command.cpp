@@ -4,6 +4,7 @@
 #ifdef RAYGRAPH_HAS_EDITOR
 #include <utility>
 
+#include "base/os/heap.h"
 #include "editor/app/edit.h"
 #include "editor/cli/device_setup.h"
 #else
@@ -14,6 +15,7 @@ namespace raygraph::cli {
 
 void EditCommand(const EditArguments& arguments, Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
+    os::KeepLargeBlocksApart();  // scenes come and go beside frames
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
     const Log log = console.log.ForLibraries();

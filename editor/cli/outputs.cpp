@@ -1,7 +1,8 @@
 #include "editor/cli/outputs.h"
 
-#include <set>
 #include <string>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "base/atomic_file.h"
 #include "base/extension.h"
@@ -13,12 +14,35 @@ namespace raygraph::cli {
 
 namespace {
 
-// One text for all names of a file, whether it exists or not.
-std::filesystem::path Canonical(const std::filesystem::path& path) {
-    std::error_code error;
-    std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
-    return error ? path.lexically_normal() : canonical;
+// A regular file, or none so far; no link, folder or pipe. It has no other names in its folder.
+bool IsPlain(const std::filesystem::path& path) {
+    std::error_code ignored;
+    const std::filesystem::file_type type = std::filesystem::symlink_status(path, ignored).type();
+    return type == std::filesystem::file_type::regular || type == std::filesystem::file_type::not_found;
 }
+
+// One text for all names of a file, whether it exists or not. A folder is looked up once, so that the names
+// of a long sequence take little time.
+class CanonicalNames {
+  public:
+    struct Name {
+        std::string text;
+        bool isPlainNeighbor = false;  // in a folder that an earlier one is in
+    };
+    Name Of(const std::filesystem::path& path) {
+        const std::filesystem::path folder = path.parent_path(), name = path.filename();
+        const auto [known, isNew] = m_folders.try_emplace(folder.native());
+        std::error_code error;
+        if (isNew) known->second = std::filesystem::canonical(folder.empty() ? "." : folder, error);
+        if (!known->second.empty() && !name.empty() && IsPlain(path))
+            return {(known->second / name).native(), !isNew};
+        const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
+        return {(error ? path.lexically_normal() : canonical).native()};
+    }
+
+  private:
+    std::unordered_map<std::string, std::filesystem::path> m_folders;  // "": it does not exist
+};
 
 void CheckFolder(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
@@ -41,14 +65,17 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
 
 void CheckWritable(std::span<const std::filesystem::path> paths,
                    std::span<const std::filesystem::path> inputs) {
-    std::set<std::filesystem::path> seen, read;
-    for (const std::filesystem::path& input : inputs) read.insert(Canonical(input));
+    CanonicalNames readNames, names;
+    std::unordered_set<std::string> seen, read;
+    for (const std::filesystem::path& input : inputs) read.insert(readNames.Of(input).text);
     for (const std::filesystem::path& path : paths) {
-        const std::filesystem::path canonical = Canonical(path);
-        if (!seen.insert(canonical).second)
+        const CanonicalNames::Name name = names.Of(path);
+        if (!seen.insert(name.text).second)
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", path.string());
-        if (read.contains(canonical))
+        if (read.contains(name.text))
             throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
+        // What can be created beside one file can be created beside the next
+        if (name.isPlainNeighbor) continue;
         CheckFolder(path);
         AtomicFile probe(path);  // dropped without Commit
     }
@@ -58,8 +85,10 @@ void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesys
                   std::span<const std::filesystem::path> inputs) {
     std::error_code ignored;  // a file that does not exist is one to be created
     if (std::filesystem::is_character_file(log, ignored) || std::filesystem::is_fifo(log, ignored)) return;
+    CanonicalNames names;
+    const std::string itself = names.Of(log).text;
     for (const std::filesystem::path& output : outputs)
-        if (Canonical(output) == Canonical(log))
+        if (names.Of(output).text == itself)
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", log.string());
     CheckWritable({&log, 1}, inputs);
 }

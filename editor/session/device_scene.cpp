@@ -32,7 +32,8 @@ scene::CameraView ViewFrom(const PictureSettings& settings, const scene::SceneDa
 GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
     const bool isDrawn = settings.view == View::Raster;
     return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
-            .textureBudget = settings.textureBudget};
+            .textureBudget = settings.textureBudget,
+            .lightRule = LightRule::Always};
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ class FrameBudget {
     void LearnTile(uint32_t height, const passes::Region& tile, double milliseconds);
     // Everything else in a submission.
     void LearnOverhead(double milliseconds);
-    // A frame that shows only the raster view, of so many pixels.
+    // Drawing so many pixels of a raster view. What else is in that frame does not count: a coarser picture
+    // would not make it shorter.
     void LearnRaster(uint64_t pixels, double milliseconds);
 
     // Milliseconds of a frame that are available for tracing.

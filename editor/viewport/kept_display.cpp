@@ -67,4 +67,10 @@ TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
     return display;
 }
 
+TextureId KeptDisplay::DeclareLast(Renderer& renderer) const {
+    if (!m_made) return {};
+    const TextureId display = renderer.Persist(m_name, {m_made->extent, Format::Rgba8Unorm});
+    return renderer.IsFresh(display) ? TextureId{} : display;
+}
+
 }  // namespace raygraph::viewport

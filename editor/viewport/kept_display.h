@@ -30,6 +30,8 @@ class KeptDisplay {
     };
     // Declares the passes that bring the picture up to date, possibly none. rgba8.
     TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap);
+    // As the last submitted frame left it; an invalid id if none has made it.
+    TextureId DeclareLast(Renderer& renderer) const;
     void Forget(Renderer& renderer) { renderer.Forget(m_name); }
 
   private:

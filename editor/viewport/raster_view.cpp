@@ -22,6 +22,8 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     const uint32_t count = m_samples.SampleCount();
     m_wantedSamples = maxSamples;
     Ids ids;
+    const PassId firstDrawing = renderer.NextPass();
+    PassId endDrawing = firstDrawing;
     if (count > 0 && ((maxSamples > 0 && count >= maxSamples) || scale > 1)) {
         const passes::AccumulatedIds kept = passes::Kept(renderer, m_samples, extent, true);
         ids = {.radiance = kept.mean, .samples = kept, .base = kept.mean};
@@ -29,14 +31,18 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
         settings.extent = {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
         const TextureId sample = declareSample(m_coarse.SampleCount());
         ids.base = passes::Accumulate(renderer, sample, m_coarse).mean;
+        endDrawing = renderer.NextPass();
         ids.baseScale = scale;
         ids.radiance = passes::Upscale(renderer, ids.base, extent);
         ids.samples = passes::Kept(renderer, m_samples, extent, true);
     } else {
         const TextureId sample = declareSample(count);
         const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, m_samples, true);
+        endDrawing = renderer.NextPass();
         ids = {.radiance = sums.mean, .samples = sums, .base = sums.mean};
     }
+    ids.firstDrawing = firstDrawing;
+    ids.endDrawing = endDrawing;
     return ids;
 }
 

@@ -20,6 +20,8 @@ class RasterView {
         passes::AccumulatedIds samples;  // undefined before the first one
         TextureId base;                  // shown until then, coarser by that factor
         uint32_t baseScale = 1;
+        // What takes time by the pixels of the base: the passes from the first on, before the second.
+        PassId firstDrawing, endDrawing;
     };
     // As PathTracedView::Declare. `scale` above 1: one coarser picture instead of a sample; else a sample,
     // until there are maxSamples (0: unlimited).

@@ -120,6 +120,16 @@ TextureId Viewport::DeclareOutline(TextureId picture) {
     return m_impl->DeclareOutline(picture);
 }
 
+TextureId Viewport::DeclareKept() {
+    const KeptDisplay& first =
+        ShowsRaster(m_impl->ShownView()) ? m_impl->rasterDisplay : m_impl->pathTracedDisplay;
+    const TextureId kept = first.DeclareLast(m_impl->renderer);
+    if (kept.IsValid()) return kept;
+    const KeptDisplay& other =
+        &first == &m_impl->rasterDisplay ? m_impl->pathTracedDisplay : m_impl->rasterDisplay;
+    return other.DeclareLast(m_impl->renderer);
+}
+
 uint64_t Viewport::RenderFrame() {
     if (m_impl->size.IsEmpty()) return 0;
     Renderer& renderer = m_impl->renderer;

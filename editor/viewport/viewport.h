@@ -116,6 +116,9 @@ class RAYGRAPH_API Viewport {
     // outlined, in View::SideBySide, and for an invalid id. The outline is recomputed when camera, scene or
     // selection have changed, at a lower resolution while they change, and otherwise reused.
     TextureId DeclareOutline(TextureId picture);
+    // In an open frame without Declare: the picture of an earlier frame, of the size that it had then; an
+    // invalid id if there is none. Of views that show both kinds of picture, or surfaces, one of them.
+    TextureId DeclareKept();
     // A frame of this viewport alone: begins, declares, presents and executes it. Returns the timeline value
     // that completes it, 0 for a size without area.
     uint64_t RenderFrame();

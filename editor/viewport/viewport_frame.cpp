@@ -69,15 +69,17 @@ void Viewport::Impl::LearnFromTimings() {
     const TimedFrame timed = std::move(timedFrames.front());
     timedFrames.pop_front();
     std::vector<double> traceMs;
-    double tracing = 0.0, all = 0.0;
+    double tracing = 0.0, drawing = 0.0, all = 0.0;
     for (const PassTiming& pass : timing.passes) {
         all += pass.gpuMs;
+        if (pass.id.index >= timed.firstDrawing.index && pass.id.index < timed.endDrawing.index)
+            drawing += pass.gpuMs;
         if (pass.name != "Trace") continue;
         traceMs.push_back(pass.gpuMs);
         tracing += pass.gpuMs;
     }
     lastFrameMs = all;
-    if (timed.rasterPixels > 0) budget.LearnRaster(timed.rasterPixels, all);
+    if (timed.rasterPixels > 0) budget.LearnRaster(timed.rasterPixels, drawing);
     if (traceMs.empty() || timed.tiles.empty()) return;  // the view was culled
     budget.LearnOverhead(all - tracing);
     uint64_t pixels = 0;
@@ -194,7 +196,8 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     else if (show.view == View::Raster)
         answerCaptures(drawn.samples, drawnSamples.Declared(), true);
 
-    TimedFrame timed{.frame = renderer.FrameNumber()};
+    TimedFrame timed{
+        .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
     if (shownAs.view == View::Raster && isDrawn)
         timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
     if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();

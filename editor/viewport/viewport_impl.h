@@ -44,6 +44,7 @@ struct Viewport::Impl {
     struct TimedFrame {
         uint64_t frame = 0;
         uint64_t rasterPixels = 0;                // 0: not only the raster view is shown
+        PassId firstDrawing, endDrawing;          // of them
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
     Renderer& renderer;

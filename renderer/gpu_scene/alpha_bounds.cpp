@@ -10,17 +10,15 @@ float LowestAlpha(std::span<const glm::vec4> colors) {
     return lowest;
 }
 
-std::vector<float> LowestTextureAlphas(const scene::SceneData& scene) {
-    constexpr float kUnknown = -1.0f;
-    std::vector<float> byImage(scene.images.size(), kUnknown), byMaterial;
+std::vector<float> LowestTextureAlphas(scene::SceneData& scene) {
+    std::vector<float> byMaterial;
     for (const scene::Material& material : scene.materials) {
         byMaterial.push_back(1.0f);
         if (!material.baseColorTexture.IsPresent()) continue;
         const auto texture = static_cast<size_t>(material.baseColorTexture.texture);
-        const uint32_t image = scene.textures[texture].image;
-        if (byImage[image] == kUnknown)
-            byImage[image] = static_cast<float>(scene::LowestAlpha(scene.images[image])) / 255.0f;
-        byMaterial.back() = byImage[image];
+        scene::ImageData& image = scene.images[scene.textures[texture].image];
+        image.lowestAlpha = scene::LowestAlpha(image);
+        byMaterial.back() = static_cast<float>(*image.lowestAlpha) / 255.0f;
     }
     return byMaterial;
 }

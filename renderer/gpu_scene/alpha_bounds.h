@@ -12,7 +12,8 @@ namespace raygraph {
 // Of a primitive's vertex colors; 1 without.
 float LowestAlpha(std::span<const glm::vec4> colors);
 
-// Of each material's base color texture; 1 without. Images have their texels, or LowestAlpha() is known.
-std::vector<float> LowestTextureAlphas(const scene::SceneData& scene);
+// Of each material's base color texture; 1 without. Images have their texels, or LowestAlpha() is known, as
+// it is from then on.
+std::vector<float> LowestTextureAlphas(scene::SceneData& scene);
 
 }  // namespace raygraph

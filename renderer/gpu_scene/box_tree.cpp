@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <glm/glm.hpp>
+#include <numeric>
 #include <utility>
 
 namespace raygraph {
@@ -13,76 +14,112 @@ double Area(const scene::Bounds& bounds) {
     return 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
 }
 
-scene::Bounds Around(std::span<const scene::Bounds> boxes, size_t parent) {
-    const size_t begin = parent * BoxTree::kChildren;
-    const size_t end = std::min(begin + BoxTree::kChildren, boxes.size());
-    scene::Bounds around = boxes[begin];
-    for (size_t i = begin + 1; i < end; ++i) {
+bool AreSame(const scene::Bounds& a, const scene::Bounds& b) {
+    return a.min == b.min && a.max == b.max;
+}
+
+size_t FamiliesOf(size_t boxes) {
+    return (boxes + BoxTree::kChildren - 1) / BoxTree::kChildren;
+}
+
+}  // namespace
+
+scene::Bounds BoxTree::Family::Around() const {
+    scene::Bounds around = boxes[0];
+    for (size_t i = 1; i < kChildren; ++i) {
         around.min = glm::min(around.min, boxes[i].min);
         around.max = glm::max(around.max, boxes[i].max);
     }
     return around;
 }
 
-bool AreSame(const scene::Bounds& a, const scene::Bounds& b) {
-    return a.min == b.min && a.max == b.max;
+void BoxTree::Level::Reserve(size_t boxes) {
+    const size_t room = FamiliesOf(boxes);
+    if (families.capacity() >= room) return;
+    const size_t more = std::max(room, 2 * families.capacity());
+    costs.reserve(more * kChildren);
+    due.reserve(more);
+    isDue.reserve(more);
+    families.reserve(more);
 }
 
-}  // namespace
-
-void BoxTree::Assign(std::vector<scene::Bounds> leaves) {
-    m_levels.clear();
-    m_cost = 0.0;
-    m_levels.push_back({.boxes = std::move(leaves), .isDue = {}, .due = {}});
-    while (m_levels.back().boxes.size() > 1) {
-        const std::vector<scene::Bounds>& below = m_levels.back().boxes;
-        Level level;
-        level.boxes.resize((below.size() + kChildren - 1) / kChildren);
-        level.isDue.resize(level.boxes.size());
-        for (size_t i = 0; i < level.boxes.size(); ++i) level.boxes[i] = Around(below, i);
-        m_levels.push_back(std::move(level));
-    }
-    for (size_t i = 0; i < m_levels.size(); ++i)
-        if (IsCounted(i))
-            for (const scene::Bounds& box : m_levels[i].boxes) m_cost += Area(box);
+void BoxTree::Level::Resize(size_t boxes, bool isLeaves) {
+    count = boxes;
+    families.resize(FamiliesOf(boxes));
+    isDue.resize(families.size());
+    if (!isLeaves) costs.resize(families.size() * kChildren);
 }
 
-void BoxTree::MarkDue(Level& level, size_t box) {
-    if (level.isDue[box]) return;
-    level.due.push_back(static_cast<uint32_t>(box));
-    level.isDue[box] = true;
+void BoxTree::Level::MarkDue(size_t family) noexcept {
+    if (isDue[family]) return;
+    due.push_back(static_cast<uint32_t>(family));
+    isDue[family] = 1;
 }
 
-void BoxTree::Set(size_t leaf, const scene::Bounds& box) {
-    scene::Bounds& old = m_levels[0].boxes[leaf];
+void BoxTree::Assign(std::span<const scene::Bounds> leaves) {
+    BoxTree tree;
+    tree.Grow(leaves.size());
+    for (size_t i = 0; i < leaves.size(); ++i) tree.Set(i, leaves[i]);
+    tree.Refresh();
+    *this = std::move(tree);
+}
+
+void BoxTree::Grow(size_t leafCount) {
+    if (leafCount <= LeafCount()) return;
+    // First all that may fail; levels above the root count for nothing until they have boxes
+    size_t levels = 1;
+    for (size_t count = leafCount; count > 1; count = FamiliesOf(count)) ++levels;
+    std::vector<Level> added(levels - std::min(levels, m_levels.size()));
+    m_levels.reserve(levels);
+    size_t count = leafCount;
+    for (size_t i = 0; i < levels; ++i, count = FamiliesOf(count))
+        (i < m_levels.size() ? m_levels[i] : added[i - m_levels.size()]).Reserve(count);
+
+    const size_t before = m_levels.size();
+    for (Level& level : added) m_levels.push_back(std::move(level));
+    count = leafCount;
+    for (size_t i = 0; i < levels; ++i, count = FamiliesOf(count)) m_levels[i].Resize(count, i == 0);
+    if (before == 0 || before == levels) return;
+    Level& root = m_levels[before - 1];  // of before
+    for (size_t family = 0; family < root.families.size(); ++family) root.MarkDue(family);
+}
+
+void BoxTree::Set(size_t leaf, const scene::Bounds& box) noexcept {
+    Level& leaves = m_levels[0];
+    scene::Bounds& old = leaves.Box(leaf);
     if (AreSame(old, box)) return;
-    if (m_levels.size() > 1) MarkDue(m_levels[1], leaf / kChildren);
+    m_boxCount += (box.IsEmpty() ? 0u : 1u);
+    m_boxCount -= (old.IsEmpty() ? 0u : 1u);
     old = box;
+    leaves.MarkDue(leaf / kChildren);
 }
 
-void BoxTree::Prefetch(size_t leaf) const {
-    const scene::Bounds* const siblings = &m_levels[0].boxes[leaf / kChildren * kChildren];
-    for (size_t byte = 0; byte < kChildren * sizeof(scene::Bounds); byte += 64)
-        __builtin_prefetch(reinterpret_cast<const char*>(siblings) + byte);
+double BoxTree::Level::CostOf(size_t family) const {
+    if (costs.empty()) return 0.0;
+    const auto first = costs.begin() + static_cast<ptrdiff_t>(family * kChildren);
+    return std::accumulate(first, first + kChildren, 0.0);
 }
 
-void BoxTree::Refresh() {
-    for (size_t i = 1; i < m_levels.size(); ++i) {
+void BoxTree::Refresh() noexcept {
+    for (size_t i = 0; i < m_levels.size(); ++i) {
         Level& level = m_levels[i];
-        for (const uint32_t index : level.due) {
-            level.isDue[index] = false;
-            const scene::Bounds box = Around(m_levels[i - 1].boxes, index);
-            if (AreSame(level.boxes[index], box)) continue;
-            if (i + 1 < m_levels.size()) MarkDue(m_levels[i + 1], index / kChildren);
-            if (IsCounted(i)) m_cost += Area(box) - Area(level.boxes[index]);
-            level.boxes[index] = box;
+        for (const uint32_t family : level.due) {
+            level.isDue[family] = 0;
+            if (i + 1 == m_levels.size()) continue;  // the root
+            Level& above = m_levels[i + 1];
+            const scene::Bounds box = level.families[family].Around();
+            const double cost = Area(box) + level.CostOf(family);
+            if (AreSame(above.Box(family), box) && above.costs[family] == cost) continue;
+            above.Box(family) = box;
+            above.costs[family] = cost;
+            above.MarkDue(family / kChildren);
         }
         level.due.clear();
     }
 }
 
 scene::Bounds BoxTree::Root() const {
-    return LeafCount() == 0 ? scene::Bounds() : m_levels.back().boxes[0];
+    return m_levels.empty() ? scene::Bounds() : m_levels.back().Box(0);
 }
 
 }  // namespace raygraph

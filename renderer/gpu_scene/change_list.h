@@ -1,12 +1,20 @@
 // Which of so many things have changed, each listed once.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace raygraph {
+
+// Room for so many more, at least twice of what there was.
+template <typename Value>
+void ReserveMore(std::vector<Value>& list, size_t count) {
+    if (list.capacity() - list.size() < count)
+        list.reserve(std::max(list.size() + count, 2 * list.capacity()));
+}
 
 class ChangeList {
   public:
@@ -18,6 +26,8 @@ class ChangeList {
         m_isListed[index] = true;
         return true;
     }
+    // Room for so many more, of which then none fails.
+    void Reserve(size_t count) { ReserveMore(m_list, count); }
     void Clear() {
         for (const uint32_t index : m_list) m_isListed[index] = false;
         m_list.clear();

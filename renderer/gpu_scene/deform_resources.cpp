@@ -160,8 +160,7 @@ MeshUse DeformUpload::UseOf(uint32_t mesh) const {
     return {.isDeformed = first < end, .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
 }
 
-void DeformUpload::AddCopies(uint32_t mesh, SceneResources& resources,
-                             std::vector<gpu::GeometryRecord>& records) {
+void DeformUpload::AddCopiesOf(uint32_t mesh, SceneResources& resources) {
     const MeshResources base = resources.meshes[mesh];
     bool isBaseFree = !m_plan.isBaseShapeDrawn[mesh];
     const auto [first, end] = CopiesOf(mesh);
@@ -173,7 +172,8 @@ void DeformUpload::AddCopies(uint32_t mesh, SceneResources& resources,
             groups.isCopy = true;
             groups.firstGroup = static_cast<uint32_t>(resources.groups.size());
             for (uint32_t group = 0; group < base.groupCount; ++group)
-                resources.groups.push_back(CopyOf(resources.groups[base.firstGroup + group], records));
+                resources.groups.push_back(
+                    CopyOf(resources.groups[base.firstGroup + group], resources.geometryRecords));
             copy.mesh = static_cast<uint32_t>(m_plan.isBaseShapeDrawn.size() + m_copies.size());
             m_copies.push_back(groups);
         }
@@ -184,8 +184,7 @@ void DeformUpload::AddCopies(uint32_t mesh, SceneResources& resources,
 }
 
 // Gives the groups of a copy their part of the streams. With a `next` of 0 only the size is found.
-void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
-                                std::vector<gpu::GeometryRecord>& records, VkDeviceAddress& next) {
+void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources, VkDeviceAddress& next) {
     const auto take = [&](uint64_t bytes) {
         const VkDeviceAddress address = next;
         next += AlignStream(bytes);
@@ -197,7 +196,7 @@ void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
         group.record.positions = take(group.base->vertexCount * sizeof(glm::vec3));
         for (size_t i = 0; i < group.base->parts.size(); ++i) {
             const BaseShape::Part& part = group.base->parts[i];
-            gpu::GeometryRecord& geometry = records[group.record.firstGeometry + i];
+            gpu::GeometryRecord& geometry = resources.geometryRecords[group.record.firstGeometry + i];
             gpu::DeformRecord record = part.record;
             const size_t end = i + 1 < group.base->parts.size() ? group.base->parts[i + 1].firstVertex
                                                                 : group.base->vertexCount;
@@ -223,15 +222,16 @@ void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
     mesh.recordCount = static_cast<uint32_t>(m_result->records.size()) - mesh.firstRecord;
 }
 
-void DeformUpload::Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                          SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
+void DeformUpload::AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                             SceneResources& resources) {
+    for (uint32_t mesh = 0; mesh < m_plan.isBaseShapeDrawn.size(); ++mesh) AddCopiesOf(mesh, resources);
     DeformResources& result = *m_result;
     resources.meshes.insert(resources.meshes.end(), m_copies.begin(), m_copies.end());
     for (size_t i = 0; i < result.meshOf.size(); ++i)
         if (result.meshOf[i] != scene::kNone) resources.meshOf[i] = result.meshes[result.meshOf[i]].mesh;
 
     VkDeviceAddress bytes = 0;
-    for (DeformedMesh& mesh : result.meshes) PlaceStreams(mesh, resources, records, bytes);
+    for (DeformedMesh& mesh : result.meshes) PlaceStreams(mesh, resources, bytes);
     result.records.clear();
     result.streams = device.CreateBuffer(
         {.name = "deformed streams",
@@ -240,7 +240,7 @@ void DeformUpload::Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::Bla
     resources.geometryBytes += result.streams.Size();
     VkDeviceAddress next = result.streams.Address();
     for (DeformedMesh& mesh : result.meshes) {
-        PlaceStreams(mesh, resources, records, next);
+        PlaceStreams(mesh, resources, next);
         result.Follow(mesh, resources);
         for (DeformedGroup& deformed : mesh.groups) {
             GroupResources& group = resources.groups[deformed.group];
@@ -263,7 +263,7 @@ void DeformUpload::Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::Bla
     result.weightBuffer = CreateTable(device, "morph weights", result.weights.size(), sizeof(float));
     if (!result.records.empty())
         uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
-    RequireBindable(device, "geometries", records.size(), sizeof(gpu::GeometryRecord));
+    RequireBindable(device, "geometries", resources.geometryRecords.size(), sizeof(gpu::GeometryRecord));
     resources.deform = std::move(m_result);
 }
 

@@ -94,17 +94,16 @@ class DeformUpload {
     // Of a scene that still has its meshes.
     explicit DeformUpload(const scene::SceneData& scene);
     MeshUse UseOf(uint32_t mesh) const;
-    // After the groups of the mesh, which are the last ones.
-    void AddCopies(uint32_t mesh, SceneResources& resources, std::vector<gpu::GeometryRecord>& records);
-    // After all meshes: memory, records and BLASes.
-    void Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                SceneResources& resources, std::vector<gpu::GeometryRecord>& records);
+    // After all meshes, which are numbered as in the scene: appends the copies, with memory, records and
+    // BLASes.
+    void AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                   SceneResources& resources);
 
   private:
     // Of a mesh, consecutive in the plan: the first one, and past the last one.
     std::pair<size_t, size_t> CopiesOf(uint32_t mesh) const;
-    void PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
-                      std::vector<gpu::GeometryRecord>& records, VkDeviceAddress& next);
+    void AddCopiesOf(uint32_t mesh, SceneResources& resources);
+    void PlaceStreams(DeformedMesh& mesh, SceneResources& resources, VkDeviceAddress& next);
 
     DeformPlan m_plan;
     std::unique_ptr<DeformResources> m_result;

@@ -45,8 +45,10 @@ bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrice
     bool isChanged = false;
     for (size_t i = 0; i < matrices.size(); ++i) {
         glm::mat4x3& old = m_deform.matrices[range.first + i];
-        if (matrices[i] == old || !scene::IsFinite(matrices[i])) continue;
-        old = matrices[i];
+        // Not the one that it had: what is drawn must not depend on what was shown before
+        const glm::mat4x3 matrix = scene::IsFinite(matrices[i]) ? matrices[i] : glm::mat4x3(1.0f);
+        if (matrix == old) continue;
+        old = matrix;
         isChanged = true;
     }
     if (!isChanged) return false;
@@ -60,9 +62,13 @@ bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrice
     return isSeen;
 }
 
+bool DeformSet::IsDeformed(uint32_t instance) const {
+    // Instances that were added later are not
+    return instance < m_deform.meshOf.size() && m_deform.meshOf[instance] != scene::kNone;
+}
+
 uint32_t DeformSet::WeightCount(uint32_t instance) const {
-    const uint32_t index = m_deform.meshOf[instance];
-    return index == scene::kNone ? 0 : m_deform.meshes[index].weightCount;
+    return IsDeformed(instance) ? m_deform.meshes[m_deform.meshOf[instance]].weightCount : 0;
 }
 
 bool DeformSet::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
@@ -100,10 +106,7 @@ void DeformSet::Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws) {
     for (DeformedGroup& deformed : mesh.groups) {
         const GroupResources& group = m_resources.groups[deformed.group];
         lights.SetPose(deformed.group, deformed.pose);
-        gpu::DrawRecord& draw = draws.onHost[group.record.draw];
-        draw.boundsMin = group.bounds.min;
-        draw.boundsMax = group.bounds.max;
-        m_dirtyDraws.Add(group.record.draw);
+        draws.SetBounds(group);
     }
     mesh.isPoseOld = false;  // last: where memory runs out before, all of it is done again
 }
@@ -121,7 +124,6 @@ void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& 
             m_groupCount += GroupsOf(m_deform.records[mesh.firstRecord + i]);
         }
     }
-    if (!m_dirtyDraws.IsEmpty()) DeclareDraws(renderer, ids, draws);
     if (m_tasks.empty()) return;
     m_taskIds = renderer.Import("deformTasks", m_deform.taskBuffer, m_tasksState);
     m_matrices = renderer.Import("jointMatrices", m_deform.matrixBuffer, m_matricesState);
@@ -181,19 +183,6 @@ void DeformSet::DeclareDeform(Renderer& renderer, SceneIds& ids) {
                 for (DeformedMesh& mesh : m_deform.meshes) mesh.isDeformDue = false;
                 ++m_deformCount;
             });
-        });
-}
-
-void DeformSet::DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable& draws) {
-    renderer.AddPass(
-        "UploadDrawBounds", PassKind::Transfer,
-        [&](PassBuilder& pass) { ids.draws = pass.CopiesTo(ids.draws); },
-        [this, &draws](CommandList& commands) {
-            const std::span<const std::byte> bytes =
-                std::as_bytes(std::span(draws.onHost).subspan(m_dirtyDraws.first, m_dirtyDraws.Count()));
-            const TableCopy copy{bytes, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord)};
-            RecordCopies(commands, m_device, "draw staging", {&copy, 1});
-            commands.OnSubmitted([this] { m_dirtyDraws = {}; });
         });
 }
 

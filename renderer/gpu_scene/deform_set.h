@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
@@ -26,12 +25,13 @@ class DeformSet {
     // that are not finite.
     bool SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices);
     bool SetMorphWeights(uint32_t instance, std::span<const float> weights);
-    // As SetJointMatrices; but a joint whose matrix is not finite keeps the one that it has.
+    // As SetJointMatrices; but a joint whose matrix is not finite has the identity.
     bool FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrices);
     uint32_t WeightCount(uint32_t instance) const;
+    bool IsDeformed(uint32_t instance) const;
 
     // Boxes, emitters and draws follow on the host; then the passes that upload what has changed and deform
-    // the vertices. Sets `deformedStreams` and `draws`.
+    // the vertices. Sets `deformedStreams`.
     void DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& lights, DrawTable& draws);
     // The copies that are built for the first time, in a pass that the caller declares; told when it is
     // submitted.
@@ -51,7 +51,6 @@ class DeformSet {
     void DeclareUpload(Renderer& renderer);
     void RecordUpload(CommandList& commands);
     void DeclareDeform(Renderer& renderer, SceneIds& ids);
-    void DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable& draws);
 
     rhi::Device& m_device;
     SceneResources& m_resources;
@@ -59,7 +58,6 @@ class DeformSet {
     InstanceSet& m_instances;
     std::vector<gpu::DeformTask> m_tasks;  // of the frame
     uint32_t m_groupCount = 0;
-    DirtyRange m_dirtyDraws;
     uint64_t m_deformCount = 0;
     BufferId m_matrices, m_weights, m_taskIds;  // of the frame
     ResourceState m_streamsState, m_recordsState, m_tasksState, m_matricesState, m_weightsState;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "renderer/gpu_scene/scene_content.h"
 #include "rhi/texture_table.h"
 #include "shaders/shared/scene_records.h"
 
@@ -29,15 +30,20 @@ void RequireIndex(const char* what, uint32_t index, size_t count) {
                         count);
 }
 
+uint64_t MaxPlacements(const rhi::Device& device) {
+    return std::min(device.Info().maxInstanceCount, kMaxCustomIndices);
+}
+
 void RequirePlacements(const rhi::Device& device, uint64_t count) {
-    const uint64_t limit = std::min(device.Info().maxInstanceCount, kMaxCustomIndices);
+    const uint64_t limit = MaxPlacements(device);
     if (count <= limit) return;
     throw MakeError(ErrorKind::Usage,
                     "GpuScene: {} instances of groups of triangles, this device traces at most {}", count,
                     limit);
 }
 
-void CheckLimits(const rhi::Device& device, const scene::SceneData& scene) {
+void CheckLimits(const rhi::Device& device, const SceneContent& content) {
+    const scene::SceneData& scene = content.data;
     if (scene.textures.size() > rhi::kMaxTextureTableSlots)
         throw MakeError(ErrorKind::Usage, "GpuScene: {} textures, a shader can read {}",
                         scene.textures.size(), rhi::kMaxTextureTableSlots);
@@ -50,14 +56,11 @@ void CheckLimits(const rhi::Device& device, const scene::SceneData& scene) {
                 image.name, image.width, image.height, largest);
     RequireBindable(device, "materials", scene.materials.size(), sizeof(gpu::MaterialRecord));
     uint64_t geometryCount = 0;
-    for (const scene::Mesh& mesh : scene.meshes)
-        geometryCount += static_cast<uint64_t>(std::ranges::count_if(
-            mesh.primitives, [](const scene::Primitive& p) { return !p.indices.empty(); }));
+    for (const PackedMesh& mesh : content.meshes) geometryCount += mesh.GeometryCount();
     RequireBindable(device, "geometries", geometryCount, sizeof(gpu::GeometryRecord));
-    // Limits that depend on how meshes are split are checked where that is known: at least this many
     uint64_t placementCount = 0;
     for (const scene::Instance& instance : scene.instances)
-        placementCount += scene.meshes[instance.mesh].primitives.empty() ? 0 : 1;
+        placementCount += content.meshes[instance.mesh].groups.size();
     RequirePlacements(device, placementCount);
     RequireBindable(device, "instances", placementCount, sizeof(gpu::InstanceRecord));
 }

@@ -5,14 +5,15 @@
 #include <cstdint>
 #include <string>
 
-#include "renderer/scene/scene_data.h"
 #include "rhi/device.h"
 
 namespace raygraph {
 
+struct SceneContent;
+
 // Throws Error{Usage} for more textures than a shader can read and for images that are too large;
 // Error{OutOfMemory} for tables that are too large. Each says what was asked for and what the limit is.
-void CheckLimits(const rhi::Device& device, const scene::SceneData& scene);
+void CheckLimits(const rhi::Device& device, const SceneContent& content);
 
 // Throws Error{OutOfMemory} if a shader cannot bind a buffer of so many records.
 void RequireBindable(const rhi::Device& device, const std::string& what, uint64_t count,
@@ -21,7 +22,8 @@ void RequireBindable(const rhi::Device& device, const std::string& what, uint64_
 // Throws Error{Usage} if the scene has not so many: "GpuScene: light 3 does not exist; the scene has 2".
 void RequireIndex(const char* what, uint32_t index, size_t count);
 
-// Throws Error{Usage} if a TLAS cannot hold so many groups of instances.
+// Groups of instances that a TLAS can hold; RequirePlacements throws Error{Usage} if it cannot hold so many.
+uint64_t MaxPlacements(const rhi::Device& device);
 void RequirePlacements(const rhi::Device& device, uint64_t count);
 
 }  // namespace raygraph

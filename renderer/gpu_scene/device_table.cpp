@@ -14,6 +14,12 @@ rhi::Buffer CreateTable(rhi::Device& device, const char* name, uint64_t count, u
                                          rhi::BufferUsage::CopyDestination});
 }
 
+uint64_t GrownCount(const rhi::Device& device, const std::string& name, uint64_t count, uint64_t capacity,
+                    uint64_t recordBytes) {
+    RequireBindable(device, name, count, recordBytes);
+    return std::max(count, std::min(2 * capacity, device.Info().maxStorageBufferBytes / recordBytes));
+}
+
 void RecordCopies(rhi::CommandList& commands, rhi::Device& device, const char* stagingName,
                   std::span<const TableCopy> copies) {
     uint64_t bytes = 0;

@@ -1,8 +1,9 @@
 #include "renderer/gpu_scene/draw_table.h"
 
 #include <algorithm>
+#include <span>
+#include <utility>
 
-#include "renderer/gpu_scene/device_limits.h"
 #include "shaders/shared/chunk_records.h"
 
 namespace raygraph {
@@ -12,44 +13,85 @@ DrawKind KindOf(const GroupKind& group) {
     return group.isBackCulled ? DrawKind::AlphaTested : DrawKind::AlphaTestedTwoSided;
 }
 
-DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
-                        std::span<const InstanceSet::Placement> placements) {
-    std::vector<uint32_t> placementsOf(resources.groups.size());
-    for (const InstanceSet::Placement& placement : placements) placementsOf[placement.group]++;
+DrawTable::DrawTable(rhi::Device& device, SceneResources& resources, const InstanceSet& instances)
+    : m_table(device, "draws", "UploadDraws", sizeof(gpu::DrawRecord)) {
+    Number(resources, 1);
+    Refresh(resources, instances);
+}
 
-    DrawTable table;
-    std::vector<gpu::DrawRecord> records;
-    for (size_t kind = 0; kind < kDrawKindCount; ++kind) {
-        table.drawsOfKind[kind].first = static_cast<uint32_t>(records.size());
-        for (size_t i = 0; i < resources.groups.size(); ++i) {
-            GroupResources& group = resources.groups[i];
-            if (group.kind.isRound || KindOf(group.kind) != static_cast<DrawKind>(kind)) continue;
-            group.record.draw = static_cast<uint32_t>(records.size());
-            records.push_back({.boundsMin = group.bounds.min,
-                               .vertexCount = static_cast<uint32_t>(3 * group.triangleCount),
-                               .boundsMax = group.bounds.max,
-                               .firstSlot = table.placementCount});
-            table.placementCount += placementsOf[i];
-            table.chunkCount +=
-                placementsOf[i] * ((group.triangleCount + gpu::kChunkTriangles - 1) / gpu::kChunkTriangles);
-        }
-        table.drawsOfKind[kind].count = static_cast<uint32_t>(records.size()) - table.drawsOfKind[kind].first;
+void DrawTable::Upload(rhi::Uploader& uploader) {
+    m_table.Upload(uploader, std::as_bytes(std::span<const gpu::DrawRecord>(m_records)));
+}
+
+void DrawTable::Number(SceneResources& resources, uint32_t roomFactor) {
+    m_kinds = {};
+    for (GroupResources& group : resources.groups) {
+        group.record.draw = gpu::kNotDrawn;
+        if (group.IsDrawn()) ++m_kinds[static_cast<size_t>(KindOf(group.kind))].room;
     }
-    for (size_t i = 0; i < resources.groups.size(); ++i) {
-        if (!resources.groups[i].kind.isRound) continue;
-        resources.groups[i].record.draw = gpu::kNotDrawn;
-        table.placementCount += placementsOf[i];
+    uint32_t first = 0;
+    for (Kind& kind : m_kinds) {
+        kind.first = first;
+        kind.room *= roomFactor;
+        first += kind.room;
     }
-    if (records.empty()) records.emplace_back();  // an empty buffer cannot be bound
-    RequireBindable(device, "draws", records.size(), sizeof(records[0]));
-    const auto bytes = std::as_bytes(std::span<const gpu::DrawRecord>(records));
-    table.records = device.CreateBuffer({.name = "draws",
-                                         .size = bytes.size(),
-                                         .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
-                                                  rhi::BufferUsage::CopyDestination});
-    uploader.UploadBuffer(table.records, 0, bytes);
-    table.onHost = std::move(records);
-    return table;
+    m_records.assign(first, {});
+    m_table.Reserve(m_records.size());
+    for (GroupResources& group : resources.groups)
+        if (group.IsDrawn()) Add(group);
+}
+
+bool DrawTable::Add(GroupResources& group) {
+    group.record.draw = gpu::kNotDrawn;
+    if (!group.IsDrawn()) return true;
+    Kind& kind = m_kinds[static_cast<size_t>(KindOf(group.kind))];
+    if (kind.taken.TakenCount() == kind.room) return false;
+    group.record.draw = kind.first + kind.taken.Allocate(1);
+    return true;
+}
+
+void DrawTable::Remove(const GroupResources& group) {
+    if (group.record.draw == gpu::kNotDrawn) return;
+    for (Kind& kind : m_kinds)
+        if (group.record.draw - kind.first < kind.room) kind.taken.Free(group.record.draw - kind.first, 1);
+}
+
+void DrawTable::Renumber(SceneResources& resources, const InstanceSet& instances) {
+    Number(resources, 2);
+    Refresh(resources, instances);
+}
+
+void DrawTable::Refresh(const SceneResources& resources, const InstanceSet& instances) {
+    std::ranges::fill(m_records, gpu::DrawRecord{});
+    m_chunkCount = 0;
+    for (uint32_t i = 0; i < resources.groups.size(); ++i) {
+        const GroupResources& group = resources.groups[i];
+        if (group.record.draw == gpu::kNotDrawn) continue;
+        gpu::DrawRecord& record = m_records[group.record.draw];
+        record.vertexCount = static_cast<uint32_t>(3 * group.triangleCount);
+        record.firstSlot = instances.PlacementsOf(i);
+        SetBounds(group);
+        m_chunkCount +=
+            record.firstSlot * ((group.triangleCount + gpu::kChunkTriangles - 1) / gpu::kChunkTriangles);
+    }
+    uint32_t slots = 0;
+    for (gpu::DrawRecord& record : m_records) slots += std::exchange(record.firstSlot, slots);
+    m_table.Mark(0, static_cast<uint32_t>(m_records.size()));
+}
+
+void DrawTable::SetBounds(const GroupResources& group) {
+    if (group.record.draw == gpu::kNotDrawn) return;  // round, or not numbered yet
+    gpu::DrawRecord& record = m_records[group.record.draw];
+    record.boundsMin = group.bounds.min;
+    record.boundsMax = group.bounds.max;
+    m_table.Mark(group.record.draw);
+}
+
+void DrawTable::Declare(Renderer& renderer, SceneIds& ids) {
+    ids.draws = m_table.Declare(renderer, std::as_bytes(std::span<const gpu::DrawRecord>(m_records)));
+    for (size_t kind = 0; kind < kDrawKindCount; ++kind)
+        ids.drawsOfKind[kind] = {.first = m_kinds[kind].first, .count = m_kinds[kind].taken.End()};
+    ids.chunkCount = m_chunkCount;
 }
 
 }  // namespace raygraph

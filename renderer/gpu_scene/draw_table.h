@@ -1,30 +1,55 @@
 // The scene as a list of draws: one for each group of triangles, whatever the number of its placements. Round
-// primitives are not drawn: raster views find them by rays.
+// primitives are not drawn: raster views find them by rays. Draws of a kind are neighbors, so that a view
+// draws a kind by one call; groups keep their draws while others come and go, as long as there is room.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <span>
+#include <vector>
 
 #include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/growing_table.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/slot_ranges.h"
 #include "shaders/shared/draw_records.h"
 
 namespace raygraph {
 
-struct DrawTable {
-    rhi::Buffer records;  // gpu::DrawRecord[]
-    std::vector<gpu::DrawRecord> onHost;
-    std::array<DrawRange, kDrawKindCount> drawsOfKind{};
-    uint32_t placementCount = 0;
-    uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
-};
-
 DrawKind KindOf(const GroupKind& group);
 
-// Uploads the table, and gives each group's record the number of its draw.
-DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
-                        std::span<const InstanceSet::Placement> placements);
+class DrawTable {
+  public:
+    DrawTable() = default;
+    // Of all groups, whose records get the numbers of their draws.
+    DrawTable(rhi::Device& device, SceneResources& resources, const InstanceSet& instances);
+    void Upload(rhi::Uploader& uploader);
+
+    // A group has come, or is about to go. Its record gets its number, and Refresh comes before the next
+    // frame. False: there is no room, all are to be numbered by Renumber.
+    bool Add(GroupResources& group);
+    void Remove(const GroupResources& group);
+    // Numbers all again, with room for more. Records of all placements are then old.
+    void Renumber(SceneResources& resources, const InstanceSet& instances);
+    // After groups or placements have come or gone.
+    void Refresh(const SceneResources& resources, const InstanceSet& instances);
+    void SetBounds(const GroupResources& group);
+
+    // Sets `draws`, `drawsOfKind` and `chunkCount`; uploads what has changed.
+    void Declare(Renderer& renderer, SceneIds& ids);
+
+  private:
+    struct Kind {
+        uint32_t first = 0;  // number of its first draw
+        uint32_t room = 0;
+        SlotRanges taken;  // from `first`
+    };
+    void Number(SceneResources& resources, uint32_t roomFactor);
+
+    std::array<Kind, kDrawKindCount> m_kinds;
+    std::vector<gpu::DrawRecord> m_records;
+    uint64_t m_chunkCount = 0;
+    GrowingTable m_table;
+};
 
 }  // namespace raygraph

@@ -17,25 +17,163 @@ GpuScene::~GpuScene() = default;
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
     m_impl->RequireNoFrame("SetScene");
-    const bool makesRoom = scene.meshes.empty();
-    WithMemoryErrors("SetScene", [&] { m_impl->Replace(std::move(scene)); });
+    PreparedScene prepared(std::move(scene), {}, "SetScene");
+    try {
+        SetScene(std::move(prepared));
+    } catch (...) {
+        scene = std::move(prepared.m_content->data);
+        scene.meshes.clear();  // some are freed by now: a retry would lack them
+        throw;
+    }
+}
+
+void GpuScene::SetScene(PreparedScene&& scene) {
+    m_impl->RequireNoFrame("SetScene");
+    const bool makesRoom = scene.m_content->meshes.empty();
+    WithMemoryErrors("SetScene", [&] { m_impl->SetContent(*scene.m_content); });
+    m_impl->disposer.Dispose(std::move(scene.m_content));
     if (makesRoom) m_impl->device.WaitIdle();
 }
 
-void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
+std::shared_ptr<SceneUpload> GpuScene::Upload(PreparedScene&& scene) {
+    m_impl->RequireNoFrame("Upload");
+    return WithMemoryErrors("Upload", [&] {
+        Impl& impl = *m_impl;
+        CheckLimits(impl.device, *scene.m_content);
+        SceneContent& content = *scene.m_content;
+        auto upload = std::make_shared<SceneUpload>(std::make_unique<SceneUpload::Content>(
+            std::move(scene.m_content), impl.device, impl.StreamUploader(), impl.builder, impl.disposer,
+            content, impl.SettingsOfResources()));
+        impl.uploads.push_back(upload);
+        return upload;
+    });
+}
+
+void GpuScene::SetScene(SceneUpload& upload) {
+    m_impl->RequireNoFrame("SetScene");
+    if (!upload.m_content) throw Error(ErrorKind::Usage, "GpuScene: SetScene: the scene has been set before");
+    const std::unique_ptr<SceneUpload::Content> content = std::move(upload.m_content);
+    if (content->error) std::rethrow_exception(content->error);
+    WithMemoryErrors("SetScene", [&] { m_impl->Finish(*content); });
+}
+
+void GpuScene::Impl::Finish(SceneUpload::Content& content) {
+    const Stopwatch watch;
+    if (!content.isDone)
+        StreamUploader().FlushAfter([&] {
+            uint64_t budget = UINT64_MAX;
+            content.resources->Continue(budget);
+        });
+    Replace(*content.scene, *content.resources, watch);
+    endedTextures.push_back(content.resources->TakeTextures());
+    disposer.Dispose(std::move(content.scene));
+}
+
+ResourceSettings GpuScene::Impl::SettingsOfResources() const {
+    return {.textures =
+                TextureSettings(desc.textureBudget > 0 ? desc.textureBudget : DefaultTextureBudget(device)),
+            .defaultTexture = &defaultTexture,
+            .defaultSampler = &defaultSampler};
+}
+
+void GpuScene::Impl::SetContent(SceneContent& content) {
+    const Stopwatch watch;
+    CheckLimits(device, content);
+    device.CollectGarbage();  // room that there is already
+    ResourceUpload upload(device, uploader, builder, disposer, content, SettingsOfResources());
+    Replace(content, upload, watch);
+}
+
+void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch) {
+    const scene::SceneData& data = content.data;
+    std::unique_ptr<SceneResources> newResources;
+    std::unique_ptr<InstanceSet> newInstances;
+    std::unique_ptr<LightSet> newLights;
+    std::unique_ptr<DeformSet> newDeform;
+    DrawTable newDraws;
+    std::optional<EnvironmentOnDevice> newEnvironment;
+    uploader.FlushAfter([&] {
+        uint64_t budget = UINT64_MAX;
+        upload.Continue(budget);
+        newResources = upload.Finish(uploader);
+        newInstances = std::make_unique<InstanceSet>(device, *newResources, data, desc.tlasRule);
+        newDraws = DrawTable(device, *newResources, *newInstances);
+        newDraws.Upload(uploader);
+        newLights = std::make_unique<LightSet>(device, uploader, *newResources, newInstances->Placements(),
+                                               data, desc.lightRule);
+        if (newResources->deform)
+            newDeform = std::make_unique<DeformSet>(device, *newResources, *newInstances);
+        if (data.environment.IsPresent())
+            newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
+        builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
+    });
+    ObjectOwners newOwners;
+    newOwners.instances.Reset(data.instances.size());
+    newOwners.materials.Reset(data.materials.size());
+    newOwners.lights.Reset(data.lights.size());
+    const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
+    newInstances->MoveOrigin(newOrigin);
+    newLights->MoveOrigin(newOrigin, *newInstances);
+    deform = std::move(newDeform);
+    lights = std::move(newLights);
+    instances = std::move(newInstances);
+    resources = std::move(newResources);
+    draws = std::move(newDraws);
+    builder.Trim();
+    if (newEnvironment || sceneEnvironment) {
+        sceneEnvironment = std::move(newEnvironment);
+        ++environmentVersion;
+    }
+    content.data.environment = {};
+    areDrawsDue = areDrawNumbersDue = areUsedMaterialsDue = false;
+    while (!streams.empty()) EndStream(streams.begin());
+    changedHostMeshes.clear();
+    hostPlacements.clear();
+    owners = std::move(newOwners);
+    origin = newOrigin;
+    originTurns = {};
+    hasUnbuiltBlases = areAddressesDue = true;
+    ++revisions.geometry;
+    statistics.uploadMs = watch.Milliseconds();
+    statistics.textureBudget = upload.Textures().budget;
+    set = {data.instances.size(), data.materials.size(), data.lights.size()};
+    if (const std::string& warning = upload.Warning(); !warning.empty())
+        device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
+    RefreshStatistics();
+    if (statistics.instanceCount > 0)
+        Say(device.Log(), LogLevel::Info, log_category::kScene,
+            "{} triangles in {} instances are uploaded in {}", statistics.trianglesPlaced,
+            statistics.instanceCount, DurationText(watch.Seconds()));
+}
+
+void GpuScene::SetTransforms(std::span<const uint32_t> instances,
+                             std::span<const scene::PlacedTransform> objectToWorld) {
     m_impl->RequireNoFrame("SetTransform");
-    RequireIndex("instance", instance, m_impl->instances->Count());
-    if (m_impl->instances->Transform(instance) == objectToWorld) return;
-    if (!scene::CanInvert(objectToWorld.matrix) || !scene::IsFinite(objectToWorld.rest))
-        scene::CheckTransform(objectToWorld, Text("GpuScene: SetTransform: instance {}", instance));
+    InstanceSet& set = *m_impl->instances;
+    if (instances.size() != objectToWorld.size())
+        throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} transforms for {} instances",
+                        objectToWorld.size(), instances.size());
+    for (size_t i = 0; i < instances.size(); ++i) {
+        m_impl->RequireInstance(instances[i]);
+        const scene::PlacedTransform& transform = objectToWorld[i];
+        if (scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
+        if (set.Transform(instances[i]) == transform) continue;  // a scene's may be flat
+        scene::CheckTransform(transform, Text("GpuScene: SetTransform: instance {}", instances[i]));
+    }
+    if (!WithMemoryErrors("SetTransform", [&] { return set.SetTransforms(instances, objectToWorld); }))
+        return;
     ++m_impl->revisions.transforms;
-    m_impl->instances->SetTransform(instance, objectToWorld);
-    if (m_impl->lights->IsEmitter(instance))
-        m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
+    for (const uint32_t instance : instances)
+        if (m_impl->lights->IsEmitter(instance))
+            m_impl->lights->SetTransform(instance, set.DeviceTransform(instance));
+}
+
+bool GpuScene::HasInstance(uint32_t instance) const {
+    return m_impl->instances->Exists(instance);
 }
 
 const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
-    RequireIndex("instance", instance, m_impl->instances->Count());
+    m_impl->RequireInstance(instance);
     return m_impl->instances->Transform(instance);
 }
 
@@ -44,24 +182,24 @@ void GpuScene::SetViewpoint(const glm::dvec3& eye) {
     m_impl->SetViewpoint(eye);
 }
 
-void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
+void GpuScene::SetVisible(std::span<const uint32_t> instances, bool isVisible) {
     m_impl->RequireNoFrame("SetVisible");
-    RequireIndex("instance", instance, m_impl->instances->Count());
-    if (m_impl->instances->IsVisible(instance) == isVisible) return;
+    for (const uint32_t instance : instances) m_impl->RequireInstance(instance);
+    if (!WithMemoryErrors("SetVisible", [&] { return m_impl->instances->SetVisible(instances, isVisible); }))
+        return;
     ++m_impl->revisions.geometry;
-    m_impl->instances->SetVisible(instance, isVisible);
-    m_impl->lights->SetVisible(instance, isVisible);
+    for (const uint32_t instance : instances) m_impl->lights->SetVisible(instance, isVisible);
 }
 
 bool GpuScene::IsVisible(uint32_t instance) const {
-    RequireIndex("instance", instance, m_impl->instances->Count());
+    m_impl->RequireInstance(instance);
     return m_impl->instances->IsVisible(instance);
 }
 
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
-    RequireIndex("material", material, records.size());
+    m_impl->RequireMaterial(material);
     scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
     const gpu::MaterialRecord record = ToRecord(values, records[material]);
     // There is no padding that differs: scene_records.h asserts the size
@@ -82,27 +220,27 @@ uint32_t GpuScene::Variant() const {
 
 void GpuScene::SetLightVisible(uint32_t light, bool isVisible) {
     m_impl->RequireNoFrame("SetLightVisible");
-    RequireIndex("light", light, m_impl->lights->PunctualCount());
+    m_impl->RequireLight(light);
     if (m_impl->lights->IsPunctualVisible(light) == isVisible) return;
     m_impl->lights->SetPunctualVisible(light, isVisible);
     ++m_impl->revisions.lights;
 }
 
 bool GpuScene::IsLightVisible(uint32_t light) const {
-    RequireIndex("light", light, m_impl->lights->PunctualCount());
+    m_impl->RequireLight(light);
     return m_impl->lights->IsPunctualVisible(light);
 }
 
 void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
     m_impl->RequireNoFrame("SetLight");
-    RequireIndex("light", light, m_impl->lights->PunctualCount());
+    m_impl->RequireLight(light);
     if (m_impl->lights->Punctual(light) == values) return;
     WithMemoryErrors("SetLight", [&] { m_impl->lights->SetPunctual(light, values); });
     ++m_impl->revisions.lights;
 }
 
 const scene::Light& GpuScene::Light(uint32_t light) const {
-    RequireIndex("light", light, m_impl->lights->PunctualCount());
+    m_impl->RequireLight(light);
     return m_impl->lights->Punctual(light);
 }
 
@@ -157,16 +295,18 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
 
 SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     declaredIn = renderer.OpenFrame();
+    ContinueStreams();
     RefreshDraws();
+    if (areUsedMaterialsDue) resources->usedMaterials = UsedMaterials(*resources);
+    areUsedMaterialsDue = false;
     SceneIds ids;
     ids.origin = origin;
     DeclareEnvironment(renderer, ids);
-    ids.geometries = renderer.Import("geometries", resources->geometries, geometriesState);
-    ids.materials = renderer.Import("materials", resources->materials, materialsState);
-    ids.draws = renderer.Import("draws", draws.records, drawsState);
-    ids.drawsOfKind = draws.drawsOfKind;
-    ids.placementCount = draws.placementCount;
-    ids.chunkCount = draws.chunkCount;
+    ids.geometries = resources->geometries.Declare(
+        renderer, std::as_bytes(std::span<const gpu::GeometryRecord>(resources->geometryRecords)));
+    ids.materials = resources->materials.Declare(
+        renderer, std::as_bytes(std::span<const gpu::MaterialRecord>(resources->materialRecords)));
+    ids.placementCount = instances->RecordCount();
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
     ids.lobeFeatures = LobeFeatures(*resources);
     ids.textureFeatures = TextureFeatures(*resources);
@@ -177,12 +317,11 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
         ids.hasThinWalls |= group.kind.isThinWall;
         ids.hasCapsules |= group.kind.isRound;
     }
-    ids.textures = renderer.Import("textures", *resources->textureTable);
+    ids.textures = renderer.Import("textures", resources->textures->Table());
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
     if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);
+    draws.Declare(renderer, ids);
     DeclareBlasWork(renderer, ids);
-    DeclareMaterialUpload(renderer, ids);
-    DeclareGeometryUpload(renderer, ids);
     lights->Declare(renderer, ids, *instances);
     instances->DeclareRefresh(renderer, ids, [&statistics = statistics](TlasWork work) {
         statistics.lastTlasWork = work;
@@ -203,7 +342,8 @@ const SceneRevisions& GpuScene::Revisions() const {
 
 bool GpuScene::IsSettled() const {
     const rhi::CompactionStatistics blas = m_impl->builder.Statistics();
-    return !m_impl->hasUnbuiltBlases && blas.pending == 0 &&
+    return !m_impl->hasUnbuiltBlases && blas.pending == 0 && m_impl->streams.empty() &&
+           m_impl->changedHostMeshes.empty() && !m_impl->NextUpload() &&
            (!m_impl->deform || !m_impl->deform->HasWork()) &&
            m_impl->instances->PendingWork() == TlasWork::None;
 }

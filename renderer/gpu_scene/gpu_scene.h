@@ -10,7 +10,8 @@
 // The TLAS is refreshed every frame: no work when nothing moved, an update when instances were moved, shown
 // or hidden, a rebuild when BLASes changed or updates have decayed it (tlas_quality.h); Statistics() says
 // which. The host's work for instances is in proportion to those that changed, but in frames with a rebuild.
-// Compaction is polled and never waited for. An empty scene is legal: every ray misses. Edits come before
+// Compaction is polled and never waited for. Objects come and go by Add, Stream and Remove, while all others
+// keep their indices and stay as they are. An empty scene is legal: every ray misses. Edits come before
 // Declare or after Execute; between the two they are refused with Error{Usage} (Renderer::DropFrame drops
 // such a frame). The work of a frame counts when it has been submitted: after a dropped frame it is still
 // due. Threads: that of the Renderer.
@@ -20,9 +21,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/api.h"
 #include "renderer/gpu_scene/light_groups.h"
+#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/scene_upload.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/scene_data.h"
@@ -34,6 +38,8 @@ namespace scene {
 class PoseApplier;
 struct PoseChanges;
 }  // namespace scene
+struct HostMesh;
+struct HostTexture;
 
 // Classes of triangles for drawing: by how rays treat them.
 enum class DrawKind : uint8_t {
@@ -65,6 +71,7 @@ struct SceneIds {
     BufferId lights;                  // "lights": gpu::LightRecord[]
     BufferId lightNodes;              // "lightNodes": gpu::LightNode[]
     BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
+    BufferId lightMeshes;             // "lightMeshes": gpu::LightMeshRecord[]
     BufferId lightProfiles;           // "lightProfiles": float[], see shaders/lights/light_profile.glsl
     BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
@@ -76,13 +83,14 @@ struct SceneIds {
     bool hasVolumes = false;        // a material bounds a medium
     bool hasCapsules = false;       // some primitives are round
     bool hasThinWalls = false;      // light passes straight through some surfaces: smooth thin walls
-    uint32_t triangleLights = 0;    // of the lights, dark ones included
+    uint32_t triangleLights = 0;    // of the lights, meshes and dark ones included
+    bool hasMeshLights = false;     // some of these are placed meshes
     uint32_t punctualLights = 0;
     bool hasLightProfiles = false;                     // of these
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
-    uint32_t placementCount = 0;                       // records of `instances`
-    std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, consecutive from 0
+    uint32_t placementCount = 0;                       // records of `instances`; some are free
+    std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, ascending
     uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
     glm::dvec3 origin{0.0};   // in world space: positions on the device are relative to it
 };
@@ -125,20 +133,41 @@ struct GpuSceneStatistics {
     uint64_t deformations = 0;           // frames in which vertices were deformed; of this scene
     uint32_t deformedMeshes = 0;         // copies of meshes, each with vertices of its own
     uint32_t lightCount = 0;             // those that shine, the environment included, when last declared
-    uint32_t emissiveTriangleCount = 0;  // of these
-    uint64_t lightRebuilds = 0;          // of this scene's tables
+    uint64_t emissiveTriangleCount = 0;  // placed, that shine
+    uint64_t lightRebuilds = 0;          // of this scene's light tree
+    uint64_t lightUpdates = 0;           // likewise, in place
+    uint64_t lightTableBytes = 0;        // on the device: records, trees and alias tables of all lights
+    uint64_t lightBytesUploaded = 0;     // into these, since the scene was set
     double uploadMs = 0.0;               // host time of the last SetScene: sorting and staging
+};
+
+// Where the things of a part of the scene are: by their index in the part, their index in the scene.
+// scene::kNone: not there yet, of a part that streams.
+struct AddedPart {
+    std::vector<uint32_t> textures, materials, meshes, instances, lights;
+    uint32_t owner = 0;  // by which the scene knows what is still the part's
+    bool isComplete = false;
+};
+
+// Of all parts that stream.
+struct StreamProgress {
+    uint64_t bytes = 0;  // that are on the device
+    uint64_t of = 0;     // 0: nothing streams
+
+    bool IsDone() const { return bytes == of; }
 };
 
 // How often the scene has changed, by kind of change: for caches of what was derived from it. An edit
 // that changes nothing does not count; neither do changes that leave the picture as it is (light
 // groups, compaction).
 struct SceneRevisions {
-    uint64_t geometry = 0;     // SetScene, SetVisible, SetVariant; SetMaterial where culling or alpha changes
+    // SetScene, SetVisible, SetVariant; what comes and goes, lights apart; SetMaterial where culling or alpha
+    // changes.
+    uint64_t geometry = 0;
     uint64_t transforms = 0;   // SetTransform
     uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights: of visible instances
     uint64_t materials = 0;    // SetMaterial, emission included; SetVariant
-    uint64_t lights = 0;       // SetLight, SetLightVisible
+    uint64_t lights = 0;       // SetLight, SetLightVisible; lights that come and go
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
 
     bool operator==(const SceneRevisions&) const = default;
@@ -146,6 +175,10 @@ struct SceneRevisions {
 
 // When the TLAS is rebuilt, where an update would do.
 enum class TlasRule : uint8_t { Decay, Never, Always };
+
+// When the light tree is rebuilt, where an update would do (docs/lights.md). Always: pictures depend on the
+// scene as it is alone, not on what was shown before.
+enum class LightRule : uint8_t { Decay, Always };
 
 struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;     // bytes of build scratch at a time
@@ -160,7 +193,11 @@ struct GpuSceneDesc {
     // memory and by rhi::Device::LimitMemory, and no more than is left of it when the scene is set. Where
     // they take more, levels are dropped, of the largest textures first, and a warning says so.
     uint64_t textureBudget = 0;
+    // Bytes of vertices and texels that Stream copies in one frame, 64 KiB at least; a mesh or a texture that
+    // is larger takes several frames.
+    uint64_t streamBudget = 8ull << 20;
     TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
+    LightRule lightRule = LightRule::Decay;
     // Compacts also on a driver where it saves nothing, to test compaction there.
     bool compactsWithoutGain = false;
 };
@@ -181,6 +218,59 @@ class RAYGRAPH_API GpuScene {
     // host or the device. An Error after the upload has begun leaves the data consumed: it has no meshes any
     // more, and is refused if it has instances.
     void SetScene(scene::SceneData&& scene);
+    // The same of one that was prepared, on another thread for example: what is left is copying.
+    void SetScene(PreparedScene&& scene);
+    // The same in two steps. Upload begins, and the frames to come, of the scene that is shown, copy and
+    // build as those of Stream do, until the upload IsReady: then SetScene has little left to do, in
+    // proportion to the numbers of instances and lights. Before, it does the rest at once. Errors of an
+    // upload are thrown by SetScene.
+    std::shared_ptr<SceneUpload> Upload(PreparedScene&& scene);
+    void SetScene(SceneUpload& upload);
+
+    // --- What comes and goes. Everything else stays as it is, and keeps its index; the index of what has
+    // gone may be used again. On an Error nothing has changed. The next frame builds the new BLASes and
+    // rebuilds the TLAS; the host's work is in proportion to what comes or goes, but for tables of one record
+    // a mesh's group of triangles, and for the light tables, which are made again where lights come.
+    //
+    // Adds a part with its own textures, materials, meshes, instances and lights, whose indices are within
+    // the part. Of its variants that is shown which SceneData::variant names, for good; its environment,
+    // cameras and animations count for nothing. Textures take what is left of the budget. Consumes the data.
+    // Errors are those of SetScene; Error{Usage} also for deformed instances, which only SetScene takes.
+    AddedPart Add(PreparedScene&& part);
+    AddedPart Add(scene::SceneData&& part);
+    // The same over the frames to come: each copies GpuSceneDesc::streamBudget, and none waits for the
+    // device. An instance appears as soon as its mesh and materials are there. What is returned is filled by
+    // Declare, and by nothing once the scene has been replaced. An Error in a frame drops that frame and
+    // removes the part.
+    std::shared_ptr<const AddedPart> Stream(PreparedScene&& part);
+    StreamProgress Streaming() const;
+    // Removes its instances and lights, then meshes, materials and textures, but for those that are used by
+    // something else, which stay; what has gone already, and what has its index now, does not count. A part
+    // that streams stops.
+    void Remove(const AddedPart& part);
+
+    // A mesh of one part may be placed by others, and materials and textures be shared: indices are those of
+    // the scene. Error{Usage} for what does not exist, and for the numbers that scene::Check refuses.
+    uint32_t AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible = true);
+    // As far as light sampling goes, the mean of the materials' emissive textures over each triangle is 1.
+    uint32_t AddMesh(scene::Mesh&& mesh);
+    uint32_t AddMaterial(const scene::Material& material);
+    uint32_t AddLight(const scene::Light& light, bool isVisible = true);
+    // What the device has already, of the host's own (host_objects.h).
+    uint32_t AddMesh(const HostMesh& mesh);
+    uint32_t AddTexture(const HostTexture& texture);
+    // The vertices of a host's mesh have changed: its BLAS is built again in the next frame, or is the host's
+    // own and has been. `bounds` are the new ones, finite and not empty.
+    void MarkChanged(uint32_t mesh, const scene::Bounds& bounds);
+
+    // Error{Usage} for what does not exist, and for what is used: a mesh by an instance, a material by a
+    // mesh, a texture by a material, all of them by a part that streams and has brought them. Deformed
+    // instances and their meshes go with the scene alone.
+    void RemoveInstance(uint32_t instance);
+    void RemoveMesh(uint32_t mesh);
+    void RemoveMaterial(uint32_t material);
+    void RemoveTexture(uint32_t texture);
+    void RemoveLight(uint32_t light);
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
     // which are floats, is near there or at the scene's nearest place (docs/large-coordinates.md). Costs
@@ -193,10 +283,18 @@ class RAYGRAPH_API GpuScene {
     // Instance indices are those of SceneData::instances. The translation is PlacedTransform::Place, added in
     // double; a plain matrix has no rest. Error{Usage} out of range, and for a transform that is not finite
     // or has no inverse.
-    void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld);
+    void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
+        SetTransforms({&instance, 1}, {&objectToWorld, 1});
+    }
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
         SetTransform(instance, scene::PlacedTransform{objectToWorld});
     }
+    // The same for many, which costs less than one by one: of each of these instances; of one that is listed
+    // twice the last. Error{Usage} also for lists of different lengths; Error{OutOfMemory}. On an Error
+    // nothing has changed.
+    void SetTransforms(std::span<const uint32_t> instances,
+                       std::span<const scene::PlacedTransform> objectToWorld);
+    bool HasInstance(uint32_t instance) const;  // not of one that was removed
     // The current value: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
     // --- Instances with Instance::isDeformed. Those that agree in mesh, skin and, with morph targets, node
@@ -217,10 +315,10 @@ class RAYGRAPH_API GpuScene {
     //     ...every frame...
     //     gpuScene.SetPose(posed, applier, applier.Apply(posed, evaluator.Evaluate(posed, clips)));
     //
-    // A joint whose matrix is beyond the numbers keeps the one that it had: the applier hides what it moves.
-    // Error{Usage}, before anything has changed, for a scene with other numbers of instances, skins,
-    // materials, lights, joints or weights than the one that was set. Else the errors of the setters: what
-    // they had been given before has then changed.
+    // A joint whose matrix is beyond the numbers has the identity: the applier hides what it moves. Of what
+    // has been removed nothing changes. Error{Usage}, before anything has changed, for a scene with other
+    // numbers of instances, skins, materials, lights, joints or weights than the one that was set. Else the
+    // errors of the setters: what they had been given before has then changed.
     void SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier,
                  const scene::PoseChanges& changes);
     // The same of all that an applier may change, changed or not: after an Error, or PoseApplier::Refresh.
@@ -235,7 +333,9 @@ class RAYGRAPH_API GpuScene {
 
     // No ray hits an invisible instance, and no view draws it. SetScene makes those of invisible nodes
     // invisible. A change updates the TLAS, as SetTransform does.
-    void SetVisible(uint32_t instance, bool isVisible);
+    void SetVisible(uint32_t instance, bool isVisible) { SetVisible({&instance, 1}, isVisible); }
+    // The same for many, which costs less than one by one. On an Error nothing has changed.
+    void SetVisible(std::span<const uint32_t> instances, bool isVisible);
     bool IsVisible(uint32_t instance) const;
     // Changes factors; textures stay. Where rays treat the surface differently after that (culling, alpha,
     // straight transmission), the next frame rebuilds the BLASes that contain it, whose memory is allocated
@@ -251,13 +351,13 @@ class RAYGRAPH_API GpuScene {
     void SetVariant(uint32_t variant);
     uint32_t Variant() const;
 
-    // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
+    // A punctual light; indices are those of SceneData::lights. Updates the light tables, and nothing else.
     // Error{Usage} out of range, and for values that no file can have: numbers that are not finite, a
     // negative color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2, a profile that the
     // scene does not have.
     void SetLight(uint32_t light, const scene::Light& values);
     const scene::Light& Light(uint32_t light) const;
-    // An invisible light does not shine. A change rebuilds the light tables. Error{Usage} out of range.
+    // An invisible light does not shine. A change updates the light tables. Error{Usage} out of range.
     void SetLightVisible(uint32_t light, bool isVisible);
     bool IsLightVisible(uint32_t light) const;
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <list>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -9,8 +11,6 @@
 #include "base/text.h"
 #include "renderer/gpu_scene/deform_set.h"
 #include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/device_table.h"
-#include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_upload.h"
@@ -18,12 +18,15 @@
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
+#include "renderer/gpu_scene/part_owners.h"
+#include "renderer/gpu_scene/part_upload.h"
+#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/scene_content.h"
 #include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_upload_content.h"
 #include "renderer/gpu_scene/texture_upload.h"
-#include "renderer/scene/check.h"
 #include "rhi/blas_builder.h"
-#include "rhi/texture_table.h"
 #include "rhi/upload.h"
 
 namespace raygraph {
@@ -45,84 +48,71 @@ struct GpuScene::Impl {
             device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
         uploader.UploadBuffer(energyTables, 0, tables);
         blank = BlankEnvironment(device, uploader);
-        Replace(scene::SceneData{});
+        SceneContent nothing;
+        SetContent(nothing);
     }
 
-    // Creates the new scene first, so that an Error leaves the old one in place.
-    void Replace(scene::SceneData&& data) {
-        const Stopwatch watch;
-        scene::Check(data, "GpuScene: SetScene");
-        CheckLimits(device, data);
-        device.CollectGarbage();  // room that there is already
-        const TextureUploadSettings textures{
-            .hasLevels = desc.textureLevels,
-            .budget = desc.textureBudget > 0 ? desc.textureBudget : DefaultTextureBudget(device),
-            .maxAnisotropy = desc.maxAnisotropy,
-            .defaultTexture = &defaultTexture,
-            .defaultSampler = &defaultSampler};
-        std::unique_ptr<SceneResources> newResources;
-        std::unique_ptr<InstanceSet> newInstances;
-        std::unique_ptr<LightSet> newLights;
-        std::unique_ptr<DeformSet> newDeform;
-        DrawTable newDraws;
-        std::optional<EnvironmentOnDevice> newEnvironment;
-        try {
-            uploader.FlushAfter([&] {
-                newResources = UploadScene(device, uploader, builder, data, textures);
-                newInstances = std::make_unique<InstanceSet>(device, *newResources, data, desc.tlasRule);
-                newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
-                newLights = std::make_unique<LightSet>(device, uploader, *newResources,
-                                                       newInstances->Placements(), data);
-                if (newResources->deform)
-                    newDeform = std::make_unique<DeformSet>(device, *newResources, *newInstances);
-                if (data.environment.IsPresent())
-                    newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
-                builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
-            });
-        } catch (...) {
-            data.meshes.clear();  // some are freed by now: a retry would lack them
-            throw;
-        }
-        const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
-        newInstances->MoveOrigin(newOrigin);
-        newLights->MoveOrigin(newOrigin, *newInstances);
-        deform = std::move(newDeform);
-        lights = std::move(newLights);
-        instances = std::move(newInstances);
-        resources = std::move(newResources);
-        draws = std::move(newDraws);
-        builder.Trim();
-        if (newEnvironment || sceneEnvironment) {
-            sceneEnvironment = std::move(newEnvironment);
-            ++environmentVersion;
-        }
-        data.environment = {};
-        areDrawsDue = false;
-        origin = newOrigin;
-        originTurns = {};
-        drawsState = {};
-        hasUnbuiltBlases = true;
-        dirtyMaterials = {};
-        areGeometriesDue = false;
-        ++revisions.geometry;
-        geometriesState = {};
-        materialsState = {};
-        statistics.uploadMs = watch.Milliseconds();
-        statistics.instanceCount = instances->Count();
-        statistics.geometryCount = resources->geometryCount;
-        statistics.geometryBytes = resources->geometryBytes;
-        statistics.textureBytes = resources->textureBytes;
-        statistics.textureBudget = textures.budget;
-        statistics.reducedTextures = resources->reducedTextures;
-        statistics.trianglesUnique = TriangleCount(*resources);
-        statistics.trianglesPlaced = TriangleCount(*resources, data.instances);
-        if (!resources->textureReduction.empty())
-            device.Log().Send(LogLevel::Warning, log_category::kScene, resources->textureReduction);
-        if (statistics.instanceCount > 0)
-            Say(device.Log(), LogLevel::Info, log_category::kScene,
-                "{} triangles in {} instances are uploaded in {}", statistics.trianglesPlaced,
-                statistics.instanceCount, DurationText(watch.Seconds()));
+    // Create the new scene first, so that an Error leaves the old one in place.
+    void SetContent(SceneContent& content);
+    void Finish(SceneUpload::Content& content);
+    void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
+    ResourceSettings SettingsOfResources() const;
+    TextureUploadSettings TextureSettings(uint64_t budget) const {
+        return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
     }
+
+    // Objects that come and go: gpu_scene_parts.cpp, and gpu_scene_objects.cpp for what has a call of its
+    // own. Arguments are checked.
+    AddedPart Add(PreparedScene&& part);
+    std::shared_ptr<const AddedPart> Stream(PreparedScene&& part);
+    uint32_t AddMaterial(const scene::Material& material, std::span<const uint32_t> textures);
+    uint32_t AddMesh(UploadedMesh&& uploaded);
+    // The memory of its BLASes; without it, forgets the mesh.
+    void ReserveBuilds(uint32_t mesh);
+    uint32_t AddMesh(scene::Mesh&& mesh);
+    uint32_t AddMesh(const HostMesh& mesh);
+    uint32_t AddTexture(const HostTexture& texture);
+    uint32_t AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible);
+    uint32_t AddLight(const scene::Light& light, bool isVisible, LightPlace place);
+    void RemoveInstance(uint32_t instance);
+    void ForgetMesh(uint32_t mesh) noexcept;
+    void RemoveMaterial(uint32_t material);
+    void RemoveTexture(uint32_t texture);
+    void RemoveLight(uint32_t light);
+    void Remove(const AddedPart& part);
+    void MarkChanged(uint32_t mesh, const scene::Bounds& bounds);
+    bool IsMeshUsed(uint32_t mesh) const;
+    bool IsShowable(uint32_t mesh) const;
+    bool IsOfHost(uint32_t mesh) const;
+    bool IsDeformed(uint32_t instance) const;
+    // Error{Usage} for what does not exist, or not any more.
+    void RequireInstance(uint32_t instance) const;
+    void RequireMesh(uint32_t mesh) const;
+    void RequireMaterial(uint32_t material) const;
+    void RequireTexture(uint32_t texture) const;
+    void RequireLight(uint32_t light) const;
+
+    PartUpload BeginPart(const char* call, PreparedScene&& part, rhi::Uploader& with);
+    // Goes on, and counts down the budget. True: all of it is there.
+    bool Continue(PartUpload& part, uint64_t& budget);
+    bool BringTexture(PartUpload& part, uint32_t texture, uint64_t& budget);
+    bool BringMaterial(PartUpload& part, uint32_t material, uint64_t& budget);
+    bool BringMesh(PartUpload& part, uint32_t mesh, uint64_t& budget);
+    rhi::Uploader& StreamUploader();
+    // The first that has an owner, and something to copy; null: none.
+    std::shared_ptr<SceneUpload> NextUpload();
+    void ContinueUpload(SceneUpload::Content& content, uint64_t& budget);
+    bool ContinueStream(PartUpload& part, uint64_t& budget);
+    void ContinueStreams();
+    // A part of this owner streams.
+    bool IsOnItsWay(uint32_t owner) const;
+    // Error{Usage} for what a part that streams may still need.
+    void RequireArrived(const char* what, uint32_t index, const Owners& of) const {
+        if (IsOnItsWay(of.Of(index)))
+            throw MakeError(ErrorKind::Usage, "GpuScene: {} {} cannot be removed: its part is on its way",
+                            what, index);
+    }
+    void EndStream(std::list<PartUpload>::iterator part);
 
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     SceneIds Declare(Renderer& renderer);
@@ -151,36 +141,36 @@ struct GpuScene::Impl {
         const KindChanges changes =
             ChangeMaterial(*resources, builder, material, record);  // everything that may fail
         ++revisions.materials;
-        dirtyMaterials.Add(material);
+        resources->materials.Mark(material);
         lights->SetEmission(material, record.emission);
         lights->SetSides(material, !IsBackCulled(record));
+        areAddressesDue |= changes.areStructures;
         hasUnbuiltBlases |= changes.areStructures;
         if (!changes.areSides) return;
         ++revisions.geometry;
-        areDrawsDue = true;
-        instances->MarkGroupsChanged();
+        areDrawNumbersDue = true;
     }
 
     void SetVariant(uint32_t variant) {
         const KindChanges changes = ChangeVariant(*resources, builder, variant);  // everything that may fail
         ++revisions.materials;
         ++revisions.geometry;  // alpha of another texture, if not sides
-        areGeometriesDue = !resources->geometryRecords.empty();
+        resources->geometries.Mark(0, static_cast<uint32_t>(resources->geometryRecords.size()));
         lights->SetVariant(*resources);
+        areAddressesDue |= changes.areStructures;
         hasUnbuiltBlases |= changes.areStructures;
-        if (!changes.areSides) return;
-        areDrawsDue = true;
-        instances->MarkGroupsChanged();
+        areDrawNumbersDue |= changes.areSides;
     }
 
+    // Done again where memory runs out.
     void RefreshDraws() {
-        if (!areDrawsDue) return;
-        DrawTable newDraws;
-        uploader.FlushAfter(
-            [&] { newDraws = MakeDrawTable(device, uploader, *resources, instances->Placements()); });
-        draws = std::move(newDraws);
-        drawsState = {};
-        areDrawsDue = false;
+        if (areDrawNumbersDue) {
+            instances->MarkGroupsChanged();
+            draws.Renumber(*resources, *instances);
+        } else if (areDrawsDue) {
+            draws.Refresh(*resources, *instances);
+        }
+        areDrawsDue = areDrawNumbersDue = false;
     }
 
     void DeclareEnvironment(Renderer& r, SceneIds& ids) {
@@ -207,7 +197,8 @@ struct GpuScene::Impl {
     void DeclareBlasWork(Renderer& r, SceneIds& ids) {
         const bool hasCompactions = builder.Poll();
         // The addresses are known once the passes record: the instances are written after that
-        if (hasUnbuiltBlases || hasCompactions) instances->MarkStructuresChanged();
+        if (areAddressesDue || hasCompactions) instances->MarkStructuresChanged();
+        areAddressesDue = false;
         if (hasUnbuiltBlases)
             r.AddPass(
                 "BuildBlas", PassKind::AccelerationStructure,
@@ -225,6 +216,7 @@ struct GpuScene::Impl {
                     });
                 });
         if (deform) deform->DeclareRefits(r, ids, builder);
+        if (!changedHostMeshes.empty()) DeclareHostRebuilds(r, ids);
         if (hasCompactions)
             r.AddPass(
                 "CompactBlas", PassKind::AccelerationStructure,
@@ -232,32 +224,20 @@ struct GpuScene::Impl {
                 [this](CommandList& commands) { builder.RecordCompaction(commands); });
     }
 
-    void DeclareMaterialUpload(Renderer& r, SceneIds& ids) {
-        if (dirtyMaterials.IsEmpty()) return;
+    void DeclareHostRebuilds(Renderer& r, SceneIds& ids) {
+        instances->MarkRefitted();
         r.AddPass(
-            "UploadMaterials", PassKind::Transfer,
-            [&](PassBuilder& pass) { ids.materials = pass.CopiesTo(ids.materials); },
+            "RebuildHostBlas", PassKind::AccelerationStructure,
+            [&](PassBuilder& pass) { ids.blases = pass.Refits(ids.blases); },
             [this](CommandList& commands) {
-                const uint64_t offset = dirtyMaterials.first * sizeof(gpu::MaterialRecord);
-                const std::span<const std::byte> bytes =
-                    std::as_bytes(std::span(resources->materialRecords)
-                                      .subspan(dirtyMaterials.first, dirtyMaterials.Count()));
-                const TableCopy copy{bytes, resources->materials, offset};
-                RecordCopies(commands, device, "material staging", {&copy, 1});
-                commands.OnSubmitted([this] { dirtyMaterials = {}; });
-            });
-    }
-
-    void DeclareGeometryUpload(Renderer& r, SceneIds& ids) {
-        if (!areGeometriesDue) return;
-        r.AddPass(
-            "UploadGeometries", PassKind::Transfer,
-            [&](PassBuilder& pass) { ids.geometries = pass.CopiesTo(ids.geometries); },
-            [this](CommandList& commands) {
-                const TableCopy copy{std::as_bytes(std::span(std::as_const(resources->geometryRecords))),
-                                     resources->geometries};
-                RecordCopies(commands, device, "geometry staging", {&copy, 1});
-                commands.OnSubmitted([this] { areGeometriesDue = false; });
+                std::vector<rhi::BlasBuilder::RefitRequest> requests;
+                for (const uint32_t mesh : changedHostMeshes)
+                    requests.push_back(
+                        {.blas = resources->groups[resources->meshes[mesh].firstGroup].blas.get(),
+                         .desc = {},
+                         .rebuilds = true});
+                builder.RecordRefits(commands, requests);
+                commands.OnSubmitted([this] { changedHostMeshes.clear(); });
             });
     }
 
@@ -273,17 +253,32 @@ struct GpuScene::Impl {
         statistics.blasRefits = blas.refitCount;
         statistics.blasRebuilds = blas.rebuildCount;
         statistics.deformations = deform ? deform->DeformCount() : 0;
+        statistics.textureBytes = resources->textures->Bytes();
+        statistics.reducedTextures = resources->textures->ReducedImages();
+        statistics.geometryCount = static_cast<uint32_t>(resources->geometryRecords.size());
+        statistics.geometryBytes = resources->geometryBytes;
         statistics.deformedMeshes = deform ? static_cast<uint32_t>(resources->deform->meshes.size()) : 0;
+        statistics.instanceCount = instances->ExistingCount();
+        statistics.trianglesUnique = statistics.trianglesPlaced = 0;
+        for (const MeshResources& mesh : resources->meshes) {
+            if (!mesh.isCopy) statistics.trianglesUnique += mesh.triangleCount;
+            statistics.trianglesPlaced += mesh.triangleCount * mesh.instanceCount;
+        }
         statistics.tlasBytes = instances->TlasBytes();
         statistics.lightCount = lights->LightCount();
         statistics.emissiveTriangleCount = lights->EmissiveTriangleCount();
-        statistics.lightRebuilds = lights->RebuildCount();
+        const LightStatistics& tables = lights->Statistics();
+        statistics.lightRebuilds = tables.rebuilds;
+        statistics.lightUpdates = tables.updates;
+        statistics.lightTableBytes = tables.tableBytes;
+        statistics.lightBytesUploaded = tables.bytesUploaded;
     }
 
     GpuSceneDesc desc;
     rhi::Device& device;
     rhi::Uploader uploader;
     rhi::BlasBuilder builder;
+    Disposer disposer;
     rhi::Texture defaultTexture;
     rhi::Sampler defaultSampler;
     rhi::Buffer energyTables;
@@ -296,18 +291,28 @@ struct GpuScene::Impl {
     OriginTurns originTurns;
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
-    bool areDrawsDue = false;       // kinds of groups have changed since `draws` was built
-    bool areGeometriesDue = false;  // their records on the device are of another variant
-    DirtyRange dirtyMaterials;
+    bool areAddressesDue = false;      // BLASes of instances that are in the TLAS have been replaced
+    bool areDrawsDue = false;          // groups or placements have come or gone
+    bool areUsedMaterialsDue = false;  // meshes have come or gone
+    std::list<PartUpload> streams;     // the first is on its way
+    std::list<std::weak_ptr<SceneUpload>> uploads;  // likewise; before streams
+    std::optional<rhi::Uploader> streamUploader;
+    std::list<TextureUpload> endedTextures;  // that the device still works on
+    ObjectOwners owners;
+    uint32_t lastOwner = kOwnedByScene;
+    std::map<uint32_t, std::vector<uint32_t>> hostPlacements;  // instances, by mesh of the host's
+    uint64_t streamedBytes = 0;               // of parts that are complete, since something streams
+    std::vector<uint32_t> changedHostMeshes;  // whose BLASes are to be rebuilt in place
+    bool areDrawNumbersDue = false;  // kinds of groups have changed, or there are more than there is room for
+    struct {
+        size_t instances = 0, materials = 0, lights = 0;
+    } set;  // what SetScene brought: poses are of these
     SceneRevisions revisions;
 
     EnvironmentSettings environment{.radiance = glm::vec3(1.0f), .usesScene = true};
     std::optional<EnvironmentOnDevice> hostEnvironment, sceneEnvironment;
     EnvironmentOnDevice blank;  // for an environment without a map
     uint64_t environmentVersion = 0;
-    ResourceState geometriesState;
-    ResourceState materialsState;
-    ResourceState drawsState;
     ResourceState energyTablesState;
     ResourceState blasState;
     GpuSceneStatistics statistics;

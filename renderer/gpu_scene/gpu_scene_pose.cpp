@@ -19,7 +19,7 @@ void GpuScene::Impl::RequireMatrices(const char* call, uint32_t skin, size_t cou
 }
 
 void GpuScene::Impl::RequireWeights(const char* call, uint32_t instance, size_t count) const {
-    RequireIndex("instance", instance, instances->Count());
+    RequireInstance(instance);
     if (!deform)
         throw MakeError(ErrorKind::Usage, "GpuScene: {}: instance {} is not deformed", call, instance);
     if (count != deform->WeightCount(instance))
@@ -47,9 +47,9 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             throw MakeError(ErrorKind::Usage, "GpuScene: SetPose: {} {}, the scene has {}", given, what,
                             there);
     };
-    require("instances", posed.instances.size(), m_impl->instances->Count());
-    require("materials", posed.materials.size(), m_impl->resources->materialRecords.size());
-    require("lights", posed.lights.size(), m_impl->lights->PunctualCount());
+    require("instances", posed.instances.size(), m_impl->set.instances);
+    require("materials", posed.materials.size(), m_impl->set.materials);
+    require("lights", posed.lights.size(), m_impl->set.lights);
     const DeformResources* const deform = m_impl->resources->deform.get();
     if (!changes.skins.empty()) require("skins", posed.skins.size(), deform ? deform->skins.size() : 0);
     for (const uint32_t i : changes.skins)
@@ -60,17 +60,32 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
         if (isMorphed(i))
             m_impl->RequireWeights("SetPose", i, scene::MorphWeights(posed, posed.instances[i]).size());
 
-    for (const uint32_t i : changes.instances)
-        SetTransform(i, {posed.instances[i].objectToWorld, posed.instances[i].translationRest});
-    for (const uint32_t i : changes.shown) SetVisible(i, applier.IsVisible(i));
-    for (const uint32_t i : changes.materials) SetMaterial(i, posed.materials[i]);
+    const auto isOfScene = [](const Owners& owners, uint32_t i) { return owners.Of(i) == kOwnedByScene; };
+    std::vector<uint32_t> moved, shown, hidden;
+    std::vector<scene::PlacedTransform> places;
+    WithMemoryErrors("SetPose", [&] {
+        for (const uint32_t i : changes.instances) {
+            if (!isOfScene(m_impl->owners.instances, i)) continue;
+            moved.push_back(i);
+            places.push_back({posed.instances[i].objectToWorld, posed.instances[i].translationRest});
+        }
+        for (const uint32_t i : changes.shown)
+            if (isOfScene(m_impl->owners.instances, i)) (applier.IsVisible(i) ? shown : hidden).push_back(i);
+    });
+    SetTransforms(moved, places);
+    SetVisible(shown, true);
+    SetVisible(hidden, false);
+    for (const uint32_t i : changes.materials)
+        if (isOfScene(m_impl->owners.materials, i)) SetMaterial(i, posed.materials[i]);
     for (const uint32_t i : changes.lights)
         WithMemoryErrors("SetPose", [&] {
-            if (m_impl->lights->Punctual(i) == posed.lights[i]) return;
+            if (!isOfScene(m_impl->owners.lights, i) || m_impl->lights->Punctual(i) == posed.lights[i])
+                return;
             m_impl->lights->SetPunctual(i, posed.lights[i], LightPlace::OfNode);
             ++m_impl->revisions.lights;
         });
-    for (const uint32_t i : changes.lightsShown) SetLightVisible(i, applier.IsLightVisible(i));
+    for (const uint32_t i : changes.lightsShown)
+        if (isOfScene(m_impl->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
     for (const uint32_t i : changes.skins)
         if (m_impl->deform->FollowJoints(i, applier.JointMatricesOf(i))) ++m_impl->revisions.shapes;
     for (const uint32_t i : changes.reweighted)

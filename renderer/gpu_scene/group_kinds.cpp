@@ -31,6 +31,11 @@ bool IsThinWall(const gpu::MaterialRecord& material) {
            MayBeSmooth(material.roughness, material.metallicRoughnessTexture);
 }
 
+// Whether rays run an any-hit shader on it.
+bool IsAnyHit(const GroupKind& kind) {
+    return !kind.isOpaque || kind.isThinWall;
+}
+
 }  // namespace
 
 bool IsBackCulled(const gpu::MaterialRecord& material) {
@@ -54,7 +59,7 @@ GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::Material
 
 bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
     bool isChanged = false;
-    const bool isOpaque = kind.isOpaque && !kind.isThinWall;
+    const bool isOpaque = !IsAnyHit(kind);
     for (rhi::TriangleGeometry& triangles : blas.triangles) {
         isChanged |= std::exchange(triangles.isOpaque, isOpaque) != isOpaque;
         isChanged |= std::exchange(triangles.isAnyHitOnce, kind.isThinWall) != kind.isThinWall;
@@ -93,8 +98,13 @@ KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
         if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;
         const GroupKind kind = KindOf(group.parts, resources.materialRecords);
         if (kind == group.kind) continue;
+        if (group.hostBlas != 0 && IsAnyHit(kind) != IsAnyHit(group.kind))
+            throw Error(
+                ErrorKind::Usage,
+                "GpuScene: SetMaterial: a host's own BLAS cannot become one that rays test for alpha, or "
+                "the other way round");
         std::shared_ptr<rhi::Blas>& blas = replaced[group.blas.get()];
-        if (!blas) {
+        if (!blas && group.blas) {
             rhi::BlasDesc desc = group.blas->Desc();
             const bool isOther = SetFlags(desc, kind);
             blas = isOther ? builder.Add(desc) : group.blas;

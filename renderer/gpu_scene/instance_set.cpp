@@ -1,292 +1,285 @@
 #include "renderer/gpu_scene/instance_set.h"
 
 #include <algorithm>
-#include <cstring>
-#include <numeric>
 #include <utility>
 
+#include "renderer/gpu_scene/change_list.h"
 #include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/spatial_order.h"
-#include "rhi/command_list.h"
 
 namespace raygraph {
-
-const char* Name(TlasWork work) {
-    switch (work) {
-        case TlasWork::None:
-            return "nothing";
-        case TlasWork::Update:
-            return "update";
-        case TlasWork::Rebuild:
-            return "rebuild";
-    }
-    return "unknown";
-}
-
 InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data,
                          TlasRule rule)
-    : m_resources(resources), m_rule(rule) {
-    for (const MeshResources& mesh : resources.meshes) m_meshBounds.push_back(MeshBounds(mesh));
-    for (const MeshResources& mesh : resources.meshes) {
-        m_lightsBefore.resize(mesh.firstGroup + mesh.groupCount);
-        for (uint32_t i = 1; i < mesh.groupCount; ++i) {
-            const uint32_t group = mesh.firstGroup + i;
-            m_lightsBefore[group] = m_lightsBefore[group - 1] +
-                                    static_cast<uint32_t>(resources.groups[group - 1].emitters.size());
-        }
-    }
+    : m_device(device), m_resources(resources), m_rule(rule) {
+    for (uint32_t mesh = 0; mesh < resources.meshes.size(); ++mesh) AddMesh(mesh);
     m_instances.reserve(data.instances.size());
     const std::vector<bool> isVisible = scene::VisibleNodes(data);
-    uint32_t lightCount = 0;
     for (const scene::Instance& instance : data.instances) {
-        const uint32_t placed = resources.meshOf[m_instances.size()];
-        const MeshResources& mesh = resources.meshes[placed];
         const auto index = static_cast<uint32_t>(m_instances.size());
+        const uint32_t placed = resources.meshOf[index];
+        const Mesh& mesh = m_meshes[placed];
+        const auto first = static_cast<uint32_t>(m_placements.size());
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
+                               .isVisible = scene::IsVisible(isVisible, instance),
                                .mesh = placed,
-                               .firstPlacement = PlacementCount(),
-                               .leaf = index,
-                               .firstSlot = PlacementCount(),
-                               .firstLight = lightCount,
-                               .isVisible = scene::IsVisible(isVisible, instance)});
+                               .firstPlacement = first,
+                               .firstSlot = mesh.groupCount > 0 ? first : kUnplaced});
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group) {
-            m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
-            lightCount += static_cast<uint32_t>(resources.groups[group].emitters.size());
+            m_placements.push_back({.instance = index, .group = group});
+            ++m_placementsOf[group];
         }
         ExtendReach(m_instances.back());
     }
-    m_order.resize(m_instances.size());
-    std::iota(m_order.begin(), m_order.end(), 0u);
-    m_movedBoxes = ChangeList(m_instances.size());
-
     RequirePlacements(device, m_placements.size());
     RequireBindable(device, "instances of groups of primitives", m_placements.size(),
                     sizeof(gpu::InstanceRecord));
+    const auto count = static_cast<uint32_t>(m_placements.size());
+    m_indices.Allocate(Count());
+    m_exists.assign(Count(), true);
+    m_placementIndices.Allocate(count);
+    m_slots.Allocate(count);
+    m_isSlotTaken.assign(count, true);
     m_tlasInstances = RecordTable(device, {.name = "TLAS instances",
                                            .passName = "UploadTlasInstances",
                                            .recordBytes = rhi::kTlasInstanceBytes,
-                                           .recordCount = m_placements.size(),
-                                           .itemCount = m_instances.size(),
+                                           .capacity = count,
                                            .usage = rhi::BufferUsage::BuildInput});
     m_records = RecordTable(device, {.name = "instances",
                                      .passName = "UploadInstances",
                                      .recordBytes = sizeof(gpu::InstanceRecord),
-                                     .recordCount = m_placements.size(),
-                                     .itemCount = m_instances.size(),
+                                     .capacity = count,
                                      .usage = rhi::BufferUsage::CopySource});
-    m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = std::max(1u, PlacementCount())});
+    m_tlasInstances.SetCount(count);
+    m_records.SetCount(count);
+    m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = std::max(1u, count)});
 }
 
-scene::Bounds InstanceSet::MeshBounds(const MeshResources& mesh) const {
-    scene::Bounds bounds;
+void InstanceSet::AddMesh(uint32_t mesh) {
+    const MeshResources& resources = m_resources.meshes[mesh];
+    const size_t groups = resources.firstGroup + resources.groupCount;
+    m_placementsOf.resize(std::max(groups, m_placementsOf.size()));
+    m_meshes.resize(std::max<size_t>(mesh + 1, m_meshes.size()));
+    RefreshBounds(mesh);
+}
+
+size_t InstanceSet::MaxRecords() const {
+    return std::min(MaxPlacements(m_device),
+                    m_device.Info().maxStorageBufferBytes / sizeof(gpu::InstanceRecord));
+}
+
+size_t InstanceSet::GrownCapacity(size_t before, size_t needed) const {
+    RequirePlacements(m_device, needed);
+    RequireBindable(m_device, "instances of groups of primitives", needed, sizeof(gpu::InstanceRecord));
+    return std::min(std::max(needed, 2 * before), MaxRecords());
+}
+
+uint32_t InstanceSet::Add(uint32_t meshIndex, const scene::PlacedTransform& objectToWorld, bool isVisible) {
+    const Mesh& mesh = m_meshes[meshIndex];
+    RecordTable grownRecords, grownTlasInstances;
+    rhi::Tlas grownTlas;
+    const uint32_t index = m_indices.Allocate(1);
+    uint32_t first = 0, taken = 0;
+    try {
+        first = m_placementIndices.Allocate(mesh.groupCount);
+        taken = mesh.groupCount;
+        if (const size_t end = m_placementIndices.End(); end > m_records.Capacity())
+            grownRecords = m_records.WithCapacity(GrownCapacity(m_records.Capacity(), end));
+        const size_t slots = m_slots.TakenCount() + m_unplacedSlots + mesh.groupCount;
+        // With room for as many gaps as there may be: else each frame would need another order
+        if (const size_t before = m_tlasInstances.Capacity();
+            mesh.groupCount > 0 && (slots > before || (slots + slots / TlasQuality::kMaxChanged > before &&
+                                                       before < MaxRecords()))) {
+            const size_t capacity = GrownCapacity(before, slots);
+            grownTlasInstances = m_tlasInstances.WithCapacity(capacity);
+            grownTlas =
+                rhi::Tlas(m_device, {.name = m_tlas.Name(), .capacity = static_cast<uint32_t>(capacity)});
+        }
+        ReserveChanges(1);
+        ReserveMore(m_added, 1);
+        m_placements.resize(std::max<size_t>(m_placements.size(), m_placementIndices.End()),
+                            {.group = kNoGroup});
+        m_exists.resize(std::max<size_t>(m_exists.size(), m_indices.End()));
+        m_instances.resize(std::max<size_t>(m_instances.size(), m_indices.End()));
+    } catch (...) {
+        m_placementIndices.Free(first, taken);
+        m_indices.Free(index, 1);
+        throw;
+    }
+
+    if (grownRecords.Capacity() > 0) m_records = std::move(grownRecords);
+    if (grownTlas) {
+        m_tlasInstances = std::move(grownTlasInstances);
+        m_tlas = std::move(grownTlas);
+        m_tlasState = {};
+    }
+    m_exists[index] = true;
+    Instance& instance = m_instances[index];
+    instance = {.objectToWorld = objectToWorld,
+                .isVisible = isVisible,
+                .mesh = meshIndex,
+                .firstPlacement = first,
+                .recordListed = instance.recordListed,
+                .tlasRecordListed = instance.tlasRecordListed,
+                .boxListed = instance.boxListed};
+    for (uint32_t i = 0; i < mesh.groupCount; ++i) {
+        m_placements[first + i] = {.instance = index, .group = mesh.firstGroup + i};
+        ++m_placementsOf[mesh.firstGroup + i];
+    }
+    m_records.SetCount(m_placements.size());
+    NoteNew(m_dueRecords, index);
+    ExtendReach(instance);
+    if (mesh.groupCount == 0) return index;
+    m_added.push_back(index);
+    m_unplacedSlots += mesh.groupCount;
+    m_needsRebuild = true;
+    return index;
+}
+
+void InstanceSet::Remove(uint32_t index) {
+    Instance& instance = m_instances[index];
+    const Mesh& mesh = m_meshes[instance.mesh];
+    ReserveMore(m_freedPlacements, mesh.groupCount);
+    ReserveMore(m_freedSlots, mesh.groupCount);
+
+    Forget(m_dueRecords, instance);
+    for (uint32_t i = 0; i < mesh.groupCount; ++i) {
+        --m_placementsOf[mesh.firstGroup + i];
+        m_placements[instance.firstPlacement + i] = {.group = kNoGroup};
+        m_freedPlacements.push_back(instance.firstPlacement + i);
+    }
+    m_placementIndices.Free(instance.firstPlacement, mesh.groupCount);
+    if (instance.firstSlot != kUnplaced) {
+        Forget(m_dueTlasRecords, instance);
+        for (uint32_t slot = instance.firstSlot; slot < instance.firstSlot + mesh.groupCount; ++slot) {
+            m_isSlotTaken[slot] = false;
+            m_freedSlots.push_back(slot);
+        }
+        if (!m_areBoxesOld) m_boxes.Set(instance.firstSlot, {});
+        m_slots.Free(instance.firstSlot, mesh.groupCount);
+        m_tlasInstances.SetCount(m_slots.End());
+        m_needsRebuild = true;
+    } else {
+        m_unplacedSlots -= mesh.groupCount;
+    }
+    m_exists[index] = false;
+    instance.firstSlot = kUnplaced;
+    m_indices.Free(index, 1);
+}
+
+void InstanceSet::SetFirstLight(uint32_t placement, uint32_t firstLight) {
+    Placement& changed = m_placements[placement];
+    if (changed.firstLight == firstLight) return;
+    ReserveChanges(1);
+    changed.firstLight = firstLight;
+    m_instances[changed.instance].hasLights = true;
+    Note(m_dueRecords, changed.instance);
+}
+
+void InstanceSet::RefreshBounds(uint32_t index) {
+    const MeshResources& resources = m_resources.meshes[index];
+    Mesh& mesh = m_meshes[index];
+    mesh = {.firstGroup = resources.firstGroup, .groupCount = resources.groupCount};
     for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
-        bounds.Extend(m_resources.groups[group].bounds);
-    return bounds;
+        mesh.bounds.Extend(m_resources.groups[group].bounds);
+    if (mesh.bounds.IsEmpty()) return;
+    const glm::vec3 farthest = glm::max(glm::abs(mesh.bounds.min), glm::abs(mesh.bounds.max));
+    mesh.reach = std::max({farthest.x, farthest.y, farthest.z});
 }
 
 void InstanceSet::ExtendReach(const Instance& instance) {
-    const MeshResources& mesh = m_resources.meshes[instance.mesh];
+    const glm::mat4x3& matrix = instance.objectToWorld.matrix;
+    const Mesh& mesh = m_meshes[instance.mesh];
+    // Nearly all stay within: a box around that of the mesh and the object's origin is known at once
+    const glm::vec3 half = mesh.reach * (glm::abs(matrix[0]) + glm::abs(matrix[1]) + glm::abs(matrix[2]));
+    if (glm::all(glm::greaterThanEqual(matrix[3] - half, m_reach.min)) &&
+        glm::all(glm::lessThanEqual(matrix[3] + half, m_reach.max)))
+        return;
     for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
-        m_reach.Extend(m_resources.groups[group].bounds.Transformed(instance.objectToWorld.matrix));
+        m_reach.Extend(m_resources.groups[group].bounds.Transformed(matrix));
 }
 
 void InstanceSet::RestartReach() {
     m_reach = {};
-    for (const Instance& instance : m_instances) ExtendReach(instance);
+    ForEach([&](uint32_t, const Instance& instance) { ExtendReach(instance); });
 }
 
 void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
     m_origin = origin;
     m_areBoxesOld = true;
     m_records.AddAll();
-    m_needsRebuild = true;
+    m_needsOrder = true;
 }
 
-void InstanceSet::SetTransform(uint32_t index, const scene::PlacedTransform& objectToWorld) {
+bool InstanceSet::SetTransforms(std::span<const uint32_t> instances,
+                                std::span<const scene::PlacedTransform> objectToWorld) {
+    ReserveChanges(instances.size());  // memory may run out
+    bool isChanged = false;
+    const scene::PlacedTransform* next = objectToWorld.data();
+    ForEach(instances, [&](uint32_t index, const Instance& before) {
+        const scene::PlacedTransform& transform = *next++;
+        if (before.objectToWorld == transform) return;
+        isChanged = true;
+        NoteChanged(index, before.isVisible);
+        Instance& instance = m_instances[index];
+        instance.objectToWorld = transform;
+        ExtendReach(instance);
+    });
+    return isChanged;
+}
+
+bool InstanceSet::SetVisible(std::span<const uint32_t> instances, bool isVisible) {
+    ReserveChanges(instances.size());
+    bool isChanged = false;
+    ForEach(instances, [&](uint32_t index, const Instance& before) {
+        if (before.isVisible == isVisible) return;
+        isChanged = true;
+        NoteChanged(index, true);
+        m_instances[index].isVisible = isVisible;
+    });
+    return isChanged;
+}
+
+void InstanceSet::ReserveChanges(size_t count) {
+    for (Changes* changes : {&m_dueRecords, &m_dueTlasRecords, &m_dueBoxes})
+        ReserveMore(changes->instances, count);
+}
+
+void InstanceSet::Note(Changes& changes, uint32_t index) {
     Instance& instance = m_instances[index];
-    if (instance.objectToWorld == objectToWorld) return;
-    NoteChanged(index, instance.isVisible);  // first: memory may run out
-    instance.objectToWorld = objectToWorld;
-    ExtendReach(instance);
+    uint32_t& listed = instance.*changes.listed;
+    if (listed == changes.number) return;
+    changes.instances.push_back(index);
+    changes.records += m_meshes[instance.mesh].groupCount;
+    listed = changes.number;
 }
 
-void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
-    if (m_instances[index].isVisible == isVisible) return;
-    NoteChanged(index, true);
-    m_instances[index].isVisible = isVisible;
+void InstanceSet::NoteNew(Changes& changes, uint32_t index) {
+    const Instance& instance = m_instances[index];
+    if (instance.*changes.listed == changes.number)
+        changes.records += m_meshes[instance.mesh].groupCount;
+    else
+        Note(changes, index);
+}
+
+void InstanceSet::Forget(Changes& changes, const Instance& instance) {
+    if (instance.*changes.listed == changes.number) changes.records -= m_meshes[instance.mesh].groupCount;
 }
 
 // The box of a hidden instance in the TLAS stays where it was last seen, so that it widens no boxes there.
 void InstanceSet::NoteChanged(uint32_t index, bool isSeen) {
-    const uint32_t placements = m_resources.meshes[m_instances[index].mesh].groupCount;
-    m_records.Add(index, placements);
-    if (!isSeen) return;
-    m_tlasInstances.Add(index, placements);
-    m_movedBoxes.Add(index);
+    Note(m_dueRecords, index);
+    if (!isSeen || m_instances[index].firstSlot == kUnplaced) return;
+    Note(m_dueTlasRecords, index);
+    Note(m_dueBoxes, index);
     m_needsUpdate = true;
 }
 
 void InstanceSet::MarkDeformed(uint32_t mesh, std::span<const uint32_t> instances) {
-    m_meshBounds[mesh] = MeshBounds(m_resources.meshes[mesh]);
+    ReserveChanges(instances.size());
+    RefreshBounds(mesh);
     for (const uint32_t instance : instances) {
         ExtendReach(m_instances[instance]);
-        m_movedBoxes.Add(instance);
+        if (m_instances[instance].firstSlot != kUnplaced) Note(m_dueBoxes, instance);
     }
-}
-
-TlasWork InstanceSet::PendingWork() const {
-    if (m_needsRebuild) return TlasWork::Rebuild;
-    return m_needsUpdate ? TlasWork::Update : TlasWork::None;
-}
-
-// Instances are far apart in memory, and waiting for it would take most of the time: it is fetched ahead.
-template <typename Visit>
-void InstanceSet::ForEach(std::span<const uint32_t> instances, Visit&& visit) const {
-    constexpr size_t kAhead = 12;
-    for (size_t i = 0; i < instances.size(); ++i) {
-        if (i + kAhead < instances.size()) {
-            const Instance* const next = &m_instances[instances[i + kAhead]];
-            __builtin_prefetch(next);
-            __builtin_prefetch(&next->isVisible);
-        }
-        visit(instances[i], m_instances[instances[i]]);
-    }
-}
-
-void InstanceSet::WriteTlasInstances(std::span<const uint32_t> instances, RecordTable::Writer& writer) const {
-    ForEach(instances, [&](uint32_t index, const Instance& instance) {
-        const MeshResources& mesh = m_resources.meshes[instance.mesh];
-        const glm::mat4x3 objectToWorld = DeviceTransform(index);
-        rhi::TlasInstance written;
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 4; ++column)
-                written.objectToWorld[static_cast<size_t>(4 * row + column)] = objectToWorld[column][row];
-        for (uint32_t i = 0; i < mesh.groupCount; ++i) {
-            const GroupResources& group = m_resources.groups[mesh.firstGroup + i];
-            written.customIndex = instance.firstPlacement + i;
-            written.blas = group.blas->Address();
-            // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
-            written.isCullingDisabled = !group.kind.isBackCulled;
-            written.hitSet = group.kind.isRound ? kHitSetCapsules : kHitSetTriangles;
-            written.mask = group.kind.isRound ? static_cast<uint8_t>(~kMaskTriangles) : uint8_t{0xff};
-            if (!instance.isVisible) written.mask = 0;
-            rhi::WriteInstances(std::span(&written, 1), writer.At(instance.firstSlot + i));
-        }
-    });
-}
-
-void InstanceSet::WriteRecords(std::span<const uint32_t> instances, RecordTable::Writer& writer) const {
-    ForEach(instances, [&](uint32_t index, const Instance& instance) {
-        const MeshResources& mesh = m_resources.meshes[instance.mesh];
-        const glm::mat4x3 objectToWorld = DeviceTransform(index);
-        for (uint32_t i = 0; i < mesh.groupCount; ++i) {
-            gpu::InstanceRecord record = m_resources.groups[mesh.firstGroup + i].record;
-            record.objectToWorld = objectToWorld;
-            record.instance = index;
-            record.firstLight = instance.firstLight + m_lightsBefore[mesh.firstGroup + i];
-            if (!instance.isVisible) record.draw = gpu::kNotDrawn;
-            std::memcpy(writer.At(instance.firstPlacement + i).data(), &record, sizeof(record));
-        }
-    });
-}
-
-scene::Bounds InstanceSet::BoxOf(uint32_t index) const {
-    const Instance& instance = m_instances[index];
-    return instance.isVisible ? m_meshBounds[instance.mesh].Transformed(DeviceTransform(index))
-                              : scene::Bounds();
-}
-
-void InstanceSet::AssignBoxes() {
-    std::vector<scene::Bounds> boxes(m_order.size());
-    for (size_t leaf = 0; leaf < boxes.size(); ++leaf) boxes[leaf] = BoxOf(m_order[leaf]);
-    m_boxes.Assign(std::move(boxes));
-    m_movedBoxes.Clear();
-    m_areBoxesOld = false;
-}
-
-void InstanceSet::RefreshBoxes() {
-    if (m_areBoxesOld) return AssignBoxes();
-    // Boxes are fetched ahead too, once the instances have told where they are
-    ForEach(m_movedBoxes.List(),
-            [&](uint32_t, const Instance& instance) { m_boxes.Prefetch(instance.leaf); });
-    ForEach(m_movedBoxes.List(),
-            [&](uint32_t index, const Instance& instance) { m_boxes.Set(instance.leaf, BoxOf(index)); });
-    m_boxes.Refresh();
-    m_movedBoxes.Clear();
-}
-
-scene::Bounds InstanceSet::VisibleBounds() {
-    RefreshBoxes();
-    return m_boxes.Root();
-}
-
-bool InstanceSet::IsRebuildWorthwhile() {
-    if (m_rule != TlasRule::Decay) return m_rule == TlasRule::Always && m_needsUpdate;
-    RefreshBoxes();
-    return m_quality.NoteFrame(m_boxes.Cost(), m_instances.size());
-}
-
-void InstanceSet::Order() {
-    std::vector<glm::vec3> centers(m_instances.size());
-    for (uint32_t i = 0; i < centers.size(); ++i) {
-        const scene::Bounds& mesh = m_meshBounds[m_instances[i].mesh];
-        const glm::vec3 center = mesh.IsEmpty() ? glm::vec3(0.0f) : mesh.Center();
-        centers[i] = DeviceTransform(i) * glm::vec4(center, 1.0f);
-    }
-    m_order = SpatialOrder(centers);
-    uint32_t slot = 0;
-    for (uint32_t leaf = 0; leaf < m_order.size(); ++leaf) {
-        Instance& instance = m_instances[m_order[leaf]];
-        instance.leaf = leaf;
-        instance.firstSlot = slot;
-        slot += m_resources.meshes[instance.mesh].groupCount;
-    }
-    AssignBoxes();
-    m_quality.NoteBuild(m_boxes.Cost());
-}
-
-void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done) {
-    ids.tlas = renderer.Import("sceneTlas", m_tlas, m_tlasState);
-    ids.instances = m_records.DeclareUpload(
-        renderer, m_records.Import(renderer),
-        {.write = [this](std::span<const uint32_t> items, RecordTable::Writer& writer) {
-            WriteRecords(items, writer);
-        }});
-    if (IsRebuildWorthwhile()) m_needsRebuild = true;
-    const TlasWork work = PendingWork();
-    if (work == TlasWork::None) {
-        renderer.OnSubmitted([done = std::move(done)] { done(TlasWork::None); });
-        return;
-    }
-
-    const bool isRebuild = work == TlasWork::Rebuild;
-    if (isRebuild) m_tlasInstances.AddAll();
-    const BufferId tlasInstances = m_tlasInstances.DeclareUpload(
-        renderer, m_tlasInstances.Import(renderer),
-        {.prepare =
-             [this, isRebuild] {
-                 if (isRebuild) Order();
-             },
-         .write = [this](std::span<const uint32_t> items,
-                         RecordTable::Writer& writer) { WriteTlasInstances(items, writer); }});
-    renderer.AddPass(
-        "RefreshTlas", PassKind::AccelerationStructure,
-        [&](PassBuilder& pass) {
-            pass.BuildsFrom(tlasInstances);
-            pass.BuildsFrom(ids.blases);
-            ids.tlas = isRebuild ? pass.Builds(ids.tlas) : pass.Refits(ids.tlas);
-        },
-        [this, work, isRebuild, done = std::move(done)](CommandList& commands) {
-            if (isRebuild)
-                m_tlas.Build(commands, m_tlasInstances.Buffer(), PlacementCount());
-            else
-                m_tlas.Update(commands, m_tlasInstances.Buffer(), PlacementCount());
-            commands.OnSubmitted([this, work, isRebuild, done] {
-                if (isRebuild) m_needsRebuild = false;
-                m_needsUpdate = false;
-                done(work);
-            });
-        });
 }
 
 }  // namespace raygraph

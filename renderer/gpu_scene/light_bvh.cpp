@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
-#include <glm/gtc/packing.hpp>
+#include <cstring>
+#include <functional>
 #include <limits>
-#include <numbers>
 
 #include "base/check.h"
 
@@ -14,167 +13,39 @@ namespace raygraph {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr uint32_t kMaxDepth = 32;  // bits of a trail
 constexpr uint32_t kBucketCount = 12;
 
-// Bounds of lights: their box, and their emission within thetaE about directions within thetaO of the axis.
-struct LightBounds {
-    glm::vec3 min{std::numeric_limits<float>::infinity()};
-    glm::vec3 max{-std::numeric_limits<float>::infinity()};
-    glm::dvec3 axis{0.0, 0.0, 1.0};
-    double thetaO = 0.0;
-    double thetaE = 0.0;
-    double power = 0.0;
-    bool isTwoSided = false;
+}  // namespace
 
-    bool IsEmpty() const { return power == 0.0; }
-};
-
-struct Box {
-    glm::vec3 min, max;
-};
-
-Box BoxOf(const gpu::LightRecord& light) {
-    Box box{light.p0, light.p0};
-    if (light.kind != gpu::kLightTriangle) return box;
-    for (const glm::vec3& corner : {light.p0 + light.e1, light.p0 + light.e2}) {
-        box.min = glm::min(box.min, corner);
-        box.max = glm::max(box.max, corner);
-    }
-    return box;
-}
-
-LightBounds BoundsOf(const gpu::LightRecord& light, float power) {
-    const Box box = BoxOf(light);
-    LightBounds bounds;
-    bounds.power = power;
-    bounds.min = box.min;
-    bounds.max = box.max;
-    bounds.thetaE = 0.5 * kPi;
-    if (light.kind == gpu::kLightTriangle) {
-        bounds.axis = glm::normalize(glm::cross(glm::dvec3(light.e1), glm::dvec3(light.e2)));
-        if ((light.flags & gpu::kLightMirrored) != 0) bounds.axis = -bounds.axis;
-        bounds.isTwoSided = (light.flags & gpu::kLightDoubleSided) != 0;
-    } else if (light.kind == gpu::kLightPoint) {
-        bounds.thetaO = kPi;
-    } else {
-        const double offset = light.spotOffsetOrClearance, scale = light.spotScale;
-        const double outer = std::acos(std::clamp(-offset / scale, -1.0, 1.0));
-        bounds.axis = glm::normalize(glm::dvec3(light.e1));
-        bounds.thetaO = std::acos(std::clamp((1.0 - offset) / scale, -1.0, 1.0));
-        bounds.thetaE = outer - bounds.thetaO;
-    }
-    return bounds;
-}
-
-// The narrowest cone about both; Conty Estevez and Kulla 2018, algorithm 1.
-void UniteAxes(LightBounds& a, const LightBounds& b) {
-    const double cosine = std::clamp(glm::dot(a.axis, b.axis), -1.0, 1.0);
-    const double between = std::acos(cosine);
-    if (std::min(between + b.thetaO, kPi) <= a.thetaO) return;
-    if (std::min(between + a.thetaO, kPi) <= b.thetaO) {
-        a.axis = b.axis;
-        a.thetaO = b.thetaO;
-        return;
-    }
-    const double theta = 0.5 * (a.thetaO + between + b.thetaO);
-    const glm::dvec3 across = b.axis - cosine * a.axis;  // towards b, perpendicular to a
-    const double length = glm::length(across);
-    if (theta >= kPi || length < 1e-12) {
-        a.thetaO = kPi;
-        return;
-    }
-    const double turn = theta - a.thetaO;
-    a.axis = glm::normalize(std::cos(turn) * a.axis + std::sin(turn) / length * across);
-    a.thetaO = theta;
-}
-
-void Unite(LightBounds& a, const LightBounds& b) {
-    if (b.IsEmpty()) return;
-    if (a.IsEmpty()) {
-        a = b;
-        return;
-    }
-    a.min = glm::min(a.min, b.min);
-    a.max = glm::max(a.max, b.max);
-    UniteAxes(a, b);
-    a.thetaE = std::max(a.thetaE, b.thetaE);
-    a.power += b.power;
-    a.isTwoSided |= b.isTwoSided;
-}
-
-// Power times the measure of directions times that of places. Boxes without area (points in a row) still
-// differ in extent: hence the diagonal.
-double Cost(const LightBounds& bounds) {
-    const double o = bounds.thetaO;
-    const double w = std::min(o + bounds.thetaE, kPi);
-    double directions =
-        2.0 * kPi * (1.0 - std::cos(o)) +
-        0.5 * kPi * (2.0 * w * std::sin(o) - std::cos(o - 2.0 * w) - 2.0 * o * std::sin(o) + std::cos(o));
-    if (bounds.isTwoSided) directions *= 2.0;
-    const glm::dvec3 d(bounds.max - bounds.min);
-    const double places = 2.0 * (d.x * d.y + d.y * d.z + d.z * d.x) + glm::dot(d, d);
-    return bounds.power * directions * places;
-}
-
-// To 16 bits, never to a narrower angle, and one step beyond: a float's rounding must not exclude a light.
-int16_t WidenedCosine(double angle) {
-    return static_cast<int16_t>(
-        std::max(std::floor(std::cos(std::min(angle, kPi)) * 32767.0) - 1.0, -32767.0));
-}
-
-gpu::LightNode NodeOf(const LightBounds& bounds, uint32_t link) {
-    const auto o = static_cast<uint16_t>(WidenedCosine(bounds.thetaO));
-    const auto e = static_cast<uint16_t>(WidenedCosine(bounds.thetaE));
-    return {.boundsMin = bounds.min,
-            .power = static_cast<float>(bounds.power),
-            .boundsMax = bounds.max,
-            .link = link | (bounds.isTwoSided ? gpu::kLightNodeTwoSided : 0u),
-            .axis = glm::vec3(bounds.axis),
-            .cones = o | (uint32_t{e} << 16u)};
-}
-
-struct Item {
-    LightBounds bounds;
-    glm::vec3 center{0.0f};
-    uint32_t light = 0;
-};
-
-class TreeBuilder {
+class LightTree::Builder {
   public:
-    explicit TreeBuilder(std::span<gpu::LightRecord> lights) : m_lights(lights) {}
+    Builder(LightTree& tree, std::span<gpu::LightRecord> lights) : m_tree(tree), m_lights(lights) {}
 
-    std::vector<gpu::LightNode> Build(std::vector<Item>& items) {
-        if (items.empty()) return {};
-        m_nodes.reserve(2 * items.size() - 1);
-        m_nodes.emplace_back();
-        BuildNode(0, items, 0, 0);
-        return std::move(m_nodes);
-    }
-
-  private:
-    LightBounds BuildNode(uint32_t node, std::span<Item> items, uint32_t depth, uint32_t trail) {
+    LightBounds BuildNode(uint32_t node, std::span<LightLeaf> items, uint32_t depth, uint32_t trail) {
         if (items.size() == 1) {
             m_lights[items[0].light].bitTrail = trail;
-            m_nodes[node] = NodeOf(items[0].bounds, gpu::kLightNodeLeaf | items[0].light);
+            m_tree.m_leafOf[items[0].light] = node;
+            m_tree.Write(node, items[0].bounds, gpu::kLightNodeLeaf | items[0].light);
             return items[0].bounds;
         }
         RG_CHECK_LT(depth, kMaxDepth);
         const size_t middle = Split(items, depth);
-        const auto first = static_cast<uint32_t>(m_nodes.size());
-        m_nodes.resize(m_nodes.size() + 2);
+        const uint32_t first = m_count;
+        m_count += 2;
+        m_tree.m_rest[first].parent = m_tree.m_rest[first + 1].parent = node;
         LightBounds bounds = BuildNode(first, items.first(middle), depth + 1, trail);
         Unite(bounds, BuildNode(first + 1, items.subspan(middle), depth + 1, trail | (1u << depth)));
-        m_nodes[node] = NodeOf(bounds, first);
+        m_tree.Write(node, bounds, first);
         return bounds;
     }
 
+  private:
     // Orders the items in two non-empty parts; returns the size of the first.
-    static size_t Split(std::span<Item> items, uint32_t depth) {
+    static size_t Split(std::span<LightLeaf> items, uint32_t depth) {
         if (items.size() == 2) return 1;
         glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
-        for (const Item& item : items) {
+        for (const LightLeaf& item : items) {
             low = glm::min(low, item.center);
             high = glm::max(high, item.center);
         }
@@ -187,19 +58,20 @@ class TreeBuilder {
             if (middle > 0 && middle < items.size()) return middle;
         }
         const size_t middle = items.size() / 2;
-        std::nth_element(
-            items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
-            [longest](const Item& a, const Item& b) { return a.center[longest] < b.center[longest]; });
+        std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
+                         [longest](const LightLeaf& a, const LightLeaf& b) {
+                             return a.center[longest] < b.center[longest];
+                         });
         return middle;
     }
 
-    static uint32_t BucketOf(const Item& item, int axis, const glm::vec3& low, const glm::vec3& extent) {
+    static uint32_t BucketOf(const LightLeaf& item, int axis, const glm::vec3& low, const glm::vec3& extent) {
         const float place = (item.center[axis] - low[axis]) / extent[axis] * float{kBucketCount};
         // A NaN, where the extent is beyond floats, goes to bucket 0
         return std::min(static_cast<uint32_t>(std::max(0.0f, place)), kBucketCount - 1);
     }
 
-    static size_t SplitByCost(std::span<Item> items, const glm::vec3& low, const glm::vec3& extent) {
+    static size_t SplitByCost(std::span<LightLeaf> items, const glm::vec3& low, const glm::vec3& extent) {
         const float longest = std::max({extent.x, extent.y, extent.z});
         double bestCost = std::numeric_limits<double>::infinity();
         int bestAxis = 0;
@@ -207,7 +79,8 @@ class TreeBuilder {
         for (int axis = 0; axis < 3; ++axis) {
             if (!(extent[axis] > 0.0f)) continue;
             std::array<LightBounds, kBucketCount> buckets;
-            for (const Item& item : items) Unite(buckets[BucketOf(item, axis, low, extent)], item.bounds);
+            for (const LightLeaf& item : items)
+                Unite(buckets[BucketOf(item, axis, low, extent)], item.bounds);
             std::array<double, kBucketCount> costBelow{};
             LightBounds below, above;
             for (uint32_t b = 1; b < kBucketCount; ++b) {
@@ -224,45 +97,104 @@ class TreeBuilder {
                 }
             }
         }
-        const auto middle = std::partition(items.begin(), items.end(), [&](const Item& item) {
+        const auto middle = std::partition(items.begin(), items.end(), [&](const LightLeaf& item) {
             return BucketOf(item, bestAxis, low, extent) < bestBucket;
         });
         return static_cast<size_t>(middle - items.begin());
     }
 
+    LightTree& m_tree;
     std::span<gpu::LightRecord> m_lights;
-    std::vector<gpu::LightNode> m_nodes;
+    uint32_t m_count = 1;  // nodes
 };
 
-}  // namespace
-
-std::vector<gpu::LightNode> BuildLightTree(std::span<gpu::LightRecord> lights, std::span<const float> power) {
-    RG_CHECK_EQ(lights.size(), power.size());
-    std::vector<Item> items;
-    for (uint32_t i = 0; i < lights.size(); ++i) {
-        lights[i].bitTrail = 0;
-        if (!(power[i] > 0.0f)) continue;
-        Item item{.bounds = BoundsOf(lights[i], power[i]), .light = i};
-        item.center = 0.5f * (item.bounds.min + item.bounds.max);
-        items.push_back(item);
+void LightTree::Build(std::vector<LightLeaf> leaves, std::span<gpu::LightRecord> lights) {
+    for (LightLeaf& leaf : leaves) leaf.center = 0.5f * (leaf.bounds.min + leaf.bounds.max);
+    m_nodes.clear();
+    m_rest.clear();
+    m_set.clear();
+    m_leafOf.assign(lights.size(), kNoNode);
+    if (!leaves.empty()) {
+        m_nodes.resize(2 * leaves.size() - 1);
+        m_rest.resize(m_nodes.size());
+        Builder(*this, lights).BuildNode(0, leaves, 0, 0);
     }
-    return TreeBuilder(lights).Build(items);
+    SumCosts();
 }
 
-void RefitLightTree(std::span<gpu::LightNode> nodes, std::span<const gpu::LightRecord> lights) {
+void LightTree::Write(uint32_t node, const LightBounds& bounds, uint32_t link) {
+    m_nodes[node] = NodeOf(bounds, link);
+    m_rest[node].thetaO = static_cast<float>(bounds.thetaO);
+    m_rest[node].thetaE = static_cast<float>(bounds.thetaE);
+}
+
+LightBounds LightTree::BoundsAt(uint32_t node) const {
+    const gpu::LightNode& from = m_nodes[node];
+    return {.min = from.boundsMin,
+            .max = from.boundsMax,
+            .axis = glm::dvec3(from.axis),
+            .thetaO = m_rest[node].thetaO,
+            .thetaE = m_rest[node].thetaE,
+            .power = from.power,
+            .isTwoSided = (from.link & gpu::kLightNodeTwoSided) != 0u};
+}
+
+double LightTree::InnerCost(uint32_t node) const {
+    return (m_nodes[node].link & gpu::kLightNodeLeaf) != 0u ? 0.0 : Cost(BoundsAt(node));
+}
+
+void LightTree::SumCosts() {
+    m_cost = 0.0;
+    for (uint32_t node = 0; node < m_nodes.size(); ++node) m_cost += InnerCost(node);
+    m_highestCost = m_cost;
+}
+
+double LightTree::RelativeCost() const {
+    const double root = m_nodes.empty() ? 0.0 : InnerCost(0);
+    return root > 0.0 ? m_cost / root : 0.0;
+}
+
+void LightTree::Set(uint32_t light, const LightBounds& bounds) {
+    const uint32_t leaf = m_leafOf[light];
+    const gpu::LightNode old = m_nodes[leaf];
+    Write(leaf, bounds, gpu::kLightNodeLeaf | light);
+    if (std::memcmp(&old, &m_nodes[leaf], sizeof(old)) != 0) m_set.push_back(leaf);
+}
+
+void LightTree::Refit(std::vector<uint32_t>& changed) {
+    changed.insert(changed.end(), m_set.begin(), m_set.end());
+    std::vector<uint32_t> above;
+    for (const uint32_t leaf : m_set)
+        for (uint32_t node = m_rest[leaf].parent; node != kNoNode; node = m_rest[node].parent)
+            above.push_back(node);
+    m_set.clear();
     // Children come after their parents
-    for (size_t i = nodes.size(); i-- > 0;) {
-        gpu::LightNode& node = nodes[i];
-        const uint32_t index = node.link & gpu::kLightNodeIndex;
-        if ((node.link & gpu::kLightNodeLeaf) != 0u) {
-            const Box box = BoxOf(lights[index]);
-            node.boundsMin = box.min;
-            node.boundsMax = box.max;
-        } else {
-            node.boundsMin = glm::min(nodes[index].boundsMin, nodes[index + 1].boundsMin);
-            node.boundsMax = glm::max(nodes[index].boundsMax, nodes[index + 1].boundsMax);
-        }
+    std::ranges::sort(above, std::greater());
+    above.erase(std::unique(above.begin(), above.end()), above.end());
+    for (const uint32_t node : above) {
+        const gpu::LightNode old = m_nodes[node];
+        const uint32_t first = old.link & gpu::kLightNodeIndex;
+        m_cost -= InnerCost(node);
+        LightBounds bounds = BoundsAt(first);
+        Unite(bounds, BoundsAt(first + 1));
+        Write(node, bounds, first);
+        m_cost += InnerCost(node);
+        if (std::memcmp(&old, &m_nodes[node], sizeof(old)) != 0) changed.push_back(node);
     }
+    m_highestCost = std::max(m_highestCost, m_cost);
+    if (!(m_cost > 1e-3 * m_highestCost)) SumCosts();
+}
+
+LightTree BuildLightTree(std::span<gpu::LightRecord> lights, std::span<const float> power) {
+    RG_CHECK_EQ(lights.size(), power.size());
+    std::vector<LightLeaf> leaves;
+    for (uint32_t i = 0; i < lights.size(); ++i) {
+        lights[i].bitTrail = 0;
+        if (power[i] > 0.0f) leaves.push_back({.bounds = BoundsOf(lights[i], power[i]), .light = i});
+    }
+    LightTree tree;
+    tree.Build(std::move(leaves), lights);
+    return tree;
 }
 
 }  // namespace raygraph

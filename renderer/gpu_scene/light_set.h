@@ -1,18 +1,23 @@
-// LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built,
-// and rebuilds them only when an emitter's transform, visibility or emission changed, or when infinite lights
-// shine on much more or less of the scene because something was shown, hidden or moved. When the origin
-// moves, all lights are translated.
+// LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built.
+// What moves, goes, or shines more or less, is updated in place: its record, its leaf of the light tree and
+// the nodes above; alias tables only where powers changed. The tables are built again when emission changed,
+// lights were added, or most have been removed; when the origin moves, all lights are translated.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "renderer/gpu_scene/change_list.h"
 #include "renderer/gpu_scene/deform_outline.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_table.h"
+#include "renderer/gpu_scene/record_table.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "rhi/device.h"
 #include "rhi/upload.h"
@@ -22,19 +27,49 @@ namespace raygraph {
 // Where a punctual light comes from: a host's must have a direction, a node may be scaled to nothing.
 enum class LightPlace : uint8_t { OfHost, OfNode };
 
+struct LightStatistics {
+    uint64_t rebuilds = 0;       // of the tree
+    uint64_t updates = 0;        // of the tables, in place
+    uint64_t tableBytes = 0;     // on the device
+    uint64_t bytesUploaded = 0;  // into these
+};
+
 class LightSet {
   public:
     // Takes the emitters of `resources`; of `data` the materials, lights, profiles and instances.
     LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
-             std::span<const InstanceSet::Placement> placements, const scene::SceneData& data);
+             std::span<const InstanceSet::Placement> placements, const scene::SceneData& data,
+             LightRule rule = LightRule::Decay);
+
+    // --- Objects that come and go. What adds lights makes room for them on the device: at least twice of
+    // what there was. Error{OutOfMemory}: nothing has changed.
+    //
+    // The emitters of a group that had none; `variants` are what they may become.
+    void AddGroup(uint32_t group, std::vector<Emitter> emitters, std::span<const EmitterVariant> variants,
+                  bool isDeformed);
+    void RemoveGroup(uint32_t group) noexcept;  // that is not placed
+    // Of that index, in place of one that was removed or past the last one.
+    void AddMaterial(uint32_t material, const glm::vec3& radiance);
+    // A placement of a group of that InstanceRecord; a group without emitters is none. The transform and
+    // visibility are the instance's, of all its placements.
+    void AddPlacement(uint32_t record, uint32_t instance, uint32_t group, const glm::mat4x3& objectToWorld,
+                      bool isVisible);
+    // All of the instance. Throws nothing after ReserveRemoval of it.
+    void RemovePlacements(uint32_t instance);
+    void ReserveRemoval(uint32_t instance);
+    // The index is that of a light that was removed, if there is one. Errors as SetPunctual.
+    uint32_t AddPunctual(const scene::Light& values, bool isVisible, LightPlace place = LightPlace::OfHost);
+    void RemovePunctual(uint32_t light);  // it stays as one that does not shine
 
     // Indices are those of the scene, and in range. Transforms of instances are from the scene's origin;
     // those of punctual lights in the world.
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);  // of an emitter
-    bool IsEmitter(uint32_t instance) const { return m_isEmitterInstance[instance]; }
+    bool IsEmitter(uint32_t instance) const {
+        return instance < m_firstPlacement.size() && m_firstPlacement[instance] != kNone;
+    }
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
-    // The emitters of a group are at other places, in their order.
+    // The emitters of a deformed group are at other places, in their order.
     void SetPose(uint32_t group, const OutlinePose& pose);
     // Emitters get the materials that the parts of their groups have by now.
     void SetVariant(const SceneResources& resources);
@@ -43,6 +78,10 @@ class LightSet {
     // Error{Usage} for values that no file can have.
     void SetPunctual(uint32_t light, const scene::Light& values, LightPlace place = LightPlace::OfHost);
     const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }
+    bool HasPunctual(uint32_t light) const {
+        return light < PunctualCount() &&
+               std::ranges::find(m_removedPunctual, light) == m_removedPunctual.end();
+    }
     void SetPunctualVisible(uint32_t light, bool isVisible);
     bool IsPunctualVisible(uint32_t light) const { return !m_scene.isPunctualHidden[light]; }
     // Reads all transforms again, after `instances` has been updated.
@@ -52,40 +91,97 @@ class LightSet {
     // Mean radiance over the sphere, and the table that chooses directions.
     void SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells);
 
-    // Builds the tables if something has changed, declares their upload, and sets the fields of `ids` that
-    // have to do with lights but for environmentAlias. An upload that is culled, or whose frame is dropped,
-    // stays pending. `instances` tells what infinite lights shine on.
+    // Brings the tables up to date, declares their upload, and sets the fields of `ids` that have to do with
+    // lights but for environmentAlias. An upload that is culled, or whose frame is dropped, stays pending.
+    // `instances`, which are declared after this, tell what infinite lights shine on, and are told the
+    // numbers of their lights.
     void Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances);
 
-    uint32_t LightCount() const { return m_table.set.activeCount; }  // those with power above 0
-    uint32_t EmissiveTriangleCount() const { return m_table.emissiveTriangleCount; }
+    uint32_t LightCount() const { return m_table.Set().activeCount; }  // those with power above 0
+    uint64_t EmissiveTriangleCount() const { return m_table.EmissiveTriangleCount(); }
     uint32_t PunctualCount() const { return static_cast<uint32_t>(m_punctual.size()); }
-    uint64_t RebuildCount() const { return m_rebuildCount; }
+    const LightStatistics& Statistics() const { return m_statistics; }
 
   private:
+    static constexpr uint32_t kNone = 0xFFFFFFFFu;
+
     bool HasInfiniteLight() const;
-    void RecordUpload(CommandList& commands);
+    bool AreMostRemoved() const;
+    // Of a placement, as the lights are numbered now.
+    uint32_t LightsOfOne(uint32_t group) const {
+        return m_scene.isShared[group] ? 1u : static_cast<uint32_t>(m_scene.groups[group].size());
+    }
+    // Of the rule Always, tables are those of a set that had no others before.
+    bool StaysShared() const { return m_rule == LightRule::Decay; }
+    void SetPunctual(uint32_t light, scene::Light&& inWorld, scene::Light&& fromOrigin);
+    // The values in the world, and from the origin.
+    std::pair<scene::Light, scene::Light> Checked(const scene::Light& values, uint32_t light,
+                                                  LightPlace place) const;
+    // Lights of some placements, at most: as records of their own, as triangles of shared groups, and how
+    // many such groups there are.
+    struct LightCounts {
+        uint64_t lights = 0, triangles = 0, meshes = 0;
+    };
+    LightCounts CountsOf(uint32_t group, uint32_t placementCount) const;
+    LightCounts CountsWith(uint32_t group, uint32_t placementCount) const;
+    void ReserveTables(const LightCounts& counts);
+    void Place(uint32_t record, uint32_t instance, uint32_t group, const glm::mat4x3& objectToWorld,
+               bool isVisible);
+    void ToRest(std::vector<uint32_t>& groups, uint32_t index);
+    void DropRemoved();
+    // Numbers all lights again.
+    void Number();
+    // A table of lights or nodes.
+    struct Records {
+        RecordTable table;
+        ChangeList changed;
+    };
+    void Reserve(Records& records, RecordTableDesc desc);
+    void Reserve(rhi::Buffer& table, ResourceState& state, const char* name, uint64_t count,
+                 uint32_t recordBytes);
+    void NoteSize();
+    void NoteInstance(uint32_t instance);
+    bool MayRefit() const;
+    void UpdateTable(InstanceSet& instances);
+    void NoteChanges(const LightTableChanges& changes);
+    template <typename At>
+    BufferId DeclareUpload(Renderer& renderer, Records& records, size_t count, At&& at);
+    void RecordAlias(CommandList& commands);
 
     rhi::Device& m_device;
+    LightRule m_rule;
     LightScene m_scene;                    // from the origin; of instances, only emitters are kept up to date
     std::vector<scene::Light> m_punctual;  // in the world
     glm::dvec3 m_origin{0.0};
-    std::vector<bool> m_isEmitterInstance;
+    std::vector<uint32_t> m_firstPlacement;  // by instance, into LightScene::placements; kNone: no emitter
+    std::vector<uint32_t> m_nextPlacement;   // by placement, of the same instance
+    std::map<uint32_t, std::vector<uint32_t>> m_removed;  // placements, by lightCount
+    std::vector<uint32_t> m_removedPunctual;
     std::vector<bool> m_isEmitterMaterial;
-    LightTable m_table;
-    bool m_isTableDue = true;
-    bool m_arePlacesDue = false;  // the origin has moved
-    bool m_isUploadDue = true;
-    bool m_isAliasUploadDue = true;
-    uint64_t m_rebuildCount = 0;
+    std::vector<uint32_t> m_placementCounts;                         // by group; those that are there
+    std::map<uint32_t, std::vector<uint32_t>> m_deformedPlacements;  // by group
+    LightCounts m_counts;                                            // of all of them
+    uint64_t m_removedLights = 0;                                    // of placements that were removed
+    uint64_t m_numberedLights = 0;  // of all placements, removed ones included, when they were numbered
 
-    rhi::Buffer m_lights;  // as many as the scene can have; likewise the others
-    rhi::Buffer m_nodes;
+    LightTable m_table;
+    LightEdits m_edits;  // but for what the lists have
+    ChangeList m_changedPlacements, m_changedPunctual;
+    bool m_isNumberingDue = true;
+    bool m_areNumbersNew = true;            // the instances do not know them
+    std::vector<uint32_t> m_newPlacements;  // of otherwise the same numbers, likewise
+    bool m_isAliasUploadDue = true;
+    bool m_isMeshUploadDue = true;
+    LightStatistics m_statistics;
+
+    // Each has room for at least what the scene has.
+    Records m_lights;
+    Records m_nodes;
     rhi::Buffer m_alias;
+    rhi::Buffer m_meshes;
     rhi::Buffer m_profiles;  // does not change
-    ResourceState m_lightsState;
-    ResourceState m_nodesState;
     ResourceState m_aliasState;
+    ResourceState m_meshesState;
     ResourceState m_profilesState;
 };
 

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
-#include <glm/gtc/quaternion.hpp>
 #include "base/check.h"
 #include "renderer/gpu_scene/alias_table.h"
-#include "renderer/gpu_scene/light_bvh.h"
-#include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 
@@ -17,133 +15,29 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 // Powers in floats, and sums of them, stay finite and normal within these.
 constexpr double kMinPower = 1e-36, kMaxPower = 1e30;
-// Likewise squares of twice a triangle's area.
-constexpr float kMinAreaSquare = 1e-36f, kMaxAreaSquare = 1e36f;
-
-double Luminance(const glm::vec3& color) {
-    return 0.2126 * double{color.x} + 0.7152 * double{color.y} + 0.0722 * double{color.z};
-}
+constexpr uint32_t kNoMesh = 0xFFFFFFFFu;
 
 double Representable(double power) {
     return power >= kMinPower ? std::min(power, kMaxPower) : 0.0;  // a NaN becomes 0
 }
 
-// Of the rays that end anywhere on a triangle, whose record has the world's p0, e1 and e2. RayClearance is
-// convex in the point; the record adds roundings of its own.
-float TriangleClearance(const Emitter& emitter, const glm::mat4x3& objectToWorld, const glm::vec3& p0,
-                        const glm::vec3& e1, const glm::vec3& e2) {
-    float clearance = 0.0f;
-    for (const glm::vec3& vertex : {emitter.p0, emitter.p1, emitter.p2})
-        clearance =
-            std::max(clearance, gpu::RayClearance(glm::mat3(objectToWorld), objectToWorld[3], emitter.p0,
-                                                  emitter.p1 - emitter.p0, emitter.p2 - emitter.p0, vertex));
-    if (emitter.error > 0.0f)
-        for (int axis = 0; axis < 3; ++axis) clearance += emitter.error * glm::length(objectToWorld[axis]);
-    const glm::vec3 across = glm::cross(e1, e2);
-    const float length = glm::length(across);
-    const glm::vec3 sizes = glm::abs(p0) + glm::abs(e1) + glm::abs(e2);
-    return clearance +
-           4.0f * gpu::kRoundoff * (length > 0.0f ? glm::dot(glm::abs(across), sizes) / length : 0.0f);
-}
-
-gpu::LightRecord TriangleLight(const Emitter& emitter, const EmitterPlacement& placement,
-                               const glm::mat4x3& objectToWorld) {
-    const glm::dmat3 linear{glm::dvec3(objectToWorld[0]), glm::dvec3(objectToWorld[1]),
-                            glm::dvec3(objectToWorld[2])};
-    const glm::vec3 p0 = linear * glm::dvec3(emitter.p0) + glm::dvec3(objectToWorld[3]);
-    const glm::vec3 e1 = linear * (glm::dvec3(emitter.p1) - glm::dvec3(emitter.p0));
-    const glm::vec3 e2 = linear * (glm::dvec3(emitter.p2) - glm::dvec3(emitter.p0));
-    const bool isMirrored = glm::determinant(glm::mat3(objectToWorld)) < 0.0f;
-    return {.p0 = p0,
-            .kind = gpu::kLightTriangle,
-            .e1 = e1,
-            .flags = (emitter.isDoubleSided ? gpu::kLightDoubleSided : 0u) |
-                     (isMirrored ? gpu::kLightMirrored : 0u),
-            .e2 = e2,
-            .instance = placement.record,
-            .primitive = emitter.primitive,
-            .bitTrail = 0,
-            .spotScale = 0.0f,
-            .spotOffsetOrClearance = TriangleClearance(emitter, objectToWorld, p0, e1, e2)};
-}
-
 uint32_t GroupAt(const std::vector<uint32_t>& groups, size_t index) {
-    return groups.empty() ? gpu::kLightGroupRest : groups[index];
+    return index < groups.size() ? groups[index] : gpu::kLightGroupRest;
 }
 
-double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance) {
-    const glm::vec3 normal = glm::cross(light.e1, light.e2);
-    const float square = glm::dot(normal, normal);
-    if (!(square >= kMinAreaSquare && square <= kMaxAreaSquare)) return 0.0;
-    const double sides = (light.flags & gpu::kLightDoubleSided) != 0 ? 2.0 : 1.0;
-    return sides * kPi * 0.5 * std::sqrt(double{square}) * Luminance(meanRadiance);
+bool IsDirectional(const scene::Light& light) {
+    return light.type == scene::LightType::Directional;
 }
 
-// Along the node's -z, whatever its scale; a node scaled to nothing has no direction of its own.
-glm::vec3 DirectionOf(const scene::Light& light) {
-    const glm::dvec3 direction(-light.lightToWorld[2]);
-    const double length = glm::length(direction);
-    return length > 0.0 ? glm::vec3(direction / length) : glm::vec3(0.0f, 0.0f, -1.0f);
+double RadiusOf(const LightScene& scene) {
+    return scene.radius > 0.0f ? double{scene.radius} : 1.0;
 }
 
-uint32_t KindOf(scene::LightType type) {
-    switch (type) {
-        case scene::LightType::Directional:
-            return gpu::kLightDirectional;
-        case scene::LightType::Point:
-            return gpu::kLightPoint;
-        case scene::LightType::Spot:
-            return gpu::kLightSpot;
-    }
-    return gpu::kLightPoint;
-}
-
-// Falloff by KHR_lights_punctual, inner and outer cone angle.
-gpu::LightRecord PunctualLight(const scene::Light& light) {
-    const float cosOuter = std::cos(light.outerConeAngle);
-    const float scale = 1.0f / std::max(0.001f, std::cos(light.innerConeAngle) - cosOuter);
-    const bool isSpot = light.type == scene::LightType::Spot;
-    return {.p0 = light.lightToWorld[3],
-            .kind = KindOf(light.type),
-            .e1 = DirectionOf(light),
-            .flags = 0,
-            .e2 = light.color * light.intensity,
-            .instance = 0,
-            .primitive = 0,
-            .bitTrail = 0,
-            .spotScale = isSpot ? scale : 0.0f,
-            .spotOffsetOrClearance = isSpot ? -cosOuter * scale : 0.0f};
-}
-
-// Turns a point light's record into that of one with a profile.
-void PutProfile(gpu::LightRecord& record, const scene::Light& light, const ProfileTable& profiles) {
-    // From the node's axes, z first, without scale and shear; what is flat has axes of its own
-    glm::dvec3 z(light.lightToWorld[2]), x(light.lightToWorld[0]);
-    z = glm::length(z) > 0.0 ? glm::normalize(z) : glm::dvec3(0.0, 0.0, 1.0);
-    if (glm::length(x) > 0.0) x = glm::normalize(x);
-    x -= glm::dot(x, z) * z;
-    if (!(glm::length(x) > 1e-9))
-        x = glm::cross(glm::abs(z.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0), z);
-    x = glm::normalize(x);
-    const glm::dmat3 axes(x, glm::cross(z, x), z);
-    const glm::dquat toProfile = glm::normalize(glm::conjugate(glm::quat_cast(axes)));
-    record.flags |= gpu::kLightProfile;
-    if (glm::determinant(glm::mat3(light.lightToWorld)) < 0.0f) record.flags |= gpu::kLightMirrored;
-    record.e1 = glm::dvec3(toProfile.x, toProfile.y, toProfile.z);
-    record.spotScale = static_cast<float>(toProfile.w);
-    record.primitive = profiles.firstWords[light.profile];
-}
-
-double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
-    const double intensity = Luminance(light.e2);
-    if (light.kind == gpu::kLightDirectional) return kPi * sceneRadius * sceneRadius * intensity;
-    if (light.kind == gpu::kLightPoint) return 4.0 * kPi * intensity;
-    // The integral of clamp(c scale + offset, 0, 1)^2 over c up to 1: a parabola, then a constant
-    const double end =
-        double{light.spotScale} + double{light.spotOffsetOrClearance};  // before the clamp, at c = 1
-    const double ramp = std::min(end, 1.0);
-    const double integral = (ramp * ramp * ramp / 3.0 + (end - ramp)) / double{light.spotScale};
-    return 2.0 * kPi * intensity * integral;
+PoweredLight PunctualAt(const LightScene& scene, size_t index) {
+    const bool isHidden = index < scene.isPunctualHidden.size() && scene.isPunctualHidden[index];
+    PoweredLight light = PunctualLight(scene.punctual[index], isHidden, scene.profiles, RadiusOf(scene));
+    light.record.flags |= GroupAt(scene.lightGroups.lights, index) << gpu::kLightGroupShift;
+    return light;
 }
 
 void AppendAlias(std::vector<gpu::AliasEntry>& alias, std::span<const double> power) {
@@ -152,117 +46,301 @@ void AppendAlias(std::vector<gpu::AliasEntry>& alias, std::span<const double> po
     BuildAliasTable(power, std::span(alias).subspan(first));
 }
 
-}  // namespace
-
-ProfileTable MakeProfileTable(std::span<const scene::LightProfile> profiles) {
-    ProfileTable table;
-    std::vector<float>& words = table.words;
-    const auto append = [&](const std::vector<float>& values) {
-        words.insert(words.end(), values.begin(), values.end());
-    };
-    for (const scene::LightProfile& profile : profiles) {
-        table.firstWords.push_back(static_cast<uint32_t>(words.size()));
-        table.means.push_back(profile.MeanIntensity());
-        words.push_back(static_cast<float>(profile.type));
-        words.push_back(static_cast<float>(profile.vertical.size()));
-        words.push_back(static_cast<float>(profile.horizontal.size()));
-        append(profile.vertical);
-        append(profile.horizontal);
-        append(profile.candela);
-    }
-    return table;
+// A leaf without power has no part in the boxes above it.
+LightBounds DarkBounds() {
+    return {.min = glm::vec3(0.0f), .max = glm::vec3(0.0f)};
 }
 
-uint32_t LightScene::NumberEmitters() {
+}  // namespace
+
+bool LightScene::Shares(size_t group, uint64_t placementCount) const {
+    const size_t emitters = groups[group].size();
+    return emitters >= kMinSharedEmitters && placementCount > 1 &&
+           placementCount * emitters > maxExpandedLights && (isDeformed.empty() || !isDeformed[group]);
+}
+
+uint32_t LightScene::NumberEmitters(bool stay) {
+    std::vector<uint64_t> counts(groups.size());
+    for (const EmitterPlacement& placement : placements)
+        if (!placement.isRemoved) ++counts[placement.group];
+    isShared.resize(groups.size());
+    for (size_t i = 0; i < groups.size(); ++i)
+        isShared[i] = Shares(i, counts[i]) || (stay && isShared[i] && counts[i] > 1);
     uint32_t count = 0;
     for (EmitterPlacement& placement : placements) {
+        if (!placement.isRemoved)
+            placement.lightCount =
+                isShared[placement.group] ? 1 : static_cast<uint32_t>(groups[placement.group].size());
         placement.firstLight = count;
-        count += static_cast<uint32_t>(groups[placement.group].size());
+        count += placement.lightCount;
     }
     return count;
 }
 
-LightTable BuildLightTable(const LightScene& scene) {
-    LightTable table;
-    std::vector<double> power;
-    const auto add = [&](const gpu::LightRecord& light, uint32_t group, double lightPower) {
-        table.lights.push_back(light);
-        table.lights.back().flags |= group << gpu::kLightGroupShift;
-        power.push_back(Representable(lightPower));
-    };
-    for (const EmitterPlacement& placement : scene.placements) {
-        RG_CHECK_EQ(placement.firstLight, table.lights.size());
-        const LightScene::Instance& instance = scene.instances[placement.instance];
-        for (const Emitter& emitter : scene.groups[placement.group]) {
-            const gpu::LightRecord light = TriangleLight(emitter, placement, instance.objectToWorld);
-            const glm::vec3 radiance = scene.emission[emitter.material] * emitter.meanTexture;
-            const uint32_t group = FirstLightGroup(GroupAt(scene.lightGroups.instances, placement.instance),
-                                                   GroupAt(scene.lightGroups.materials, emitter.material));
-            add(light, group, instance.isVisible ? TrianglePower(light, radiance) : 0.0);
-        }
-    }
-    table.emissiveTriangleCount =
-        static_cast<uint32_t>(std::count_if(power.begin(), power.end(), [](double p) { return p > 0.0; }));
-    const double radius = scene.radius > 0.0f ? double{scene.radius} : 1.0;
-    for (const bool isDirectional : {false, true}) {
-        for (size_t i = 0; i < scene.punctual.size(); ++i) {
-            const scene::Light& light = scene.punctual[i];
-            if (isDirectional != (light.type == scene::LightType::Directional)) continue;
-            gpu::LightRecord record = PunctualLight(light);
-            if (i < scene.isPunctualHidden.size() && scene.isPunctualHidden[i]) record.e2 = glm::vec3(0.0f);
-            double lightPower = PunctualPower(record, radius);
-            if (light.profile != scene::kNone) {
-                PutProfile(record, light, scene.profiles);
-                lightPower *= scene.profiles.means[light.profile];
-            }
-            add(record, GroupAt(scene.lightGroups.lights, i), lightPower);
-        }
-        if (!isDirectional) table.set.boundedCount = static_cast<uint32_t>(table.lights.size());
-    }
-    const double environmentPower =
-        Representable(4.0 * kPi * kPi * radius * radius * Luminance(scene.environmentRadiance));
-    power.push_back(environmentPower);
+gpu::LightRecord LightTable::LightAt(size_t index) const {
+    return index < m_lights.size() ? m_lights[index] : m_meshLights[index - m_lights.size()];
+}
 
-    const uint32_t boundedCount = table.set.boundedCount;
-    const std::vector<float> boundedPower(power.begin(), power.begin() + boundedCount);
-    table.nodes = BuildLightTree(std::span(table.lights).first(boundedCount), boundedPower);
-    AppendAlias(table.alias, power);
-    AppendAlias(table.alias, std::span(power).subspan(boundedCount));
+gpu::LightNode LightTable::NodeAt(size_t index) const {
+    const std::vector<gpu::LightNode>& nodes = m_tree.Nodes();
+    if (index >= FirstMeshNode()) return m_meshNodes[index - FirstMeshNode()];
+    return index < nodes.size() ? nodes[index] : gpu::LightNode{};
+}
+
+gpu::AliasEntry LightTable::AliasAt(size_t index) const {
+    if (index >= FirstMeshAlias()) return m_meshAlias[index - FirstMeshAlias()];
+    return index < m_alias.size() ? m_alias[index] : gpu::AliasEntry{};
+}
+
+// The lights of placements, then the bounded punctual ones, then the directional ones.
+void LightTable::Number(const LightScene& scene) {
+    uint32_t count = 0;
+    for (const EmitterPlacement& placement : scene.placements) {
+        RG_CHECK_EQ(placement.firstLight, count);
+        count += placement.lightCount;
+    }
+    m_punctualNumbers.resize(scene.punctual.size());
+    for (const bool isDirectional : {false, true}) {
+        for (size_t i = 0; i < scene.punctual.size(); ++i)
+            if (isDirectional == IsDirectional(scene.punctual[i])) m_punctualNumbers[i] = count++;
+        if (!isDirectional) m_set.boundedCount = count;
+    }
+    m_set.lightCount = count;
+    m_lights.assign(count, {});
+    m_power.assign(size_t{count} + 1, 0.0);
+    m_shiningCounts.assign(scene.placements.size(), 0);
+    m_emissiveTriangleCount = 0;
+}
+
+void LightTable::BuildMeshes(const LightScene& scene) {
+    m_meshes.clear();
+    m_meshRecords.clear();
+    m_meshLights.clear();
+    m_meshNodes.clear();
+    m_meshAlias.clear();
+    m_meshOf.assign(scene.groups.size(), kNoMesh);
+    m_meshBounds.clear();
+    for (size_t i = 0; i < scene.groups.size(); ++i) {
+        if (!scene.isShared[i]) continue;
+        m_meshOf[i] = static_cast<uint32_t>(m_meshes.size());
+        m_meshes.emplace_back(scene.groups[i], scene.emission, scene.lightGroups.materials);
+        const LightMesh& mesh = m_meshes.back();
+        const auto firstNode = static_cast<uint32_t>(FirstMeshNode() + m_meshNodes.size());
+        m_meshRecords.push_back({.firstLight = static_cast<uint32_t>(m_lights.size() + m_meshLights.size()),
+                                 .triangleCount = static_cast<uint32_t>(mesh.Lights().size()),
+                                 .activeCount = mesh.ActiveCount(),
+                                 .firstNode = firstNode,
+                                 .firstAlias = static_cast<uint32_t>(FirstMeshAlias() + m_meshAlias.size())});
+        m_meshLights.insert(m_meshLights.end(), mesh.Lights().begin(), mesh.Lights().end());
+        for (gpu::LightNode node : mesh.Nodes()) {
+            if ((node.link & gpu::kLightNodeLeaf) == 0u) node.link += firstNode;
+            m_meshNodes.push_back(node);
+        }
+        m_meshAlias.insert(m_meshAlias.end(), mesh.Alias().begin(), mesh.Alias().end());
+    }
+    if (!m_meshes.empty()) m_meshBounds.resize(scene.placements.size());
+}
+
+void LightTable::SetLight(uint32_t number, gpu::LightRecord record, double power, const LightBounds* bounds,
+                          bool isRefit, LightTableChanges& changes) {
+    gpu::LightRecord& light = m_lights[number];
+    record.bitTrail = light.bitTrail;
+    if (std::memcmp(&light, &record, sizeof(record)) != 0) {
+        light = record;
+        changes.lights.push_back(number);
+    }
+    double& oldPower = m_power[number];
+    power = Representable(power);
+    const bool isAlike = power > 0.0 && std::abs(power - oldPower) <= kPowerTolerance * oldPower;
+    if (isRefit && isAlike) power = oldPower;
+    changes.isAlias |= power != oldPower;
+    oldPower = power;
+    if (!isRefit || number >= m_set.boundedCount) return;
+    if (!m_tree.Has(number)) {
+        changes.isRebuilt |= power > 0.0;
+        return;
+    }
+    LightBounds placed = power == 0.0 ? DarkBounds() : bounds ? *bounds : BoundsOf(record, 0.0f);
+    placed.power = static_cast<float>(power);
+    m_tree.Set(number, placed);
+}
+
+void LightTable::SetPlacement(const LightScene& scene, uint32_t index, bool isRefit,
+                              LightTableChanges& changes) {
+    const EmitterPlacement& placement = scene.placements[index];
+    m_emissiveTriangleCount -= m_shiningCounts[index];
+    m_shiningCounts[index] = 0;
+    if (placement.isRemoved) {
+        for (uint32_t i = 0; i < placement.lightCount; ++i)
+            SetLight(placement.firstLight + i, {}, 0.0, nullptr, isRefit, changes);
+        return;
+    }
+    const LightScene::Instance& instance = scene.instances[placement.instance];
+    const uint32_t instanceGroup = GroupAt(scene.lightGroups.instances, placement.instance);
+    uint32_t shining = 0;
+    if (const uint32_t mesh = m_meshOf[placement.group]; mesh != kNoMesh) {
+        LightBounds& bounds = m_meshBounds[index] = m_meshes[mesh].Placed(instance.objectToWorld);
+        const bool isMirrored = glm::determinant(glm::mat3(instance.objectToWorld)) < 0.0f;
+        const gpu::LightRecord record{
+            .kind = gpu::kLightMesh,
+            .flags = (isMirrored ? gpu::kLightMirrored : 0u) | (instanceGroup << gpu::kLightGroupShift),
+            .instance = placement.record,
+            .primitive = mesh};
+        SetLight(placement.firstLight, record, instance.isVisible ? bounds.power : 0.0, &bounds, isRefit,
+                 changes);
+        if (m_power[placement.firstLight] > 0.0) shining = m_meshes[mesh].ActiveCount();
+    } else {
+        uint32_t number = placement.firstLight;
+        for (const Emitter& emitter : scene.groups[placement.group]) {
+            gpu::LightRecord record = TriangleLight(emitter, placement.record, instance.objectToWorld);
+            const double power =
+                TrianglePower(record, scene.emission[emitter.material] * emitter.meanTexture);
+            record.flags |=
+                FirstLightGroup(instanceGroup, GroupAt(scene.lightGroups.materials, emitter.material))
+                << gpu::kLightGroupShift;
+            SetLight(number, record, instance.isVisible ? power : 0.0, nullptr, isRefit, changes);
+            shining += m_power[number++] > 0.0 ? 1 : 0;
+        }
+    }
+    m_shiningCounts[index] = shining;
+    m_emissiveTriangleCount += shining;
+}
+
+void LightTable::SetPunctual(const LightScene& scene, uint32_t index, bool isRefit,
+                             LightTableChanges& changes) {
+    const PoweredLight light = PunctualAt(scene, index);
+    SetLight(m_punctualNumbers[index], light.record, light.power, nullptr, isRefit, changes);
+}
+
+void LightTable::SetInfinitePowers(const LightScene& scene) {
+    for (uint32_t i = 0; i < scene.punctual.size(); ++i)
+        if (IsDirectional(scene.punctual[i]))
+            m_power[m_punctualNumbers[i]] = Representable(PunctualAt(scene, i).power);
+    const double radius = RadiusOf(scene);
+    m_power.back() = Representable(4.0 * kPi * kPi * radius * radius * Luminance(scene.environmentRadiance));
+}
+
+void LightTable::BuildTree(const LightScene& scene, LightTableChanges& changes) {
+    std::vector<LightLeaf> leaves;
+    const auto add = [&](uint32_t number, const LightBounds* bounds) {
+        m_lights[number].bitTrail = 0;
+        const auto power = static_cast<float>(m_power[number]);
+        if (!(power > 0.0f)) return;
+        leaves.push_back({.bounds = bounds ? *bounds : BoundsOf(m_lights[number], power), .light = number});
+        leaves.back().bounds.power = power;
+    };
+    for (size_t i = 0; i < scene.placements.size(); ++i) {
+        const EmitterPlacement& placement = scene.placements[i];
+        const bool isMesh = !placement.isRemoved && m_meshOf[placement.group] != kNoMesh;
+        for (uint32_t k = 0; k < placement.lightCount; ++k)
+            add(placement.firstLight + k, isMesh ? &m_meshBounds[i] : nullptr);
+    }
+    for (const uint32_t number : m_punctualNumbers)
+        if (number < m_set.boundedCount) add(number, nullptr);
+    m_tree.Build(std::move(leaves), m_lights);
+    m_quality.NoteBuild(m_tree.RelativeCost(), m_tree.Nodes().size() / 2);
+    changes.isRebuilt = changes.areAllRecords = true;
+    NoteTree();
+}
+
+// A tree without light is none: its last node would be chosen all the same.
+void LightTable::NoteTree() {
+    const std::vector<gpu::LightNode>& nodes = m_tree.Nodes();
+    const bool isLit = !nodes.empty() && nodes[0].power > 0.0f;
+    m_set.nodeCount = isLit ? static_cast<uint32_t>(nodes.size()) : 0u;
+}
+
+void LightTable::BuildAlias() {
+    const uint32_t boundedCount = m_set.boundedCount;
+    m_alias.clear();
+    AppendAlias(m_alias, m_power);
+    AppendAlias(m_alias, std::span(m_power).subspan(boundedCount));
+    m_set.activeCount = 0;
     double bounded = 0.0, unbounded = 0.0;
-    for (uint32_t i = 0; i < power.size(); ++i) {
-        if (power[i] == 0.0) continue;
-        table.alias.push_back({.keep = 1.0f, .alias = i, .probability = 0.0f});
-        ++table.set.activeCount;
-        (i < boundedCount ? bounded : unbounded) += power[i];
+    for (uint32_t i = 0; i < m_power.size(); ++i) {
+        if (m_power[i] == 0.0) continue;
+        m_alias.push_back({.keep = 1.0f, .alias = i, .probability = 0.0f});
+        ++m_set.activeCount;
+        (i < boundedCount ? bounded : unbounded) += m_power[i];
     }
     double share = unbounded > 0.0 ? unbounded / (bounded + unbounded) : 0.0;
     if (bounded > 0.0 && unbounded > 0.0) share = std::clamp(share, kMinLightShare, 1.0 - kMinLightShare);
-
-    table.set.lightCount = static_cast<uint32_t>(table.lights.size());
-    table.set.nodeCount = static_cast<uint32_t>(table.nodes.size());
-    table.set.unboundedShare = static_cast<float>(share);
-    table.set.environmentRotation = scene.environmentRotation;
-    table.set.hasEnvironment = environmentPower > 0.0 ? 1u : 0u;
-    table.set.environmentWidth = scene.environmentWidth;
-    table.set.environmentHeight = scene.environmentHeight;
-    return table;
+    m_set.unboundedShare = static_cast<float>(share);
+    m_set.hasEnvironment = m_power.back() > 0.0 ? 1u : 0u;
 }
 
-void PlaceLights(LightTable& table, const LightScene& scene) {
-    auto light = table.lights.begin();
-    for (const EmitterPlacement& placement : scene.placements)
-        for (const Emitter& emitter : scene.groups[placement.group]) {
-            const gpu::LightRecord moved =
-                TriangleLight(emitter, placement, scene.instances[placement.instance].objectToWorld);
-            light->p0 = moved.p0;
-            light->spotOffsetOrClearance = moved.spotOffsetOrClearance;
-            ++light;
+void LightTable::Place(const LightScene& scene, LightTableChanges& changes) {
+    const auto setLeaf = [&](uint32_t number, LightBounds bounds) {
+        if (!m_tree.Has(number) || m_power[number] == 0.0) return;
+        bounds.power = static_cast<float>(m_power[number]);
+        m_tree.Set(number, bounds);
+    };
+    for (size_t i = 0; i < scene.placements.size(); ++i) {
+        const EmitterPlacement& placement = scene.placements[i];
+        if (placement.isRemoved) continue;
+        const glm::mat4x3& objectToWorld = scene.instances[placement.instance].objectToWorld;
+        if (const uint32_t mesh = m_meshOf[placement.group]; mesh != kNoMesh) {
+            m_meshes[mesh].PlaceBox(objectToWorld, m_meshBounds[i]);
+            setLeaf(placement.firstLight, m_meshBounds[i]);
+            continue;
         }
-    for (const bool isDirectional : {false, true})
-        for (const scene::Light& punctual : scene.punctual)
-            if (isDirectional == (punctual.type == scene::LightType::Directional))
-                (light++)->p0 = punctual.lightToWorld[3];
-    RefitLightTree(table.nodes, table.lights);
+        uint32_t number = placement.firstLight;
+        for (const Emitter& emitter : scene.groups[placement.group]) {
+            const gpu::LightRecord moved = TriangleLight(emitter, placement.record, objectToWorld);
+            m_lights[number].p0 = moved.p0;
+            m_lights[number].spotOffsetOrClearance = moved.spotOffsetOrClearance;
+            setLeaf(number, BoundsOf(m_lights[number], 0.0f));
+            ++number;
+        }
+    }
+    for (size_t i = 0; i < scene.punctual.size(); ++i) {
+        const uint32_t number = m_punctualNumbers[i];
+        m_lights[number].p0 = scene.punctual[i].lightToWorld[3];
+        if (number < m_set.boundedCount) setLeaf(number, BoundsOf(m_lights[number], 0.0f));
+    }
+    changes.areAllRecords = true;
+}
+
+LightTableChanges LightTable::Update(const LightScene& scene, const LightEdits& edits, bool mayRefit) {
+    LightTableChanges changes{.isAll = edits.isAll};
+    const bool isRefit = mayRefit && !edits.isAll;
+    if (edits.isAll) {
+        Number(scene);
+        BuildMeshes(scene);
+        for (uint32_t i = 0; i < scene.placements.size(); ++i) SetPlacement(scene, i, isRefit, changes);
+        for (uint32_t i = 0; i < scene.punctual.size(); ++i) SetPunctual(scene, i, isRefit, changes);
+    } else {
+        if (edits.arePlacesDue) Place(scene, changes);
+        for (const uint32_t i : edits.placements) SetPlacement(scene, i, isRefit, changes);
+        for (const uint32_t i : edits.punctual) SetPunctual(scene, i, isRefit, changes);
+    }
+    if (edits.isAll || edits.arePowersDue) {
+        SetInfinitePowers(scene);
+        changes.isAlias = true;
+    }
+    const bool isTreeDue = !edits.placements.empty() || !edits.punctual.empty() || edits.arePlacesDue;
+    if (edits.isAll || changes.isRebuilt || (isTreeDue && !isRefit)) {
+        BuildTree(scene, changes);
+    } else {
+        m_tree.Refit(changes.nodes);
+        NoteTree();
+    }
+    if (changes.isAlias) BuildAlias();
+    return changes;
+}
+
+gpu::LightSetRecord LightTable::SetIn(const LightScene& scene) const {
+    gpu::LightSetRecord set = m_set;
+    set.environmentRotation = scene.environmentRotation;
+    set.environmentWidth = scene.environmentWidth;
+    set.environmentHeight = scene.environmentHeight;
+    return set;
+}
+
+LightTable BuildLightTable(const LightScene& scene) {
+    LightTable table;
+    table.Update(scene, {}, false);
+    return table;
 }
 
 }  // namespace raygraph

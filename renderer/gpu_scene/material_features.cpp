@@ -92,7 +92,7 @@ uint32_t LobeFeatures(const SceneResources& resources) {
 }
 
 uint32_t TextureFeatures(const SceneResources& resources) {
-    if (resources.textures.empty()) return 0;
+    if (!resources.textures || resources.textures->Count() == 0) return 0;
     const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
         return HasTextureTransform(resources.materialRecords[used]);
     });

@@ -1,13 +1,15 @@
 #include "renderer/gpu_scene/material_records.h"
 
+#include <algorithm>
+
 namespace raygraph {
 
 namespace {
 
 // Until there is a slot, 0 stands for any.
-uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const TextureResources> textures) {
+uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const uint32_t> slots) {
     if (!reference.IsPresent()) return gpu::kNoTexture;
-    const uint32_t slot = textures.empty() ? 0u : textures[static_cast<size_t>(reference.texture)].slot;
+    const uint32_t slot = slots.empty() ? 0u : slots[static_cast<size_t>(reference.texture)];
     return slot | (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
 }
 
@@ -73,12 +75,24 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     return record;
 }
 
+std::vector<uint32_t> TexturesOf(const scene::Material& material) {
+    std::vector<uint32_t> textures;
+#define RAYGRAPH_ADD(name)                  \
+    if (material.name##Texture.IsPresent()) \
+        textures.push_back(static_cast<uint32_t>(material.name##Texture.texture));
+    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_ADD)
+#undef RAYGRAPH_ADD
+    std::ranges::sort(textures);
+    textures.erase(std::unique(textures.begin(), textures.end()), textures.end());
+    return textures;
+}
+
 std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material> materials,
-                                                 std::span<const TextureResources> textures) {
+                                                 std::span<const uint32_t> slots) {
     std::vector<gpu::MaterialRecord> records;
     for (const scene::Material& material : materials) {
         gpu::MaterialRecord fields{};
-#define RAYGRAPH_SLOT(name) fields.name##Texture = TextureSlot(material.name##Texture, textures);
+#define RAYGRAPH_SLOT(name) fields.name##Texture = TextureSlot(material.name##Texture, slots);
         RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_SLOT)
 #undef RAYGRAPH_SLOT
         records.push_back(ToRecord(material, fields));

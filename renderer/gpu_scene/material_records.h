@@ -4,15 +4,20 @@
 #include <span>
 #include <vector>
 
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/scene/scene_data.h"
+#include "shaders/shared/scene_records.h"
 
 namespace raygraph {
 
 // `values` with the texture fields of `textures`.
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);
 
-// Of all materials of a scene; `textures` are those of its textures, or none if they are not uploaded yet.
+// That the material reads, each once, ascending.
+std::vector<uint32_t> TexturesOf(const scene::Material& material);
+
+// Of these materials; `slots` are those of the textures that they name, or none if these are not uploaded
+// yet.
 std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material> materials,
-                                                 std::span<const TextureResources> textures);
+                                                 std::span<const uint32_t> slots);
 
 }  // namespace raygraph

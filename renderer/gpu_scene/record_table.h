@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 
-#include "renderer/gpu_scene/change_list.h"
 #include "renderer/gpu_scene/frame_staging.h"
 #include "renderer/graph/renderer.h"
 #include "rhi/device.h"
@@ -17,11 +16,10 @@
 namespace raygraph {
 
 struct RecordTableDesc {
-    std::string name = "records";     // of the buffer
-    std::string passName = "Upload";  // of the pass that writes to it
-    uint32_t recordBytes = 0;         // a multiple of 4
-    size_t recordCount = 0;
-    size_t itemCount = 0;                             // what records are of, one or more each
+    std::string name = "records";                     // of the buffer
+    std::string passName = "Upload";                  // of the pass that writes to it
+    uint32_t recordBytes = 0;                         // a multiple of 4
+    size_t capacity = 0;                              // records
     rhi::BufferUsage usage = rhi::BufferUsage::None;  // besides what the upload needs
 };
 
@@ -45,20 +43,26 @@ class RecordTable {
         uint64_t m_bytes;  // of one
         size_t m_count = 0;
     };
-    // What the table's owner does while the pass is recorded.
+    // What the table's owner does while the pass is recorded, and after that.
     struct Source {
         std::function<void()> prepare = [] {};  // before all else
-        // Writes every record of these items.
-        std::function<void(std::span<const uint32_t> items, Writer& writer)> write;
+        size_t changed = 0;                     // records that have
+        // Writes these, each once; or all, from the first to the last that there is.
+        std::function<void(bool areAll, Writer& writer)> write;
+        std::function<void()> done = [] {};  // when it has been submitted
     };
 
     RecordTable() = default;
     RecordTable(rhi::Device& device, const RecordTableDesc& desc);
 
-    // The item has changed, which has so many records. At first all are to be written.
-    void Add(uint32_t item, uint32_t records) { m_changedRecords += m_changed.Add(item) ? records : 0; }
+    // All are to be written, as they are at first.
     void AddAll() { m_areAllDue = true; }
-    bool HasChanges() const { return m_desc.recordCount > 0 && (m_areAllDue || m_changedRecords > 0); }
+    bool AreAllDue() const { return m_areAllDue; }
+    // How many records there are, up to the capacity; those beyond are not written.
+    void SetCount(size_t count) { m_count = count; }
+    size_t Capacity() const { return m_desc.capacity; }
+    // The same with another capacity and all still to be written.
+    RecordTable WithCapacity(size_t capacity) const;
 
     const rhi::Buffer& Buffer() const { return m_buffer; }
     BufferId Import(Renderer& renderer) { return renderer.Import(m_desc.name, m_buffer, m_state); }
@@ -71,14 +75,13 @@ class RecordTable {
     void RecordCopyOfAll(CommandList& commands, const Source& source);
     void RecordCopies(CommandList& commands, const Source& source);
     BufferId DeclareScatter(Renderer& renderer, BufferId table, Source source);
-    void NoteWritten(CommandList& commands);
+    void NoteWritten(CommandList& commands, const Source& source);
 
     rhi::Device* m_device = nullptr;
     RecordTableDesc m_desc;
     rhi::Buffer m_buffer;
     ResourceState m_state;
-    ChangeList m_changed;  // items
-    size_t m_changedRecords = 0;
+    size_t m_count = 0;
     bool m_areAllDue = true;
     FrameStaging m_staging;
     ResourceState m_scatteredState;

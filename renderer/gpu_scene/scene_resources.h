@@ -1,18 +1,23 @@
-// What SetScene creates on the device: vertex streams, BLASes, textures, geometry and material tables.
+// What a scene is on the device but for its instances and lights: vertex streams, BLASes, textures, geometry
+// and material tables. Meshes, materials and textures come and go; the others keep their numbers.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "renderer/gpu_scene/emitters.h"
+#include "renderer/gpu_scene/growing_table.h"
 #include "renderer/gpu_scene/light_table.h"
+#include "renderer/gpu_scene/slot_ranges.h"
+#include "renderer/gpu_scene/texture_set.h"
+#include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/scene/scene_data.h"
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
 #include "rhi/resources.h"
-#include "rhi/texture_table.h"
 #include "rhi/upload.h"
 #include "shaders/shared/scene_records.h"
 
@@ -46,6 +51,12 @@ struct GroupPart {
     bool isRound = false;
 };
 
+inline gpu::InstanceRecord NotDrawn() {
+    gpu::InstanceRecord record{};
+    record.draw = gpu::kNotDrawn;
+    return record;
+}
+
 // The primitives of a mesh that were of one kind when the scene was set, as one list of triangles or of
 // capsules in one BLAS: a mesh has up to six groups of either. A changed material may turn a group of one
 // kind into one of several.
@@ -54,53 +65,81 @@ struct GroupResources {
     std::vector<GroupPart> parts;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
-    gpu::InstanceRecord record{};   // but for transform, instance and firstLight
-    std::vector<Emitter> emitters;  // until they are moved into the light set
+    VkDeviceAddress hostBlas = 0;             // a host's own, in its place
+    gpu::InstanceRecord record = NotDrawn();  // but for transform, instance and firstLight
+    std::vector<Emitter> emitters;            // until they are moved into the light set
     std::vector<EmitterVariant> emitterVariants;
     uint64_t triangleCount = 0;  // 0 of round primitives
     scene::Bounds bounds;        // object space
     // Not null: the group can be deformed. `blas` is null where only its copies are drawn.
     std::shared_ptr<const BaseShape> base;
+
+    VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
+    // By raster views. Not so a group that has been removed.
+    bool IsDrawn() const { return !kind.isRound && triangleCount > 0; }
 };
 
 struct MeshResources {
     uint32_t firstGroup = 0;
     uint32_t groupCount = 0;
     uint64_t triangleCount = 0;
-    bool isCopy = false;  // a deformed one, of another that is listed before
+    uint32_t instanceCount = 0;
+    bool isDeformed = false;  // there are copies of it, or it is one
+    bool isCopy = false;      // a deformed one, of another that is listed before
+    bool exists = true;
 };
 
-// What a texture of the scene is on the device. Textures that differ in their samplers alone share an image.
-struct TextureResources {
-    uint32_t image = 0;    // into SceneResources::textureImages
-    uint32_t sampler = 0;  // into SceneResources::samplers
-    uint32_t slot = 0;     // of the texture table
+// What the host keeps of a material beside its record.
+struct MaterialUse {
+    std::vector<uint32_t> textures;  // that it reads, each once
+    uint32_t partCount = 0;          // that have it, in some variant
+    float textureAlpha = 1.0f;       // no texel of its base color has less
+    bool exists = true;
 };
+
+struct UploadedMesh;
 
 struct SceneResources {
     SceneResources();
     ~SceneResources();
 
+    // Each puts something in its place, and returns its number. On an Error nothing has changed.
+    uint32_t AddMesh(UploadedMesh&& mesh);
+    // `textures`: numbers of those that the materials count from 0, with the lowest alpha of their images.
+    std::vector<uint32_t> AddMaterials(std::span<const scene::Material> added,
+                                       std::span<const uint32_t> textureNumbers);
+    std::vector<uint32_t> AddTextures(std::span<const SceneTexture> added);
+    // What nothing uses any more.
+    void RemoveMesh(uint32_t mesh) noexcept;
+    void RemoveMaterial(uint32_t material) noexcept;
+    void RemoveTexture(uint32_t texture);
+    // Of meshes, groups and geometries that were appended without a number.
+    void TakeSlots();
+    bool HasMesh(uint32_t mesh) const { return mesh < meshes.size() && meshes[mesh].exists; }
+    bool HasMaterial(uint32_t material) const {
+        return material < materialUses.size() && materialUses[material].exists;
+    }
+
     std::vector<MeshResources> meshes;  // of the scene, in its order; then copies
     std::vector<uint32_t> meshOf;       // by instance: the mesh or copy that it places
     std::vector<GroupResources> groups;
-    std::vector<rhi::Sampler> samplers;
-    std::vector<rhi::Texture> textureImages;
-    std::vector<TextureResources> textures;           // of the scene, in its order
-    std::unique_ptr<rhi::TextureTable> textureTable;  // of their number; declared after what is in it
+    std::unique_ptr<TextureSet> textures;
+    std::vector<uint32_t> textureUses;  // materials that read each
     std::vector<gpu::MaterialRecord> materialRecords;
+    std::vector<MaterialUse> materialUses;
     std::vector<uint32_t> usedMaterials;  // by some triangle, ascending
     uint32_t variantCount = 0;
-    uint32_t variant = scene::kNone;                   // the one shown
-    std::vector<gpu::GeometryRecord> geometryRecords;  // empty if there are no variants
-    rhi::Buffer geometries;                            // gpu::GeometryRecord[]
-    rhi::Buffer materials;                             // gpu::MaterialRecord[]
-    std::unique_ptr<DeformResources> deform;           // null: nothing is deformed
-    uint32_t geometryCount = 0;
+    uint32_t variant = scene::kNone;  // the one shown
+    std::vector<gpu::GeometryRecord> geometryRecords;
+    GrowingTable geometries;                  // gpu::GeometryRecord[]
+    GrowingTable materials;                   // gpu::MaterialRecord[]
+    std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
     uint64_t geometryBytes = 0;
-    uint64_t textureBytes = 0;
-    uint32_t reducedTextures = 0;  // smaller than their images, to fit the budget
-    std::string textureReduction;  // says so, if there are any
+
+  private:
+    void CountParts(const MeshResources& mesh, int uses) noexcept;
+
+    SlotRanges m_meshSlots, m_groupSlots, m_geometrySlots, m_materialSlots;
 };
 
 // Of all groups of a mesh; object space.
@@ -108,13 +147,5 @@ scene::Bounds BoundsOf(const SceneResources& resources, const MeshResources& mes
 // Triangles of all meshes, and of all that instances place.
 uint64_t TriangleCount(const SceneResources& resources);
 uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances);
-
-struct TextureUploadSettings;
-
-// Uploads everything but the instances, and adds the BLASes to the builder. Frees each mesh and image of
-// `scene` after its upload. `textures.defaultTexture` outlives what is returned.
-std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
-                                            rhi::BlasBuilder& builder, scene::SceneData& scene,
-                                            const TextureUploadSettings& textures);
 
 }  // namespace raygraph

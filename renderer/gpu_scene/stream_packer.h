@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/large_pages.h"
 #include "rhi/shader_binding_table.h"
 #include "rhi/vulkan.h"
 
@@ -41,7 +42,7 @@ class StreamPacker {
     }
 
   private:
-    std::vector<std::byte> m_bytes;
+    LargeArray<std::byte> m_bytes;  // given back to the system without a lock that other threads wait for
 };
 
 }  // namespace raygraph

@@ -13,41 +13,6 @@ namespace raygraph {
 
 namespace {
 
-rhi::Filter ToRhi(scene::FilterMode mode) {
-    return mode == scene::FilterMode::Nearest ? rhi::Filter::Nearest : rhi::Filter::Linear;
-}
-
-rhi::AddressMode ToRhi(scene::WrapMode mode) {
-    switch (mode) {
-        case scene::WrapMode::Repeat:
-            return rhi::AddressMode::Repeat;
-        case scene::WrapMode::MirroredRepeat:
-            return rhi::AddressMode::MirroredRepeat;
-        case scene::WrapMode::ClampToEdge:
-            return rhi::AddressMode::ClampToEdge;
-    }
-    return rhi::AddressMode::Repeat;
-}
-
-// Samplers are few: equal ones are shared.
-uint32_t SamplerFor(rhi::Device& device, const scene::Sampler& wanted, float maxAnisotropy,
-                    std::vector<scene::Sampler>& known, std::vector<rhi::Sampler>& samplers) {
-    const auto found = std::find(known.begin(), known.end(), wanted);
-    const auto index = static_cast<uint32_t>(found - known.begin());
-    if (found == known.end()) {
-        known.push_back(wanted);
-        const bool isSmooth = wanted.usesMips && wanted.minFilter == scene::FilterMode::Linear;
-        samplers.push_back(device.CreateSampler({.name = "material sampler",
-                                                 .magFilter = ToRhi(wanted.magFilter),
-                                                 .minFilter = ToRhi(wanted.minFilter),
-                                                 .mipFilter = ToRhi(wanted.mipFilter),
-                                                 .addressU = ToRhi(wanted.wrapU),
-                                                 .addressV = ToRhi(wanted.wrapV),
-                                                 .maxAnisotropy = isSmooth ? maxAnisotropy : 1.0f}));
-    }
-    return index;
-}
-
 // Undefined where a color has no such blocks: those of one or two channels are data.
 rhi::Format FormatOf(image::BlockCoding coding, bool isSrgb) {
     using image::BlockCoding;
@@ -73,30 +38,55 @@ rhi::Format FormatOf(image::BlockCoding coding, bool isSrgb) {
     return Format::Undefined;
 }
 
-class SceneTextures {
+}  // namespace
+
+class TextureUpload::Impl {
   public:
-    SceneTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
-                  const TextureUploadSettings& settings, SceneResources& resources)
+    Impl(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+         const TextureUploadSettings& settings)
         : m_device(device),
           m_uploader(uploader),
           m_scene(scene),
           m_settings(settings),
-          m_resources(resources),
-          m_usesLeft(scene.images.size(), 0) {}
-
-    void Upload() {
+          m_usesLeft(scene.images.size(), 0) {
         ShareImages();
         Plan();
+        m_images.resize(m_shown.size());
+        m_transfers.resize(m_shown.size());
+        m_rougher.resize(m_shown.size());
         for (uint32_t i = 0; i < m_shown.size(); ++i) {
-            const rhi::Texture& image = m_resources.textureImages.emplace_back(Create(i));
-            if (m_plan.choices[i].isBlocks)
-                UploadBlocks(i, image);
-            else if (!IsMade(i))
-                UploadImage(i, image);
+            m_bytes += CopyBytes(i);
+            if (IsMade(i) && UseOf(i).normals) m_rougher[NormalsOf(*UseOf(i).normals)].push_back(i);
         }
-        MakeLevels();
-        FillTable();
     }
+
+    bool Make(uint32_t texture, uint64_t& budget, bool mayWait) {
+        const uint32_t index = m_imageOf[texture];
+        if (m_images[index]) return true;
+        // Of a normal map that roughness depends on, the means are kept until that is made
+        const std::optional<PairedNormals>& normals = UseOf(index).normals;
+        const uint32_t first = normals ? NormalsOf(*normals) : index;
+        if (!m_images[first] && !MakeOne(first, budget, mayWait)) return false;
+        for (const uint32_t rougher : m_rougher[first])
+            if (!m_images[rougher] && !MakeOne(rougher, budget, mayWait)) return false;
+        m_means.erase(first);
+        return m_images[index] != nullptr;
+    }
+
+    bool IsBusy() const { return m_lastFrame > m_device.CompletedValue(); }
+
+    SceneTexture Get(uint32_t texture) const {
+        return {m_images[m_imageOf[texture]], m_scene.textures[texture].sampler};
+    }
+    uint64_t Bytes() const { return m_bytes; }
+    uint64_t CopiedBytes() const { return m_copiedBytes; }
+    uint64_t BytesToCome() const {
+        uint64_t bytes = 0;
+        for (size_t i = 0; i < m_images.size(); ++i)
+            if (!m_images[i]) bytes += m_plan.choices[i].bytes;
+        return bytes;
+    }
+    const std::string& Reduction() const { return m_reduction; }
 
   private:
     // An image of the scene may be several on the device: in another color space, without levels, or with
@@ -113,7 +103,7 @@ class SceneTextures {
             const auto found =
                 std::ranges::find_if(ofImage, [&](uint32_t image) { return isSame(m_shown[image]); });
             const uint32_t image = found == ofImage.end() ? static_cast<uint32_t>(m_shown.size()) : *found;
-            m_resources.textures.push_back({.image = image});
+            m_imageOf.push_back(image);
             if (found != ofImage.end()) continue;
             ofImage.push_back(image);
             m_shown.push_back(i);
@@ -121,25 +111,15 @@ class SceneTextures {
         }
     }
 
-    void FillTable() {
-        std::vector<scene::Sampler> known;
-        const float maxAnisotropy = m_settings.hasLevels ? m_settings.maxAnisotropy : 1.0f;
-        for (size_t i = 0; i < m_scene.textures.size(); ++i)
-            m_resources.textures[i].sampler =
-                SamplerFor(m_device, m_scene.textures[i].sampler, maxAnisotropy, known, m_resources.samplers);
-        const auto capacity = static_cast<uint32_t>(std::max<size_t>(1, m_resources.textures.size()));
-        m_resources.textureTable = std::make_unique<rhi::TextureTable>(
-            m_device, capacity, *m_settings.defaultTexture, *m_settings.defaultSampler);
-        for (TextureResources& texture : m_resources.textures)
-            texture.slot = m_resources.textureTable->Add(m_resources.textureImages[texture.image],
-                                                         m_resources.samplers[texture.sampler]);
-    }
-
     // From here on, `index` is that of an image on the device.
     const scene::Texture& TextureOf(uint32_t index) const { return m_scene.textures[m_shown[index]]; }
     const TextureUse& UseOf(uint32_t index) const { return m_uses[m_shown[index]]; }
     // Of the normals that it is paired with.
-    uint32_t NormalsOf(const PairedNormals& pair) const { return m_resources.textures[pair.texture].image; }
+    uint32_t NormalsOf(const PairedNormals& pair) const { return m_imageOf[pair.texture]; }
+    // As far as it is known.
+    float LowestAlphaOf(uint32_t index) {
+        return static_cast<float>(ImageOf(index).lowestAlpha.value_or(0)) / 255.0f;
+    }
     scene::ImageData& ImageOf(uint32_t index) { return m_scene.images[TextureOf(index).image]; }
     rhi::Extent2D ExtentOf(uint32_t index) {
         const scene::ImageData& image = ImageOf(index);
@@ -177,10 +157,7 @@ class SceneTextures {
         // Normals that are not made here: nothing of them is lost, or, of those in blocks, not known
         for (TextureUse& use : m_uses)
             if (use.normals && !IsMade(NormalsOf(*use.normals))) use.normals.reset();
-        m_resources.textureBytes = m_plan.bytes;
-        m_resources.reducedTextures = static_cast<uint32_t>(
-            std::ranges::count_if(m_plan.choices, [](const auto& choice) { return choice.firstLevel > 0; }));
-        m_resources.textureReduction = ReductionText(sizes, m_plan, m_settings.budget);
+        m_reduction = ReductionText(sizes, m_plan, m_settings.budget);
     }
 
     rhi::Texture Create(uint32_t index) {
@@ -199,45 +176,64 @@ class SceneTextures {
              .mipLevels = HasLevels(index) ? levels : 1});
     }
 
-    void UploadImage(uint32_t index, const rhi::Texture& target) {
-        m_uploader.UploadTexture(target, std::as_bytes(std::span(ImageOf(index).rgba)));
-        DoneWith(index);
+    // What is copied of an image: its levels, or that from which they are made.
+    std::vector<std::span<const std::byte>> CopiedLevels(uint32_t index) {
+        const scene::ImageData& image = ImageOf(index);
+        const TextureChoice& choice = m_plan.choices[index];
+        if (!choice.isBlocks) return {std::as_bytes(std::span(image.rgba))};
+        const size_t end = HasLevels(index) ? image.blocks.levels.size() : choice.firstLevel + size_t{1};
+        return {image.blocks.levels.begin() + choice.firstLevel,
+                image.blocks.levels.begin() + static_cast<ptrdiff_t>(end)};
+    }
+    uint64_t CopyBytes(uint32_t index) {
+        uint64_t bytes = 0;
+        for (const std::span<const std::byte> level : CopiedLevels(index)) bytes += level.size();
+        return bytes;
     }
 
-    void UploadBlocks(uint32_t index, const rhi::Texture& target) {
-        const image::BlockLevels& blocks = ImageOf(index).blocks;
-        std::vector<std::span<const std::byte>> levels;
-        for (uint32_t level = 0; level < target.Desc().mipLevels; ++level)
-            levels.push_back(blocks.levels[m_plan.choices[index].firstLevel + level]);
-        m_uploader.UploadTexture(target, levels);
+    // On its way to the device.
+    struct Transfer {
+        rhi::Texture texture;  // shown as it is, or that from which levels are made
+        rhi::Texture made;     // with these
+        rhi::Uploader::TextureTransfer rows;
+    };
+
+    // One image is read while the next one is copied: there are two at most.
+    bool WouldWait() const {
+        return m_uploader.WouldWait() || m_frameBefore > m_device.CompletedValue() ||
+               (m_renderer && m_renderer->WouldWait());
+    }
+
+    bool MakeOne(uint32_t index, uint64_t& budget, bool mayWait) {
+        if (budget == 0 || (!mayWait && WouldWait())) return false;
+        std::unique_ptr<Transfer>& transfer = m_transfers[index];
+        if (!transfer) {
+            if (IsMade(index) && m_frameBefore > 0) m_device.WaitFor(m_frameBefore);
+            transfer = std::make_unique<Transfer>();
+            transfer->texture = IsMade(index) ? CreateSource(index) : Create(index);
+            transfer->rows = {.target = &transfer->texture, .levels = CopiedLevels(index)};
+        }
+        if (!transfer->rows.IsComplete()) {
+            const uint64_t copied = m_uploader.Continue(transfer->rows, budget);
+            m_copiedBytes += copied;
+            budget -= std::min(copied, budget);
+        }
+        if (!transfer->rows.IsComplete()) return false;
+        if (IsMade(index) && !MakeImage(index, *transfer, mayWait)) return false;
+        const TextureChoice& choice = m_plan.choices[index];
+        auto image = std::make_shared<SceneImage>(SceneImage{
+            .bytes = choice.bytes, .isReduced = choice.firstLevel > 0, .lowestAlpha = LowestAlphaOf(index)});
+        image->texture = std::move(IsMade(index) ? transfer->made : transfer->texture);
+        m_images[index] = std::move(image);
+        transfer.reset();
         DoneWith(index);
+        return true;
     }
 
     void DoneWith(uint32_t index) {
         if (--m_usesLeft[TextureOf(index).image] > 0) return;
         ImageOf(index).rgba = {};
         ImageOf(index).blocks = {};
-    }
-
-    // A frame for each image, so that the memory of few is needed at a time. Of a normal map that roughness
-    // depends on, the means are kept until that is made.
-    void MakeLevels() {
-        std::map<uint32_t, std::vector<uint32_t>> dependents;
-        for (uint32_t i = 0; i < m_shown.size(); ++i) {
-            if (!IsMade(i)) continue;
-            if (const std::optional<PairedNormals>& normals = UseOf(i).normals)
-                dependents[NormalsOf(*normals)].push_back(i);
-            else
-                dependents.try_emplace(i);
-        }
-        if (dependents.empty()) return;
-        Renderer renderer(m_device, {.name = "texture levels", .gpuTimes = false, .passMarks = false});
-        for (const auto& [index, rougher] : dependents) {
-            std::optional<KeptMeans> means;
-            if (!rougher.empty()) means = MeansToKeep(index);
-            MakeImage(renderer, index, means);
-            for (const uint32_t roughness : rougher) MakeImage(renderer, roughness, means);
-        }
     }
 
     // Those of a normal map, over several frames.
@@ -261,7 +257,7 @@ class SceneTextures {
 
     RoughnessWidening Widening(const PairedNormals& pair, const TextureMeans& means) const {
         const uint32_t first = m_plan.choices[NormalsOf(pair)].firstLevel;
-        const uint32_t count = m_resources.textureImages[NormalsOf(pair)].Desc().mipLevels;
+        const uint32_t count = m_images[NormalsOf(pair)]->texture.Desc().mipLevels;
         return {.normals = means,
                 .firstNormals = first,
                 .lastNormals = first + count - 1,
@@ -269,58 +265,110 @@ class SceneTextures {
                 .roughnessFactor = pair.roughnessFactor};
     }
 
-    // `kept`: of the image, to be filled, or of the normal map that its roughness depends on.
-    void MakeImage(Renderer& renderer, uint32_t index, std::optional<KeptMeans>& kept) {
-        // One image is read while the next one is copied: there are two at most
-        if (m_frameBefore > 0) m_device.WaitFor(m_frameBefore);
-        const rhi::Texture source =
-            m_device.CreateTexture({.name = "image of '" + ImageOf(index).name + "'",
-                                    .extent = ExtentOf(index),
-                                    .format = rhi::Format::Rgba8Unorm,
-                                    .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
-                                             rhi::TextureUsage::CopyDestination});
-        UploadImage(index, source);
+    rhi::Texture CreateSource(uint32_t index) {
+        return m_device.CreateTexture({.name = "image of '" + ImageOf(index).name + "'",
+                                       .extent = ExtentOf(index),
+                                       .format = rhi::Format::Rgba8Unorm,
+                                       .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
+                                                rhi::TextureUsage::CopyDestination});
+    }
+
+    // A frame for each image, so that the memory of few is needed at a time. False: its pipelines are not
+    // there yet, and it may not wait for them.
+    bool MakeImage(uint32_t index, Transfer& transfer, bool mayWait) {
         m_uploader.Flush();
+        if (!m_renderer)
+            m_renderer.emplace(m_device,
+                               RendererDesc{.name = "texture levels", .gpuTimes = false, .passMarks = false});
+        Renderer& renderer = *m_renderer;
         renderer.BeginFrame();
+        if (!transfer.made) transfer.made = Create(index);
         const TextureUse& use = UseOf(index);
         TextureLevelSettings settings{.content = use.content,
                                       .widening = {},
                                       .means = {},
                                       .firstLevel = m_plan.choices[index].firstLevel};
-        if (kept) {
-            const TextureId means = renderer.Import("normals", kept->texture, kept->state);
-            if (use.normals)
-                settings.widening = Widening(*use.normals, {.levels = means, .extent = kept->extent});
-            else
-                settings.means = means;
+        if (use.normals) {
+            KeptMeans& kept = m_means.at(NormalsOf(*use.normals));
+            const TextureId means = renderer.Import("normals", kept.texture, kept.state);
+            settings.widening = Widening(*use.normals, {.levels = means, .extent = kept.extent});
+        } else if (!m_rougher[index].empty()) {
+            KeptMeans& kept = m_means.insert_or_assign(index, MeansToKeep(index)).first->second;
+            settings.means = renderer.Import("normals", kept.texture, kept.state);
         }
-        ResourceState sourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}, targetState;
-        const TextureId image = renderer.Import("image", source, sourceState);
-        const TextureId target = renderer.Import("texture", m_resources.textureImages[index], targetState);
-        const TextureLevels made = MakeTextureLevels(renderer, image, target, settings);
-        renderer.Export(made.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-        if (settings.means) renderer.Export(made.means->levels, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        ResourceState sourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}, madeState;
+        const TextureId image = renderer.Import("image", transfer.texture, sourceState);
+        const TextureId target = renderer.Import("texture", transfer.made, madeState);
+        const TextureLevels levels = MakeTextureLevels(renderer, image, target, settings);
+        renderer.Export(levels.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        if (settings.means) renderer.Export(levels.means->levels, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        if (!mayWait && !renderer.PreparePipelines()) {
+            renderer.DropFrame();
+            return false;
+        }
         m_frameBefore = std::exchange(m_lastFrame, renderer.Execute());
+        return true;
     }
 
     rhi::Device& m_device;
     rhi::Uploader& m_uploader;
     scene::SceneData& m_scene;
-    const TextureUploadSettings& m_settings;
-    SceneResources& m_resources;
-    std::vector<uint32_t> m_usesLeft;  // of each image of the scene
-    std::vector<TextureUse> m_uses;    // of each texture
-    std::vector<uint32_t> m_shown;     // the first texture that each image on the device is
-    std::map<uint32_t, std::vector<uint32_t>> m_shownOf;  // images on the device, by image of the scene
-    TexturePlan m_plan;                                   // of the images on the device
-    uint64_t m_lastFrame = 0, m_frameBefore = 0;          // that made textures, as Device counts
+    TextureUploadSettings m_settings;
+    std::vector<uint32_t> m_usesLeft;                         // of each image of the scene
+    std::vector<TextureUse> m_uses;                           // of each texture
+    std::vector<uint32_t> m_imageOf;                          // on the device, of each texture
+    std::vector<std::shared_ptr<const SceneImage>> m_images;  // on the device; null: not there yet
+    std::vector<uint32_t> m_shown;                            // the first texture that each of them is
+    std::map<uint32_t, std::vector<uint32_t>> m_shownOf;      // images on the device, by image of the scene
+    TexturePlan m_plan;                                       // of the images on the device
+    std::string m_reduction;
+    std::vector<std::unique_ptr<Transfer>> m_transfers;  // of these images
+    std::vector<std::vector<uint32_t>> m_rougher;        // whose roughness depends on each
+    std::map<uint32_t, KeptMeans> m_means;               // of normal maps
+    uint64_t m_bytes = 0, m_copiedBytes = 0;
+    std::optional<Renderer> m_renderer;
+    uint64_t m_lastFrame = 0, m_frameBefore = 0;  // that made textures, as Device counts
 };
 
-}  // namespace
+TextureUpload::TextureUpload(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                             const TextureUploadSettings& settings)
+    : m_impl(std::make_unique<Impl>(device, uploader, scene, settings)) {}
+TextureUpload::~TextureUpload() = default;
+TextureUpload::TextureUpload(TextureUpload&& other) noexcept = default;
 
-void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
-                    const TextureUploadSettings& settings, SceneResources& resources) {
-    SceneTextures(device, uploader, scene, settings, resources).Upload();
+bool TextureUpload::Make(uint32_t texture, uint64_t& budget, bool mayWait) {
+    return m_impl->Make(texture, budget, mayWait);
+}
+bool TextureUpload::IsBusy() const {
+    return m_impl->IsBusy();
+}
+uint64_t TextureUpload::BytesToCome() const {
+    return m_impl->BytesToCome();
+}
+SceneTexture TextureUpload::Get(uint32_t texture) const {
+    return m_impl->Get(texture);
+}
+uint64_t TextureUpload::Bytes() const {
+    return m_impl->Bytes();
+}
+uint64_t TextureUpload::CopiedBytes() const {
+    return m_impl->CopiedBytes();
+}
+const std::string& TextureUpload::Reduction() const {
+    return m_impl->Reduction();
+}
+
+UploadedTextures UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                                const TextureUploadSettings& settings) {
+    TextureUpload upload(device, uploader, scene, settings);
+    UploadedTextures result;
+    for (uint32_t i = 0; i < scene.textures.size(); ++i) {
+        uint64_t budget = UINT64_MAX;
+        upload.Make(i, budget);
+        result.textures.push_back(upload.Get(i));
+    }
+    result.reduction = upload.Reduction();
+    return result;
 }
 
 uint64_t DefaultTextureBudget(const rhi::Device& device) {

@@ -1,11 +1,16 @@
-// Brings the textures of a scene to the device: the levels that fit, made there. For renderer/gpu_scene.
+// Brings the textures of a scene to the device: the levels that fit, made there; all at once, or each when it
+// is needed, in pieces. For renderer/gpu_scene.
 // Threads: that of the uploader.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <vector>
 
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/texture_set.h"
+#include "renderer/scene/scene_data.h"
+#include "rhi/upload.h"
 
 namespace raygraph {
 
@@ -13,15 +18,48 @@ struct TextureUploadSettings {
     bool hasLevels = false;        // of textures whose samplers filter by them
     uint64_t budget = UINT64_MAX;  // bytes of all textures
     float maxAnisotropy = 1.0f;    // of those with levels, where they are filtered linearly
-    // In the slot of a table without textures, which a shader may look at. They outlive the resources.
-    const rhi::Texture* defaultTexture = nullptr;
-    const rhi::Sampler* defaultSampler = nullptr;
 };
 
-// Fills SceneResources::textures, textureImages, samplers, textureTable, textureBytes and textureReduction.
-// Frees each image after its last use. Where levels are made, returns when the device has made them.
-void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
-                    const TextureUploadSettings& settings, SceneResources& resources);
+class TextureUpload {
+  public:
+    // Plans what fits, of all textures. Refers to the device, the uploader, and textures, images and
+    // materials of the scene.
+    TextureUpload(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                  const TextureUploadSettings& settings);
+    ~TextureUpload();
+    TextureUpload(TextureUpload&& other) noexcept;
+
+    // Goes on with the texture, or with one that it depends on, and copies at most about `budget` bytes,
+    // which it counts down. True: it is there; where levels are made, that has been submitted. The device has
+    // two images to work on at most: Make waits for it, or if it may not returns false. Frees each image
+    // after its last use.
+    bool Make(uint32_t texture, uint64_t& budget, bool mayWait = true);
+    // Whether the device still works on what has been submitted: the destructor waits for that.
+    bool IsBusy() const;
+    // Of a texture that is there.
+    SceneTexture Get(uint32_t texture) const;
+    // Bytes that all textures together have to copy, and have copied.
+    uint64_t Bytes() const;
+    uint64_t CopiedBytes() const;
+    // What those that are not there yet will take on the device.
+    uint64_t BytesToCome() const;
+    // Says that images were made smaller, if any were.
+    const std::string& Reduction() const;
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+// Textures of a scene, in its order, before they are in its table.
+struct UploadedTextures {
+    std::vector<SceneTexture> textures;
+    std::string reduction;  // as TextureUpload::Reduction
+};
+
+// All of them; returns when the device has made them.
+UploadedTextures UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                                const TextureUploadSettings& settings);
 
 // Half of what the process may use of the largest heap of device memory, but no more than is left of it.
 uint64_t DefaultTextureBudget(const rhi::Device& device);

@@ -1,6 +1,7 @@
 #include "renderer/graph/program.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 
 #include "base/error.h"
@@ -159,38 +160,51 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
 }
 
 void ProgramCache::EnsurePipeline(Program& program) {
-    if (!program.m_hasPipeline) MakePipeline(program);
+    if (program.m_hasPipeline) return;
+    if (program.m_coming.valid())
+        Take(program, program.m_coming.get());
+    else
+        Take(program, MakePipeline(program));
 }
 
-void ProgramCache::MakePipeline(Program& program) {
+bool ProgramCache::BeginPipeline(Program& program) {
+    if (program.m_hasPipeline) return true;
+    if (!program.m_coming.valid())
+        program.m_coming = std::async(std::launch::async, [this, &program] { return MakePipeline(program); });
+    return program.m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+void ProgramCache::WaitForPipelines() {
+    for (auto& [key, program] : m_programs)
+        if (program->m_coming.valid()) program->m_coming.wait();
+}
+
+ProgramPipeline ProgramCache::MakePipeline(const Program& program) const {
     const ProgramRequest& request = program.m_request;
-    const rhi::Pipeline* made = nullptr;
+    ProgramPipeline made;
     switch (request.kind) {
-        case PassKind::Compute: {
-            program.m_compute =
-                rhi::CreateComputePipeline(m_device, {.name = program.m_name,
-                                                      .shader = StageOf(request.compute),
-                                                      .specialization = program.m_specialization});
-            made = &program.m_compute;
+        case PassKind::Compute:
+            made.compute = rhi::CreateComputePipeline(m_device, {.name = program.m_name,
+                                                                 .shader = StageOf(request.compute),
+                                                                 .specialization = program.m_specialization});
+            made.creationMs = made.compute.CreationMs();
             break;
-        }
         case PassKind::Raster: {
             const RasterState& raster = request.raster;
-            program.m_raster =
-                rhi::CreateRasterPipeline(m_device, {.name = program.m_name,
-                                                     .vertex = StageOf(request.vertex),
-                                                     .fragment = StageOf(request.fragment),
-                                                     .specialization = program.m_specialization,
-                                                     .colorFormats = request.colorFormats,
-                                                     .depthFormat = request.depthFormat,
-                                                     .topology = raster.topology,
-                                                     .cull = raster.cull,
-                                                     .isFrontClockwise = raster.isFrontClockwise,
-                                                     .depthCompare = raster.depthCompare,
-                                                     .writesDepth = raster.writesDepth,
-                                                     .blend = raster.blend,
-                                                     .isWireframe = raster.isWireframe});
-            made = &program.m_raster;
+            made.raster = rhi::CreateRasterPipeline(m_device, {.name = program.m_name,
+                                                               .vertex = StageOf(request.vertex),
+                                                               .fragment = StageOf(request.fragment),
+                                                               .specialization = program.m_specialization,
+                                                               .colorFormats = request.colorFormats,
+                                                               .depthFormat = request.depthFormat,
+                                                               .topology = raster.topology,
+                                                               .cull = raster.cull,
+                                                               .isFrontClockwise = raster.isFrontClockwise,
+                                                               .depthCompare = raster.depthCompare,
+                                                               .writesDepth = raster.writesDepth,
+                                                               .blend = raster.blend,
+                                                               .isWireframe = raster.isWireframe});
+            made.creationMs = made.raster.CreationMs();
             break;
         }
         case PassKind::RayTracing: {
@@ -211,19 +225,25 @@ void ProgramCache::MakePipeline(Program& program) {
                 desc.callables.push_back({.stage = StageOf(callable), .recordData = {}});
             desc.specialization = program.m_specialization;
             desc.maxRecursion = request.maxRecursion;
-            program.m_rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
-            made = &program.m_rayTracing;
+            made.rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
+            made.creationMs = made.rayTracing.CreationMs();
             break;
         }
         case PassKind::Transfer:
         case PassKind::AccelerationStructure:
-            return;
+            break;
     }
-    m_creationMs += made->CreationMs();
+    return made;
+}
+
+void ProgramCache::Take(Program& program, ProgramPipeline&& made) {
+    program.m_pipeline = std::move(made);
+    if (program.Kind() == PassKind::Transfer || program.Kind() == PassKind::AccelerationStructure) return;
+    const double ms = program.m_pipeline.creationMs;
+    m_creationMs += ms;
     constexpr double kLongMs = 1000.0;  // somebody is waiting
-    Say(m_device.Log(), made->CreationMs() < kLongMs ? LogLevel::Debug : LogLevel::Info,
-        log_category::kShaders, "pipeline of {} is made in {}", program.m_name,
-        DurationText(1e-3 * made->CreationMs()));
+    Say(m_device.Log(), ms < kLongMs ? LogLevel::Debug : LogLevel::Info, log_category::kShaders,
+        "pipeline of {} is made in {}", program.m_name, DurationText(1e-3 * ms));
     m_pipelineCount += program.m_hasPipeline ? 0 : 1;
     program.m_hasPipeline = true;
 }
@@ -241,7 +261,7 @@ std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> ch
             Reflect(next, program->m_name);
             if (program->m_hasPipeline) {
                 next.m_hasPipeline = true;
-                MakePipeline(next);
+                Take(next, MakePipeline(next));
             }
             *program = std::move(next);
         } catch (const Error& error) {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <span>
 #include <string>
@@ -58,14 +59,22 @@ struct ProgramRequest {
     void ListShaders(std::vector<const Shader*>& shaders) const;
 };
 
+// That of the program's kind; the others are empty.
+struct ProgramPipeline {
+    rhi::ComputePipeline compute;
+    rhi::RasterPipeline raster;
+    rhi::RayTracingPipeline rayTracing;
+    double creationMs = 0.0;
+};
+
 class Program {
   public:
     const std::string& Name() const { return m_name; }  // of its first shader
     const rhi::ShaderInterface& Interface() const { return m_interface; }
     PassKind Kind() const { return m_request.kind; }
-    const rhi::ComputePipeline& Compute() const { return m_compute; }
-    const rhi::RasterPipeline& Raster() const { return m_raster; }
-    const rhi::RayTracingPipeline& RayTracing() const { return m_rayTracing; }
+    const rhi::ComputePipeline& Compute() const { return m_pipeline.compute; }
+    const rhi::RasterPipeline& Raster() const { return m_pipeline.raster; }
+    const rhi::RayTracingPipeline& RayTracing() const { return m_pipeline.rayTracing; }
 
   private:
     friend class ProgramCache;
@@ -75,9 +84,8 @@ class Program {
     rhi::ShaderInterface m_interface;
     std::vector<rhi::SpecializationValue> m_specialization;
     bool m_hasPipeline = false;
-    rhi::ComputePipeline m_compute;
-    rhi::RasterPipeline m_raster;
-    rhi::RayTracingPipeline m_rayTracing;
+    ProgramPipeline m_pipeline;
+    std::future<ProgramPipeline> m_coming;  // its thread reads the members above but for the last two
 };
 
 class ProgramCache {
@@ -90,8 +98,12 @@ class ProgramCache {
     Program& Add(const ProgramRequest& request, std::string_view pass);
     // Creates the pipeline if there is none yet. Errors as those of rhi::Create*Pipeline.
     void EnsurePipeline(Program& program);
+    // Begins to create it on another thread. True: EnsurePipeline has nothing to wait for, or fails.
+    bool BeginPipeline(Program& program);
+    // Until no thread reads shaders.
+    void WaitForPipelines();
     // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
-    // messages say why.
+    // messages say why. After WaitForPipelines, and the change.
     std::vector<std::string> Rebuild(std::span<const Shader* const> changed);
 
     double CreationMs() const { return m_creationMs; }
@@ -100,7 +112,8 @@ class ProgramCache {
   private:
     void MakeKey(const ProgramRequest& request);
     void Reflect(Program& program, std::string_view pass) const;
-    void MakePipeline(Program& program);
+    ProgramPipeline MakePipeline(const Program& program) const;
+    void Take(Program& program, ProgramPipeline&& made);
 
     rhi::Device& m_device;
     std::unordered_map<std::string, std::unique_ptr<Program>> m_programs;

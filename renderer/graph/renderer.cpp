@@ -65,7 +65,7 @@ void Renderer::BeginFrame() {
         impl.isCompiled = false;
     }
     const uint64_t next = impl.frameNumber + 1;
-    impl.device.WaitFor(impl.submitted[next % impl.submitted.size()]);
+    impl.device.WaitFor(impl.BeforeNext());
     impl.timer.Poll();
 
     impl.frameNumber = next;
@@ -77,6 +77,10 @@ void Renderer::BeginFrame() {
     impl.isOpen = true;
     impl.openFrame = std::make_shared<const uint64_t>(next);
     impl.sinceBegin = {};
+}
+
+bool Renderer::WouldWait() const {
+    return m_impl->device.CompletedValue() < m_impl->BeforeNext();
 }
 
 void Renderer::DropFrame(WhenDropped semaphores) {
@@ -177,6 +181,7 @@ std::vector<std::string> Renderer::ReloadShaders() {
                     "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
     return WithMemoryErrors("ReloadShaders", [&] {
         const Stopwatch watch;
+        m_impl->programs.WaitForPipelines();
         ShaderLibrary::ReloadResult reloaded = m_impl->shaders.Reload();
         std::vector<std::string> messages = m_impl->programs.Rebuild(reloaded.changed);
         messages.insert(messages.begin(), reloaded.messages.begin(), reloaded.messages.end());
@@ -205,6 +210,7 @@ void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv)
                         "{}a frame is open, and its passes were checked against the shader of that name; it "
                         "comes before BeginFrame or after Execute",
                         subject);
+    impl.programs.WaitForPipelines();
     const std::vector<uint32_t> before(known->words.begin(), known->words.end());
     impl.shaders.Add(name, spirv);
     const std::vector<std::string> problems = impl.programs.Rebuild({&known, 1});

@@ -106,6 +106,7 @@ struct PassTiming {
     double cpuMs = 0.0;  // recording
     double gpuMs = 0.0;  // between the pass's two timestamps
     PassKind kind = PassKind::Compute;
+    PassId id = {};  // that it had in its frame
 };
 
 struct FrameTiming {
@@ -129,6 +130,8 @@ class RAYGRAPH_API Renderer {
     // Waits until at most framesInFlight - 1 frames are pending, then starts declaring. A frame that is open
     // is dropped.
     void BeginFrame();
+    // Whether BeginFrame would wait now: for a program that does something else meanwhile. Never waits.
+    bool WouldWait() const;
     uint64_t FrameNumber() const;
     // Drops the open frame, for a program that continues after an Error while declaring: its semaphores are
     // forwarded now, not when the next frame begins. LeaveAlone forwards none of them, for a host that has
@@ -182,6 +185,10 @@ class RAYGRAPH_API Renderer {
     template <typename Setup, typename ExecuteBody>
     PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute);
 
+    // The id that the next pass of the open frame gets. Passes between two of them are those from the first
+    // on, up to the second without it.
+    PassId NextPass() const;
+
     // --- Roots: what the frame is for. Passes that lead to no root are culled. ---
     // The texture shown; left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless exported.
     void Present(TextureId texture);
@@ -205,6 +212,11 @@ class RAYGRAPH_API Renderer {
     uint64_t Execute();
     // Compiles what has been declared so far without recording anything, for DescribePlan before Execute.
     void Compile();
+    // Compiles, and begins to create the pipelines of the executed passes that are not there yet, each on a
+    // thread of its own. True: Execute waits for none. A host whose frames must not wait for pipelines, which
+    // may take seconds, drops the frame while this is false, shows what it has, and declares it again;
+    // Execute waits for those that are being created.
+    bool PreparePipelines();
 
     // --- What happened ---
     bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled

@@ -232,6 +232,11 @@ const rhi::Sampler* Renderer::Impl::FindSampler(const rhi::SamplerDesc& desc) {
     return samplers.back().second.get();
 }
 
+PassId Renderer::NextPass() const {
+    m_impl->RequireOpen("NextPass");
+    return {static_cast<uint32_t>(m_impl->graph.passes.size())};
+}
+
 PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
                                ExecuteFunction execute) {
     Impl& impl = *m_impl;

@@ -72,6 +72,16 @@ void Renderer::Compile() {
     WithMemoryErrors("Compile", [&] { m_impl->CompileFrame(); });
 }
 
+bool Renderer::PreparePipelines() {
+    Compile();
+    Impl& impl = *m_impl;
+    bool areAllThere = true;
+    for (const PlannedPass& planned : impl.plan.passes)
+        if (Program* program = impl.passes[planned.pass].program)
+            areAllThere &= impl.programs.BeginPipeline(*program);
+    return areAllThere;
+}
+
 // Finds or creates what the executed passes use: memory, persistent resources, pipelines.
 void Renderer::Impl::Prepare() {
     transients.Reserve(plan.blocks, frameNumber);
@@ -127,7 +137,8 @@ void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
         timing.passes.push_back({.name = graph.passes[planned.pass].name,
                                  .cpuMs = stopwatch.Milliseconds(),
                                  .gpuMs = 0.0,
-                                 .kind = graph.passes[planned.pass].kind});
+                                 .kind = graph.passes[planned.pass].kind,
+                                 .id = {planned.pass}});
     }
     RecordBarriers(commands, plan.finish, false);
     RecordBarriers(commands, plan.release, false);

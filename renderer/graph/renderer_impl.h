@@ -148,6 +148,8 @@ struct Renderer::Impl {
 
     // By frame in flight.
     std::vector<uint64_t> submitted;
+    // What has to be completed before the next frame begins.
+    uint64_t BeforeNext() const { return submitted[(frameNumber + 1) % submitted.size()]; }
     std::vector<rhi::Buffer> uniformBuffers;
     uint64_t lastSubmitted = 0;
     std::vector<uint8_t> wasExecuted;  // by pass, of the frame executed last

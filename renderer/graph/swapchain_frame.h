@@ -13,6 +13,7 @@ namespace raygraph {
 //       frame.End(renderer, DrawOver(renderer, *window));
 //   else
 //       renderer.DropFrame();
+//   ...until frame.ShowDrawn(), and not renderer.WouldWait(): handle events, then the next frame
 //
 // Threads: that of the Renderer. The swapchain outlives the object.
 class SwapchainFrame {
@@ -24,14 +25,26 @@ class SwapchainFrame {
     // The window's next image, for the open frame: a color target of that extent, without contents. Follows
     // the window's size. Nullopt: the window cannot be drawn to now, or its size has just changed.
     std::optional<TextureId> Begin(Renderer& renderer, Extent2D extent);
-    // Executes the frame and shows `drawn`, the last version of what Begin returned.
+    // Executes the frame and shows `drawn`, the last version of what Begin returned. Drivers of CPUs would
+    // wait here until it is drawn: there, ShowDrawn shows it, or the next Begin, which waits.
     void End(Renderer& renderer, TextureId drawn);
+    // The same if Renderer::PreparePipelines. False: the frame is still open, and nothing is shown. After
+    // DropFrame another one may take its place.
+    bool TryEnd(Renderer& renderer, TextureId drawn);
+    // False: the last frame is not drawn yet. Never waits for it.
+    bool ShowDrawn();
 
   private:
+    void Finish(Renderer& renderer, TextureId drawn);
+    void Execute(Renderer& renderer);
+    void Show();
+
     rhi::Swapchain& m_swapchain;
     rhi::SwapchainImage m_image;
     ResourceState m_state;
-    bool m_isStale = false;  // the window may have another size
+    bool m_isStale = false;              // the window may have another size
+    rhi::Device* m_drawingOn = nullptr;  // not null: m_image is not shown yet
+    uint64_t m_drawn = 0;                // of the timeline: when it is drawn
 };
 
 }  // namespace raygraph

@@ -269,6 +269,12 @@ bool IsFinite(const glm::mat4x3& transform) {
 bool CanInvert(const glm::mat4x3& transform) {
     const glm::mat3 linear(transform);
     const float determinant = glm::determinant(linear);
+    // Elements of the inverse are at most 2 a^2 / |determinant|, with the largest element a
+    constexpr float kLarge = 1e9f, kSmall = 1e-18f;
+    bool isUsual = std::abs(determinant) >= kSmall;
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 3; ++row) isUsual &= std::abs(transform[column][row]) <= kLarge;
+    if (isUsual) return true;
     return IsFinite(transform) && std::isnormal(determinant) && IsFinite(glm::mat4x3(glm::inverse(linear)));
 }
 

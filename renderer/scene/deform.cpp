@@ -116,13 +116,23 @@ DeformedVertex SkinVertex(const Primitive& primitive, uint32_t vertex, const Def
     if (influences.IsEmpty()) return morphed;
     glm::mat4x3 sum(0.0f);
     const size_t first = size_t{influences.perVertex} * vertex;
-    for (size_t i = first; i < first + influences.perVertex; ++i)
+    for (size_t i = first; i < first + influences.perVertex; ++i) {
+        // The matrix of a joint that moves nothing need not be finite
+        if (influences.weights[i] == 0.0f) continue;
         sum += influences.weights[i] * jointMatrices[influences.joints[i]];
+    }
     const glm::mat3 linear(sum);
     return {sum * glm::vec4(morphed.position, 1.0f),
             Normalized(Cofactors(linear) * morphed.normal, morphed.normal),
             glm::vec4(Normalized(linear * glm::vec3(morphed.tangent), glm::vec3(morphed.tangent)),
                       morphed.tangent.w)};
+}
+
+glm::vec4 TangentInPlane(const glm::vec4& tangent, const glm::vec3& normal) {
+    constexpr float kLeast = 1e-3f;  // below, what is left is rounding
+    const glm::vec3 inPlane = glm::vec3(tangent) - glm::dot(glm::vec3(tangent), normal) * normal;
+    const float length = glm::length(inPlane);
+    return length > kLeast ? glm::vec4(inPlane / length, tangent.w) : tangent;
 }
 
 void DeformPrimitive(const Primitive& primitive, std::span<const float> weights,
@@ -139,6 +149,10 @@ void DeformPrimitive(const Primitive& primitive, std::span<const float> weights,
         if (!deformed.tangents.empty()) deformed.tangents[i] = vertex.tangent;
     }
     if (primitive.hasFlatNormals) deformed.normals = FlatNormals(deformed.positions);
+    const bool isMorphed = !weights.empty() && !primitive.targets.empty();
+    if (deformed.normals.empty() || !(isMorphed || primitive.hasFlatNormals)) return;
+    for (size_t i = 0; i < deformed.tangents.size(); ++i)
+        deformed.tangents[i] = TangentInPlane(deformed.tangents[i], deformed.normals[i]);
 }
 
 Bounds DeformedBounds(const Primitive& primitive, std::span<const float> weights,

@@ -60,8 +60,13 @@ RAYGRAPH_API DeformedVertex SkinVertex(const Primitive& primitive, uint32_t vert
                                        const DeformedVertex& morphed,
                                        std::span<const glm::mat4x3> jointMatrices);
 
+// A tangent made perpendicular to the unit normal (Gram-Schmidt): tangent - dot(tangent, normal) * normal, to
+// unit length, w as it was. One along the normal stays as it is.
+RAYGRAPH_API glm::vec4 TangentInPlane(const glm::vec4& tangent, const glm::vec3& normal);
+
 // All vertices of a primitive. Without weights or matrices, that part is left out. Where the primitive has
-// flat normals, they are those of the deformed triangles.
+// flat normals, they are those of the deformed triangles. The tangents of flat and of morphed vertices are
+// TangentInPlane of what joints have moved: targets displace normals and tangents each by themselves.
 struct DeformedStreams {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;

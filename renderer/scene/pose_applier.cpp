@@ -1,6 +1,7 @@
 #include "renderer/scene/pose_applier.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "base/check.h"
@@ -102,6 +103,11 @@ void PoseApplier::Refresh(SceneData& scene) {
     m_isLightSeen.assign(scene.lights.size(), 1);
     m_isVisibilityChanged = true;
     ShowAndHide(scene);
+    m_parents.resize(scene.nodes.size());
+    for (size_t i = 0; i < scene.nodes.size(); ++i) m_parents[i] = scene.nodes[i].parent;
+    m_instanceNodes.resize(scene.instances.size());
+    m_isDeformed.resize(scene.instances.size());
+    m_seenBounds.Assign(scene.instances.size());
     m_instanceBounds.assign(scene.instances.size(), {});
     m_isFlat.assign(scene.instances.size(), 0);
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
@@ -109,8 +115,12 @@ void PoseApplier::Refresh(SceneData& scene) {
         if (instance.isCollapsed && instance.node != kNone)
             m_isFlat[i] = CanInvert(PlacedOf(scene, instance).matrix) ? 0 : 1;
         MeasureInstance(scene, i);
+        m_instanceNodes[i] = instance.node;
+        m_isDeformed[i] = instance.isDeformed ? 1 : 0;
+        m_seenBounds.SetLeaf(i, SeenBounds(i));
     }
-    UpdateBounds(scene);
+    m_seenBounds.Update();
+    TakeBounds(scene);
     Clear(m_changes);
 }
 
@@ -131,8 +141,7 @@ const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose, std::s
     }
     MoveInstances(scene);
     ShowAndHide(scene);
-    if (!m_changes.instances.empty() || !m_changes.shown.empty() || !m_changes.deformed.empty())
-        UpdateBounds(scene);
+    UpdateBounds(scene);
     MakeUnique(m_changes.materials);
     MakeUnique(m_changes.cameras);
     MakeUnique(m_changes.lights);
@@ -192,8 +201,8 @@ bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
 // m_isMoved: also of what is below a node that was moved.
 void PoseApplier::MoveNodes(const SceneData& scene) {
     for (const uint32_t index : scene.nodeOrder) {
+        if (!m_isMoved[index] && !IsIn(m_isMoved, m_parents[index])) continue;
         const Node& node = scene.nodes[index];
-        if (!m_isMoved[index] && !IsIn(m_isMoved, node.parent)) continue;
         const PlacedTransform local{node.LocalTransform(), node.translationRest};
         m_nodeToWorld[index] = node.parent == kNone ? local : Compose(m_nodeToWorld[node.parent], local);
         m_isMoved[index] = 1;
@@ -233,6 +242,7 @@ PlacedTransform PoseApplier::PlacedOf(const SceneData& scene, const Instance& in
 
 void PoseApplier::MoveInstances(SceneData& scene) {
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        if (!m_isDeformed[i] && !IsIn(m_isMoved, m_instanceNodes[i])) continue;
         Instance& instance = scene.instances[i];
         const bool isOfMesh = instance.node == kNone || scene.nodes[instance.node].weights.empty();
         const PosedSkin* const skin = SkinOf(scene, instance);
@@ -313,9 +323,26 @@ bool PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
 }
 
 void PoseApplier::UpdateBounds(SceneData& scene) {
-    Bounds bounds;
-    for (size_t i = 0; i < m_instanceBounds.size(); ++i)
-        if (m_isInstanceSeen[i]) bounds.Extend(m_instanceBounds[i]);
+    const std::array lists{&m_changes.instances, &m_changes.shown, &m_changes.deformed};
+    size_t count = 0;
+    for (const std::vector<uint32_t>* list : lists) count += list->size();
+    if (count == 0) return;
+    constexpr size_t kFew = 32;  // as a share of all: more are cheaper at once
+    const bool areFew = count < m_seenBounds.Count() / kFew;
+    for (const std::vector<uint32_t>* list : lists) {
+        for (const uint32_t i : *list) {
+            if (areFew)
+                m_seenBounds.Set(i, SeenBounds(i));
+            else
+                m_seenBounds.SetLeaf(i, SeenBounds(i));
+        }
+    }
+    if (!areFew) m_seenBounds.Update();
+    TakeBounds(scene);
+}
+
+void PoseApplier::TakeBounds(SceneData& scene) {
+    const Bounds bounds = m_seenBounds.All();
     if (bounds.min == scene.bounds.min && bounds.max == scene.bounds.max) return;
     scene.bounds = bounds;
     m_changes.areBoundsChanged = true;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "renderer/scene/bounds_tree.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_data.h"
 
@@ -50,8 +51,9 @@ class RAYGRAPH_API PoseApplier {
     // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is scaled
     // to nothing or flat, or deformed beyond what is finite, is not seen (Instance::isCollapsed); the former
     // keeps its last transform. `edited`: nodes whose local transform or visibility others have changed since
-    // the last call; what follows from that is set, too. Takes time by what has changed, and a little for
-    // each node and property. Valid until the next call. No memory is allocated once the lists have grown.
+    // the last call; what follows from that is set, too. Takes time by what has changed, and a little (some
+    // bytes are looked at) for each node, instance and property. Valid until the next call. No memory is
+    // allocated once the lists have grown.
     const PoseChanges& Apply(SceneData& scene, const Pose& pose, std::span<const uint32_t> edited = {});
 
     // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
@@ -80,6 +82,10 @@ class RAYGRAPH_API PoseApplier {
     void MoveCamerasAndLights(SceneData& scene);
     void ShowAndHide(const SceneData& scene);
     void UpdateBounds(SceneData& scene);
+    void TakeBounds(SceneData& scene);
+    Bounds SeenBounds(uint32_t instance) const {
+        return m_isInstanceSeen[instance] ? m_instanceBounds[instance] : Bounds();
+    }
     bool MeasureInstance(const SceneData& scene, uint32_t index);
     PlacedTransform PlacedOf(const SceneData& scene, const Instance& instance) const;
     const PosedSkin* SkinOf(const SceneData& scene, const Instance& instance) const;
@@ -90,8 +96,13 @@ class RAYGRAPH_API PoseApplier {
     std::vector<uint8_t> m_isMeshReweighted;         // by mesh
     std::vector<uint8_t> m_isNodeSeen, m_isInstanceSeen, m_isLightSeen;
     std::vector<uint8_t> m_isSkinned, m_isFlat;  // by instance; flat: its transform has no inverse
-    std::vector<size_t> m_followers;             // by property
+    // Copies of what is looked at of each in every call, so that few bytes are read.
+    std::vector<uint32_t> m_parents;        // by node
+    std::vector<uint32_t> m_instanceNodes;  // by instance
+    std::vector<uint8_t> m_isDeformed;      // by instance
+    std::vector<size_t> m_followers;        // by property
     std::vector<Bounds> m_instanceBounds;
+    BoundsTree m_seenBounds;  // of instances that are seen
     std::vector<PosedSkin> m_skins;
     std::vector<glm::mat4x3> m_matrices, m_newMatrices;
     bool m_isVisibilityChanged = false;

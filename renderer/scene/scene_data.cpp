@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/split_mesh.h"
 #include "renderer/scene/split_place.h"
 
 namespace raygraph::scene {
@@ -18,20 +19,6 @@ namespace {
 template <typename T>
 uint64_t Bytes(const std::vector<T>& values) {
     return values.size() * sizeof(T);
-}
-
-uint64_t TargetBytes(const Primitive& primitive) {
-    uint64_t bytes = 0;
-    for (const MorphTarget& target : primitive.targets)
-        bytes += Bytes(target.positions) + Bytes(target.normals) + Bytes(target.tangents);
-    return bytes;
-}
-
-uint64_t StreamBytes(const Primitive& primitive) {
-    return Bytes(primitive.positions) + Bytes(primitive.normals) + Bytes(primitive.tangents) +
-           Bytes(primitive.uv0) + Bytes(primitive.uv1) + Bytes(primitive.colors) + Bytes(primitive.indices) +
-           Bytes(primitive.radii) + Bytes(primitive.influences.joints) + Bytes(primitive.influences.weights) +
-           TargetBytes(primitive);
 }
 
 uint64_t SphereCount(const Primitive& primitive) {

@@ -12,6 +12,7 @@
 #include "renderer/scene/deform.h"
 #include "renderer/scene/named_choice.h"
 #include "renderer/scene/pose_applier.h"
+#include "renderer/scene/round_primitives.h"
 
 namespace raygraph::scene {
 namespace {
@@ -95,8 +96,7 @@ void Deform(const Primitive& from, std::span<const float> weights, std::span<con
     to.positions = std::move(deformed.positions);
     to.normals = std::move(deformed.normals);
     to.tangents = std::move(deformed.tangents);
-    to.bounds = {};
-    for (const glm::vec3& position : to.positions) to.bounds.Extend(position);
+    to.bounds = BoundsOf(to.positions);
 }
 
 // What no joint and no target changes.

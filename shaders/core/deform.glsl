@@ -6,6 +6,7 @@
 //   vertex = EndTargets(vertex, base);
 //   mat4x3 joints = weight * matrix + ...;     // of the vertex
 //   vertex = MoveByJoints(joints, vertex);
+//   vertex.tangent = TangentInPlane(vertex.tangent, vertex.normal);  // if its normal came from elsewhere
 #ifndef RAYGRAPH_CORE_DEFORM_GLSL
 #define RAYGRAPH_CORE_DEFORM_GLSL
 
@@ -53,6 +54,14 @@ INLINE ShapedVertex MoveByJoints(mat4x3 joints, ShapedVertex vertex) {
     moved.normal = UnitOr(cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z, n);
     moved.tangent = vec4(UnitOr(x * t.x + y * t.y + z * t.z, t), vertex.tangent.w);
     return moved;
+}
+
+// Perpendicular to the unit normal (Gram-Schmidt), w as it was; one along the normal stays as it is.
+INLINE vec4 TangentInPlane(vec4 tangent, vec3 normal) {
+    vec3 t = vec3(tangent.x, tangent.y, tangent.z);
+    vec3 inPlane = t - dot(t, normal) * normal;
+    float size = length(inPlane);
+    return size > 1e-3f ? vec4(inPlane / size, tangent.w) : tangent;
 }
 
 // Of a triangle; +z where it has no area.

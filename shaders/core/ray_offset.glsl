@@ -7,6 +7,7 @@
 
 #ifdef __cplusplus
 namespace raygraph::shading {
+using gpu::kRoundoff;
 using gpu::RayClearance;
 }
 #endif

@@ -25,6 +25,7 @@ struct DirectLight {
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
     uint light;      // its number
+    uint triangle;   // of a mesh: within it
     MediumStack media;   // where the ray starts; these two are set if kTraceMatchedMedia is
     SegmentStart start;
 };
@@ -38,6 +39,7 @@ INLINE DirectLight NoDirectLight() {
     direct.radiance = vec3(0.0f);
     direct.lobe = NoLobe();
     direct.light = kNoLight;
+    direct.triangle = 0u;
     direct.media = NoMedia();
     direct.start = StartAtCamera();
     return direct;

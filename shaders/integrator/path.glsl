@@ -9,8 +9,9 @@
 //         asked for where kTraceMatchedMedia is set
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
-//     void AddToGroup(vec3 value, uint light)                   what a light (kNoLight: a surface that is
-//         none) brought to the camera; asked for if LIGHT_GROUPS is defined
+//     void AddToGroup(vec3 value, uint light, uint triangle)    what a light (kNoLight: a surface that is
+//         none), or the triangle of a mesh that is one, brought to the camera; asked for if LIGHT_GROUPS is
+//         defined
 //     and those of lights/lights.glsl and bxdf/energy.glsl
 //
 // Each vertex adds the light it emits and, by sampling the lights, the light it scatters; multiple importance
@@ -66,6 +67,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.ray = ShadowRayTo(vertex.surface, light, direct.distance);
     direct.lobe = path.lobe;
     direct.light = light.light;
+    direct.triangle = light.triangle;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     direct.ior = 1.0f;
@@ -229,6 +231,7 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
             direct.ray = ShadowRayFrom(path.ray.origin, light, direct.distance);
             direct.lobe = path.lobe;
             direct.light = light.light;
+            direct.triangle = light.triangle;
             direct.ior = MediumIor(medium, path.wavelength);
             direct.media = path.media;
             direct.start = StartAtCamera();
@@ -259,6 +262,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     } else {
         surface.emission = EnvironmentRadiance(path.ray.direction);
         surface.light = LightSet().lightCount;
+        surface.lightTriangle = 0u;
         surface.material.flags = 0u;
     }
     bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
@@ -292,7 +296,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     }
     // Surfaces emit even if a medium of higher priority hides them, as for light sampling
     if (MaxComponent(surface.emission) > 0.0f)
-        CollectFound(path, surface.emission, surface.light, distance, settings);
+        CollectFound(path, surface.emission, surface.light, surface.lightTriangle, distance, settings);
     if (!isHit) return false;
     if (HasTraceFeature(kTraceTextureLod)) path.ray.cone = AdvanceCone(path.ray.cone, distance);
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
@@ -361,7 +365,8 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
                          : UnblockedShare(direct.ray, direct.distance, direct.ior,
                                           AlphaSeed(path.rng, path.rayCount));
         if (isLit && MaxComponent(share) > 0.0f)
-            Collect(path, direct.radiance * share, depth + 1u, direct.lobe, direct.light, settings);
+            Collect(path, direct.radiance * share, depth + 1u, direct.lobe, direct.light, direct.triangle,
+                    settings);
     }
     return isGoingOn && path.rayCount < kMaxRays;
 }

@@ -83,33 +83,34 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
 }
 
 #ifndef LIGHT_GROUPS
-INLINE void AddToGroup(vec3, uint) {}
+INLINE void AddToGroup(vec3, uint, uint) {}
 #endif
 
 // Adds the contribution `value` of light at vertex `depth` of the path, through `lobe`. `light` is the number
-// of the light that it comes from, or kNoLight.
+// of the light that it comes from, or kNoLight; `triangle` that within it if it is a mesh.
 INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
-                    PathSettings settings) {
+                    uint triangle, PathSettings settings) {
     if (depth > 1u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
     path.radiance += value;
     if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
-    AddToGroup(value, light);
+    AddToGroup(value, light, triangle);
 }
 
 // Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
-INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float distance,
+INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, uint triangle, float distance,
                          PathSettings settings) {
     float lightPDF = 0.0f;
     // The point from which light sampling sampled: straight crossings may have moved the ray's origin
     if (HasTraceFeature(kTraceThinWalls | kTraceMatchedMedia))
         distance += dot(path.ray.origin - path.scatter.position, path.ray.direction);
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
-        lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
+        lightPDF = LightPDF(path.scatter, light, triangle, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, settings);
+    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, triangle,
+            settings);
 }
 
 // Russian roulette. False: the path is terminated; the weight of survivors keeps the mean.

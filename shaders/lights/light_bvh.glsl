@@ -22,6 +22,21 @@ INLINE ChosenLight NoChosenLight() {
     return result;
 }
 
+// A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
+// The remainders of both are uniform.
+INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOUT(float) choice) {
+    uint slot = ChooseUniformly(u, count);
+    AliasEntry entry = LightAliasAt(first + slot);
+    if (!Decide(choice, entry.keep)) {
+        slot = entry.alias;
+        entry = LightAliasAt(first + slot);
+    }
+    ChosenLight result;
+    result.light = slot;
+    result.probability = entry.probability;
+    return result;
+}
+
 // cos and sin of max(0, a - b), from cos and sin of a and b in [0, pi].
 INLINE vec2 SubtractAngleClamped(vec2 a, vec2 b) {
     if (a.x > b.x) return vec2(1.0f, 0.0f);
@@ -80,9 +95,10 @@ INLINE float FirstChildProbability(uint first, LightContext context) {
     return sum > 0.0f ? importance0 / sum : -1.0f;
 }
 
-// u decides at each node. A single light is chosen whether or not it can contribute.
-INLINE ChosenLight SampleLightTree(LightContext context, float u) {
-    LightNode node = LightNodeAt(0u);
+// Chooses a light of the tree from the node `root`. u decides at each node, and its remainder is uniform. A
+// single light is chosen whether or not it can contribute.
+INLINE ChosenLight SampleLightTree(uint root, LightContext context, INOUT(float) u) {
+    LightNode node = LightNodeAt(root);
     ChosenLight result = NoChosenLight();
     float probability = 1.0f;
     while ((node.link & kLightNodeLeaf) == 0u) {
@@ -99,8 +115,8 @@ INLINE ChosenLight SampleLightTree(LightContext context, float u) {
 }
 
 // The probability with which SampleLightTree chooses the light of a bit trail.
-INLINE float LightTreeProbability(LightContext context, uint bitTrail) {
-    LightNode node = LightNodeAt(0u);
+INLINE float LightTreeProbability(uint root, LightContext context, uint bitTrail) {
+    LightNode node = LightNodeAt(root);
     float probability = 1.0f;
     while ((node.link & kLightNodeLeaf) == 0u) {
         uint first = node.link & kLightNodeIndex;

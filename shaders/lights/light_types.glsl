@@ -14,6 +14,7 @@ using glm::unpackSnorm2x16;
 using gpu::AliasEntry;
 using gpu::kLightDirectional;
 using gpu::kLightDoubleSided;
+using gpu::kLightMesh;
 using gpu::kLightMirrored;
 using gpu::kLightNodeIndex;
 using gpu::kLightNodeLeaf;
@@ -26,6 +27,7 @@ using gpu::kNoLight;
 using gpu::kProfileTypeA;
 using gpu::kProfileTypeB;
 using gpu::kProfileTypeC;
+using gpu::LightMeshRecord;
 using gpu::LightNode;
 using gpu::LightRecord;
 using gpu::LightSetRecord;
@@ -55,6 +57,7 @@ struct LightSample {
     float pdf;     // per solid angle, times that of the light; delta lights: only the latter. 0: no sample
     uint isDelta;  // 1: no other strategy can find this light
     uint light;    // its number
+    uint triangle;  // of a mesh: within it
 };
 
 INLINE LightSample NoLightSample() {
@@ -66,6 +69,7 @@ INLINE LightSample NoLightSample() {
     result.pdf = 0.0f;
     result.isDelta = 0u;
     result.light = kNoLight;
+    result.triangle = 0u;
     return result;
 }
 

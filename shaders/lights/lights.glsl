@@ -1,7 +1,8 @@
 // One sampler over all lights: emissive triangles, KHR_lights_punctual, the environment.
 //
 //     LightSample SampleLight(context, uc, u)          light that may arrive: uc chooses the light, u within
-//     float LightPDF(context, light, wi, distance)     density in SampleLight of what a ray found
+//     float LightPDF(context, light, triangle, wi, distance)
+//                                                      density in SampleLight of what a ray found
 //
 // Densities are per solid angle and include the probability of the light, as MIS with a BSDF's requires.
 // Directions and distances are those from context.position; occlusion is not tested.
@@ -9,8 +10,10 @@
 // The bridge, declared by the includer before this file:
 //
 //     LightSetRecord LightSet()                     counts and shares
-//     LightRecord LightAt(uint light)               light < lightCount
-//     LightNode LightNodeAt(uint node)              node < nodeCount
+//     LightRecord LightAt(uint light)               light < lightCount, or a triangle of a mesh
+//     LightNode LightNodeAt(uint node)              node < nodeCount, or of a mesh
+//     LightMeshRecord LightMeshAt(uint mesh)        of a light's record
+//     mat4x3 LightPlacement(uint instance)          objectToWorld of an InstanceRecord
 //     float LightProfileAt(uint word)               layout in lights/light_profile.glsl
 //     AliasEntry LightAliasAt(uint slot)            layout in shared/light_records.h
 //     AliasEntry EnvironmentAliasAt(uint slot)
@@ -21,10 +24,10 @@
 #ifndef RAYGRAPH_LIGHTS_LIGHTS_GLSL
 #define RAYGRAPH_LIGHTS_LIGHTS_GLSL
 
-#include "core/ray_offset.glsl"
 #include "lights/environment_light.glsl"
 #include "lights/light_bvh.glsl"
 #include "lights/light_profile.glsl"
+#include "lights/mesh_light.glsl"
 #include "lights/triangle_light.glsl"
 
 SHADING_BEGIN
@@ -32,21 +35,6 @@ SHADING_BEGIN
 // The kinds of light that the scene may have; constant-folded.
 INLINE bool HasBoundedLights() { return HasTraceFeature(kTraceTriangleLights | kTracePunctualLights); }
 INLINE bool HasUnboundedLights() { return HasTraceFeature(kTraceEnvironmentLight | kTracePunctualLights); }
-
-// A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
-// The remainders of both are uniform.
-INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOUT(float) choice) {
-    uint slot = ChooseUniformly(u, count);
-    AliasEntry entry = LightAliasAt(first + slot);
-    if (!Decide(choice, entry.keep)) {
-        slot = entry.alias;
-        entry = LightAliasAt(first + slot);
-    }
-    ChosenLight result;
-    result.light = slot;
-    result.probability = entry.probability;
-    return result;
-}
 
 // Chooses a light; the remainders of uc and u.x are uniform.
 INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOUT(float) uc,
@@ -69,7 +57,7 @@ INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOU
         result.probability *= lights.unboundedShare;
         return result;
     }
-    ChosenLight result = SampleLightTree(context, uc);
+    ChosenLight result = SampleLightTree(0u, context, uc);
     result.probability *= 1.0f - lights.unboundedShare;
     return result;
 }
@@ -81,7 +69,7 @@ INLINE float LightProbability(LightSetRecord lights, LightContext context, uint 
     if (ActiveLightSampler() == kLightSamplerUniform) return 1.0f / float(lights.activeCount);
     if (ActiveLightSampler() == kLightSamplerPower) return byPower.probability;
     if (HasBoundedLights() && light < lights.boundedCount)
-        return (1.0f - lights.unboundedShare) * LightTreeProbability(context, bitTrail);
+        return (1.0f - lights.unboundedShare) * LightTreeProbability(0u, context, bitTrail);
     uint slot = lights.lightCount + 1u + light - lights.boundedCount;
     return lights.unboundedShare * LightAliasAt(slot).probability;
 }
@@ -136,6 +124,7 @@ INLINE LightSample SampleLight(LightContext context, float uc, vec2 u) {
     LightSetRecord lights = LightSet();
     ChosenLight chosen = ChooseLight(lights, context, uc, u.x);
     LightSample result = NoLightSample();
+    uint triangle = 0u;
     if (!(chosen.probability > 0.0f)) return result;
     if (HasTraceFeature(kTraceEnvironmentLight) && chosen.light == lights.lightCount) {
         EnvironmentSample environment = SampleEnvironmentLight(lights, uc, u);
@@ -144,18 +133,21 @@ INLINE LightSample SampleLight(LightContext context, float uc, vec2 u) {
         result.pdf = environment.pdf;
     } else {
         LightRecord light = LightAt(chosen.light);
+        chosen.probability *= ChooseWithin(light, context, u, triangle);
+        if (!(chosen.probability > 0.0f)) return result;
         bool isTriangle = HasTraceFeature(kTraceTriangleLights) && light.kind == kLightTriangle;
         if (isTriangle) result = SampleTriangle(light, context, u);
         if (HasTraceFeature(kTracePunctualLights) && !isTriangle) result = SamplePunctual(light, context);
     }
     result.pdf *= chosen.probability;
     result.light = chosen.light;
+    result.triangle = triangle;
     return result;
 }
 
 // `light` is the number of a triangle that a ray from context.position along wi hit at `distance`, or that of
-// the environment, lightCount, for a ray that hit nothing.
-INLINE float LightPDF(LightContext context, uint light, vec3 wi, float distance) {
+// a mesh, of which it hit `triangle`, or that of the environment, lightCount, for a ray that hit nothing.
+INLINE float LightPDF(LightContext context, uint light, uint triangle, vec3 wi, float distance) {
     LightSetRecord lights = LightSet();
     bool isEnvironment = light == lights.lightCount;
     if (isEnvironment && lights.hasEnvironment == 0u) return 0.0f;
@@ -165,7 +157,8 @@ INLINE float LightPDF(LightContext context, uint light, vec3 wi, float distance)
     if (HasTraceFeature(kTraceTriangleLights) && !isEnvironment) {
         LightRecord record = LightAt(light);
         bitTrail = record.bitTrail;
-        pdf = TriangleLightPDF(record, context.position, wi, distance);
+        float within = ChooseHitWithin(record, context, triangle);
+        pdf = within * TriangleLightPDF(record, context.position, wi, distance);
     }
     return pdf > 0.0f ? pdf * LightProbability(lights, context, light, bitTrail) : 0.0f;
 }

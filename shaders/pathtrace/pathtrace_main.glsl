@@ -17,12 +17,21 @@
 #ifdef LIGHT_GROUPS
 vec3 groupSums[kMaxLightGroups];
 
-void AddToGroup(vec3 value, uint light) {
+// Of a light, and of its triangle if it is a mesh: FirstLightGroup of renderer/gpu_scene/light_groups.h.
+uint GroupOf(uint light, uint triangle) {
+    LightRecord record = LightAt(light);
+    uint group = record.flags >> kLightGroupShift;
+    if (!HasTraceFeature(kTraceMeshLights) || record.kind != kLightMesh) return group;
+    uint other = LightAt(LightMeshAt(record.primitive).firstLight + triangle).flags >> kLightGroupShift;
+    return group == kLightGroupRest || other == kLightGroupRest ? max(group, other) : min(group, other);
+}
+
+void AddToGroup(vec3 value, uint light, uint triangle) {
     uint group = kLightGroupRest;
     if (light == LightSet().lightCount)
         group = kLightGroupEnvironment;
     else if (light != kNoLight)
-        group = LightAt(light).flags >> kLightGroupShift;
+        group = GroupOf(light, triangle);
     groupSums[min(group, kMaxLightGroups - 1u)] += value;
 }
 #endif

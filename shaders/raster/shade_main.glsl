@@ -51,12 +51,14 @@ LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rn
     float choice = Get1D(rng);
     vec2 u = Get2D(rng);
     if (LightSet().nodeCount == 0u) return NoLightSample();
-    ChosenLight chosen = SampleLightTree(context, choice);
+    ChosenLight chosen = SampleLightTree(0u, context, choice);
     if (!(chosen.probability > 0.0f)) return NoLightSample();
     LightRecord light = LightAt(chosen.light);
-    if (light.kind != kLightTriangle) return NoLightSample();
+    uint triangle = 0u;
+    float within = ChooseWithin(light, context, u, triangle);
+    if (light.kind != kLightTriangle || !(within > 0.0f)) return NoLightSample();
     LightSample result = SampleTriangle(light, context, u);
-    result.pdf *= chosen.probability;
+    result.pdf *= chosen.probability * within;
     return result;
 }
 

@@ -20,7 +20,8 @@ layout(set = 0, binding = 8, scalar) readonly buffer LightNodes { LightNode at[]
 layout(set = 0, binding = 9, scalar) readonly buffer LightAlias { AliasEntry at[]; } lightAlias;
 layout(set = 0, binding = 10, scalar) readonly buffer EnvironmentAlias { AliasEntry at[]; } environmentAlias;
 layout(set = 0, binding = 11, scalar) readonly buffer LightProfiles { float at[]; } lightProfiles;
-// 12 to 15 are free; 16 and up are the pass's own.
+layout(set = 0, binding = 12, scalar) readonly buffer LightMeshes { LightMeshRecord at[]; } lightMeshes;
+// 13 to 15 are free; 16 and up are the pass's own.
 
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 

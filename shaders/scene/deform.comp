@@ -107,6 +107,9 @@ void main() {
     } else {
         moved = DeformedAt(record, vertex);
     }
+    // Targets displace normals and tangents each by themselves, and flat normals follow the positions
+    if (record.targetCount > 0u || record.isFlat != 0u)
+        moved.tangent = TangentInPlane(moved.tangent, moved.normal);
     Vec3Result(record.deformedPositions).at[vertex] = moved.position;
     if (IsPresent(record.deformedNormals)) Vec3Result(record.deformedNormals).at[vertex] = moved.normal;
     if (IsPresent(record.deformedTangents)) Vec4Result(record.deformedTangents).at[vertex] = moved.tangent;

@@ -9,6 +9,8 @@ LightSetRecord LightSet() { return parameters.value.lights; }
 LightRecord LightAt(uint index) { return lights.at[index]; }
 LightNode LightNodeAt(uint index) { return lightNodes.at[index]; }
 AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
+LightMeshRecord LightMeshAt(uint index) { return lightMeshes.at[index]; }
+mat4x3 LightPlacement(uint index) { return instances.at[index].objectToWorld; }
 float LightProfileAt(uint index) { return lightProfiles.at[index]; }
 AliasEntry EnvironmentAliasAt(uint index) { return environmentAlias.at[index]; }
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }

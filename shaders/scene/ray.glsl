@@ -81,6 +81,7 @@ struct SurfaceInteraction {
     vec3 stretch;  // along which facets are rougher, any length; 0: none. Set if kTraceAnisotropy is
     vec3 emission;  // radiance towards wo
     uint light;     // index of the light that this is, or kNoLight: light sampling does not find it
+    uint lightTriangle;  // of a mesh that is one light: the triangle within it. Set if kTraceMeshLights is
     bool isFront;   // wo is on the front of the surface
     SurfaceMaterial material;
 };

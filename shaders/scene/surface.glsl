@@ -186,10 +186,15 @@ float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Tri
     return sqrt(shrink) * curvature;
 }
 
-uint LightOf(InstanceRecord instance, uint primitive) {
+// `ordinal`: of a mesh that is one light, the triangle within it.
+uint LightOf(InstanceRecord instance, uint primitive, out uint ordinal) {
+    ordinal = 0u;
     if (!IsPresent(instance.triangleLights)) return kNoLight;
-    uint ordinal = UintStream(instance.triangleLights).at[primitive];
-    return ordinal == kNoLight ? kNoLight : instance.firstLight + ordinal;
+    ordinal = UintStream(instance.triangleLights).at[primitive];
+    if (ordinal == kNoLight) return kNoLight;
+    if (HasTraceFeature(kTraceMeshLights) && (instance.firstLight & kFirstLightIsMesh) != 0u)
+        return instance.firstLight & ~kFirstLightIsMesh;
+    return instance.firstLight + ordinal;
 }
 
 Medium MediumAt(uint material) {
@@ -287,7 +292,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     }
 
     surface.emission = EmissionAt(geometry, material, triangle);
-    surface.light = LightOf(instance, hit.primitive);
+    surface.light = LightOf(instance, hit.primitive, surface.lightTriangle);
     surface.material = MaterialInputs(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
         surface.coatNormal =

@@ -1,13 +1,20 @@
 // The lights of a scene as the shaders read them: one source for C++ and GLSL, scalar layout.
 //
 // A light is a number: first the bounded ones (triangles, points, spots), then the directional ones, and last
-// the environment, which has no record: number `lightCount`. Every triangle that may emit keeps its number as
-// long as the scene stays; one that is dark or hidden at present has probability 0.
+// the environment, which has no record: number `lightCount`. Every surface that may emit keeps its number as
+// long as no other is added or removed; one that is dark or hidden at present has probability 0.
 //
-// The alias buffer holds three tables, one after the other:
+// The emitting triangles of a mesh that is placed often are there once, in object space, and each placement
+// is one light (kLightMesh). Their records follow those of the lights. The light tree chooses a placement,
+// the mesh's own tree one of its triangles, whose number counts from the first of the mesh.
+//
+// The alias buffer starts with three tables, one after the other:
 //   power       lightCount + 1 entries: choose among all lights by power
 //   unbounded   lightCount + 1 - boundedCount entries: among directional lights and environment, by power
 //   active      activeCount entries: `alias` is the number of a light that shines
+// and goes on, where LightMeshRecord::firstAlias says, with two tables a mesh, likewise of its triangles:
+//   power       triangleCount entries
+//   active      activeCount entries
 // The environment's buffer holds one table over its rows, then one a row over the row's cells; `probability`
 // is that of the row, and that of the cell in the whole map.
 #ifndef RAYGRAPH_SHARED_LIGHT_RECORDS_H
@@ -31,14 +38,17 @@ RAYGRAPH_CONSTANT uint kLightTriangle = 0u;
 RAYGRAPH_CONSTANT uint kLightPoint = 1u;
 RAYGRAPH_CONSTANT uint kLightSpot = 2u;
 RAYGRAPH_CONSTANT uint kLightDirectional = 3u;
+RAYGRAPH_CONSTANT uint kLightMesh = 4u;  // a placement of a mesh, bounded
 
 // LightRecord::flags
 RAYGRAPH_CONSTANT uint kLightDoubleSided = 1u;  // the triangle emits from both sides
-// A triangle's front is the side that -cross(e1, e2) points to; of a profile y is negated.
+// A triangle's front is the side that -cross(e1, e2) points to; of a profile y is negated. Of a mesh: that of
+// its triangles, once they are placed.
 RAYGRAPH_CONSTANT uint kLightMirrored = 2u;
 RAYGRAPH_CONSTANT uint kLightProfile = 4u;  // the intensity of the point light is times that of a profile
 
-// The rest of LightRecord::flags is the light's group.
+// The rest of LightRecord::flags is the light's group: of a mesh that of its instance, of its triangles that
+// of their material, and a placed triangle is in the lower one that is not kLightGroupRest.
 RAYGRAPH_CONSTANT uint kLightGroupShift = 8u;
 
 // Groups of lights, which Trace renders separately on request. Every light is in one.
@@ -55,9 +65,12 @@ RAYGRAPH_CONSTANT uint kProfileTypeC = 2u;
 
 // "No light": in a group's triangleLights and in InstanceRecord::firstLight.
 RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
+// Of InstanceRecord::firstLight: the rest is the number of the one light that the placement is, and
+// triangleLights counts from the first triangle of the mesh.
+RAYGRAPH_CONSTANT uint kFirstLightIsMesh = 0x80000000u;
 
-// World space from the scene's origin, throughout. A triangle keeps the order of its vertices, so that
-// barycentrics mean the same here and in a hit.
+// World space from the scene's origin, but for the triangles of meshes. A triangle keeps the order of its
+// vertices, so that barycentrics mean the same here and in a hit.
 struct LightRecord {
     vec3 p0;         // triangle: vertex 0. Point, spot: position
     uint kind;       // kLight*
@@ -65,8 +78,9 @@ struct LightRecord {
                      // Profile: with spotScale a unit quaternion, from the world's axes to the profile's
     uint flags;      // kLight*, and the group
     vec3 e2;         // triangle: vertex 2 - vertex 0. Point, spot: intensity in cd. Directional: lx
-    uint instance;   // triangle: index of its InstanceRecord
-    uint primitive;  // triangle: its number in the BLAS. Profile: its first word in the buffer of profiles
+    uint instance;   // triangle, mesh: index of its InstanceRecord
+    uint primitive;  // triangle: its number in the BLAS. Profile: its first word in the buffer of profiles.
+                     // Mesh: its LightMeshRecord
     uint bitTrail;   // path through the tree: bit d says which child is taken at depth d
     float spotScale;              // spot: falls off by clamp(cos * spotScale + spotOffset, 0, 1)^2, with
                                   // KHR_lights_punctual's lightAngleScale and lightAngleOffset
@@ -89,6 +103,15 @@ struct LightNode {
     uint cones;  // packSnorm2x16(cos thetaO, cos thetaE), both rounded to the wider angle
 };
 
+// What the placements of a mesh have in common.
+struct LightMeshRecord {
+    uint firstLight;  // record of its first triangle
+    uint triangleCount;
+    uint activeCount;  // of them, those that shine
+    uint firstNode;    // root of its tree, in object space; leaves count from its first triangle
+    uint firstAlias;
+};
+
 // One slot of an alias table: a slot is drawn uniformly, then stays with probability `keep`, else
 // becomes `alias`.
 struct AliasEntry {
@@ -99,7 +122,7 @@ struct AliasEntry {
 
 struct LightSetRecord {
     uint lightCount;       // records: bounded, then directional
-    uint boundedCount;     // triangles, points and spots
+    uint boundedCount;     // triangles, meshes, points and spots
     uint activeCount;      // lights with power above 0, environment included
     uint nodeCount;        // of the tree; 0: no bounded light has power
     float unboundedShare;  // Bvh: probability of the unbounded table, else the tree
@@ -114,6 +137,7 @@ struct LightSetRecord {
 #ifdef __cplusplus
 static_assert(sizeof(LightRecord) == 16 * 4);
 static_assert(sizeof(LightNode) == 12 * 4);
+static_assert(sizeof(LightMeshRecord) == 5 * 4);
 static_assert(sizeof(AliasEntry) == 3 * 4);
 static_assert(sizeof(LightSetRecord) == 9 * 4);
 }  // namespace raygraph::gpu

@@ -36,6 +36,7 @@
 //   LightSampling:    lights are sampled, of which there are
 //   TriangleLights, PunctualLights, EnvironmentLight
 //   LightProfiles:    some punctual lights have one
+//   MeshLights:       some triangle lights are those of a mesh that is placed often
 //   Textures:         materials have textures
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
@@ -84,7 +85,8 @@
     X(MatchedMedia, 8388608)       \
     X(Retroreflection, 16777216)   \
     X(Capsules, 33554432)          \
-    X(Smooth, 67108864)
+    X(Smooth, 67108864)            \
+    X(MeshLights, 134217728)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -5,6 +5,7 @@
 #include "editor/session/session.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/material_fields.h"
+#include "renderer/scene/round_primitives.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/vulkan_test.h"
 
@@ -29,7 +30,7 @@ Primitive Triangles(std::vector<glm::vec3> corners, std::vector<uint32_t> indice
     primitive.positions = std::move(corners);
     primitive.indices = std::move(indices);
     primitive.material = 0;
-    for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+    primitive.bounds = BoundsOf(primitive.positions);
     return primitive;
 }
 
@@ -62,15 +63,20 @@ void Animate(SceneData& scene, const AnimationTarget& target, std::vector<float>
 
 class MotionBlurTest : public testing::VulkanTest {
   protected:
-    static Texels Picture(SceneData scene, const std::optional<Shutter>& shutter, uint32_t samples,
-                          double at = 0.0) {
+    static Session Animated(SceneData scene, double at, const std::optional<Shutter>& shutter = {},
+                            const AovSet& aovs = {}) {
         SceneInput input = MakeInput(std::move(scene), "ours");
         input.isAnimated = true;
         SessionDesc desc;
         desc.settings.size = {kSide, kSide};
         desc.settings.at = at;
         desc.settings.shutter = shutter;
-        Session session(Device(), std::move(input), desc);
+        desc.aovs = aovs;
+        return Session(Device(), std::move(input), desc);
+    }
+    static Texels Picture(SceneData scene, const std::optional<Shutter>& shutter, uint32_t samples,
+                          double at = 0.0) {
+        Session session = Animated(std::move(scene), at, shutter);
         session.Run({.samples = samples});
         return session.Result().render.radiance;
     }
@@ -191,12 +197,7 @@ TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
         return sum / (12 * 24);
     };
     const double blurred = mean(Picture(scene, Shutter{0.0, 1.0}, 64));
-    SceneInput input = MakeInput(std::move(scene), "ours");
-    input.isAnimated = true;
-    SessionDesc desc;
-    desc.settings.size = {kSide, kSide};
-    desc.settings.at = 0.0;
-    Session session(Device(), std::move(input), desc);
+    Session session = Animated(std::move(scene), 0.0);
     double poses = 0.0, first = 0.0;
     constexpr int kPoses = 16;
     for (int i = 0; i < kPoses; ++i) {
@@ -215,14 +216,7 @@ class MotionVectorTest : public MotionBlurTest {
   protected:
     // x and y of a pixel, from 0.25 to 0.75 s, of what is seen there at 0 s.
     static std::vector<float> Vectors(SceneData scene) {
-        SceneInput input = MakeInput(std::move(scene), "ours");
-        input.isAnimated = true;
-        SessionDesc desc;
-        desc.settings.size = {kSide, kSide};
-        desc.settings.at = 0.0;
-        desc.settings.shutter = Shutter{0.25, 0.75};
-        desc.aovs = {Aov::Motion};
-        Session session(Device(), std::move(input), desc);
+        Session session = Animated(std::move(scene), 0.0, Shutter{0.25, 0.75}, {Aov::Motion});
         session.Run({.samples = 1});
         return session.Result().render.motion;
     }
@@ -264,8 +258,8 @@ TEST_F(MotionVectorTest, OfATurningCamera) {
     const float half = 0.15f;
     Animate(scene, {.property = AnimatedProperty::Rotation, .object = 1},
             {0, 0, 0, 1, 0, std::sin(half), 0, std::cos(half)});
-    const std::vector<float> vectors = Vectors(std::move(scene));
     const double scale = std::tan(0.5 * double{camera.yFov});
+    const std::vector<float> vectors = Vectors(std::move(scene));
     for (const uint32_t x : {4u, 25u}) {
         const double angle = std::atan(Place(x) * scale);
         const auto at = [&](double seconds) { return std::tan(angle + 0.3 * seconds) / scale * kPixels; };
@@ -310,12 +304,7 @@ TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
     });
     Animate(scene, {.property = AnimatedProperty::MaterialField, .field = field, .object = 0},
             {0, 0, 0, 1, 1, 1});
-    SceneInput input = MakeInput(std::move(scene), "ours");
-    input.isAnimated = true;
-    SessionDesc desc;
-    desc.settings.size = {kSide, kSide};
-    desc.settings.at = 1.0;
-    Session session(Device(), std::move(input), desc);
+    Session session = Animated(std::move(scene), 1.0);
     session.Run({.samples = 1});
     EXPECT_EQ(session.Statistics().scene.emissiveTriangleCount, 2u);
     EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 1.0f);
@@ -326,19 +315,12 @@ TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
 
 // Accumulated in one run or in two, and in whichever order times were seen before.
 TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
-    const auto make = [] {
+    const auto open = [](double at) {
         SceneData scene = OneMesh(LeftHalf(-0.5f));
         Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
-        SceneInput input = MakeInput(std::move(scene), "ours");
-        input.isAnimated = true;
-        return input;
+        return Animated(std::move(scene), at, Shutter{-0.25, 0.25}, {Aov::Depth, Aov::Albedo});
     };
-    SessionDesc desc;
-    desc.settings.size = {kSide, kSide};
-    desc.settings.at = 0.5;
-    desc.settings.shutter = Shutter{-0.25, 0.25};
-    desc.aovs = {Aov::Depth, Aov::Albedo};
-    Session once(Device(), make(), desc), twice(Device(), make(), desc);
+    Session once = open(0.5), twice = open(0.5);
     once.Run({.samples = 6});
     twice.Run({.samples = 3});
     twice.Run({.samples = 6});
@@ -353,8 +335,7 @@ TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
     twice.StartPicture(0.6);
     EXPECT_FALSE(twice.HasResult());
     twice.Run({.samples = 4});
-    desc.settings.at = 0.6;
-    Session own(Device(), make(), desc);
+    Session own = open(0.6);
     own.Run({.samples = 4});
     EXPECT_EQ(twice.Result().render.radiance, own.Result().render.radiance);
     EXPECT_EQ(twice.Result().render.settings, own.Result().render.settings);

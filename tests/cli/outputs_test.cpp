@@ -2,9 +2,11 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <fstream>
 
 #include "tests/cli/cli_test.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::cli {
@@ -66,6 +68,63 @@ TEST(Outputs, AnInputIsNotOverwritten) {
     test::ExpectError(
         ErrorKind::Usage, [&] { CheckWritable(Paths{folder.Path() / "link.hdr"}, Paths{sky}); }, "link.hdr",
         "read");
+}
+
+// "f.0.png" and so on in the folder.
+Paths Sequence(const std::filesystem::path& folder, int count) {
+    Paths paths;
+    for (int i = 0; i < count; ++i) paths.push_back(folder / ("f." + std::to_string(i) + ".png"));
+    return paths;
+}
+
+// Whatever the name is of: those before it in the folder are fine.
+TEST(Outputs, OneOfASequenceIsRefusedAsItWouldBeAlone) {
+    const test::TemporaryFolder folder;
+    const Paths paths = Sequence(folder.Path(), 20);
+    const std::filesystem::path input = folder.Path() / "scene.gltf";
+    std::ofstream(input) << "x";
+    std::ofstream(paths[3]) << "old";
+    EXPECT_EQ(testing::ErrorTextOf([&] { CheckWritable(paths, Paths{input}); }), "accepted");
+    const auto refused = [&](ErrorKind kind, const std::string& what) {
+        test::ExpectError(
+            kind, [&] { CheckWritable(paths, Paths{input}); }, what);
+        std::filesystem::remove(paths[7]);
+    };
+    std::filesystem::create_symlink(paths[3], paths[7]);
+    refused(ErrorKind::Usage, "f.7.png is to be written twice");
+    std::filesystem::create_symlink(input, paths[7]);
+    refused(ErrorKind::Usage, "f.7.png is to be read and to be written");
+    std::filesystem::create_symlink(folder.Path() / "none" / "f.png", paths[7]);
+    refused(ErrorKind::Io, "cannot create a file in its folder");
+    std::filesystem::create_directory(paths[7]);
+    refused(ErrorKind::Io, "f.7.png: cannot write: it is not a regular file");
+    EXPECT_EQ(FileCount(folder.Path()), 2u);
+}
+
+TEST(Outputs, OneFolderUnderTwoNamesIsOne) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder.Path() / "a");
+    std::filesystem::create_directory_symlink("a", folder.Path() / "b");
+    Paths paths = Sequence(folder.Path() / "a", 3);
+    paths.push_back(folder.Path() / "b" / "f.1.png");
+    test::ExpectError(
+        ErrorKind::Usage, [&] { CheckWritable(paths, {}); }, "b/f.1.png is to be written twice");
+    test::ExpectError(
+        ErrorKind::Usage, [&] { CheckLogFile(paths.back(), Paths{paths[1]}, {}); },
+        "b/f.1.png is to be written twice");
+    EXPECT_EQ(FileCount(folder.Path() / "a"), 0u);
+}
+
+// A file of its own to be created and removed for each name takes ten times as long.
+TEST(Outputs, ALongSequenceIsCheckedInAFractionOfASecond) {
+    const test::TemporaryFolder folder;
+    const Paths paths = Sequence(folder.Path(), 100'000);
+    const auto start = std::chrono::steady_clock::now();
+    CheckWritable(paths, {});
+    CheckLogFile(folder.Path() / "log", paths, {});
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    RecordProperty("seconds", std::to_string(taken.count()));
+    EXPECT_LT(taken.count(), 5.0);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // --at and --clips: what is shown, recorded and resumed.
+#include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -132,6 +133,29 @@ TEST(ProgramMotion, FramesAreThePicturesOfTheirTimes) {
     EXPECT_FALSE(std::filesystem::exists(folder / "f.05.exr"));
     const ProgramResult more = RunProgram(folder, "render box.gltf --resume f.03.exr --spp 4 -o more.exr");
     EXPECT_EQ(more.exitCode, 0) << more.messages;
+}
+
+// Each frame has one sample: none is stopped, and the next is not begun.
+TEST(ProgramMotion, AnInterruptEndsASequenceAfterTheFrameThatIsBegun) {
+    const test::TemporaryFolder folder;
+    WriteBox(folder);
+    bool isSent = false;
+    const ProgramResult result = test::RunProgramOnTerminal(
+        folder, "render box.gltf --size 16x16 --spp 1 --frames 0:99:0.001 -o f.#####.png",
+        [&](pid_t process, const std::string& shown) {
+            if (isSent || shown.find("f.00001.png") == std::string::npos) return;
+            isSent = true;
+            kill(process, SIGINT);
+        });
+    EXPECT_EQ(result.exitCode, 0) << result.output;
+    const size_t files =
+        size_t(std::ranges::count_if(std::filesystem::directory_iterator(folder.Path()),
+                                     [](const auto& entry) { return entry.path().extension() == ".png"; }));
+    EXPECT_GE(files, 2u);
+    EXPECT_LT(files, 99000u);
+    const std::string left = std::to_string(99001 - files) + " of 99001 frames were not begun";
+    EXPECT_NE(result.output.find(left), std::string::npos)
+        << files << " files, " << result.output.substr(result.output.size() - 300);
 }
 
 TEST(ProgramMotion, FramesThatCannotBeAreRefusedBeforeAnyIsRendered) {

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/round_primitives.h"
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
@@ -43,7 +44,7 @@ scene::SceneData OneTriangle() {
     triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     triangle.normals.assign(3, {0, 0, 1});
     triangle.indices = {0, 1, 2};
-    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    triangle.bounds = scene::BoundsOf(triangle.positions);
     return data;
 }
 

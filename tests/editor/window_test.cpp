@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "editor/app/editor.h"
 #include "rhi/swapchain.h"
+#include "tests/rhi/gate.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::editor {
@@ -58,6 +59,22 @@ class Display {
     std::string m_name;
 };
 
+// Frames of which each waits for a semaphore.
+class GatedScreen final : public Screen {
+  public:
+    GatedScreen(Screen& screen, const rhi::SemaphoreUse& gate) : m_screen(screen), m_gate(gate) {}
+    std::optional<TextureId> Begin(Renderer& renderer, rhi::Extent2D extent) override {
+        renderer.WaitSemaphore(m_gate);
+        return m_screen.Begin(renderer, extent);
+    }
+    void End(Renderer& renderer, TextureId drawn) override { m_screen.End(renderer, drawn); }
+    bool IsReady(const Renderer& renderer) override { return m_screen.IsReady(renderer); }
+
+  private:
+    Screen& m_screen;
+    rhi::SemaphoreUse m_gate;
+};
+
 }  // namespace
 
 TEST(WindowTest, OpensAndShowsFrames) {
@@ -77,6 +94,42 @@ TEST(WindowTest, OpensAndShowsFrames) {
         WindowScreen screen(swapchain);
         Editor editor(*device);
         for (int i = 0; i < 4; ++i) {
+            EXPECT_TRUE(editor.Frame(window.Poll(), screen));
+            EXPECT_EQ(editor.FrameError(), "");
+        }
+        device->WaitIdle();
+    }
+    EXPECT_EQ(messages.Text(0, true), "");
+}
+
+// As while a scene's structures are built. A driver that waited for the frame in order to show it would wait for
+// ever.
+TEST(WindowTest, AFrameThatTakesLongIsNotWaitedFor) {
+    if (!std::filesystem::exists(kServer)) GTEST_SKIP() << "there is no Xvfb";
+    const Display display;
+    if (display.Name().empty()) GTEST_SKIP() << "Xvfb does not start";
+    setenv("DISPLAY", (":" + display.Name()).c_str(), 1);
+    testing::MessageLog messages;
+    {
+        Window window("test", {320, 200});
+        const auto device = rhi::Device::Create({.validation = true,
+                                                 .log = messages.Listener(),
+                                                 .surfaceExtensions = window.SurfaceExtensions()});
+        if (device->Info().type != rhi::DeviceType::Cpu) GTEST_SKIP() << "its driver shows frames by itself";
+        rhi::Swapchain swapchain(
+            *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
+        WindowScreen screen(swapchain);
+        Editor editor(*device);
+        const Renderer& renderer = editor.Work().renderer;
+        testing::Gate gate(*device);
+        GatedScreen gated(screen, gate.At(1));
+        EXPECT_TRUE(gated.IsReady(renderer)) << "there is no frame";
+        EXPECT_TRUE(editor.Frame(window.Poll(), gated));
+        EXPECT_FALSE(gated.IsReady(renderer));
+        gate.Open();
+        device->WaitIdle();
+        EXPECT_TRUE(gated.IsReady(renderer));
+        for (int i = 0; i < 3; ++i) {
             EXPECT_TRUE(editor.Frame(window.Poll(), screen));
             EXPECT_EQ(editor.FrameError(), "");
         }

@@ -402,33 +402,5 @@ void main() { for (int i = 0; i < 4; ++i) result[i] = values.factors[i] + float(
     }
 }
 
-TEST_F(Frame, Timings_ArriveForEveryFrameInOrder) {
-    constexpr uint64_t kFrames = 7;
-    std::vector<FrameTiming> timings;
-    for (uint64_t frame = 0; frame < kFrames; ++frame) {
-        m_renderer.BeginFrame();
-        m_renderer.Present(Scale(m_renderer, "b", Fill(m_renderer, "a", {512, 512}, 1.0f), 2.0f));
-        m_renderer.Execute();
-        for (FrameTiming& timing : m_renderer.TakeTimings()) timings.push_back(std::move(timing));
-    }
-    Device().WaitIdle();
-    for (FrameTiming& timing : m_renderer.TakeTimings()) timings.push_back(std::move(timing));
-    ASSERT_EQ(timings.size(), kFrames);
-    for (uint64_t frame = 0; frame < kFrames; ++frame) {
-        EXPECT_EQ(timings[frame].frame, frame + 1);
-        ASSERT_EQ(timings[frame].passes.size(), 2u);
-        EXPECT_EQ(timings[frame].passes[0].name, "Fill a");
-        EXPECT_EQ(timings[frame].passes[1].name, "Scale b");
-        for (const PassTiming& pass : timings[frame].passes) {
-            EXPECT_GT(pass.gpuMs, 0.0);
-            EXPECT_GT(pass.cpuMs, 0.0);
-        }
-        EXPECT_GT(timings[frame].declareMs, 0.0);
-        EXPECT_GT(timings[frame].compileMs, 0.0);
-        EXPECT_GT(timings[frame].recordMs, 0.0);
-    }
-    EXPECT_EQ(m_renderer.Timing().frame, kFrames);
-}
-
 }  // namespace
 }  // namespace raygraph

@@ -120,6 +120,29 @@ TEST_F(Reload, LogCountsWhatHasChangedAndSaysNothingOfNothing) {
     m_renderer.reset();
 }
 
+TEST_F(Reload, PipelineThatIsBeingMade_IsThatOfTheNewText) {
+    const auto begin = [&] {
+        m_renderer->BeginFrame();
+        TextureId target =
+            m_renderer->CreateTexture("target", {.extent = {8, 8}, .format = Format::R32Float});
+        m_renderer->AddPass(
+            "Fill", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("fill.comp");
+                target = pass.Writes("target", target);
+            },
+            [](CommandList& commands) { commands.DispatchOver({8, 8}); });
+        m_renderer->Present(target);
+        (void)m_renderer->PreparePipelines();
+        m_renderer->DropFrame();
+    };
+    begin();
+    Write("fill.comp", Text("5.0"));
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 5.0f);
+    EXPECT_EQ(m_renderer->PipelineCount(), 1u);
+}
+
 TEST_F(Reload, WhileAFrameIsOpen_IsRefused) {
     EXPECT_EQ(Value(), 1.0f);
     m_renderer->BeginFrame();

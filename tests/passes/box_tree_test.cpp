@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -26,11 +28,11 @@ struct World {
         Build();
     }
     void Build() {
-        order = SpatialOrder(places);
+        order = FineSpatialOrder(places);
         std::vector<scene::Bounds> boxes;
         for (const uint32_t i : order) boxes.push_back(BoxAt(places[i]));
-        tree.Assign(std::move(boxes));
-        quality.NoteBuild(tree.Cost());
+        tree.Assign(boxes);
+        quality.NoteBuild(tree.Cost(), places.size());
     }
     template <typename Move>
     void MoveAll(Move&& move) {
@@ -132,6 +134,73 @@ TEST(BoxTree, ChangesGiveTheTreeThatIsMadeOfTheChangedLeaves) {
     }
 }
 
+TEST(BoxTree, LeavesAreAddedBehindTheOthers) {
+    std::mt19937 engine(6);
+    std::uniform_real_distribution<float> random(-10.0f, 10.0f);
+    BoxTree tree;
+    std::vector<scene::Bounds> boxes;
+    for (const size_t count : {1u, 2u, 8u, 9u, 20u, 64u, 65u, 512u, 700u, 5000u}) {
+        tree.Grow(count);
+        EXPECT_EQ(tree.LeafCount(), count);
+        for (const size_t first = boxes.size(); boxes.size() < count;) {
+            boxes.push_back(boxes.size() % 5 == 4 && first > 0
+                                ? scene::Bounds()
+                                : BoxAt(vec3(random(engine), random(engine), random(engine))));
+            tree.Set(boxes.size() - 1, boxes.back());
+        }
+        tree.Refresh();
+        BoxTree expected;
+        expected.Assign(boxes);
+        ExpectSameTree(tree, expected);
+        EXPECT_EQ(tree.BoxCount(),
+                  std::ranges::count_if(boxes, [](const scene::Bounds& b) { return !b.IsEmpty(); }));
+    }
+}
+
+// A sum that changes were added to would have lost the small boxes' areas in that of the large one.
+TEST(BoxTree, CostForgetsWhatHasBeenThere) {
+    World world(10);
+    const double before = world.tree.Cost();
+    const vec3 place = world.places[7];
+    world.places[7] = vec3(1e15f);
+    world.Follow();
+    EXPECT_GT(world.tree.Cost(), 1e20 * before);
+    world.places[7] = place;
+    world.Follow();
+    EXPECT_EQ(world.tree.Cost(), before);
+}
+
+TEST(SpatialOrder, OneThatIsFarAwayLeavesTheOrderOfTheOthers) {
+    std::vector<vec3> places;
+    for (uint32_t i = 0; i < 1000; ++i)
+        places.emplace_back(float(i * 37 % 10), float(i * 37 / 10 % 10), float(i * 37 / 100 % 10));
+    places.emplace_back(1e5f, -1e5f, 3e5f);
+    const std::vector<uint32_t> order = FineSpatialOrder(places);
+    std::vector<uint32_t> sorted = order;
+    std::ranges::sort(sorted);
+    for (uint32_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i);
+    double way = 0.0;
+    for (size_t i = 1; i < order.size(); ++i)
+        if (order[i] != 1000 && order[i - 1] != 1000)
+            way += glm::distance(places[order[i]], places[order[i - 1]]);
+    EXPECT_LT(way / 1000.0, 2.0) << "from each to the next";
+    places.back() = vec3(std::numeric_limits<float>::quiet_NaN());
+    EXPECT_EQ(FineSpatialOrder(places).size(), places.size());
+}
+
+TEST(TlasQuality, ABuildWithOneFarAwayIsForgottenWhenItComesBack) {
+    World world(12);
+    const vec3 place = world.places[5];
+    world.places[5] = vec3(3e4f, 2e4f, 1e4f);
+    world.Build();
+    EXPECT_FALSE(world.IsRebuildDue());
+    world.places[5] = place;
+    world.Follow();
+    EXPECT_EQ(world.FramesToRebuild(100), 100u);
+    world.Scatter(1000, 4);
+    EXPECT_TRUE(world.IsRebuildDue());
+}
+
 TEST(TlasQuality, WhatMovesAsAWholeOrStaysNeverDecays) {
     World world(12);
     EXPECT_EQ(world.FramesToRebuild(1000), 1000u);
@@ -179,10 +248,10 @@ TEST(TlasQuality, FewThatAreScatteredHaveALargeSceneRebuiltAfterManyFrames) {
 
 TEST(TlasQuality, WhatWasHiddenWhenTheTreeWasBuiltIsBuiltOnce) {
     TlasQuality quality;
-    quality.NoteBuild(0.0);
+    quality.NoteBuild(0.0, 0);
     EXPECT_FALSE(quality.NoteFrame(0.0, 10));
     EXPECT_TRUE(quality.NoteFrame(5.0, 10));
-    quality.NoteBuild(5.0);
+    quality.NoteBuild(5.0, 10);
     EXPECT_FALSE(quality.NoteFrame(5.0, 10));
 }
 

@@ -62,6 +62,7 @@ TEST_F(DeformTest, WhatNobodySeesIsDeformedOnceItIsShown) {
         EXPECT_EQ(render.scene.Statistics().deformations, before.deformations);
         EXPECT_EQ(render.scene.Statistics().blasRefits, before.blasRefits);
         EXPECT_EQ(render.scene.Statistics().lightRebuilds, before.lightRebuilds);
+        EXPECT_EQ(render.scene.Statistics().lightUpdates, before.lightUpdates);
         EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::None);
     }
     render.scene.SetPose(posed.scene, posed.applier);
@@ -71,7 +72,7 @@ TEST_F(DeformTest, WhatNobodySeesIsDeformedOnceItIsShown) {
     const GpuSceneStatistics after = render.scene.Statistics();
     EXPECT_EQ(after.deformations, before.deformations + 1);
     EXPECT_EQ(after.blasRefits + after.blasRebuilds, before.blasRefits + before.blasRebuilds + 2);
-    EXPECT_EQ(after.lightRebuilds, before.lightRebuilds + 1);
+    EXPECT_EQ(after.lightRebuilds + after.lightUpdates, before.lightRebuilds + before.lightUpdates + 1);
     SceneRender still(Device());
     still.scene.SetScene(posed.Frozen());
     ExpectSameHits(hits, still.PrimaryHits(BothFigures()), 2);

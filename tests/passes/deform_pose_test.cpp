@@ -169,6 +169,24 @@ TEST_F(DeformTest, PosesBeyondTheNumbersAreTakenAndHidden) {
     ExpectNear(OnDevice({{posed.Streams(0)}, {posed.Streams(1)}})[0][0], posed.Streams(0));
 }
 
+// The applier hides what they move; a host may show it all the same.
+TEST_F(DeformTest, JointsBeyondTheNumbersDoNotKeepAnEarlierPose) {
+    std::vector<std::vector<glm::vec3>> positions;
+    for (const double before : {0.2, 0.9}) {
+        scene::SceneData scene = SheetScene({.influences = 2});
+        AnimateBeyondNumbers(scene, 0);
+        PosedScene posed(scene);
+        render.scene.SetScene(std::move(scene));
+        render.scene.SetPose(posed.scene, posed.applier, posed.MoveTo(before));
+        render.PrimaryHits(Front());
+        render.scene.SetPose(posed.scene, posed.applier, posed.MoveTo(1.0, 1));
+        EXPECT_FALSE(render.scene.IsVisible(0));
+        render.scene.SetVisible(0, true);
+        positions.push_back(OnDevice(posed.Streams()).positions);
+    }
+    EXPECT_EQ(positions[0], positions[1]);
+}
+
 // A joint that moves no vertex may go where it likes.
 TEST_F(DeformTest, AJointThatMovesNothingDoesNotStopTheOthers) {
     scene::SceneData scene = SheetScene({.influences = 2});

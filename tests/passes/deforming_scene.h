@@ -9,6 +9,7 @@
 
 #include "renderer/scene/deform.h"
 #include "renderer/scene/pose_applier.h"
+#include "renderer/scene/round_primitives.h"
 #include "tests/support/scene_render.h"
 
 namespace raygraph::testing {
@@ -41,9 +42,8 @@ inline scene::Mesh Sheet(const SheetOptions& options, uint32_t material = 0) {
             for (const auto& [i, j] : {std::pair{0u, 0u}, {1u, 0u}, {1u, 1u}, {0u, 0u}, {1u, 1u}, {0u, 1u}})
                 sheet.indices.push_back(add(x + i, y + j));
     sheet.hasFlatNormals = options.isFlat;
-    if (options.isFlat) sheet.tangents.clear();
     const size_t count = sheet.positions.size();
-    for (const glm::vec3& position : sheet.positions) sheet.bounds.Extend(position);
+    sheet.bounds = scene::BoundsOf(sheet.positions);
     sheet.influences.perVertex = options.influences;
     for (size_t i = 0; i < count && options.influences > 0; ++i) {
         std::vector<std::pair<float, uint16_t>> near;
@@ -151,8 +151,7 @@ class PosedScene {
                 primitive.tangents = std::move(streams.tangents);
                 primitive.influences = {};
                 primitive.targets.clear();
-                primitive.bounds = {};
-                for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+                primitive.bounds = scene::BoundsOf(primitive.positions);
             }
             mesh.weights.clear();
             instance.isDeformed = false;

@@ -136,7 +136,8 @@ TEST_F(ImportedVariants, PictureIsOfTheMaterialsOfTheVariant) {
 TEST_F(ImportedVariants, ShownIsWhatItWouldHaveBeenSetTo) {
     struct Picture {
         FloatImage traced, raster;
-        uint32_t lights = 0, emissive = 0, lobes = 0;
+        uint32_t lights = 0, lobes = 0;
+        uint64_t emissive = 0;
         bool hasAlpha = false, hasThinWalls = false;
     };
     const auto take = [&] {

@@ -149,24 +149,34 @@ void MeasureHost(rhi::Device& device, uint32_t count, uint32_t rounds) {
     std::printf("%u instances: milliseconds a frame\n", count);
     std::printf("%-22s %8s %8s %9s %9s %9s %9s  %s\n", "changed", "edits", "host", "processor", "records",
                 "TLAS rec.", "refresh", "updates, rebuilds");
-    // Every step-th instance
-    const auto each = [&](uint32_t round, uint32_t step, const auto& change) {
-        return [=, &scene] {
-            for (uint32_t i = round % step; i < count / step * step; i += step) change(scene, i, round);
+    // Every step-th instance; shuffled: in an order in which neighbors are far apart in memory
+    const auto each = [count](uint32_t round, uint32_t step, bool isShuffled = false) {
+        const uint64_t changed = count / step;
+        std::vector<uint32_t> instances;
+        for (uint64_t i = 0; i < changed; ++i)
+            instances.push_back(static_cast<uint32_t>(isShuffled ? i * 7919 % changed : i) * step +
+                                round % step);
+        return instances;
+    };
+    const auto moved = [side](std::span<const uint32_t> instances, uint32_t round) {
+        std::vector<scene::PlacedTransform> transforms;
+        for (const uint32_t i : instances)
+            transforms.push_back({At(GridPlace(i, side) + glm::vec3(0.01f * float(round % 16), 0.0f, 0.0f))});
+        return transforms;
+    };
+    const auto move = [&, moved](uint32_t round, std::vector<uint32_t> instances) {
+        return [&scene, transforms = moved(instances, round), instances] {
+            scene.SetTransforms(instances, transforms);
         };
     };
-    // The same in an order in which neighbors are far apart in memory
-    const auto eachShuffled = [&](uint32_t round, uint32_t step, const auto& change) {
-        return [=, &scene] {
-            const uint64_t changed = count / step;
-            for (uint64_t i = 0; i < changed; ++i)
-                change(scene, static_cast<uint32_t>(i * 7919 % changed) * step + round % step, round);
+    const auto moveOneByOne = [&, moved](uint32_t round, std::vector<uint32_t> instances) {
+        return [&scene, transforms = moved(instances, round), instances] {
+            for (size_t i = 0; i < instances.size(); ++i) scene.SetTransform(instances[i], transforms[i]);
         };
     };
-    const auto jitter = [side](GpuScene& s, uint32_t i, uint32_t round) {
-        s.SetTransform(i, At(GridPlace(i, side) + glm::vec3(0.01f * float(round % 16), 0.0f, 0.0f)));
+    const auto toggle = [&scene](std::vector<uint32_t> instances) {
+        return [&scene, instances] { scene.SetVisible(instances, !scene.IsVisible(instances[0])); };
     };
-    const auto toggle = [](GpuScene& s, uint32_t i, uint32_t) { s.SetVisible(i, !s.IsVisible(i)); };
     uint32_t frame = 0;  // so that no row repeats what one before it has set
     const auto row = [&](const char* name, const std::function<std::function<void()>(uint32_t)>& edit) {
         const GpuSceneStatistics before = scene.Statistics();
@@ -189,11 +199,20 @@ void MeasureHost(rhi::Device& device, uint32_t count, uint32_t rounds) {
         std::fflush(stdout);
     };
     row("nothing", [](uint32_t) { return [] {}; });
-    row("one moved", [&](uint32_t round) { return each(round, count, jitter); });
-    row("one hidden or shown", [&](uint32_t round) { return each(round / 2, count, toggle); });
-    row("1 % moved", [&](uint32_t round) { return each(round, 100, jitter); });
-    row("1 % moved, shuffled", [&](uint32_t round) { return eachShuffled(round, 100, jitter); });
-    row("1 % hidden or shown", [&](uint32_t round) { return each(round / 2, 100, toggle); });
+    row("one moved", [&](uint32_t round) { return move(round, each(round, count)); });
+    row("one hidden or shown", [&](uint32_t round) { return toggle(each(round / 2, count)); });
+    row("1 % moved", [&](uint32_t round) { return move(round, each(round, 100)); });
+    row("1 % moved, shuffled", [&](uint32_t round) { return move(round, each(round, 100, true)); });
+    row("1 % moved, one by one", [&](uint32_t round) { return moveOneByOne(round, each(round, 100)); });
+    row("1 % hidden or shown", [&](uint32_t round) { return toggle(each(round / 2, 100)); });
+    // Every 1000th goes, and as many come elsewhere: they have the same indices
+    row("0.1 % removed, added", [&](uint32_t round) {
+        const std::vector<uint32_t> instances = each(round, 1000);
+        return [&scene, instances, transforms = moved(instances, round)] {
+            for (const uint32_t i : instances) scene.RemoveInstance(i);
+            for (const scene::PlacedTransform& transform : transforms) scene.AddInstance(0, transform);
+        };
+    });
 }
 
 // Each instance travels from its place in the grid to another one's: all of them a bit in every frame, or in

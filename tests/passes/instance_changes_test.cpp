@@ -3,103 +3,12 @@
 #include <numeric>
 #include <random>
 
-#include "renderer/graph/readback_values.h"
-#include "tests/support/scene_render.h"
-#include "tests/support/vulkan_test.h"
+#include "tests/passes/instance_grid.h"
+#include "tests/support/error_of.h"
+#include "tests/support/failing_memory.h"
 
 namespace raygraph::testing {
 namespace {
-
-constexpr uint32_t kSide = 20;
-constexpr uint32_t kCount = kSide * kSide;
-constexpr uint32_t kMiss = 0xFFFFFFFFu;
-
-glm::vec3 Place(uint32_t cell) {
-    return {float(cell % kSide) + 0.5f, float(cell / kSide) + 0.5f, 0.0f};
-}
-
-// A box, and beside it a leaf: of another group.
-scene::Mesh BoxWithLeaf() {
-    scene::Mesh mesh = BoxMesh(0.3f);
-    scene::Primitive leaf = QuadMesh(0.05f, 1).primitives[0];
-    leaf.bounds = {};
-    for (glm::vec3& position : leaf.positions) {
-        position += glm::vec3(0.4f, 0.4f, 0.0f);
-        leaf.bounds.Extend(position);
-    }
-    leaf.colors.assign(4, glm::vec4(1.0f));
-    leaf.colors[0].a = 0.0f;
-    mesh.primitives.insert(mesh.primitives.begin(), leaf);
-    return mesh;
-}
-
-// Boxes on a square grid, seen from above: a pixel a cell. Every other one has a leaf.
-class InstanceChanges : public VulkanTest {
-  protected:
-    explicit InstanceChanges(TlasRule rule = TlasRule::Decay)
-        : render(Device(), {.tlasRule = rule}), cellOf(kCount), isHidden(kCount) {
-        std::iota(cellOf.begin(), cellOf.end(), 0u);
-        scene::SceneData scene =
-            SceneOf({BoxMesh(0.3f), BoxWithLeaf()}, {Lambert(glm::vec3(0.5f)), Lambert(glm::vec3(0.5f))});
-        scene.materials[1].alphaMode = scene::AlphaMode::Mask;
-        scene.instances.clear();
-        for (uint32_t i = 0; i < kCount; ++i)
-            scene.instances.push_back({.mesh = i % 2, .objectToWorld = Translation(Place(i))});
-        render.scene.SetScene(std::move(scene));
-        for (int frame = 0; frame < 8; ++frame) Seen();
-        EXPECT_TRUE(render.scene.IsSettled());
-    }
-    static passes::TraceSettings View() {
-        scene::CameraView view = scene::CameraView::LookAt({0.5f * kSide, 0.5f * kSide, 5},
-                                                           {0.5f * kSide, 0.5f * kSide, 0}, {0, 1, 0});
-        view.projection = scene::Projection::Orthographic;
-        view.height = float(kSide);
-        passes::TraceSettings settings;
-        settings.extent = {kSide, kSide};
-        settings.camera = ToRecord(view);
-        return settings;
-    }
-    // By cell.
-    std::vector<uint32_t> Seen() {
-        const SceneRender::Hits hits = render.PrimaryHits(View());
-        std::vector<uint32_t> seen(kCount);
-        for (uint32_t i = 0; i < kCount; ++i)
-            seen[i] = hits.ids[(kSide - 1 - i / kSide) * kSide + i % kSide].x;
-        return seen;
-    }
-    std::vector<uint32_t> Expected() const {
-        std::vector<uint32_t> expected(kCount, kMiss);
-        for (uint32_t i = 0; i < kCount; ++i)
-            if (!isHidden[i]) expected[cellOf[i]] = i;
-        return expected;
-    }
-    // Exchanges the places of two instances, so many times.
-    void Scatter(uint32_t pairs) {
-        for (uint32_t i = 0; i < pairs; ++i) {
-            const auto a = static_cast<uint32_t>(engine() % kCount),
-                       b = static_cast<uint32_t>(engine() % kCount);
-            std::swap(cellOf[a], cellOf[b]);
-            for (const uint32_t moved : {a, b})
-                render.scene.SetTransform(moved, Translation(Place(cellOf[moved])));
-        }
-    }
-    void Toggle(uint32_t instance) {
-        isHidden[instance] = !isHidden[instance];
-        render.scene.SetVisible(instance, !isHidden[instance]);
-    }
-    std::vector<gpu::InstanceRecord> Records() {
-        render.renderer.BeginFrame();
-        const Readback records = render.renderer.ReadBack(render.scene.Declare(render.renderer).instances);
-        render.renderer.Execute();
-        return WaitForValues<gpu::InstanceRecord>(records);
-    }
-    TlasWork LastWork() { return render.scene.Statistics().lastTlasWork; }
-
-    SceneRender render;
-    std::vector<uint32_t> cellOf;
-    std::vector<bool> isHidden;
-    std::mt19937 engine{7};
-};
 
 class UpdatesOnly : public InstanceChanges {
   protected:
@@ -130,6 +39,62 @@ TEST_F(UpdatesOnly, FewManyAndAllChangesAreSeen) {
             ASSERT_EQ(records[i].draw == gpu::kNotDrawn, isHidden[instance]) << i;
         }
     }
+}
+
+TEST_F(UpdatesOnly, ManyAtOnceAreWhatTheyAreOneByOne) {
+    std::vector<uint32_t> moved, hidden;
+    std::vector<scene::PlacedTransform> transforms;
+    for (uint32_t i = 0; i < kCount; i += 3) {
+        const uint32_t other = i * 7 % kCount;
+        std::swap(cellOf[i], cellOf[other]);
+        for (const uint32_t k : {i, other}) {  // some are listed twice: the last one counts
+            moved.push_back(k);
+            transforms.push_back({Translation(Place(cellOf[k]))});
+        }
+    }
+    for (uint32_t i = 0; i < kCount; i += 5) hidden.insert(hidden.end(), {i, i});
+    const SceneRevisions before = render.scene.Revisions();
+    render.scene.SetTransforms(moved, transforms);
+    render.scene.SetVisible(hidden, false);
+    for (const uint32_t i : hidden) isHidden[i] = true;
+    EXPECT_EQ(Seen(), Expected());
+    EXPECT_EQ(LastWork(), TlasWork::Update);
+    EXPECT_NE(render.scene.Revisions(), before);
+    const SceneRevisions after = render.scene.Revisions();
+    render.scene.SetTransforms({}, {});
+    render.scene.SetVisible(hidden, false);
+    render.scene.SetTransforms(std::span(moved).last(2), std::span(transforms).last(2));
+    EXPECT_EQ(render.scene.Revisions(), after) << "nothing has changed";
+    EXPECT_EQ(Seen(), Expected());
+    EXPECT_EQ(LastWork(), TlasWork::None);
+}
+
+TEST_F(UpdatesOnly, AnErrorInAListLeavesAllOfIt) {
+    const scene::PlacedTransform moved{Translation({3, 3, 3})};
+    const scene::PlacedTransform flat{glm::mat4x3(0.0f)};
+    const std::vector<uint32_t> two{4, 5}, beyond{4, kCount};
+    EXPECT_EQ(ErrorTextOf([&] { render.scene.SetTransforms(two, std::vector{moved}); }),
+              "GpuScene: SetTransforms: 1 transforms for 2 instances");
+    EXPECT_EQ(ErrorTextOf([&] {
+                  render.scene.SetTransforms(beyond, std::vector{moved, moved});
+              }),
+              "GpuScene: instance 400 does not exist; the scene has 400");
+    EXPECT_EQ(ErrorTextOf([&] {
+                  render.scene.SetTransforms(two, std::vector{moved, flat});
+              }),
+              "GpuScene: SetTransform: instance 5: its transform is scaled to nothing or flat, it has no "
+              "inverse");
+    EXPECT_EQ(ErrorTextOf([&] { render.scene.SetVisible(beyond, false); }),
+              "GpuScene: instance 400 does not exist; the scene has 400");
+    std::vector<uint32_t> all(kCount);
+    std::iota(all.begin(), all.end(), 0u);
+    const std::vector<scene::PlacedTransform> transforms(kCount, moved);
+    for (const size_t successes : {0u, 1u, 1u}) {
+        const FailingMemory failing(1000, successes);
+        EXPECT_THROW(render.scene.SetTransforms(all, transforms), Error);
+    }
+    EXPECT_EQ(Seen(), Expected());
+    EXPECT_EQ(LastWork(), TlasWork::None);
 }
 
 TEST_F(InstanceChanges, TlasIsRebuiltWhereItHasDecayed) {

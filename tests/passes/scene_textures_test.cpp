@@ -421,19 +421,15 @@ TEST_F(SceneTextures, MakingLevelsTakesTheMemoryOfTwoImages) {
         scene.materials[i].metallicRoughnessTexture.texture = static_cast<int>(i) + 1;
     }
     rhi::Uploader uploader(Device(), {.stagingBytes = 128u << 10, .chunkCount = 2});
-    const rhi::Texture white = Device().CreateTexture({.name = "white", .extent = {1, 1}});
-    const rhi::Sampler sampler = Device().CreateSampler({.name = "sampler"});
     Device().WaitIdle();
     // With the levels on the device (4/3 an image) the means of the normal map and of a roughness, as floats
     // (4/3 each), and levels on the way (1/3, of two frames)
     constexpr uint64_t kNeeded = (kRoughnessCount + 1) * kImage * 4 / 3 + 2 * kImage * 4 / 3 + kImage * 2 / 3;
     constexpr uint64_t kSpare = kImage / 2;
     Device().LimitMemory(Device().Memory().usedBytes + kNeeded + 2 * kImage + kSpare);
-    SceneResources resources;
-    const TextureUploadSettings settings{
-        .hasLevels = true, .defaultTexture = &white, .defaultSampler = &sampler};
-    EXPECT_NO_THROW(
-        uploader.FlushAfter([&] { UploadTextures(Device(), uploader, scene, settings, resources); }));
+    UploadedTextures textures;
+    EXPECT_NO_THROW(uploader.FlushAfter(
+        [&] { textures = UploadTextures(Device(), uploader, scene, {.hasLevels = true}); }));
     Device().LimitMemory(0);
     Device().WaitIdle();
 }

@@ -51,6 +51,42 @@ class TraceGroups : public VulkanTest {
 
 }  // namespace
 
+// Each triangle of a mesh that is one light is in a group of its own material's or its instance's.
+TEST_F(TraceGroups, Trace_TrianglesOfAMeshThatIsPlacedOftenAreInTheirGroups) {
+    scene::Mesh lamp = SphereMesh(0.2f, 16, 1);
+    scene::Primitive green = lamp.primitives[0];
+    scene::Primitive& red = lamp.primitives[0];
+    const size_t half = red.indices.size() / 6 * 3;
+    green.indices.erase(green.indices.begin(), green.indices.begin() + static_cast<std::ptrdiff_t>(half));
+    green.material = 2;
+    red.indices.resize(half);
+    lamp.primitives.push_back(std::move(green));
+    const glm::mat4x3 flat({1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0});
+    scene::SceneData data =
+        SceneOf({QuadMesh(3.0f, 0), std::move(lamp)},
+                {Lambert(glm::vec3(0.6f)), Lambert({}, {4, 0, 0}), Lambert({}, {0, 4, 0})},
+                {flat, Translation({0, 1, 0})});
+    for (int i = 1; i < 8; ++i)
+        data.instances.push_back({.mesh = 1, .objectToWorld = Translation({0.5f * float(i - 4), 1, -1})});
+    render.scene.SetScene(std::move(data));
+    std::vector<uint32_t> ofInstances(9, kRest);
+    ofInstances[1] = kFirst + 1;
+    render.scene.SetLightGroups(
+        {.namedCount = 3, .instances = ofInstances, .materials = {kRest, kFirst, kFirst + 2}});
+    for (const bool isSampled : {true, false}) {
+        passes::TraceSettings settings = LookAt({0, 1.2f, 4}, {0, 0.5f, 0}, 0.9f, 48);
+        settings.lights.isOn = isSampled;
+        const std::vector<FloatImage> pictures = Trace(settings);
+        ASSERT_EQ(render.scene.Statistics().lightCount, 8u) << "a mesh is a light";
+        const glm::dvec3 reds = pictures[kFirst].Mean(), lone = pictures[kFirst + 1].Mean(),
+                         greens = pictures[kFirst + 2].Mean();
+        EXPECT_TRUE(reds.x > 0.0 && reds.y == 0.0);
+        EXPECT_TRUE(lone.x == 0.0 && lone.y > 0.0);
+        EXPECT_TRUE(greens.x == 0.0 && greens.y > lone.y);
+        EXPECT_EQ(pictures[kRest].Mean(), glm::dvec3(0.0));
+    }
+}
+
 TEST_F(TraceGroups, Trace_EveryLightIsInItsGroupAloneAndTheyAreTheRadiance) {
     const passes::TraceSettings settings = SetScene();
     render.scene.SetEnvironment({.radiance = {0.1f, 0.1f, 0.1f}});

@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "renderer/scene/deform.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/round_primitives.h"
 #include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 
@@ -27,7 +29,7 @@ SceneData Whole() {
     triangle.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     triangle.uv0 = {{0, 0}, {1, 0}, {0, 1}};
     triangle.indices = {0, 1, 2};
-    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    triangle.bounds = BoundsOf(triangle.positions);
     scene.meshes.push_back({.name = "triangle", .primitives = {triangle}});
     scene.images.push_back({.name = "texel", .width = 1, .height = 1, .rgba = {1, 2, 3, 4}});
     scene.textures.emplace_back();
@@ -310,6 +312,25 @@ TEST(Check, WhatIsNotFiniteHasNoInverse) {
             transform[column].y = value;
             EXPECT_FALSE(CanInvert(transform)) << value << " in column " << column;
         }
+}
+
+TEST(Check, TransformsHaveAnInverseIfItsNumbersAreFloats) {
+    std::mt19937 engine(3);
+    std::uniform_real_distribution<float> random(-1.0f, 1.0f);
+    const auto vector = [&] { return glm::vec3(random(engine), random(engine), random(engine)); };
+    int invertible = 0;
+    constexpr int kCount = 20000;
+    for (int i = 0; i < kCount; ++i) {
+        glm::mat3 linear(vector(), vector(), vector());
+        for (int axis = 0; axis < 3; ++axis) linear[axis] *= std::exp2(60.0f * random(engine));
+        if (i % 7 == 0) linear[2] = linear[0] + linear[1];
+        const bool expected =
+            std::isnormal(glm::determinant(linear)) && IsFinite(glm::mat4x3(glm::inverse(linear)));
+        EXPECT_EQ(CanInvert(glm::mat4x3(linear)), expected) << i;
+        invertible += expected ? 1 : 0;
+    }
+    EXPECT_GT(invertible, kCount / 4);
+    EXPECT_LT(invertible, kCount);
 }
 
 }  // namespace

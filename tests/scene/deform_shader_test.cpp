@@ -78,6 +78,23 @@ TEST(Deform, TargetsAndJointsMoveVerticesAsOnTheCpu) {
     EXPECT_EQ(scene::MorphVertex(primitive, 5, weights).normal, primitive.normals[5]);
 }
 
+TEST(Deform, TangentsAreLaidIntoTheSurfaceAsOnTheCpu) {
+    Random random;
+    for (int i = 0; i < 300; ++i) {
+        const glm::vec3 normal = glm::normalize(random.Vector());
+        // Every tenth is along the normal, but for rounding
+        const glm::vec3 direction = i % 10 ? glm::normalize(random.Vector()) : -normal;
+        const glm::vec4 tangent(direction, i % 2 ? 1.0f : -1.0f);
+        const glm::vec4 actual = shading::TangentInPlane(tangent, normal);
+        EXPECT_LE(glm::length(actual - scene::TangentInPlane(tangent, normal)), 1e-5f) << i;
+        if (i % 10 == 0) {
+            EXPECT_EQ(actual, tangent) << i;
+        } else {
+            EXPECT_NEAR(glm::dot(glm::vec3(actual), normal), 0.0f, 1e-4f) << i;
+        }
+    }
+}
+
 TEST(Deform, FlatNormalFacesTheFrontAndIsUpWithoutArea) {
     EXPECT_EQ(shading::FlatNormal({0, 0, 0}, {0, 2, 0}, {0, 0, 3}), glm::vec3(1, 0, 0));
     EXPECT_EQ(shading::FlatNormal({1, 1, 1}, {2, 2, 2}, {3, 3, 3}), glm::vec3(0, 0, 1));

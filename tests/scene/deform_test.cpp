@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "renderer/scene/check.h"
+#include "renderer/scene/round_primitives.h"
 
 namespace raygraph::scene {
 namespace {
@@ -112,11 +114,66 @@ TEST(SkinVertex, MovesWhatIsMorphedAlready) {
     ExpectNear(streams.positions[0], {30, 20, 30});
 }
 
+// tangent - dot(tangent, normal) * normal of the morphed ones, at three weights.
+TEST(DeformPrimitive, TangentsOfMorphedVerticesArePerpendicularToTheirNormals) {
+    Primitive primitive = OneVertex();
+    primitive.targets.resize(1);
+    primitive.targets[0] = {{}, {{1, 2, 0}}, {{0, 1, 3}}, {}};
+    DeformedStreams streams;
+    for (const float weight : {0.0f, 0.3f, 1.0f}) {
+        SCOPED_TRACE(weight);
+        DeformPrimitive(primitive, std::array{weight}, {}, streams);
+        const glm::dvec3 normal = glm::normalize(glm::dvec3(weight, 2.0 * weight, 1.0));
+        const glm::dvec3 tangent = glm::normalize(glm::dvec3(1.0, weight, 3.0 * weight));
+        const vec3 expected(glm::normalize(tangent - glm::dot(tangent, normal) * normal));
+        ExpectNear(streams.normals[0], vec3(normal));
+        ExpectNear(vec3(streams.tangents[0]), expected);
+        EXPECT_EQ(streams.tangents[0].w, -1.0f);
+        // A matrix that stretches and shears: both have other directions, and the angle stays right
+        Primitive skinned = primitive;
+        Follow(skinned, {0}, {1});
+        const std::vector<mat4x3> matrices{mat4x3(vec3(3, 1, 0), vec3(0, 0.5f, 0), vec3(1, 0, 2), vec3(0))};
+        DeformPrimitive(skinned, std::array{weight}, matrices, streams);
+        EXPECT_NEAR(glm::dot(streams.normals[0], vec3(streams.tangents[0])), 0.0f, 1e-6f);
+        EXPECT_NEAR(glm::length(vec3(streams.tangents[0])), 1.0f, 1e-6f);
+    }
+}
+
+TEST(DeformPrimitive, ATangentAlongTheNormalStaysAsItIs) {
+    Primitive primitive = OneVertex();
+    primitive.targets.resize(1);
+    primitive.targets[0] = {{}, {}, {{-1, 0, 1}}, {}};
+    DeformedStreams streams;
+    DeformPrimitive(primitive, std::array{1.0f}, {}, streams);
+    EXPECT_EQ(streams.tangents[0], vec4(0, 0, 1, -1));
+}
+
+// Nothing has changed the angle that the file gave it.
+TEST(DeformPrimitive, TangentsThatOnlyJointsMoveGoByTheMatrix) {
+    Primitive primitive = OneVertex();
+    primitive.tangents[0] = vec4(0.6f, 0, 0.8f, 1);
+    Follow(primitive, {0}, {1});
+    DeformedStreams streams;
+    DeformPrimitive(primitive, {}, std::array{mat4x3(1.0f)}, streams);
+    ExpectNear(vec3(streams.tangents[0]), {0.6f, 0, 0.8f});
+}
+
+TEST(SkinVertex, AJointThatMovesNothingNeedNotBeFinite) {
+    Primitive primitive = OneVertex();
+    Follow(primitive, {0, 1}, {1, 0});
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    DeformedStreams streams;
+    DeformPrimitive(primitive, {},
+                    std::array{mat4x3(1.0f), mat4x3(vec3(nan), vec3(nan), vec3(nan), vec3(nan))}, streams);
+    EXPECT_EQ(streams.positions[0], primitive.positions[0]);
+}
+
 TEST(DeformPrimitive, FlatNormalsAreThoseOfTheDeformedTriangle) {
     Primitive primitive;
     primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     primitive.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     primitive.indices = {0, 1, 2};
+    primitive.tangents.assign(3, {0, 1 / std::sqrt(2.0f), 1 / std::sqrt(2.0f), 1});
     primitive.hasFlatNormals = true;
     primitive.targets.resize(1);
     primitive.targets[0].positions = {{0, 0, 0}, {0, 0, 0}, {0, -1, 1}};
@@ -124,6 +181,7 @@ TEST(DeformPrimitive, FlatNormalsAreThoseOfTheDeformedTriangle) {
     DeformedStreams streams;
     DeformPrimitive(primitive, weights, {}, streams);
     for (const vec3& normal : streams.normals) ExpectNear(normal, {0, -1, 0});
+    for (const vec4& tangent : streams.tangents) ExpectNear(vec3(tangent), {0, 0, 1});
     primitive.hasFlatNormals = false;
     DeformPrimitive(primitive, weights, {}, streams);
     ExpectNear(streams.normals[0], {0, 0, 1});
@@ -226,8 +284,7 @@ TEST(DeformedBounds, AreAroundWhatIsDeformed) {
             DeformedStreams streams;
             DeformPrimitive(primitive, amounts, used, streams);
             const Bounds bounds = DeformedBounds(primitive, amounts, used);
-            Bounds exact;
-            for (const vec3& position : streams.positions) exact.Extend(position);
+            const Bounds exact = BoundsOf(streams.positions);
             for (int i = 0; i < 3; ++i) {
                 EXPECT_LE(bounds.min[i], exact.min[i] + 1e-4f);
                 EXPECT_GE(bounds.max[i], exact.max[i] - 1e-4f);

@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <random>
 
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
@@ -49,6 +51,26 @@ class Applied : public ::testing::Test {
         EXPECT_EQ(fresh.bounds.max, m_scene.bounds.max);
     }
 };
+
+// So many nodes along +x, each with a triangle.
+SceneData ManyInstances(uint32_t count) {
+    SceneData scene = Chain();
+    scene.nodes.assign(count, {});
+    scene.nodeOrder.clear();
+    scene.instances.clear();
+    scene.cameras.clear();
+    scene.lights.clear();
+    for (uint32_t i = 0; i < count; ++i) {
+        scene.nodes[i].mesh = 0;
+        scene.nodes[i].translation.x = float(i);
+        scene.nodeOrder.push_back(i);
+        scene.instances.push_back({.mesh = 0, .node = i});
+    }
+    scene.meshes[0].primitives[0].targets.clear();
+    scene.meshes[0].weights.clear();
+    UpdateWorldTransforms(scene);
+    return scene;
+}
 
 TEST_F(Applied, MovedNodesMoveAllBelowThem) {
     Add(m_scene, OfNode(AnimatedProperty::Rotation, 0), AboutZ(0), AboutZ(M_PI / 2));
@@ -264,6 +286,66 @@ TEST_F(AppliedSkin, ItsOwnNodeDoesNotCount) {
     EXPECT_TRUE(m_applier->IsVisible(0));
 }
 
-// Ten thousand nodes, each turned, moved and scaled.
+// Instances of a triangle in a line, which go up and down one by one, a few and all at once, and hide: the bounds are
+// those of all that are seen.
+TEST(PoseApplier, BoundsOfManyInstancesAreThoseOfAllThatAreSeen) {
+    for (const uint32_t count : {1u, 2u, 3u, 1000u}) {
+        SceneData scene = ManyInstances(count);
+        PoseApplier applier(scene);
+        std::mt19937 random(count);
+        for (int step = 0; step < 60; ++step) {
+            std::vector<uint32_t> edited;
+            const uint32_t editCount = step % 3 == 0 ? 1 : step % 3 == 1 ? 1 + count / 50 : count;
+            for (uint32_t i = 0; i < editCount; ++i) {
+                edited.push_back(uint32_t(random() % count));
+                Node& node = scene.nodes[edited.back()];
+                node.translation.y = float(int(random() % 100) - 50);
+                node.isVisible = random() % 4 != 0;
+            }
+            applier.Apply(scene, {}, edited);
+            const std::vector<bool> isVisible = VisibleNodes(scene);
+            Bounds expected;
+            for (uint32_t i = 0; i < count; ++i)
+                if (isVisible[i]) expected.Extend(applier.BoundsOf(i));
+            ASSERT_EQ(scene.bounds.min, expected.min) << count << " instances, step " << step;
+            ASSERT_EQ(scene.bounds.max, expected.max) << count << " instances, step " << step;
+        }
+    }
+}
+
+TEST(PoseApplier, OneOfManyInstancesTakesLittleOfTheTimeOfAll) {
+    constexpr uint32_t kCount = 100'000;
+    SceneData scene = ManyInstances(kCount);
+    Add(scene, OfNode(AnimatedProperty::Translation, kCount / 2), {0, 0, 0}, {0, 0, 9});
+    PoseEvaluator evaluator(scene);
+    PoseApplier applier(scene);
+    List all(kCount);
+    std::iota(all.begin(), all.end(), 0u);
+    // The shortest of some calls, milliseconds.
+    const auto shortest = [&](const List& moved, auto&& apply) {
+        double least = 1e9;
+        for (int frame = 0; frame < 30; ++frame) {
+            const auto start = std::chrono::steady_clock::now();
+            const PoseChanges& changes = apply(frame);
+            const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - start;
+            least = std::min(least, taken.count());
+            EXPECT_EQ(changes.instances, moved);
+            EXPECT_TRUE(changes.areBoundsChanged);
+        }
+        return least;
+    };
+    const double ofOne = shortest({kCount / 2}, [&](int frame) -> const PoseChanges& {
+        const std::array clips{ClipState{0, 0.01 + 0.01 * frame}};
+        return applier.Apply(scene, evaluator.Evaluate(scene, clips));
+    });
+    const double ofAll = shortest(all, [&](int frame) -> const PoseChanges& {
+        for (Node& node : scene.nodes) node.translation.z = float(10 + frame);
+        return applier.Apply(scene, {}, all);
+    });
+    RecordProperty("all", std::to_string(ofAll));
+    RecordProperty("one", std::to_string(ofOne));
+    EXPECT_LT(ofOne, ofAll / 15.0) << ofAll << " ms for all";
+}
+
 }  // namespace
 }  // namespace raygraph::scene

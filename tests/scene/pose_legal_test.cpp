@@ -6,11 +6,9 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
 #include "renderer/scene/material_fields.h"
-#include "renderer/scene/pose.h"
 #include "renderer/scene/pose_applier.h"
+#include "tests/scene/pose_scene.h"
 
 namespace raygraph::scene {
 namespace {
@@ -27,36 +25,9 @@ uint8_t EmissiveFactor() {
     return found;
 }
 
-// A triangle with two morph targets, a camera and a spot light.
+// A mesh with two morph targets, a camera and a spot light.
 class LegalPose : public ::testing::Test {
   protected:
-    LegalPose() {
-        m_scene.nodes.resize(1);
-        m_scene.nodes[0].mesh = 0;
-        m_scene.nodeOrder = {0};
-        Primitive triangle;
-        triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-        triangle.normals.assign(3, {0, 0, 1});
-        triangle.indices = {0, 1, 2};
-        for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
-        triangle.targets.resize(2);
-        m_scene.meshes.push_back({.name = "", .primitives = {triangle}, .weights = {0.5f, 0}});
-        m_scene.materials.resize(1);
-        m_scene.instances.push_back({.mesh = 0, .node = 0});
-        m_scene.cameras.emplace_back().node = 0;
-        m_scene.lights.emplace_back().node = 0;
-        m_scene.lights[0].type = LightType::Spot;
-        UpdateWorldTransforms(m_scene);
-    }
-
-    // An animation of one channel, whose values go from `from` at 0 s to `to` at 1 s.
-    void Add(const AnimationTarget& target, const std::vector<float>& from, const std::vector<float>& to) {
-        AnimationSampler sampler{.width = uint32_t(from.size()), .times = {0, 1}, .values = from};
-        sampler.values.insert(sampler.values.end(), to.begin(), to.end());
-        m_scene.animations.push_back(
-            {.name = "", .samplers = {sampler}, .channels = {{0, target}}, .duration = 1.0f});
-    }
-
     const PoseChanges& At(double seconds, uint32_t animation = 0) {
         if (!m_evaluator) m_evaluator.emplace(m_scene);
         if (!m_applier) m_applier.emplace(m_scene);
@@ -66,7 +37,7 @@ class LegalPose : public ::testing::Test {
         return changes;
     }
 
-    SceneData m_scene;
+    SceneData m_scene = Chain();
     std::optional<PoseEvaluator> m_evaluator;
     std::optional<PoseApplier> m_applier;
 };
@@ -76,8 +47,8 @@ class LegalPose : public ::testing::Test {
 TEST_F(LegalPose, ConesStayCones) {
     m_scene.lights[0].innerConeAngle = 0.4f;
     m_scene.lights[0].outerConeAngle = 0.7f;
-    Add({.property = AnimatedProperty::LightField, .field = 4}, {0.7f}, {0.1f});
-    Add({.property = AnimatedProperty::LightField, .field = 3}, {0.4f}, {0.9f});
+    Add(m_scene, {.property = AnimatedProperty::LightField, .field = 4}, {0.7f}, {0.1f});
+    Add(m_scene, {.property = AnimatedProperty::LightField, .field = 3}, {0.4f}, {0.9f});
     const Light& light = m_scene.lights[0];
     for (int i = 0; i < 2; ++i) {
         At(1);
@@ -95,7 +66,7 @@ TEST_F(LegalPose, ConesStayCones) {
 TEST_F(LegalPose, CamerasKeepTheirNearPlaneBeforeTheFarOne) {
     m_scene.cameras[0].zNear = 0.5f;
     m_scene.cameras[0].zFar = 100.0f;
-    Add({.property = AnimatedProperty::CameraField, .field = 3}, {100}, {0.25f});
+    Add(m_scene, {.property = AnimatedProperty::CameraField, .field = 3}, {100}, {0.25f});
     const Camera& camera = m_scene.cameras[0];
     EXPECT_EQ(At(1).cameras, List{0});
     EXPECT_EQ(camera.zFar, 0.25f);
@@ -109,9 +80,9 @@ TEST_F(LegalPose, ProductsOfColorAndStrengthStayFinite) {
     constexpr float kMax = std::numeric_limits<float>::max();
     m_scene.materials[0].emissiveStrength = 1e38f;
     const uint8_t color = EmissiveFactor();
-    Add({.property = AnimatedProperty::MaterialField, .field = color}, {1, 1, 1}, {9, 1, 1});
+    Add(m_scene, {.property = AnimatedProperty::MaterialField, .field = color}, {1, 1, 1}, {9, 1, 1});
     m_scene.lights[0].intensity = 1e38f;
-    Add({.property = AnimatedProperty::LightField, .field = 0}, {1, 1, 1}, {9, 1, 1});
+    Add(m_scene, {.property = AnimatedProperty::LightField, .field = 0}, {1, 1, 1}, {9, 1, 1});
     const Material& material = m_scene.materials[0];
     At(1);
     const bool isFinite = std::isfinite(material.EmittedRadiance().x);
@@ -128,7 +99,7 @@ TEST_F(LegalPose, ProductsOfColorAndStrengthStayFinite) {
 TEST_F(LegalPose, WhatIsDeformedBeyondNumbersIsHidden) {
     m_scene.meshes[0].primitives[0].targets[1].positions.assign(3, {0, 0, 10});
     UpdateDeformationBounds(m_scene.meshes[0].primitives[0]);
-    Add({.property = AnimatedProperty::Weights}, {0.5f, 0}, {0.5f, 3e38f});
+    Add(m_scene, OfNode(AnimatedProperty::Weights, 2), {0.5f, 0}, {0.5f, 3e38f});
     EXPECT_EQ(At(1).shown, List{0});
     EXPECT_FALSE(m_applier->IsVisible(0));
     EXPECT_TRUE(m_scene.instances[0].isCollapsed);

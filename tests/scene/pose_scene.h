@@ -7,6 +7,7 @@
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/pose.h"
+#include "renderer/scene/round_primitives.h"
 
 namespace raygraph::scene {
 
@@ -25,7 +26,7 @@ inline SceneData Chain() {
     triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     triangle.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     triangle.indices = {0, 1, 2};
-    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    triangle.bounds = BoundsOf(triangle.positions);
     triangle.targets.resize(2);
     triangle.targets[1].positions = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     UpdateDeformationBounds(triangle);

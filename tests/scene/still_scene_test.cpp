@@ -8,6 +8,7 @@
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/pose_applier.h"
+#include "renderer/scene/round_primitives.h"
 #include "tests/scene/motion_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"
@@ -136,7 +137,7 @@ SceneData Lifted() {
     triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     triangle.normals.assign(3, {0, 0, 1});
     triangle.indices = {0, 1, 2};
-    for (const vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    triangle.bounds = scene::BoundsOf(triangle.positions);
     triangle.targets.resize(1);
     triangle.targets[0].positions.assign(3, {0, 0, 1});
     scene::UpdateDeformationBounds(triangle);

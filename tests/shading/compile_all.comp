@@ -30,10 +30,14 @@ layout(set = 0, binding = 1, scalar) readonly buffer Lights { LightRecord lights
 layout(set = 0, binding = 2, scalar) readonly buffer LightNodes { LightNode lightNodes[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer LightAlias { AliasEntry lightAlias[]; };
 layout(set = 0, binding = 4, scalar) readonly buffer EnvironmentAlias { AliasEntry environmentAlias[]; };
+layout(set = 0, binding = 8, scalar) readonly buffer LightMeshes { LightMeshRecord lightMeshes[]; };
+layout(set = 0, binding = 9, scalar) readonly buffer Placements { mat4x3 placements[]; };
 layout(set = 0, binding = 5, scalar) uniform Set { LightSetRecord lightSet; };
 LightSetRecord LightSet() { return lightSet; }
 LightRecord LightAt(uint light) { return lights[light]; }
 LightNode LightNodeAt(uint node) { return lightNodes[node]; }
+LightMeshRecord LightMeshAt(uint mesh) { return lightMeshes[mesh]; }
+mat4x3 LightPlacement(uint instance) { return placements[instance]; }
 AliasEntry LightAliasAt(uint slot) { return lightAlias[slot]; }
 layout(set = 0, binding = 7, scalar) readonly buffer LightProfiles { float lightProfiles[]; };
 float LightProfileAt(uint word) { return lightProfiles[word]; }
@@ -149,7 +153,7 @@ void main() {
     context.position = back;
     context.normal = frame.z;
     LightSample light = SampleLight(context, Get1D(rng), Get2D(rng));
-    color += light.radiance * light.pdf * LightPDF(context, light.light, light.wi, light.distance) *
-             LightPDF(context, LightSet().lightCount, light.wi, light.distance);
+    color += light.radiance * light.pdf * LightPDF(context, light.light, light.triangle, light.wi, light.distance) *
+             LightPDF(context, LightSet().lightCount, 0u, light.wi, light.distance);
     texels[i] = Tonemap(color, exposureEv, op) * EquirectSolidAnglePDF(1.0f, uv.y);
 }

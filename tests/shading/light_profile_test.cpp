@@ -225,10 +225,10 @@ TEST_F(LightProfileShading, IrradianceIsIntensityByTheSquareOfTheDistance) {
 TEST_F(LightProfileShading, PowerIsThatOfTheMeanIntensity) {
     SetLight({.vertical = Steps(0, 90, 1), .candela = [](double v, double) { return std::cos(v * kDegree); }},
              glm::mat3(1.0f), vec3(0.0f), 3.0f);
-    ASSERT_EQ(testLights.table.nodes.size(), 1u);
-    EXPECT_NEAR(testLights.table.nodes[0].power, 3.0 * std::numbers::pi, 1e-3);
+    ASSERT_EQ(testLights.table.Set().nodeCount, 1u);
+    EXPECT_NEAR(testLights.table.NodeAt(0).power, 3.0 * std::numbers::pi, 1e-3);
     SetLight({.candela = [](double, double) { return 0.0; }});
-    EXPECT_EQ(testLights.table.set.activeCount, 0u) << "a dark one is no light";
+    EXPECT_EQ(testLights.table.Set().activeCount, 0u) << "a dark one is no light";
 }
 
 // Each sampler of lights finds both of two: a profile that shines down, and a point light.

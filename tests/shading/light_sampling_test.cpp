@@ -160,8 +160,9 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
                 ++environments;
                 ASSERT_EQ(s.distance, kInfinity);
                 // A direction may fall off the edge of its cell by rounding
-                disagreements += std::abs(LightPDF(context, LightSet().lightCount, s.wi, kInfinity) / s.pdf -
-                                          1.0f) > 1e-3f;
+                disagreements +=
+                    std::abs(LightPDF(context, LightSet().lightCount, 0u, s.wi, kInfinity) / s.pdf - 1.0f) >
+                    1e-3f;
                 continue;
             }
             const LightRecord light = LightAt(s.light);
@@ -175,7 +176,7 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
             const double distance = Meet(light, context.position, s.wi);
             ASSERT_NEAR(distance, double(s.distance), 1e-3 * double(s.distance));
             ASSERT_EQ(s.radiance, TriangleEmission(light, vec2(0.0f), -s.wi));
-            ASSERT_NEAR(LightPDF(context, s.light, s.wi, float(distance)), s.pdf, 5e-3f * s.pdf);
+            ASSERT_NEAR(LightPDF(context, s.light, s.triangle, s.wi, float(distance)), s.pdf, 5e-3f * s.pdf);
         }
     }
     EXPECT_GT(triangles, 1000);
@@ -188,11 +189,11 @@ TEST_P(LightSampling, NothingIsChosenWhereNothingShines) {
     testLights = {};
     testLights.Build();
     EXPECT_EQ(SampleLight(Contexts()[0], 0.5f, vec2(0.5f)).pdf, 0.0f);
-    EXPECT_EQ(LightPDF(Contexts()[0], LightSet().lightCount, vec3(0, 1, 0), kInfinity), 0.0f);
+    EXPECT_EQ(LightPDF(Contexts()[0], LightSet().lightCount, 0u, vec3(0, 1, 0), kInfinity), 0.0f);
     testLights.AddTriangle(vec3(0, 0, 1), vec3(1, 0, 1), vec3(0, 1, 1), vec3(0.0f));
     testLights.Build();
     EXPECT_EQ(SampleLight(Contexts()[0], 0.5f, vec2(0.5f)).pdf, 0.0f);
-    EXPECT_EQ(LightPDF(Contexts()[0], 0u, vec3(0, 0, 1), 1.0f), 0.0f);
+    EXPECT_EQ(LightPDF(Contexts()[0], 0u, 0u, vec3(0, 0, 1), 1.0f), 0.0f);
 }
 
 TEST_P(LightSampling, BacksOfSingleSidedTrianglesGiveNoLight) {
@@ -201,9 +202,9 @@ TEST_P(LightSampling, BacksOfSingleSidedTrianglesGiveNoLight) {
     testLights.Build();
     const LightContext below{vec3(0.0f), vec3(0.0f)}, above{vec3(0, 0, 4), vec3(0.0f)};
     EXPECT_EQ(SampleLight(below, 0.5f, vec2(0.4f)).pdf, 0.0f);
-    EXPECT_EQ(LightPDF(below, 0u, vec3(0, 0, 1), 2.0f), 0.0f);
+    EXPECT_EQ(LightPDF(below, 0u, 0u, vec3(0, 0, 1), 2.0f), 0.0f);
     EXPECT_GT(SampleLight(above, 0.5f, vec2(0.4f)).pdf, 0.0f);
-    EXPECT_GT(LightPDF(above, 0u, vec3(0, 0, -1), 2.0f), 0.0f);
+    EXPECT_GT(LightPDF(above, 0u, 0u, vec3(0, 0, -1), 2.0f), 0.0f);
 }
 
 INSTANTIATE_TEST_SUITE_P(Samplers, LightSampling, ::testing::ValuesIn(kSamplers));
@@ -342,7 +343,8 @@ TEST(EnvironmentLight, PDFIntegratesToOne) {
         for (int i = 0; i < kCount; ++i)
             for (int j = 0; j < kCount; ++j) {
                 const vec3 d = SampleUniformSphere((vec2(float(i), float(j)) + 0.5f) / float(kCount));
-                integral += double(LightPDF({d, d}, LightSet().lightCount, vec3(d.x, d.z, d.y), kInfinity));
+                integral +=
+                    double(LightPDF({d, d}, LightSet().lightCount, 0u, vec3(d.x, d.z, d.y), kInfinity));
             }
         EXPECT_NEAR(integral * 4.0 * M_PI / (kCount * kCount), 1.0, 2e-3) << size.x;
     }
@@ -358,7 +360,7 @@ TEST(LightTree, ImportanceIsNoughtOnlyWhereNoLightArrives) {
         for (uint light = 0; light < LightSet().boundedCount; ++light) {
             const LightRecord record = LightAt(light);
             if (LightAliasAt(light).probability == 0.0f) continue;
-            if (LightTreeProbability(context, record.bitTrail) > 0.0f) continue;
+            if (LightTreeProbability(0u, context, record.bitTrail) > 0.0f) continue;
             ++ruledOut;
             for (int k = 0; k < 8; ++k) {
                 const LightSample s =

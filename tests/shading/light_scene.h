@@ -63,19 +63,26 @@ struct TestLights {
 inline thread_local TestLights testLights;
 
 inline LightSetRecord LightSet() {
-    return testLights.table.set;
+    return testLights.table.SetIn(testLights.scene);
 }
 inline LightRecord LightAt(uint light) {
-    return testLights.table.lights.at(light);
+    return testLights.table.LightAt(light);
 }
 inline LightNode LightNodeAt(uint node) {
-    return testLights.table.nodes.at(node);
+    return testLights.table.NodeAt(node);
+}
+inline LightMeshRecord LightMeshAt(uint mesh) {
+    return testLights.table.Meshes().at(mesh);
+}
+// Of a placement whose record has the number of its instance.
+inline mat4x3 LightPlacement(uint instance) {
+    return testLights.scene.instances.at(instance).objectToWorld;
 }
 inline float LightProfileAt(uint word) {
     return testLights.scene.profiles.words.at(word);
 }
 inline AliasEntry LightAliasAt(uint slot) {
-    return testLights.table.alias.at(slot);
+    return testLights.table.AliasAt(slot);
 }
 inline AliasEntry EnvironmentAliasAt(uint slot) {
     return testLights.environment.entries.at(slot);

@@ -137,6 +137,14 @@ uint32_t CheckNode(const std::vector<LightNode>& nodes, std::span<const LightRec
            CheckNode(nodes, lights, first + 1, depth + 1, trail | (1u << depth));
 }
 
+uint32_t CheckTree() {
+    std::vector<LightRecord> lights;
+    for (uint i = 0; i < LightSet().lightCount; ++i) lights.push_back(LightAt(i));
+    std::vector<LightNode> nodes;
+    for (uint i = 0; i < LightSet().nodeCount; ++i) nodes.push_back(LightNodeAt(i));
+    return CheckNode(nodes, lights, 0, 0, 0);
+}
+
 LightRecord PointAt(vec3 position) {
     LightRecord light{};
     light.p0 = position;
@@ -163,7 +171,8 @@ TEST(LightTree, NodesBoundWhatIsBelowAndTrailsLeadToTheLeaves) {
         power.push_back(random() % 5 == 0 ? 0.0f : float(random() % 100 + 1));
         shiningCount += power.back() > 0.0f;
     }
-    const std::vector<LightNode> nodes = BuildLightTree(lights, power);
+    const LightTree tree = BuildLightTree(lights, power);
+    const std::vector<LightNode>& nodes = tree.Nodes();
     EXPECT_EQ(nodes.size(), 2 * shiningCount - 1);
     EXPECT_EQ(CheckNode(nodes, lights, 0, 0, 0), shiningCount);
 }
@@ -175,15 +184,16 @@ TEST(LightTree, DepthStaysWithinATrailForTheWorstOfScenes) {
         for (int i = 0; i < 4000; ++i)
             lights.push_back(PointAt(vec3(isOnePlace ? 1.0f : float(std::pow(0.98, i) * 1e6), 0.0f, 0.0f)));
         const std::vector<float> power(lights.size(), 1.0f);
-        const std::vector<LightNode> nodes = BuildLightTree(lights, power);
+        const LightTree tree = BuildLightTree(lights, power);
+        const std::vector<LightNode>& nodes = tree.Nodes();
         EXPECT_EQ(CheckNode(nodes, lights, 0, 0, 0), 4000u);
     }
 }
 
 TEST(LightTree, NoLightsNoNodes) {
-    EXPECT_TRUE(BuildLightTree({}, {}).empty());
+    EXPECT_TRUE(BuildLightTree({}, {}).Nodes().empty());
     std::vector<LightRecord> dark{PointAt(vec3(0.0f))};
-    EXPECT_TRUE(BuildLightTree(dark, std::vector<float>{0.0f}).empty());
+    EXPECT_TRUE(BuildLightTree(dark, std::vector<float>{0.0f}).Nodes().empty());
 }
 
 TEST(LightTable, HiddenAndDarkTrianglesKeepTheirNumberAndNeverShine) {
@@ -197,14 +207,14 @@ TEST(LightTable, HiddenAndDarkTrianglesKeepTheirNumberAndNeverShine) {
     testLights.Build();
     const LightTable& table = testLights.table;
     EXPECT_EQ(testLights.scene.placements[1].firstLight, 3u);
-    ASSERT_EQ(table.lights.size(), 6u);
-    EXPECT_EQ(table.lights[5].instance, 9u);
-    EXPECT_EQ(table.lights[5].primitive, 2u);
-    EXPECT_EQ(table.emissiveTriangleCount, 1u);
-    EXPECT_EQ(table.set.activeCount, 1u);
+    ASSERT_EQ(table.LightCount(), 6u);
+    EXPECT_EQ(table.LightAt(5).instance, 9u);
+    EXPECT_EQ(table.LightAt(5).primitive, 2u);
+    EXPECT_EQ(table.EmissiveTriangleCount(), 1u);
+    EXPECT_EQ(table.Set().activeCount, 1u);
     for (uint light = 0; light < 6; ++light)
-        EXPECT_EQ(table.alias[light].probability, light == 5 ? 1.0f : 0.0f);
-    EXPECT_EQ(table.nodes.size(), 1u);
+        EXPECT_EQ(table.AliasAt(light).probability, light == 5 ? 1.0f : 0.0f);
+    EXPECT_EQ(table.Set().nodeCount, 1u);
 }
 
 TEST(LightTable, MirroringATriangleKeepsItsFront) {
@@ -216,8 +226,8 @@ TEST(LightTable, MirroringATriangleKeepsItsFront) {
     const LightRecord light = LightAt(0u);
     EXPECT_TRUE(EmitsTowards(light, vec3(0, 0, 1)));
     EXPECT_FALSE(EmitsTowards(light, vec3(0, 0, -1)));
-    EXPECT_NEAR(testLights.table.nodes[0].axis.z, 1.0f, 1e-6f);
-    EXPECT_NEAR(testLights.table.nodes[0].power, 3.14159265f, 1e-5f) << "pi times area 1";
+    EXPECT_NEAR(testLights.table.NodeAt(0).axis.z, 1.0f, 1e-6f);
+    EXPECT_NEAR(testLights.table.NodeAt(0).power, 3.14159265f, 1e-5f) << "pi times area 1";
 }
 
 TEST(LightTable, PowersAreThoseOfRadiometry) {
@@ -237,8 +247,8 @@ TEST(LightTable, PowersAreThoseOfRadiometry) {
     const double powers[] = {4.0 * M_PI, spot, M_PI * 9.0, 4.0 * M_PI * M_PI * 9.0};
     const double sum = powers[0] + powers[1] + powers[2] + powers[3];
     for (size_t i = 0; i < 4; ++i)
-        EXPECT_NEAR(double(testLights.table.alias[i].probability), powers[i] / sum, 2e-6) << i;
-    EXPECT_NEAR(double(testLights.table.set.unboundedShare), 1.0 - kMinLightShare, 1e-6);
+        EXPECT_NEAR(double(testLights.table.AliasAt(i).probability), powers[i] / sum, 2e-6) << i;
+    EXPECT_NEAR(double(testLights.table.Set().unboundedShare), 1.0 - kMinLightShare, 1e-6);
 }
 
 TEST(LightTable, ScalesAndPlacesBeyondReasonGiveNoNumbersThatAreNot) {
@@ -251,7 +261,8 @@ TEST(LightTable, ScalesAndPlacesBeyondReasonGiveNoNumbersThatAreNot) {
     }
     testLights.scene.instances[0].objectToWorld = glm::mat4x3(1e3f);
     testLights.Build();
-    for (const LightRecord& light : testLights.table.lights) {
+    for (uint i = 0; i < LightSet().lightCount; ++i) {
+        const LightRecord light = LightAt(i);
         if (light.kind != kLightTriangle) {
             EXPECT_NEAR(length(light.e1), 1.0f, 1e-6f);
         }
@@ -280,9 +291,111 @@ TEST(LightTable, ManyEmittersTakeNoMoreThanSortingDoes) {
     const auto start = std::chrono::steady_clock::now();
     testLights.Build();
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    EXPECT_EQ(CheckNode(testLights.table.nodes, testLights.table.lights, 0, 0, 0), 131'072u);
+    EXPECT_EQ(CheckTree(), 131'072u);
     RecordProperty("seconds", std::to_string(seconds.count()));
     EXPECT_LT(seconds.count(), 20.0) << "a square of the count would take minutes";
+}
+
+// 500 triangles about the origin, each an instance; `places` are theirs.
+void PlaceTriangles(const std::vector<vec3>& places) {
+    testLights = {};
+    testLights.AddTriangle(vec3(0.0f), vec3(1, 0, 0), vec3(0, 1, 0), vec3(1.0f));
+    testLights.scene.placements.clear();
+    testLights.scene.instances.clear();
+    for (uint32_t i = 0; i < places.size(); ++i) {
+        testLights.scene.placements.push_back({.record = i, .instance = i});
+        testLights.scene.instances.push_back({.objectToWorld = glm::mat4x3(1.0f)});
+        testLights.scene.instances.back().objectToWorld[3] = places[i];
+    }
+    testLights.Build();
+}
+
+std::vector<vec3> RandomPlaces(uint32_t count) {
+    std::mt19937 random(6);
+    std::vector<vec3> places;
+    for (uint32_t i = 0; i < count; ++i)
+        places.emplace_back(float(random() % 1000) * 0.1f, float(random() % 1000) * 0.1f,
+                            float(random() % 1000) * 0.1f);
+    return places;
+}
+
+LightTableChanges MoveTo(const std::vector<vec3>& places, std::vector<uint32_t> which, bool mayRefit = true) {
+    for (const uint32_t i : which) testLights.scene.instances[i].objectToWorld[3] = places[i];
+    return testLights.table.Update(testLights.scene, {.isAll = false, .placements = std::move(which)},
+                                   mayRefit);
+}
+
+TEST(LightTable, MovedLightUpdatesItsRecordItsLeafAndTheNodesAbove) {
+    const std::vector<vec3> places = RandomPlaces(500);
+    PlaceTriangles(places);
+    std::vector<vec3> moved = places;
+    moved[77] = vec3(150.0f, -20.0f, 3.0f);
+    const LightTableChanges changes = MoveTo(moved, {77});
+    EXPECT_FALSE(changes.isAll || changes.isRebuilt || changes.isAlias || changes.areAllRecords);
+    EXPECT_EQ(changes.lights, std::vector<uint32_t>{77});
+    EXPECT_LE(changes.nodes.size(), 33u);
+    EXPECT_EQ(CheckTree(), 500u);
+    EXPECT_EQ(LightNodeAt(0u).boundsMax.x, 151.0f);
+    EXPECT_EQ(LightNodeAt(0u).boundsMin.y, -20.0f);
+    // Back again: nothing is left of where it was
+    MoveTo(places, {77});
+    const LightTable built = BuildLightTable(testLights.scene);
+    for (uint i = 0; i < LightSet().nodeCount; ++i) {
+        ASSERT_EQ(LightNodeAt(i).boundsMin, built.NodeAt(i).boundsMin);
+        ASSERT_EQ(LightNodeAt(i).boundsMax, built.NodeAt(i).boundsMax);
+    }
+    EXPECT_TRUE(MoveTo(places, {77}).IsEmpty()) << "it is there";
+    EXPECT_TRUE(MoveTo(moved, {77}, false).isRebuilt) << "by request";
+}
+
+TEST(LightTable, HiddenLightLeavesTheTreeAndOneThatWasDarkHasItRebuilt) {
+    PlaceTriangles(RandomPlaces(500));
+    LightScene& scene = testLights.scene;
+    scene.instances[3].isVisible = false;
+    LightTableChanges changes = testLights.table.Update(scene, {.isAll = false, .placements = {3}}, true);
+    EXPECT_TRUE(changes.isAlias && !changes.isRebuilt);
+    EXPECT_EQ(LightAliasAt(3u).probability, 0.0f);
+    EXPECT_EQ(LightSet().activeCount, 499u);
+    EXPECT_NEAR(LightNodeAt(0u).power, 499.0f * kPi / 2.0f, 0.01f);
+    scene.instances[3].isVisible = true;
+    EXPECT_FALSE(testLights.table.Update(scene, {.isAll = false, .placements = {3}}, true).isRebuilt);
+    EXPECT_EQ(LightSet().activeCount, 500u);
+
+    scene.instances[3].isVisible = false;
+    testLights.Build();
+    scene.instances[3].isVisible = true;
+    EXPECT_TRUE(testLights.table.Update(scene, {.isAll = false, .placements = {3}}, true).isRebuilt);
+    EXPECT_EQ(CheckTree(), 500u);
+    std::vector<uint32_t> all;
+    for (uint32_t i = 0; i < 500; ++i) {
+        all.push_back(i);
+        scene.instances[i].isVisible = false;
+    }
+    testLights.table.Update(scene, {.isAll = false, .placements = all}, true);
+    EXPECT_EQ(LightSet().nodeCount, 0u) << "nothing to choose from";
+}
+
+TEST(LightTable, TreeDecaysWhenLightsPartFromTheirNeighbors) {
+    const std::vector<vec3> places = RandomPlaces(500);
+    PlaceTriangles(places);
+    std::vector<uint32_t> all;
+    for (uint32_t i = 0; i < places.size(); ++i) all.push_back(i);
+    std::vector<vec3> moved = places;
+    for (vec3& place : moved) place += vec3(3.0f, 400.0f, 0.0f);
+    MoveTo(moved, all);
+    EXPECT_FALSE(testLights.table.NoteFrame()) << "all together";
+    moved[9] += vec3(1e6f, 0.0f, 0.0f);
+    MoveTo(moved, {9});
+    EXPECT_FALSE(testLights.table.NoteFrame()) << "one alone";
+    for (uint32_t i = 0; i < places.size(); ++i) moved[i] = places[i * 37 % places.size()];
+    MoveTo(moved, all);
+    EXPECT_TRUE(testLights.table.NoteFrame()) << "each to the place of another";
+    EXPECT_EQ(CheckTree(), 500u);
+    LightTableChanges changes;
+    testLights.table.BuildTree(testLights.scene, changes);
+    EXPECT_TRUE(changes.isRebuilt);
+    EXPECT_FALSE(testLights.table.NoteFrame());
+    EXPECT_EQ(CheckTree(), 500u);
 }
 
 }  // namespace

@@ -174,7 +174,7 @@ TEST_F(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
         PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
         path.scatter.position = from;
         path.scatterPDF = distance * distance / (0.5f * side * side);  // that of light sampling
-        CollectFound(path, vec3(4.0f), 0u, distance - crossed, settings);
+        CollectFound(path, vec3(4.0f), 0u, 0u, distance - crossed, settings);
         EXPECT_NEAR(path.radiance.y, 2.0f, 1e-3f) << "a wall at " << crossed;
     }
 }

@@ -43,6 +43,21 @@ void* operator new(size_t bytes, const std::nothrow_t&) noexcept try {
     return nullptr;
 }
 
+void* operator new(size_t bytes, std::align_val_t alignment) {
+    const size_t unit = static_cast<size_t>(alignment);
+    if (Succeeds(bytes))
+        if (void* memory = std::aligned_alloc(unit, (bytes + unit - 1) / unit * unit)) return memory;
+    throw std::bad_alloc();
+}
+
+void operator delete(void* memory, std::align_val_t) noexcept {
+    std::free(memory);
+}
+
+void operator delete(void* memory, size_t, std::align_val_t) noexcept {
+    std::free(memory);
+}
+
 void operator delete(void* memory) noexcept {
     std::free(memory);
 }

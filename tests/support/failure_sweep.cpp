@@ -107,6 +107,23 @@ void EditMaterials(SweptScenario& steps) {
                      }});
 }
 
+// The scene once more, beside itself: meshes, textures, lights that emit.
+void AddAndRemove(SweptScenario& steps) {
+    steps.push_back({"part",
+                     [](SweptWorld& world) {
+                         scene::SceneData data = Load();
+                         for (scene::Instance& instance : data.instances)
+                             instance.objectToWorld[3] += 0.3f * world.camera.right;
+                         world.part = world.scene->Add(std::move(data));
+                     },
+                     true});
+    steps.push_back({"frame with the part", TraceFrame});
+    steps.push_back({"read", Read});
+    steps.push_back({"part gone", [](SweptWorld& world) { world.scene->Remove(world.part); }});
+    steps.push_back({"frame without the part", TraceFrame});
+    steps.push_back({"read", Read});
+}
+
 rhi::Device& MakeDevice(SweptWorld& world) {
     const static std::shared_ptr<rhi::VulkanLoader> system = rhi::VulkanLoader::Open();
     SeparateAllocations(true);
@@ -239,6 +256,7 @@ SweptScenario RendererScenario() {
                      }});
     steps.push_back({"frame of edits", TraceFrame});
     steps.push_back({"read", Read});
+    AddAndRemove(steps);
     OpenAnother(steps);
     steps.push_back({"frame of another scene", TraceFrame});
     steps.push_back({"read", Read});

@@ -27,6 +27,7 @@ struct SweptWorld {
     std::optional<GpuScene> scene;
     std::optional<viewport::Viewport> viewport;
     scene::CameraView camera;
+    AddedPart part;
     Readback readback;              // of the frame executed last
     std::vector<Picture> pictures;  // in the order in which they were read
 };
@@ -40,7 +41,7 @@ struct SweptStep {
 };
 
 using SweptScenario = std::vector<SweptStep>;
-SweptScenario RendererScenario();  // path tracing by passes, edits, another scene
+SweptScenario RendererScenario();  // path tracing by passes, edits, a part that comes and goes, another scene
 SweptScenario ViewportScenario();  // both views, and both in one picture, picked from and captured
 
 // Out of memory in every stride-th call of each step, or of one kind: the failure is injected, the step

@@ -116,7 +116,7 @@ namespace {
 
 scene::Mesh MeshOf(scene::Primitive primitive, uint32_t material) {
     primitive.material = material;
-    for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+    primitive.bounds = scene::BoundsOf(primitive.positions);
     scene::Mesh mesh;
     mesh.primitives.push_back(std::move(primitive));
     return mesh;

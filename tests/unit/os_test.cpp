@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/large_pages.h"
 #include "base/os/dynamic_library.h"
 #include "base/os/file.h"
 #include "base/os/process.h"
@@ -247,6 +248,30 @@ TEST(OsProcess, InterruptIsNotedOnceAndLeftToOthersAfterwards) {
         EXPECT_TRUE(watch.IsRequested());
     }
     std::signal(SIGTERM, before);
+}
+
+// Of the mapping that an address is in, as Linux names them; empty if it does not say.
+std::string MappingFlags(const void* address) {
+    std::ifstream maps("/proc/self/smaps");
+    bool isInside = false;
+    for (std::string line; std::getline(maps, line);) {
+        unsigned long first = 0, end = 0;
+        if (std::sscanf(line.c_str(), "%lx-%lx ", &first, &end) == 2)
+            isInside = reinterpret_cast<uintptr_t>(address) - first < end - first;
+        else if (isInside && line.starts_with("VmFlags:"))
+            return line;
+    }
+    return {};
+}
+
+TEST(LargeArray, IsInLargePagesIfItIsLarge) {
+    const LargeArray<uint64_t> small(1000, 3), large(3'000'000, 7);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(large.data()) % (2u << 20), 0u);
+    EXPECT_EQ(small.back() + large.front() + large.back(), 17u);
+    const std::string flags = MappingFlags(large.data());
+    if (flags.empty() || !std::filesystem::exists("/sys/kernel/mm/transparent_hugepage"))
+        GTEST_SKIP() << "this kernel has no large pages";
+    EXPECT_NE((flags + " ").find(" hg "), std::string::npos) << flags;
 }
 
 TEST(OsProcessDeathTest, SecondInterruptEndsTheProcess) {

@@ -173,6 +173,36 @@ TEST_F(ViewportBudget, FirstPictures_LookLikeTheLastOne) {
     EXPECT_LT(worst, 0.15);
 }
 
+// As the passes of a user interface do, and structures that are refitted: a coarser picture makes none of them
+// shorter.
+TEST_F(ViewportBudget, RasterPictures_AreNotCoarseForWhatTheHostAdds) {
+    if (Device().Info().timestampValidBits == 0) GTEST_SKIP() << "the device has no timestamps";
+    viewed.viewport.SetShow({.view = View::Raster});
+    const double alone = SampleMs(kSize);
+    GpuScene other(viewed.renderer);
+    other.SetScene(Boxes());
+    Viewport host(viewed.renderer, other, {.name = "host", .size = {96, 96}});
+    host.SetCamera(InsideBoxes());
+    host.SetPaths(viewed.viewport.Paths());
+    host.SetBudget({.samplesPerFrame = 4});
+    viewed.viewport.SetBudget({.frameMs = 3.0 * alone, .maxRasterSamples = 1, .settleMs = 1e9});
+    scene::CameraView camera = InsideBoxes();
+    std::vector<uint32_t> samples;
+    for (int frame = 0; frame < 8; ++frame) {
+        camera.eye.x += 0.001f;
+        viewed.viewport.SetCamera(camera);
+        viewed.renderer.BeginFrame();
+        viewed.renderer.ReadBack(host.Declare());
+        viewed.renderer.Present(viewed.viewport.Declare());
+        viewed.renderer.Execute();
+        Device().WaitIdle();
+        samples.push_back(viewed.viewport.Progress().rasterSamples);
+    }
+    const std::vector<double> times = FrameTimes();
+    EXPECT_GT(Median(times), 6.0 * alone) << "the host adds too little for the test to mean anything";
+    EXPECT_EQ(samples, std::vector<uint32_t>(samples.size(), 1)) << "0: a coarse picture";
+}
+
 TEST_F(ViewportBudget, WithoutTimes_AFrameStillAddsSomething) {
     Renderer renderer(Device(), {.gpuTimes = false});
     GpuScene scene(renderer);

@@ -69,9 +69,10 @@ Gpu::Gpu() {
 Gpu::~Gpu() {
     if (device) {
         vkDeviceWaitIdle(device);
-        for (const Owned& picture : m_pictures) {
-            vkDestroyImage(device, picture.image, nullptr);
-            vkFreeMemory(device, picture.memory, nullptr);
+        for (const Owned& owned : m_owned) {
+            vkDestroyImage(device, owned.image, nullptr);
+            vkDestroyBuffer(device, owned.buffer, nullptr);
+            vkFreeMemory(device, owned.memory, nullptr);
         }
         vkDestroyCommandPool(device, m_pool, nullptr);
         vkDestroySemaphore(device, timeline, nullptr);
@@ -80,14 +81,19 @@ Gpu::~Gpu() {
     if (instance) vkDestroyInstance(instance, nullptr);
 }
 
-VkDeviceMemory Gpu::Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties) {
+VkDeviceMemory Gpu::Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties,
+                             VkMemoryAllocateFlags flags) {
     VkPhysicalDeviceMemoryProperties memory{};
     vkGetPhysicalDeviceMemoryProperties(physicalDevice, &memory);
     for (uint32_t type = 0; type < memory.memoryTypeCount; ++type) {
         if ((requirements.memoryTypeBits >> type & 1u) == 0) continue;
         if ((memory.memoryTypes[type].propertyFlags & properties) != properties) continue;
+        VkMemoryAllocateFlagsInfo flagsInfo{};
+        flagsInfo.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+        flagsInfo.flags = flags;
         VkMemoryAllocateInfo info{};
         info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+        info.pNext = &flagsInfo;
         info.allocationSize = requirements.size;
         info.memoryTypeIndex = type;
         VkDeviceMemory result = VK_NULL_HANDLE;
@@ -108,13 +114,41 @@ VkImage Gpu::MakePicture(VkExtent2D extent) {
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.usage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
                  VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
-    Owned& picture = m_pictures.emplace_back();
+    Owned& picture = m_owned.emplace_back();
     Require(vkCreateImage(device, &info, nullptr, &picture.image), "vkCreateImage");
     VkMemoryRequirements requirements{};
     vkGetImageMemoryRequirements(device, picture.image, &requirements);
     picture.memory = Allocate(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
     Require(vkBindImageMemory(device, picture.image, picture.memory, 0), "vkBindImageMemory");
     return picture.image;
+}
+
+VkBuffer Gpu::MakeVertices(const void* data, size_t bytes) {
+    VkBufferCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    info.size = bytes;
+    info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
+    Owned& vertices = m_owned.emplace_back();
+    Require(vkCreateBuffer(device, &info, nullptr, &vertices.buffer), "vkCreateBuffer");
+    VkMemoryRequirements requirements{};
+    vkGetBufferMemoryRequirements(device, vertices.buffer, &requirements);
+    vertices.memory =
+        Allocate(requirements, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                 VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    Require(vkBindBufferMemory(device, vertices.buffer, vertices.memory, 0), "vkBindBufferMemory");
+    SetVertices(vertices.buffer, data, bytes);
+    return vertices.buffer;
+}
+
+void Gpu::SetVertices(VkBuffer vertices, const void* data, size_t bytes) {
+    for (const Owned& owned : m_owned) {
+        if (owned.buffer != vertices) continue;
+        void* mapped = nullptr;
+        Require(vkMapMemory(device, owned.memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
+        std::memcpy(mapped, data, bytes);
+        vkUnmapMemory(device, owned.memory);
+    }
 }
 
 void Gpu::Run(const std::function<void(VkCommandBuffer)>& record) {

@@ -22,6 +22,10 @@ class Gpu {
 
     // An rgba8 picture to be copied, cleared, and read by shaders; it lives as long as this object.
     VkImage MakePicture(VkExtent2D extent);
+    // Vertices or indices, for shaders and acceleration structures to read by address; likewise.
+    VkBuffer MakeVertices(const void* data, size_t bytes);
+    // While nothing reads them.
+    void SetVertices(VkBuffer vertices, const void* data, size_t bytes);
     // Fills the picture, whatever it held, and leaves it in TRANSFER_DST_OPTIMAL.
     void Clear(VkImage picture, std::array<float, 4> color);
     // The texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them.
@@ -42,12 +46,14 @@ class Gpu {
   private:
     struct Owned {
         VkImage image = VK_NULL_HANDLE;
+        VkBuffer buffer = VK_NULL_HANDLE;
         VkDeviceMemory memory = VK_NULL_HANDLE;
     };
-    VkDeviceMemory Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties);
+    VkDeviceMemory Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties,
+                            VkMemoryAllocateFlags flags = 0);
     // Submits in turn what `record` records, and waits for it.
     void Run(const std::function<void(VkCommandBuffer)>& record);
 
-    std::vector<Owned> m_pictures;
+    std::vector<Owned> m_owned;
     VkCommandPool m_pool = VK_NULL_HANDLE;
 };

@@ -2,6 +2,8 @@
 // package, edits one of them, adds a pass of its own, and uses our passes on what it has drawn itself. Exits
 // with 1 and one line when a picture or a count is not what it must be.
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -12,6 +14,7 @@
 #include "editor/viewport/vulkan_interop.h"
 #include "gpu.h"
 #include "passes/compare.h"
+#include "renderer/gpu_scene/host_objects.h"
 #include "renderer/scene/load_gltf.h"
 #include "rhi/shader_compiler.h"
 
@@ -155,6 +158,72 @@ void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
             "no reset by a transform");
 }
 
+// A square in the host's own buffers comes between the camera and the block, moves away and goes.
+void ShowOwnVertices(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    cornell.viewport.SetView(viewport::View::Raster);
+    const Picture before = Show(gpu, renderer, cornell);
+    struct Square {
+        std::array<glm::vec3, 4> positions;
+        std::array<uint32_t, 6> indices{0, 1, 2, 0, 2, 3};
+    };
+    const auto squareAt = [&](float distance) {
+        const scene::CameraView& view = cornell.viewport.Camera();
+        const glm::vec3 center = glm::vec3(view.eye) + distance * view.forward;
+        const glm::vec3 x = 0.5f * view.right, y = 0.5f * view.up;
+        return Square{{center - x - y, center + x - y, center + x + y, center - x + y}};
+    };
+    const auto boundsOf = [](const Square& square) {
+        scene::Bounds bounds;
+        for (const glm::vec3& position : square.positions) bounds.Extend(position);
+        return bounds;
+    };
+    Square square = squareAt(1.0f);
+    const VkBuffer vertices = gpu.MakeVertices(&square, sizeof(square));
+    const rhi::Buffer wrapped =
+        renderer.Device().WrapBuffer({.name = "vertices of the host",
+                                      .size = sizeof(square),
+                                      .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput},
+                                     vertices);
+
+    GpuScene& scene = cornell.scene;
+    scene::Material blue;
+    blue.isUnlit = blue.isDoubleSided = true;
+    blue.baseColorFactor = {0.0f, 0.0f, 1.0f, 1.0f};
+    const uint32_t material = scene.AddMaterial(blue);
+    const uint32_t mesh = scene.AddMesh({.name = "square",
+                                         .vertexCount = 4,
+                                         .triangleCount = 2,
+                                         .positions = {&wrapped, offsetof(Square, positions)},
+                                         .indices = {&wrapped, offsetof(Square, indices)},
+                                         .material = material,
+                                         .bounds = boundsOf(square)});
+    const uint32_t instance = scene.AddInstance(mesh, scene::PlacedTransform{});
+    constexpr size_t kCenter = kExtent.width / 2 + size_t{kExtent.height} / 2 * kExtent.width;
+    for (const viewport::View view : {viewport::View::Raster, viewport::View::PathTraced}) {
+        cornell.viewport.SetView(view);
+        const Texel seen = Show(gpu, renderer, cornell)[kCenter];
+        Require(seen[2] > seen[0] + 60 && seen[2] > seen[1] + 60,
+                "the host's vertices are not seen, but " + std::to_string(seen[0]) + " " +
+                    std::to_string(seen[1]) + " " + std::to_string(seen[2]));
+    }
+    cornell.viewport.SetView(viewport::View::Raster);
+    Require(PickAt(gpu, renderer, cornell, glm::uvec2(32, 32)).instance == instance, "they are not picked");
+
+    square = squareAt(-1.0f);  // behind the camera
+    gpu.SetVertices(vertices, &square, sizeof(square));
+    scene.MarkChanged(mesh, boundsOf(square));
+    Require(Show(gpu, renderer, cornell) == before, "the host's vertices have not moved");
+    scene.RemoveInstance(instance);
+    scene.RemoveMesh(mesh);
+    scene.RemoveMaterial(material);
+    const Picture after = Show(gpu, renderer, cornell);
+    size_t differing = 0;
+    for (size_t i = 0; i < after.size(); ++i) differing += after[i] == before[i] ? 0 : 1;
+    Require(differing == 0, "the host's vertices have left " + std::to_string(differing) + " texels");
+    Require(scene.Statistics().instanceCount == instance, "an instance is left");
+    cornell.viewport.SetView(viewport::View::PathTraced);
+}
+
 // SPIR-V of the host, compiled here by the library; it could as well come from a file.
 void AddOwnPass(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     renderer.AddShader("host/invert.comp",
@@ -234,6 +303,7 @@ int main(int argc, char** argv) {
         Panel cornell(gpu, renderer, "cornell", argv[1]), closedBox(gpu, renderer, "closed box", argv[2]);
         ToggleViews(gpu, renderer, cornell);
         MoveObject(gpu, renderer, cornell);
+        ShowOwnVertices(gpu, renderer, cornell);
         AddOwnPass(gpu, renderer, cornell);
         WipeOverOwnPicture(gpu, renderer, cornell);
         ShowTwoScenes(gpu, renderer, cornell, closedBox);

@@ -1,0 +1,88 @@
+#include "renderer/gpu_scene/prepared_scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <thread>
+#include <utility>
+
+#include "base/out_of_memory.h"
+#include "base/text.h"
+#include "renderer/gpu_scene/alpha_bounds.h"
+#include "renderer/gpu_scene/emitters.h"
+#include "renderer/gpu_scene/material_records.h"
+#include "renderer/gpu_scene/scene_content.h"
+#include "renderer/scene/check.h"
+
+namespace raygraph {
+namespace {
+
+void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
+    constexpr uint32_t kMaxThreads = 64;
+    const uint32_t wanted =
+        settings.maxThreads != 0 ? settings.maxThreads : std::thread::hardware_concurrency();
+    const uint32_t threadCount = std::clamp(wanted, 1u, kMaxThreads);
+    scene::PieceLimits limits = kPortableLimits;
+    limits.maxTriangles = std::min<uint64_t>(limits.maxTriangles, std::max(1u, settings.maxTriangles));
+    scene::SceneData& data = content.data;
+    const PackingMaterials materials{MaterialRecords(data.materials, {}), LowestTextureAlphas(data)};
+    content.meshes.resize(data.meshes.size());
+    std::atomic<uint32_t> next = 0;
+    const auto work = [&] {
+        EmitterFinder finder(data);
+        for (uint32_t i = next++; i < data.meshes.size(); i = next++) {
+            const MeshUse use = content.deform ? content.deform->UseOf(i) : MeshUse{};
+            content.meshes[i] = PackMesh(data.meshes[i], materials, use, finder, limits);
+        }
+    };
+    std::vector<std::future<void>> others;  // they end with this scope, whatever happens
+    for (uint32_t i = 1; i < std::min<size_t>(threadCount, data.meshes.size()); ++i)
+        others.push_back(std::async(std::launch::async | std::launch::deferred, work));
+    work();
+    for (std::future<void>& other : others) other.get();
+}
+
+}  // namespace
+
+PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& settings) {
+    WithMemoryErrors("PreparedScene", [&] {
+        scene::Check(data, "PreparedScene");
+        Make(std::move(data), settings);
+    });
+}
+
+PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& settings, const char* call) {
+    WithMemoryErrors(call, [&] {
+        scene::Check(data, Text("GpuScene: {}", call));
+        Make(std::move(data), settings);
+    });
+}
+
+void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& settings) {
+    m_content = std::make_unique<SceneContent>();
+    if (std::ranges::any_of(data.instances, &scene::Instance::isDeformed)) m_content->deform.emplace(data);
+    m_content->data = std::move(data);
+    try {
+        PackMeshes(*m_content, settings);
+    } catch (...) {
+        data = std::move(m_content->data);
+        data.meshes.clear();  // some have been taken: a retry would lack them
+        throw;
+    }
+}
+
+PreparedScene::~PreparedScene() = default;
+PreparedScene::PreparedScene(PreparedScene&& other) noexcept = default;
+PreparedScene& PreparedScene::operator=(PreparedScene&& other) noexcept = default;
+
+const scene::SceneData& PreparedScene::Data() const {
+    return m_content->data;
+}
+
+uint64_t PreparedScene::GeometryBytes() const {
+    uint64_t bytes = 0;
+    for (const PackedMesh& mesh : m_content->meshes) bytes += mesh.Bytes();
+    return bytes;
+}
+
+}  // namespace raygraph

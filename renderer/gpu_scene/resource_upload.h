@@ -1,0 +1,63 @@
+// Brings what a scene has but for its instances and lights to the device, at once or in pieces. For
+// renderer/gpu_scene. Threads: that of the uploader.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "renderer/gpu_scene/mesh_upload.h"
+#include "renderer/gpu_scene/scene_content.h"
+#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/texture_upload.h"
+
+namespace raygraph {
+
+// What resources need of the GpuScene, which outlives them.
+struct ResourceSettings {
+    TextureUploadSettings textures;
+    const rhi::Texture* defaultTexture = nullptr;
+    const rhi::Sampler* defaultSampler = nullptr;
+};
+
+class ResourceUpload {
+  public:
+    // Refers to all of them. Plans textures.
+    ResourceUpload(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                   Disposer& disposer, SceneContent& content, const ResourceSettings& settings);
+
+    // Goes on, and counts down the budget, as TextureUpload and MeshUpload do. True: textures and meshes are
+    // there. Adds the BLASes to the builder. Frees each image of the content after its upload, and disposes
+    // of each mesh.
+    bool Continue(uint64_t& budget, bool mayWait = true);
+    // All that is left, with that uploader, after Continue has come to its end.
+    std::unique_ptr<SceneResources> Finish(rhi::Uploader& uploader);
+
+    // Bytes of streams and texels.
+    uint64_t Bytes() const { return m_bytes; }
+    uint64_t CopiedBytes() const;
+    const TextureUploadSettings& Textures() const { return m_settings.textures; }
+    // Says that textures are smaller than their images, if any are.
+    const std::string& Warning() const { return m_textures.Reduction(); }
+    // After Finish: the destructor waits while the device still works on them.
+    TextureUpload TakeTextures() { return std::move(m_textures); }
+
+  private:
+    void AddMaterials();
+
+    rhi::Device& m_device;
+    rhi::Uploader& m_uploader;
+    rhi::BlasBuilder& m_builder;
+    Disposer& m_disposer;
+    SceneContent& m_content;
+    ResourceSettings m_settings;
+    TextureUpload m_textures;
+    std::unique_ptr<SceneResources> m_resources;
+    bool m_hasMaterials = false;
+    uint32_t m_texture = 0, m_mesh = 0;  // the next ones
+    std::optional<MeshUpload> m_meshUpload;
+    uint64_t m_bytes = 0, m_meshBytes = 0;  // of all; of the meshes that are there
+};
+
+}  // namespace raygraph

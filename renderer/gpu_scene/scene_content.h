@@ -1,0 +1,19 @@
+// What is in a PreparedScene. For renderer/gpu_scene alone.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/mesh_packing.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph {
+
+struct SceneContent {
+    scene::SceneData data;           // its meshes are empty
+    std::vector<PackedMesh> meshes;  // in the order of the data
+    std::optional<DeformUpload> deform;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,52 @@
+// BoundsTree: the box around many boxes, of which few change at a time.
+//
+// Threads: plain values.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "base/api.h"
+#include "renderer/scene/mesh_data.h"
+
+namespace raygraph::scene {
+
+// A binary tree in an array: the box at i is around those at 2 i and 2 i + 1, the leaves come last.
+class RAYGRAPH_API BoundsTree {
+  public:
+    // So many empty boxes.
+    void Assign(size_t count) { m_boxes.assign(2 * count, {}); }
+    size_t Count() const { return m_boxes.size() / 2; }
+
+    // Takes time by the logarithm of the count, less if All stays as it was.
+    void Set(size_t index, const Bounds& box) {
+        size_t i = Count() + index;
+        m_boxes[i] = box;
+        for (i /= 2; i > 0; i /= 2) {
+            const Bounds around = Around(i);
+            if (around.min == m_boxes[i].min && around.max == m_boxes[i].max) return;
+            m_boxes[i] = around;
+        }
+    }
+    // Of many at once: SetLeaf of each, then Update once, which takes time by the count.
+    void SetLeaf(size_t index, const Bounds& box) { m_boxes[Count() + index] = box; }
+    void Update() {
+        for (size_t i = Count(); i-- > 1;) m_boxes[i] = Around(i);
+    }
+    // Around all; empty boxes do not count.
+    Bounds All() const {
+        if (m_boxes.size() < 2) return {};
+        return m_boxes[1];
+    }
+
+  private:
+    Bounds Around(size_t i) const {
+        Bounds box = m_boxes[2 * i];
+        box.Extend(m_boxes[2 * i + 1]);
+        return box;
+    }
+
+    std::vector<Bounds> m_boxes;
+};
+
+}  // namespace raygraph::scene
