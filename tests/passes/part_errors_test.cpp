@@ -68,6 +68,10 @@ TEST_F(SceneParts, PartThatDoesNotFitGoesAndWhatIsUsedStays) {
 
 // All in one frame: what had been recorded for it before the Error has to arrive.
 TEST_F(SceneParts, WhatWasCopiedInTheFrameOfAnErrorIsThere) {
+    // With the staging memory there
+    const auto before = render.scene.Stream(PreparedScene(SquareOf(7, 7, true)));
+    for (int frame = 0; frame < 10'000 && !before->isComplete; ++frame) Seen();
+    render.scene.Remove(*before);
     const auto first = render.scene.Stream(PreparedScene(SquareOf(1, 1, true)));
     scene::SceneData data = SquareOf(2, 2, true);
     data.meshes.push_back(SphereMesh(0.4f, 400));
@@ -97,7 +101,8 @@ TEST_F(SceneParts, WhatAStreamingPartHasBroughtStaysUntilItIsThere) {
     SceneRender slow(Device(), {.streamBudget = 64u << 10});
     slow.scene.SetScene(SquareOf(0, 0, false));
     const auto part = slow.scene.Stream(PreparedScene(std::move(data)));
-    for (int frame = 0; frame < 10'000 && part->instances[0] == scene::kNone; ++frame) slow.PrimaryHits(View());
+    for (int frame = 0; frame < 10'000 && part->instances[0] == scene::kNone; ++frame)
+        slow.PrimaryHits(View());
     ASSERT_NE(part->instances[0], scene::kNone);
     ASSERT_FALSE(part->isComplete);
     slow.scene.RemoveInstance(part->instances[0]);
