@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/graph/readback_values.h"
+#include "tests/passes/cells.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -14,10 +15,9 @@ namespace raygraph::testing {
 
 inline constexpr uint32_t kSide = 20;
 inline constexpr uint32_t kCount = kSide * kSide;
-inline constexpr uint32_t kMiss = 0xFFFFFFFFu;
 
 inline glm::vec3 Place(uint32_t cell) {
-    return {float(cell % kSide) + 0.5f, float(cell / kSide) + 0.5f, 0.0f};
+    return CellCenter(cell, kSide);
 }
 
 // A box, and beside it a leaf: of another group.

@@ -157,7 +157,7 @@ TEST_F(LightObjects, WhatIsRemovedIsDarkAndItsNumbersAreUsedAgain) {
     ExpectAlike(world.Probabilities(), expected);
     EXPECT_EQ(world.set.lightCount, count);
     EXPECT_EQ(world.lights->Statistics().tableBytes, bytes);
-    // Once most are gone, the rest is numbered anew
+    // Once most are gone, the rest gets new numbers
     for (uint32_t i = 0; i < kInstances; ++i)
         if (i != 5) world.lights->RemovePlacements(i);
     EXPECT_EQ(world.Probabilities().size(), 2u);

@@ -175,7 +175,7 @@ TEST_F(MeshLights, EverySamplerAndStrategyFindsTheirLight) {
     EXPECT_EQ(render.Render(Settings(), 1).mean.Mean().y, 0.0);
 }
 
-// Of more lights than are sorted anew in any case.
+// Trees of this many lights are updated where they can be; smaller ones are always rebuilt.
 constexpr uint32_t kMany = 1100;
 
 // What moves, goes and comes: a render does not depend on it, a view may.

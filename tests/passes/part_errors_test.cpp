@@ -33,7 +33,7 @@ scene::Mesh Lamp(uint32_t cuts, uint32_t material) {
 TEST_F(SceneParts, PartThatDoesNotFitGoesAndWhatIsUsedStays) {
     scene::SceneData data = SquareOf(1, 1, true);
     data.meshes.push_back(SphereMesh(0.4f, 400));
-    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(Place(2))});
+    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(PartPlace(2))});
     SceneRender slow(Device(), {.streamBudget = 64u << 10});
     slow.scene.SetScene(SquareOf(0, 0, false));
     const auto part = slow.scene.Stream(PreparedScene(std::move(data)));
@@ -44,7 +44,7 @@ TEST_F(SceneParts, PartThatDoesNotFitGoesAndWhatIsUsedStays) {
     for (int frame = 0; frame < 1000 && part->meshes[0] == scene::kNone; ++frame) seen();
     ASSERT_NE(part->meshes[0], scene::kNone);
     const uint32_t placed =
-        slow.scene.AddInstance(part->meshes[0], scene::PlacedTransform{Translation(Place(5))});
+        slow.scene.AddInstance(part->meshes[0], scene::PlacedTransform{Translation(PartPlace(5))});
     bool isRefused = false;
     {
         const LimitedMemory limit(Device(), 1u << 20);
@@ -75,7 +75,7 @@ TEST_F(SceneParts, WhatWasCopiedInTheFrameOfAnErrorIsThere) {
     const auto first = render.scene.Stream(PreparedScene(SquareOf(1, 1, true)));
     scene::SceneData data = SquareOf(2, 2, true);
     data.meshes.push_back(SphereMesh(0.4f, 400));
-    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(Place(3))});
+    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(PartPlace(3))});
     const auto second = render.scene.Stream(PreparedScene(std::move(data)));
     {
         const LimitedMemory limit(Device(), 3u << 20);
@@ -96,8 +96,8 @@ TEST_F(SceneParts, WhatWasCopiedInTheFrameOfAnErrorIsThere) {
 TEST_F(SceneParts, WhatAStreamingPartHasBroughtStaysUntilItIsThere) {
     scene::SceneData data = SquareOf(1, 1, true);
     data.meshes.push_back(SphereMesh(0.4f, 500));
-    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(Place(2))});
-    data.instances.push_back({.mesh = 0, .objectToWorld = Translation(Place(3))});
+    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(PartPlace(2))});
+    data.instances.push_back({.mesh = 0, .objectToWorld = Translation(PartPlace(3))});
     SceneRender slow(Device(), {.streamBudget = 64u << 10});
     slow.scene.SetScene(SquareOf(0, 0, false));
     const auto part = slow.scene.Stream(PreparedScene(std::move(data)));
@@ -120,11 +120,11 @@ TEST_F(SceneParts, WhatAStreamingPartHasBroughtStaysUntilItIsThere) {
 // Scratch memory is that of few, however many there are.
 TEST_F(SceneParts, ManySmallMeshesTakeNoMoreThanTheyNeed) {
     constexpr uint32_t kCount = 3000;
-    scene::SceneData data = SceneOf({QuadMesh(0.4f)}, {Lambert(ColorOf(1))}, {Translation(Place(1))});
+    scene::SceneData data = SceneOf({QuadMesh(0.4f)}, {Lambert(ColorOf(1))}, {Translation(PartPlace(1))});
     data.meshes.resize(kCount, data.meshes[0]);
     data.instances.clear();
     for (uint32_t i = 0; i < kCount; ++i)
-        data.instances.push_back({.mesh = i, .objectToWorld = Translation(Place(1 + i % 60))});
+        data.instances.push_back({.mesh = i, .objectToWorld = Translation(PartPlace(1 + i % 60))});
     const LimitedMemory limit(Device(), 96u << 20);
     const AddedPart part = render.scene.Add(std::move(data));
     EXPECT_EQ(Seen()[2].color, ColorOf(1));

@@ -8,7 +8,8 @@ namespace raygraph::testing {
 TEST_F(SceneParts, PartsRemoveWhatIsStillTheirs) {
     const AddedPart part = render.scene.Add(SquareOf(1, 1, true));
     render.scene.RemoveInstance(part.instances[0]);
-    EXPECT_EQ(render.scene.AddInstance(0, scene::PlacedTransform{Translation(Place(2))}), part.instances[0]);
+    EXPECT_EQ(render.scene.AddInstance(0, scene::PlacedTransform{Translation(PartPlace(2))}),
+              part.instances[0]);
     render.scene.Remove(part);
     std::vector<Cell> expected(kCells);
     expected[0] = {0, ColorOf(0)};
@@ -22,8 +23,9 @@ TEST_F(SceneParts, PartsRemoveWhatIsStillTheirs) {
     expected[3] = {other.instances[0], ColorOf(3)};
     EXPECT_EQ(Seen(), expected);
     // Of another scene
-    render.scene.SetScene(SceneOf({QuadMesh(0.4f), QuadMesh(0.4f), QuadMesh(0.4f)}, {Lambert(ColorOf(4))},
-                                  {Translation(Place(4)), Translation(Place(5)), Translation(Place(6))}));
+    render.scene.SetScene(
+        SceneOf({QuadMesh(0.4f), QuadMesh(0.4f), QuadMesh(0.4f)}, {Lambert(ColorOf(4))},
+                {Translation(PartPlace(4)), Translation(PartPlace(5)), Translation(PartPlace(6))}));
     render.scene.Remove(part);
     render.scene.Remove(other);
     render.scene.Remove(AddedPart{});
@@ -49,11 +51,11 @@ TEST_F(SceneParts, PartsRemoveTheirOwnLights) {
 TEST_F(SceneParts, PosesMoveWhatTheSceneBrought) {
     scene::SceneData data =
         SceneOf({QuadMesh(0.4f), QuadMesh(0.4f)}, {Lambert(ColorOf(1)), Lambert(ColorOf(2))},
-                {Translation(Place(1)), Translation(Place(2))});
+                {Translation(PartPlace(1)), Translation(PartPlace(2))});
     data.nodes.resize(3);
     data.nodeOrder = {0, 1, 2};
     for (uint32_t i = 0; i < 2; ++i) {
-        data.nodes[i].translation = Place(1 + i);
+        data.nodes[i].translation = PartPlace(1 + i);
         data.instances[i].node = i;
     }
     data.lights.resize(1);
@@ -66,13 +68,13 @@ TEST_F(SceneParts, PosesMoveWhatTheSceneBrought) {
     render.scene.RemoveLight(0);
     ASSERT_EQ(render.scene.AddMaterial(Lambert(ColorOf(7))), 1u);
     const uint32_t mesh = render.scene.AddMesh(QuadMesh(0.4f, 1));
-    ASSERT_EQ(render.scene.AddInstance(mesh, scene::PlacedTransform{Translation(Place(5))}), 1u);
+    ASSERT_EQ(render.scene.AddInstance(mesh, scene::PlacedTransform{Translation(PartPlace(5))}), 1u);
     scene::Light light;
     light.intensity = 7.0f;
     ASSERT_EQ(render.scene.AddLight(light), 0u);
-    posed.nodes[0].translation = Place(3);
-    posed.instances[0].objectToWorld = Translation(Place(3));
-    posed.instances[1].objectToWorld = Translation(Place(4));
+    posed.nodes[0].translation = PartPlace(3);
+    posed.instances[0].objectToWorld = Translation(PartPlace(3));
+    posed.instances[1].objectToWorld = Translation(PartPlace(4));
     posed.materials[0] = Lambert(ColorOf(8));
     posed.materials[1] = Lambert(ColorOf(9));
     posed.lights[0].intensity = 9.0f;

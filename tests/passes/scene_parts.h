@@ -5,17 +5,17 @@
 #include <vector>
 
 #include "renderer/gpu_scene/prepared_scene.h"
+#include "tests/passes/cells.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
 
-inline constexpr uint32_t kSide = 8;
-inline constexpr uint32_t kCells = kSide * kSide;
-inline constexpr uint32_t kMiss = 0xFFFFFFFFu;
+inline constexpr uint32_t kPartSide = 8;
+inline constexpr uint32_t kCells = kPartSide * kPartSide;
 
-inline glm::vec3 Place(uint32_t cell) {
-    return {float(cell % kSide) + 0.5f, float(cell / kSide) + 0.5f, 0.0f};
+inline glm::vec3 PartPlace(uint32_t cell) {
+    return CellCenter(cell, kPartSide);
 }
 
 // Different for each number, and exact in 8 bits.
@@ -26,7 +26,8 @@ inline glm::vec3 ColorOf(uint32_t number) {
 
 // A square of that color, by a factor or by a texture of one texel.
 inline scene::SceneData SquareOf(uint32_t number, uint32_t cell, bool isTextured) {
-    scene::SceneData part = SceneOf({QuadMesh(0.4f)}, {Lambert(ColorOf(number))}, {Translation(Place(cell))});
+    scene::SceneData part =
+        SceneOf({QuadMesh(0.4f)}, {Lambert(ColorOf(number))}, {Translation(PartPlace(cell))});
     if (!isTextured) return part;
     part.materials[0].baseColorFactor = glm::vec4(1.0f);
     part.materials[0].baseColorTexture.texture = 0;
@@ -52,12 +53,12 @@ class SceneParts : public VulkanTest {
         render.scene.SetScene(SquareOf(0, 0, false));
     }
     static passes::TraceSettings View() {
-        scene::CameraView view = scene::CameraView::LookAt({0.5f * kSide, 0.5f * kSide, 5},
-                                                           {0.5f * kSide, 0.5f * kSide, 0}, {0, 1, 0});
+        scene::CameraView view = scene::CameraView::LookAt(
+            {0.5f * kPartSide, 0.5f * kPartSide, 5}, {0.5f * kPartSide, 0.5f * kPartSide, 0}, {0, 1, 0});
         view.projection = scene::Projection::Orthographic;
-        view.height = float(kSide);
+        view.height = float(kPartSide);
         passes::TraceSettings settings;
-        settings.extent = {kSide, kSide};
+        settings.extent = {kPartSide, kPartSide};
         settings.camera = ToRecord(view);
         settings.scattering.brdf = BrdfModel::Lambert;
         return settings;
@@ -68,7 +69,7 @@ class SceneParts : public VulkanTest {
         const SceneRender::Hits hits = shown.PrimaryHits(View());
         std::vector<Cell> seen(kCells);
         for (uint32_t i = 0; i < kCells; ++i) {
-            const uint32_t pixel = (kSide - 1 - i / kSide) * kSide + i % kSide;
+            const uint32_t pixel = (kPartSide - 1 - i / kPartSide) * kPartSide + i % kPartSide;
             if (hits.ids[pixel].x == kMiss) continue;
             seen[i] = {hits.ids[pixel].x, glm::round(255.0f * glm::vec3(hits.albedo.values[pixel])) / 255.0f};
         }

@@ -79,7 +79,7 @@ TEST_F(SceneParts, AnySequenceOfEditsShowsWhatIsThere) {
             case 2: {
                 if (!thing || !isFree(cell)) break;
                 const uint32_t instance = render.scene.AddInstance(
-                    thing->part.meshes[0], scene::PlacedTransform{Translation(Place(cell))});
+                    thing->part.meshes[0], scene::PlacedTransform{Translation(PartPlace(cell))});
                 thing->cells[instance] = cell;
                 expected[cell] = {instance, ColorOf(thing->number)};
                 break;
@@ -87,7 +87,7 @@ TEST_F(SceneParts, AnySequenceOfEditsShowsWhatIsThere) {
             case 3: {
                 if (!thing || !isFree(cell)) break;
                 auto& [instance, place] = *thing->cells.begin();
-                render.scene.SetTransform(instance, Translation(Place(cell)));
+                render.scene.SetTransform(instance, Translation(PartPlace(cell)));
                 expected[cell] = std::exchange(expected[std::exchange(place, cell)], {});
                 break;
             }
@@ -128,9 +128,9 @@ TEST_F(SceneParts, MeshesMaterialsAndTexturesAreShared) {
     mesh.primitives.push_back(right);
     const uint32_t number = render.scene.AddMesh(std::move(mesh));
     const uint32_t instance =
-        render.scene.AddInstance(number, scene::PlacedTransform{Translation(Place(10))});
+        render.scene.AddInstance(number, scene::PlacedTransform{Translation(PartPlace(10))});
     const uint32_t hidden =
-        render.scene.AddInstance(number, scene::PlacedTransform{Translation(Place(20))}, false);
+        render.scene.AddInstance(number, scene::PlacedTransform{Translation(PartPlace(20))}, false);
     std::vector<Cell> seen = Seen();
     EXPECT_EQ(seen[10], (Cell{instance, ColorOf(8)}));
     EXPECT_EQ(seen[11], (Cell{instance, ColorOf(7)}));
@@ -197,7 +197,8 @@ TEST_F(SceneParts, DrawsAreThoseOfWhatIsThere) {
         return counts;
     };
     EXPECT_EQ(vertices(), std::vector<uint32_t>{6});
-    scene::SceneData data = SceneOf({SphereMesh(0.4f, 4)}, {Lambert(ColorOf(1))}, {Translation(Place(1))});
+    scene::SceneData data =
+        SceneOf({SphereMesh(0.4f, 4)}, {Lambert(ColorOf(1))}, {Translation(PartPlace(1))});
     data.materials[0].isDoubleSided = !Lambert(ColorOf(1)).isDoubleSided;
     const AddedPart sphere = render.scene.Add(std::move(data));
     const AddedPart square = render.scene.Add(SquareOf(2, 2, false));
@@ -281,8 +282,8 @@ TEST_F(SceneParts, WhatComesLaterIsInTheRestOfTheLightGroups) {
                                  .materials = {gpu::kLightGroupNamed},
                                  .lights = {}});
     for (uint32_t i = 1; i < 40; ++i)
-        (void)render.scene.Add(
-            SceneOf({QuadMesh(0.4f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))}, {Translation(Place(i))}));
+        (void)render.scene.Add(SceneOf({QuadMesh(0.4f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))},
+                                       {Translation(PartPlace(i))}));
     (void)render.scene.AddLight({});
     const FloatImage image = render.TraceOnce(View());
     EXPECT_GT(image.Mean().x, 0.0);

@@ -19,7 +19,7 @@ class SceneUploads : public SceneParts {
         data.meshes.push_back(large.meshes[0]);
         data.meshes.back().primitives[0].material = 1;
         data.materials.push_back(large.materials[0]);
-        data.instances.push_back({.mesh = 1, .objectToWorld = Translation(Place(2))});
+        data.instances.push_back({.mesh = 1, .objectToWorld = Translation(PartPlace(2))});
         return data;
     }
 };

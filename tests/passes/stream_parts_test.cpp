@@ -19,8 +19,8 @@ TEST_F(StreamedParts, NodesAppearAsTheyAreReady) {
     data.meshes.push_back(large.meshes[0]);
     data.meshes.back().primitives[0].material = 1;
     data.materials.push_back(large.materials[0]);
-    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(Place(2))});
-    data.instances.push_back({.mesh = 0, .objectToWorld = Translation(Place(3))});
+    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(PartPlace(2))});
+    data.instances.push_back({.mesh = 0, .objectToWorld = Translation(PartPlace(3))});
     PreparedScene prepared(std::move(data));
     ASSERT_GT(prepared.GeometryBytes(), 1u << 20);
     const std::shared_ptr<const AddedPart> part = render.scene.Stream(std::move(prepared));
@@ -62,7 +62,7 @@ TEST_F(StreamedParts, NodesAppearAsTheyAreReady) {
 TEST_F(StreamedParts, WhatIsRemovedOnItsWayStops) {
     scene::SceneData data = SquareOf(1, 1, true);
     data.meshes.push_back(SphereMesh(0.4f, 160));
-    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(Place(2))});
+    data.instances.push_back({.mesh = 1, .objectToWorld = Translation(PartPlace(2))});
     const auto part = render.scene.Stream(PreparedScene(std::move(data)));
     const auto next = render.scene.Stream(PreparedScene(SquareOf(4, 4, true)));
     for (int frame = 0; frame < 1000 && part->instances[0] == scene::kNone; ++frame) Seen();
