@@ -172,7 +172,7 @@ class InstanceSet {
     const SceneResources& m_resources;
     TlasRule m_rule;
     LargeArray<Instance> m_instances;
-    std::vector<bool> m_exists;  // by instance: small enough to be at hand
+    std::vector<bool> m_exists;  // by instance: so small that it stays in caches
     std::vector<Placement> m_placements;
     SlotRanges m_indices;           // of instances
     SlotRanges m_placementIndices;  // of m_placements

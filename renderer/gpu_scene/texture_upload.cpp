@@ -358,19 +358,6 @@ const std::string& TextureUpload::Reduction() const {
     return m_impl->Reduction();
 }
 
-UploadedTextures UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
-                                const TextureUploadSettings& settings) {
-    TextureUpload upload(device, uploader, scene, settings);
-    UploadedTextures result;
-    for (uint32_t i = 0; i < scene.textures.size(); ++i) {
-        uint64_t budget = UINT64_MAX;
-        upload.Make(i, budget);
-        result.textures.push_back(upload.Get(i));
-    }
-    result.reduction = upload.Reduction();
-    return result;
-}
-
 uint64_t DefaultTextureBudget(const rhi::Device& device) {
     rhi::MemoryHeap largest;
     for (const rhi::MemoryHeap& heap : device.MemoryHeaps())

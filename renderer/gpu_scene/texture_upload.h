@@ -51,16 +51,6 @@ class TextureUpload {
     std::unique_ptr<Impl> m_impl;
 };
 
-// Textures of a scene, in its order, before they are in its table.
-struct UploadedTextures {
-    std::vector<SceneTexture> textures;
-    std::string reduction;  // as TextureUpload::Reduction
-};
-
-// All of them; returns when the device has made them.
-UploadedTextures UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
-                                const TextureUploadSettings& settings);
-
 // Half of what the process may use of the largest heap of device memory, but no more than is left of it.
 uint64_t DefaultTextureBudget(const rhi::Device& device);
 
