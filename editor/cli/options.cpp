@@ -1,0 +1,125 @@
+#include "editor/cli/options.h"
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "editor/session/parse.h"
+#include "editor/session/setting_table.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr size_t kHelpWidth = 72;
+
+}  // namespace
+
+std::string Wrapped(std::string_view text) {
+    std::string wrapped;
+    while (text.size() > kHelpWidth) {
+        const size_t space = text.rfind(' ', kHelpWidth);
+        wrapped += text.substr(0, space);
+        wrapped += '\n';
+        text.remove_prefix(space + 1);
+    }
+    return wrapped + std::string(text);
+}
+
+CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* operand, const std::string& help,
+                       std::function<void(const std::string&)> take) {
+    const std::string label = name.substr(name.rfind(',') + 1);
+    return app
+        .add_option_function<std::string>(
+            name,
+            [label, take = std::move(take)](const std::string& text) {
+                try {
+                    take(text);
+                } catch (const Error& error) {
+                    throw MakeError(error.Kind(), "{}: {}", label, error.what());
+                }
+            },
+            Wrapped(help))
+        ->type_name(operand);
+}
+
+void AddPath(CLI::App& app, const std::string& name, const char* operand, const char* help,
+             std::filesystem::path& path) {
+    AddOption(app, name, operand, help, [name, &path](const std::string& text) {
+        if (text.empty()) throw Error(ErrorKind::Usage, "an empty path");
+        path = text;
+    });
+}
+
+void AddVariant(CLI::App& app, std::string& variant) {
+    AddOption(app, "--variant", "VARIANT", "Which variant of the scene's materials, by name or index (none)",
+              [&variant](const std::string& text) { variant = text; });
+}
+
+void AddPointsAndLines(CLI::App& app, scene::PointsAndLines& radii) {
+    const auto add = [&](const char* option, const std::string& what, scene::RoundRadius& radius) {
+        AddOption(app, option, "RADIUS", what + kRadiusHelp,
+                  [&radius](const std::string& text) { radius = scene::ParseRoundRadius(text); });
+    };
+    add("--points", "Radius of the scene's points, shown as spheres", radii.points);
+    add("--lines", "Radius of the scene's lines, shown as capsules", radii.lines);
+}
+
+CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
+    return app
+        .add_option_function<std::string>(
+            "FILE", [&path](const std::string& text) { path = text; }, "glTF scene, .gltf or .glb")
+        ->type_name("");
+}
+
+void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names,
+                 const PictureSettings& defaults) {
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        if (!names.empty() && std::ranges::find(names, setting.name) == names.end()) continue;
+        CLI::Option* option =
+            AddOption(app, std::string("--") + setting.name, setting.operand, setting.HelpWith(defaults),
+                      [&setting, &given](const std::string& text) {
+                          PictureSettings scratch;
+                          setting.set(scratch, text);
+                          given[setting.name] = setting.text(scratch);
+                      });
+        if (setting.isList) option->delimiter(';')->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    }
+}
+
+void AddDevice(CLI::App& app, std::string& device) {
+    AddOption(app, "--device", "DEVICE", "Device by index or by a part of its name (the best suitable)",
+              [&device](const std::string& text) { device = text; });
+}
+
+void AddLog(CLI::App& app, OutputArguments& arguments) {
+    // As a function: CLI11 2.4 takes a flag that counts into a number as given from the start, and --quiet,
+    // which excludes it, would always be refused.
+    app.add_flag_function(
+        "-v,--verbose", [&arguments](int64_t count) { arguments.verbosity = static_cast<uint32_t>(count); },
+        Wrapped("Say more on stderr: what is done and how long it takes; -vv: debug messages too"));
+    AddPath(app, "--log", "FILE", "Add messages to a file as well, from information on (with -vv all)",
+            arguments.logFile);
+}
+
+void AddOutput(CLI::App& app, OutputArguments& arguments) {
+    CLI::Option* quiet = app.add_flag("--quiet", arguments.isQuiet, "No progress, no warnings, no summary");
+    AddLog(app, arguments);
+    quiet->excludes("--verbose");
+}
+
+void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
+    AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
+}
+
+void Refuse(const std::string& message) {
+    throw Error(ErrorKind::Usage, message);
+}
+
+void CheckEnvironment(const SettingTexts& given, bool hasMap) {
+    if (given.contains("background") && hasMap) Refuse("--background and --env exclude each other");
+    for (const char* option : {"env-rotation", "env-tint"})
+        if (given.contains(option) && given.contains("background"))
+            Refuse(Text("--{} is of a map, which --background replaces", option));
+}
+
+}  // namespace raygraph::cli
