@@ -31,13 +31,16 @@ struct RenderArguments : OutputArguments {
     std::optional<double> error;  // relative, of the whole picture
     std::optional<uint32_t> sampleOffset;
     std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
+    std::vector<std::string> cameras;  // the same, if there are several; `given` has the first
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
     std::optional<AovRequest> aovs;
     std::string device;
+    std::string devices;  // several; "": the one
     bool isValidating = false;
-    std::filesystem::path report;  // "": none
-    std::filesystem::path resume;  // "": from the start
+    std::filesystem::path report;             // "": none
+    std::filesystem::path resume;             // "": from the start
+    std::optional<double> checkpointMinutes;  // between saves; then `resume` need not exist yet
 };
 
 // How a .png shows the picture: as given, else as by default.

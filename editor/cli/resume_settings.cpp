@@ -23,6 +23,7 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     if (arguments.aovs)
         if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
             refuse("aov", ListOf(asked), ListOf(has));
+    if (arguments.checkpointMinutes) return settings;  // the same command may start a render and end it
     if (arguments.samples && *arguments.samples <= range.count)
         throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {} samples; give the total to reach",
                         *arguments.samples, resumed.path.string(), range.count);
