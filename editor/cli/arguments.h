@@ -12,6 +12,7 @@
 #include "editor/cli/frame_range.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
+#include "editor/cli/shard.h"
 #include "editor/session/picture_settings.h"
 #include "passes/tonemap.h"
 
@@ -31,6 +32,7 @@ struct RenderArguments : OutputArguments {
     std::optional<double> error;  // relative, of the whole picture
     std::optional<uint32_t> sampleOffset;
     std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
+    std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already those of its part
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
     std::optional<AovRequest> aovs;
@@ -39,6 +41,9 @@ struct RenderArguments : OutputArguments {
     std::filesystem::path report;  // "": none
     std::filesystem::path resume;  // "": from the start
 };
+
+// Why there is nothing to render: a shard beyond the last sample or frame has none; "": there is something.
+std::string WhyNothingToRender(const RenderArguments& arguments);
 
 // How a .png shows the picture: as given, else as by default.
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments);

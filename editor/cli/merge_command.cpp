@@ -18,8 +18,8 @@ void MergeCommand(const MergeArguments& arguments, Console& console) {
     WriteRenderFile(arguments.output, merged, log);
     if (arguments.isQuiet) return;
     PrintLine(arguments.output.string());
-    PrintLine(Text("{} samples a pixel ({}) from {} renders", SampleCount(merged.samples),
-                   ToText(merged.samples), count));
+    PrintLine(Text("{} samples a pixel ({}) from {} {}", SampleCount(merged.samples), ToText(merged.samples),
+                   count, count == 1 ? "render" : "renders"));
 }
 
 }  // namespace raygraph::cli

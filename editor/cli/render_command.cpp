@@ -163,6 +163,11 @@ void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
 }
 
 void RenderCommand(RenderArguments arguments, Console& console) {
+    // More shards than samples or frames are no failure: the others have them all
+    if (const std::string why = WhyNothingToRender(arguments); !why.empty()) {
+        if (!arguments.isQuiet) PrintLine(why + "; nothing is written");
+        return;
+    }
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
     CheckWritable(FilesOf(arguments));
