@@ -159,7 +159,7 @@ class RequeueTest(ClusterTest):
     """A render that takes several seconds here."""
 
     PAGES = "scene.gltf --size 3840x2160 --spp 4096"
-    OPTIONS = f"{SCENE} --size 96x96 --spp 1000"
+    OPTIONS = f"{SCENE} --size 64x64 --spp 400"
 
     def Restarts(self, job):
         return int(JobFields(job)[0]["Restarts"])
@@ -169,31 +169,39 @@ class RequeueTest(ClusterTest):
         for name in names:
             self.ExpectSameBytes(name, "whole" + Path(name).suffix)
 
+    def IsAlive(self, job):
+        """There is nothing to wait for once it has failed."""
+        state = JobFields(job)[0]["JobState"]
+        self.assertNotIn(state, {"FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL"}, f"job {job}\n{self.Logs()}")
+        return True
+
     def UntilRendering(self, job):
-        """The program has begun with samples: SIGUSR1 makes it write a checkpoint."""
-        Until("the job runs", lambda: JobFields(job)[0]["JobState"] == "RUNNING")
-        time.sleep(2)
+        """Until it has shown samples."""
+        Until("there are samples", lambda: self.IsAlive(job) and re.search(r"\b[1-9]\d*/\d+ samples", self.Logs()))
+
+    def UntilRequeued(self, job):
+        Until("the job is requeued", lambda: self.IsAlive(job) and self.Restarts(job) == 1)
 
     def test_a_job_that_is_warned_goes_on_from_its_checkpoint(self):
         job = self.Submit("submit_requeue.sh", (self.PAGES, self.OPTIONS))["render"]
         self.UntilRendering(job)
         Run("scancel", "--batch", "--signal=USR2", job)
-        Until("the job is requeued", lambda: self.Restarts(job) == 1)
+        self.UntilRequeued(job)
         self.assertTrue((self.folder / "out.exr").exists(), self.Logs())
         self.ExpectSuccess(job)
         self.assertIn(f"requeueing {job}", self.Logs())
-        self.assertRegex(self.Logs(), r"1000 samples a pixel, \d+ of them new")
+        self.assertRegex(self.Logs(), r"400 samples a pixel, \d+ of them new")
         self.ExpectWhole("out.exr", "out.png")
 
     def test_a_job_that_is_preempted_goes_on_from_its_checkpoint(self):
         job = self.Submit("submit_requeue.sh", ("sbatch ", "sbatch --exclusive "), (self.PAGES, self.OPTIONS))["render"]
         self.UntilRendering(job)
         urgent = Run("sbatch", "--parsable", "--partition=urgent", "--exclusive", "--wrap", "sleep 1", cwd=self.folder)
-        Until("the job is requeued", lambda: self.Restarts(job) == 1)
+        self.UntilRequeued(job)
         self.assertTrue((self.folder / "out.exr").exists(), self.Logs())
         self.ExpectSuccess(int(urgent))
         self.ExpectSuccess(job)
-        self.assertRegex(self.Logs(), r"1000 samples a pixel, \d+ of them new")
+        self.assertRegex(self.Logs(), r"400 samples a pixel, \d+ of them new")
         self.ExpectWhole("out.exr", "out.png")
 
     def test_shards_that_are_requeued_merge_to_the_bits_of_one_run(self):
@@ -201,7 +209,7 @@ class RequeueTest(ClusterTest):
         shards = jobs["render"]
         self.UntilRendering(shards)
         Run("scancel", "--batch", "--signal=USR2", f"{shards}_0")
-        Until("the task is requeued", lambda: self.Restarts(f"{shards}_0") == 1)
+        self.UntilRequeued(f"{shards}_0")
         self.ExpectSuccess(shards)
         self.assertEqual(len(JobFields(shards)), 2)
         self.ExpectSuccess(jobs["merge"])
@@ -211,8 +219,9 @@ class RequeueTest(ClusterTest):
     def test_a_checkpoint_on_demand_survives_a_kill(self):
         job = self.Submit("submit_requeue.sh", (self.PAGES, self.OPTIONS))["render"]
         self.UntilRendering(job)
-        Run("scancel", "--full", "--signal=USR1", job)
-        Until("there is a checkpoint", lambda: (self.folder / "out.exr").exists())
+        Run("scancel", "--batch", "--signal=USR1", job)
+        Until("there is a checkpoint", lambda: self.IsAlive(job) and (self.folder / "out.exr").exists())
+        self.assertEqual(JobFields(job)[0]["JobState"], "RUNNING", self.Logs())
         Run("scontrol", "requeue", job)
         self.ExpectSuccess(job)
         self.ExpectWhole("out.exr", "out.png")
