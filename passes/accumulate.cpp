@@ -193,6 +193,13 @@ AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent
     return ids;
 }
 
+AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
+                       bool withVariance) {
+    AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
+    DeclareMean(renderer, WholeOf(extent), accumulation.SampleCount(), ids, false);
+    return ids;
+}
+
 SumsReadback::SumsReadback(Renderer& renderer, const AccumulatedIds& accumulated)
     : m_hasSquares(accumulated.variance.IsValid()) {
     for (size_t k = 0; k < m_sums.size(); ++k) {

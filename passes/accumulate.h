@@ -104,6 +104,10 @@ struct AccumulatedIds {
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
                                                Extent2D extent, bool withVariance);
 
+// The stored state without a new sample, with mean and variance of all samples in it. At least one.
+[[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
+                                                  Extent2D extent, bool withVariance);
+
 // The sums of `accumulated`, with squares where it has a variance, on their way to the host.
 class RAYGRAPH_API SumsReadback {
   public:

@@ -143,7 +143,7 @@ class Rendering {
 void RenderFrames(const FrameRange& frames, Session& session, Rendering& rendering, ProgramLog& log) {
     const uint32_t count = frames.Count();
     for (uint32_t frame = 0; frame < count; ++frame) {
-        if (frame > 0) session.StartPicture(frames.TimeOf(frame));
+        if (frame > 0) session.StartPicture({.at = frames.TimeOf(frame)});
         const std::string label = Text("  frame {} of {}", frame + 1, count);
         rendering.RenderPicture(frames.NumberOf(frame), label);
         if (!rendering.IsInterrupted()) continue;

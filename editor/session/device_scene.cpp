@@ -1,5 +1,7 @@
 #include "editor/session/device_scene.h"
 
+#include <tuple>
+
 #include "base/check.h"
 #include "base/text.h"
 #include "editor/session/bias.h"
@@ -19,10 +21,11 @@ float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
     return distance > 0.0f ? distance : 1.0f;
 }
 
-scene::CameraView ViewFrom(const PictureSettings& settings, const scene::SceneData& data) {
+scene::CameraView ViewFrom(const PictureSettings& settings, const std::string& camera,
+                           const scene::SceneData& data) {
     const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
     try {
-        return scene::ChooseView(data, settings.camera, aspect);
+        return scene::ChooseView(data, camera, aspect);
     } catch (const Error& error) {
         throw SettingError(error.Kind(), Text("camera: {}", error.what()));
     }
@@ -41,8 +44,10 @@ GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
     : m_settings(settings), m_renderer(device), m_scene(m_renderer, SceneDescFor(settings)) {
     if (settings.at) m_motion.emplace(input.data, settings.clips);
-    m_restView = ViewFrom(settings, input.data);
-    PlaceView(m_restView, input.data.bounds);
+    m_atRest.cameras = input.data.cameras;
+    m_atRest.bounds = input.data.bounds;
+    m_restView = ViewAtRest(settings.camera);
+    PlaceView(m_restView, m_atRest.bounds);
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();
     const bool usesScene = !hasMap && !settings.background && input.data.environment.IsPresent();
@@ -76,13 +81,14 @@ void DeviceScene::StartPicture() {
     m_motion->StartAt(m_scene, *m_settings.at);
     const scene::SceneData& posed = m_motion->Posed();
     // A scene without cameras is framed as it is at rest, so that a moving one does not carry the view along
-    PlaceView(posed.cameras.empty() ? m_restView : ViewFrom(m_settings, posed), posed.bounds);
+    PlaceView(posed.cameras.empty() ? m_restView : ViewFrom(m_settings, m_settings.camera, posed),
+              posed.bounds);
     m_scene.SetViewpoint(EyeOf(m_traced.camera));
 }
 
 void DeviceScene::MoveTo(double seconds) {
     const bool isCameraMoved = m_motion->MoveTo(m_scene, seconds);
-    if (isCameraMoved) m_traced = Traced(ViewFrom(m_settings, m_motion->Posed()));
+    if (isCameraMoved) m_traced = Traced(ViewFrom(m_settings, m_settings.camera, m_motion->Posed()));
 }
 
 SceneIds DeviceScene::Declare(uint32_t sampleIndex) {
@@ -105,6 +111,25 @@ void DeviceScene::SetTime(double at) {
     RG_CHECK(m_motion.has_value());
     m_settings.at = at;
     StartPicture();
+}
+
+scene::CameraView DeviceScene::ViewAtRest(const std::string& camera) const {
+    return ViewFrom(m_settings, camera, m_atRest);
+}
+
+void DeviceScene::RequireCamera(const std::string& camera) const {
+    std::ignore = ViewAtRest(camera);
+}
+
+void DeviceScene::SetCamera(const std::string& camera) {
+    m_restView = ViewAtRest(camera);
+    m_settings.camera = camera;
+    if (m_motion) {
+        StartPicture();
+        return;
+    }
+    PlaceView(m_restView, m_atRest.bounds);
+    m_scene.SetViewpoint(EyeOf(m_traced.camera));
 }
 
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {

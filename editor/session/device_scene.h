@@ -35,8 +35,12 @@ class DeviceScene {
     bool IsBlurred() const { return m_motion && m_settings.shutter; }
     // Only of a scene with a time.
     void SetTime(double at);
+    // As PictureSettings::camera. Throws as the constructor, and changes nothing.
+    void SetCamera(const std::string& camera);
+    void RequireCamera(const std::string& camera) const;
 
   private:
+    scene::CameraView ViewAtRest(const std::string& camera) const;
     // Poses the scene at its time, with its view, focus and origin: as nothing but that time has it.
     void StartPicture();
     void PlaceView(const scene::CameraView& view, const scene::Bounds& bounds);
@@ -47,6 +51,7 @@ class DeviceScene {
     Renderer m_renderer;
     GpuScene m_scene;
     std::optional<SceneMotion> m_motion;
+    scene::SceneData m_atRest;  // its cameras and bounds alone
     scene::CameraView m_restView;
     float m_focus = 0.0f;  // of the picture, at all times of its shutter
     passes::TraceSettings m_traced;

@@ -17,6 +17,14 @@ struct ImageStatistics {
     std::optional<double> relativeError;
 };
 
+// The relative error that a picture had with so many samples.
+struct MeasuredError {
+    uint32_t samples = 0;
+    std::optional<double> relativeError;  // as of ImageStatistics
+
+    bool operator==(const MeasuredError&) const = default;
+};
+
 // RGBA texels of the mean of `sampleCount` samples and of the variance of one sample (may be empty).
 RAYGRAPH_API ImageStatistics Measure(std::span<const float> mean, std::span<const float> variance,
                                      uint32_t sampleCount);

@@ -6,6 +6,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/session/render_flaws.h"
+#include "editor/session/render_sums.h"
 
 namespace raygraph::session {
 
@@ -47,42 +48,6 @@ void RequireDisjoint(const NamedRender& a, const NamedRender& b) {
                         ToText(a.render.samples), ToText(b.render.samples));
 }
 
-// Adds to sums that may be of no part yet.
-void Add(passes::ExactSums& sums, passes::ExactSums&& others) {
-    if (sums.IsEmpty())
-        sums = std::move(others);
-    else if (!others.IsEmpty())
-        passes::AddSums(sums, others);
-}
-
-void Add(RenderSums& sums, RenderSums&& others) {
-    Add(sums.radiance, std::move(others.radiance));
-    for (const Aov aov : kAovs)
-        if (passes::ExactSums* of = SumsOf(sums, aov)) Add(*of, std::move(*SumsOf(others, aov)));
-    for (size_t i = 0; i < sums.lightGroups.size(); ++i)
-        Add(sums.lightGroups[i], std::move(others.lightGroups[i]));
-}
-
-// Sets the pictures to what the sums say.
-void TakeMeans(RenderFile& render) {
-    const auto count = static_cast<uint32_t>(SampleCount(render.samples));
-    render.radiance = passes::MeanOf(render.sums.radiance, count);
-    if (render.sums.radiance.HasSquares()) render.variance = passes::VarianceOf(render.sums.radiance, count);
-    for (const Aov aov : kAovs) {
-        const passes::ExactSums* sums = SumsOf(render.sums, aov);
-        if (sums != nullptr && !sums->IsEmpty() && aov < Aov::RemovedMaxDepth)
-            *MeanOf(render, aov) = passes::MeanOf(*sums, count);
-    }
-    for (size_t i = 0; i < kBiasCount; ++i) {
-        const passes::ExactSums& sums = render.sums.removed[i];
-        if (sums.IsEmpty() || render.removedSamples == 0) continue;
-        render.removed[i] = passes::MeanOf(sums, render.removedSamples);
-        render.removedVariance[i] = passes::VarianceOf(sums, render.removedSamples);
-    }
-    for (size_t i = 0; i < render.lightGroups.size(); ++i)
-        render.lightGroups[i] = passes::MeanOf(render.sums.lightGroups[i], count);
-}
-
 }  // namespace
 
 RenderFile Merge(std::vector<NamedRender> parts) {
@@ -107,6 +72,7 @@ RenderFile Merge(std::vector<NamedRender> parts) {
     }
     if (const uint64_t total = SampleCount(merged.samples); total > 0xFFFFFFFFu)
         throw MakeError(ErrorKind::BadInput, "{} samples are more than can be counted", total);
+    if (parts.size() > 1) merged.measuredError.reset();
     TakeMeans(merged);
     return merged;
 }

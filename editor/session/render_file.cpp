@@ -34,6 +34,7 @@ constexpr const char* kAttributeSamples = "raygraph.samples";                // 
 constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";      // decimal: index of the first
 constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";      // "0-63 128-191": which
 constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
+constexpr const char* kAttributeMeasuredError = "raygraph.measuredError";    // "64 0.021": samples, relative
 constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
@@ -162,6 +163,17 @@ SampleRanges SamplesOf(const image::ExrImage& file) {
     return samples;
 }
 
+std::optional<MeasuredError> MeasuredErrorOf(const image::ExrImage& file) {
+    const std::string text = TextAttribute(file, kAttributeMeasuredError);
+    if (text.empty()) return std::nullopt;
+    const size_t space = std::min(text.find(' '), text.size() - 1);
+    try {
+        return MeasuredError{ParseCount(text.substr(0, space), 1), ParseNumber(text.substr(space + 1), 0.0)};
+    } catch (const Error& error) {
+        throw MakeError(ErrorKind::BadInput, "{}: {}", kAttributeMeasuredError, error.what());
+    }
+}
+
 void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
     for (const Bias bias : kBiases) {
         const size_t i = static_cast<size_t>(bias);
@@ -233,6 +245,7 @@ RenderFile FromExr(const image::ExrImage& file) {
         if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
     TakeMotion(file, render.motion);
 
+    render.measuredError = MeasuredErrorOf(file);
     render.version = TextAttribute(file, kAttributeVersion);
     render.device = TextAttribute(file, kAttributeDevice);
     render.driver = TextAttribute(file, kAttributeDriver);
@@ -394,6 +407,9 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
     attributes[kAttributeSampleRanges] = ToText(render.samples);
     if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
+    if (render.measuredError && render.measuredError->relativeError)
+        attributes[kAttributeMeasuredError] =
+            Text("{} {}", render.measuredError->samples, *render.measuredError->relativeError);
     for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
     image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
     SayHow(log, path, render, "written", watch);

@@ -20,12 +20,14 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/api.h"
 #include "base/log.h"
 #include "editor/session/aovs.h"
+#include "editor/session/image_statistics.h"
 #include "editor/session/picture_settings.h"
 #include "editor/session/sample_ranges.h"
 #include "passes/exact_sums.h"
@@ -63,6 +65,8 @@ struct RenderFile {
         motion;  // x and y of each pixel: from when the shutter opens to when it closes, pixels
 
     SampleRanges samples;
+    // What a run to a relative error measured last: a resumed one goes on from it. None of merged renders.
+    std::optional<MeasuredError> measuredError;
     SettingTexts settings;
     std::string sceneFile;        // file name without folders
     std::string sceneHash;        // of the scene's content; "": it had edits that were not saved

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/check.h"
+#include "editor/session/error_goal.h"
 #include "editor/session/light_group_tiles.h"
 #include "passes/project_hits.h"
 #include "passes/raster.h"
@@ -12,12 +13,6 @@
 namespace raygraph::session {
 
 namespace {
-
-bool HasNoColor(const Texels& texels) {
-    for (size_t i = 0; i < texels.size(); ++i)
-        if (i % 4 != 3 && texels[i] != 0.0f) return false;
-    return true;
-}
 
 // What pixels saw, from frame to frame.
 TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) {
@@ -40,11 +35,11 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
     : m_scene(scene),
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
-      m_secondTraces(scene.SettingsFor(plan.firstSample).biases, plan.continues),
+      m_secondTraces(plan.tracedAgain),
       m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
       m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
-      m_isKeepingCenter(plan.aovs.NeedsCenterRay()),
-      m_isKeepingMotion(plan.aovs.Has(Aov::Motion)) {
+      m_isKeepingCenter(plan.hasSharp && plan.aovs.NeedsCenterRay()),
+      m_isKeepingMotion(plan.hasSharp && plan.aovs.Has(Aov::Motion)) {
     for (size_t i = 0; i < passes::kPathPartCount; ++i)
         if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
             m_parts.push_back({i, Accumulated(Name(aov))});
@@ -75,28 +70,27 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     m_secondTraces.Restore(m_renderer, render);
     m_renderer.Execute();
     m_submitted = count;
+    m_samples = render.samples;
+    m_lastSample = static_cast<uint32_t>(m_samples.back().End() - 1);
     if (!hasAverages) m_toRestore = count;
 }
 
 void SampleFrames::RestoreSample() {
     RG_CHECK(m_toRestore > 0);
-    const uint32_t sample = m_plan.firstSample + m_submitted - m_toRestore;
+    const uint32_t sample = m_lastSample + 1 - m_toRestore;
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.Declare(sample);
-    DeclareAverages(ids, m_scene.SettingsFor(sample), false);
+    DeclareAverages(ids, m_scene.SettingsFor(sample));
     m_renderer.Execute();
     --m_toRestore;
 }
 
-void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into) {
-    into.mean = m_renderer.ReadBack(ids.mean);
-    if (m_plan.withSums) into.sums = passes::SumsReadback(m_renderer, ids);
+Extent2D SampleFrames::Size() const {
+    return m_scene.SettingsFor(0).extent;
 }
 
-void SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {
-    const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, sample, into.accumulation);
-    m_renderer.Present(ids.sums[0]);
-    if (isLast) ReadBack(ids, into);
+void SampleFrames::Keep(TextureId sample, Accumulated& into) {
+    m_renderer.Present(passes::Accumulate(m_renderer, sample, into.accumulation).sums[0]);
 }
 
 passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -107,61 +101,46 @@ passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::
                                                m_filteredEnvironment, m_plan.raster)};
 }
 
-TextureId SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings,
-                                        bool isLast, bool isMeasuring) {
+void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::TraceIds sample = DeclareSample(ids, settings);
     if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
-    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
-    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups, isLast);
-    m_secondTraces.Declare(m_renderer, settings, sample.radiance, isLast,
+    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum);
+    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups);
+    m_secondTraces.Declare(m_renderer, settings, sample.radiance,
                            [&](const auto& others) { return DeclareSample(ids, others).radiance; });
     const passes::AccumulatedIds sums =
         passes::Accumulate(m_renderer, sample.radiance, m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.sums[0]);
-    if (isLast) {
-        ReadBack(sums, m_radiance);
-        if (m_plan.withVariance) m_variance = m_renderer.ReadBack(sums.variance);
-    } else if (isMeasuring && m_plan.withVariance && !m_measurement) {
-        m_measurement =
-            Measurement{m_submitted + 1, m_renderer.ReadBack(sums.mean), m_renderer.ReadBack(sums.variance)};
-    }
-    return sums.mean;
 }
 
-void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::FilmPosition film =
         passes::IsMeanMeaningful(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
-    const TextureId values =
-        passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfacesBy::Rays);
-    const passes::AccumulatedIds sums = passes::Accumulate(m_renderer, values, m_radiance.accumulation);
-    m_renderer.Present(sums.sums[0]);
-    if (!isLast) return;
-    ReadBack(sums, m_radiance);
-    m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, sums.mean, m_plan.view));
+    Keep(passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfacesBy::Rays),
+         m_radiance);
 }
 
-void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo, isLast);
-    if (m_isKeepingNormal) Keep(hits.normal, m_normal, isLast);
+    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo);
+    if (m_isKeepingNormal) Keep(hits.normal, m_normal);
 }
 
-void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings) {
-    const passes::PrimaryHitIds hits =
-        passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Center);
-    m_position = m_renderer.ReadBack(hits.position);
-    m_ids = m_renderer.ReadBack(hits.ids);
-}
-
-void SampleFrames::TraceSharp(uint32_t sample) {
+void SampleFrames::TraceSharp() {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareSharp();
-    const passes::TraceSettings settings = m_scene.SettingsFor(sample);
-    if (m_isKeepingCenter) DeclareCenterRay(ids, settings);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_lastSample);
+    if (m_isKeepingCenter) {
+        const passes::PrimaryHitIds hits =
+            passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Center);
+        m_position = m_renderer.ReadBack(hits.position);
+        m_ids = m_renderer.ReadBack(hits.ids);
+    }
     if (m_isKeepingMotion)
         m_renderer.Present(passes::TraceHits(m_renderer, ids, settings, MotionHits(m_renderer, settings)));
     m_renderer.Execute();
+    m_wasSharpTraced = true;
     if (!m_isKeepingMotion) return;
     m_placesAtOpen = ProjectAt(0.0, settings.camera);
     m_placesAtClose = ProjectAt(1.0, settings.camera);
@@ -170,33 +149,61 @@ void SampleFrames::TraceSharp(uint32_t sample) {
 Readback SampleFrames::ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy) {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareInShutter(shutterPosition);
-    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_lastSample);
     const Readback places = m_renderer.ReadBack(
         passes::ProjectHits(m_renderer, ids, settings, MotionHits(m_renderer, settings), seenBy));
     m_renderer.Execute();
     return places;
 }
 
-void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
-    const uint32_t sample = m_plan.firstSample + m_submitted;
+void SampleFrames::RenderSample(uint32_t index) {
     m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Declare(sample);
-    const passes::TraceSettings settings = m_scene.SettingsFor(sample);
-    TextureId mean;
+    const SceneIds ids = m_scene.Declare(index);
+    const passes::TraceSettings settings = m_scene.SettingsFor(index);
     if (ShowsLight())
-        mean = DeclareRadiance(ids, settings, isLast, isMeasuring);
+        DeclareRadiance(ids, settings);
     else
-        DeclareValues(ids, settings, isLast);
-    if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
-    if (ShowsLight() && isLast)
-        m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, mean, m_plan.tonemap));
-    if (m_isKeepingCenter && isLast && !m_scene.IsBlurred()) DeclareCenterRay(ids, settings);
+        DeclareValues(ids, settings);
+    if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings);
     m_pending.push_back(m_renderer.Execute());
-    if (isLast && m_scene.IsBlurred() && (m_isKeepingCenter || m_isKeepingMotion)) TraceSharp(sample);
+    m_samples = Union(m_samples, {{index, 1}});
+    m_lastSample = index;
     ++m_submitted;
-    m_hasPicture = isLast;
+    m_hasPicture = false;
     NonFiniteSamples();
     m_times.Add(m_renderer.TakeTimings());
+}
+
+TextureId SampleFrames::ReadBack(Accumulated& from, Extent2D extent, bool withVariance) {
+    const passes::AccumulatedIds ids = passes::Resolve(m_renderer, from.accumulation, extent, withVariance);
+    from.mean = m_renderer.ReadBack(ids.mean);
+    if (m_plan.withSums) from.sums = passes::SumsReadback(m_renderer, ids);
+    if (withVariance) m_variance = m_renderer.ReadBack(ids.variance);
+    return ids.mean;
+}
+
+TextureId SampleFrames::DeclareDisplay(TextureId mean) {
+    return ShowsLight() ? passes::Tonemap(m_renderer, mean, m_plan.tonemap)
+                        : passes::PaintView(m_renderer, mean, m_plan.view);
+}
+
+void SampleFrames::FinishPicture() {
+    m_hasPicture = true;
+    if ((m_isKeepingCenter || m_isKeepingMotion) && !m_wasSharpTraced) TraceSharp();
+    if (m_submitted == 0) return;
+    const Extent2D size = Size();
+    m_renderer.BeginFrame();
+    const TextureId mean = ReadBack(m_radiance, size, ShowsLight() && m_plan.withVariance);
+    m_display = m_renderer.ReadBack(DeclareDisplay(mean));
+    if (m_isKeepingAlbedo) ReadBack(m_albedo, size);
+    if (m_isKeepingNormal) ReadBack(m_normal, size);
+    for (KeptPart& part : m_parts) ReadBack(part.sum, size);
+    if (m_plan.lightGroupCount > 0) {
+        const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
+        ReadBack(m_groups, {tiles.width * size.width, tiles.height * size.height});
+    }
+    if (ShowsLight()) m_secondTraces.ReadBack(m_renderer, size);
+    m_renderer.Execute();
 }
 
 uint32_t SampleFrames::SamplesDone() {
@@ -217,19 +224,32 @@ void SampleFrames::WaitForSamples() {
     if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back());
 }
 
-std::optional<double> SampleFrames::RelativeError() {
+void SampleFrames::MeasureError() {
+    if (m_measurement || !m_plan.withVariance || !ShowsLight()) return;
+    m_renderer.BeginFrame();
+    const passes::AccumulatedIds ids = passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true);
+    m_measurement =
+        Measurement{m_submitted, m_renderer.ReadBack(ids.mean), m_renderer.ReadBack(ids.variance)};
+    m_renderer.Execute();
+}
+
+MeasuredError SampleFrames::MeasureErrorNow() {
+    if (m_measurement && m_measurement->sampleCount != m_submitted) m_measurement.reset();
+    MeasureError();
+    RG_CHECK(m_measurement.has_value());
+    m_measurement->mean.Wait();
+    m_measurement->variance.Wait();
+    return *NewestError();
+}
+
+const std::optional<MeasuredError>& SampleFrames::NewestError() {
     if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
-        const uint32_t count = m_measurement->sampleCount;
-        const Texels mean = WaitForValues<float>(m_measurement->mean),
-                     variance = WaitForValues<float>(m_measurement->variance);
-        const std::optional<double> error = Measure(mean, variance, count).relativeError;
-        m_isBlack = HasNoColor(mean) && HasNoColor(variance);
-        if (error) m_errorOfOneSample = *error * std::sqrt(static_cast<double>(count));
+        m_error =
+            session::MeasureError(WaitForValues<float>(m_measurement->mean),
+                                  WaitForValues<float>(m_measurement->variance), m_measurement->sampleCount);
         m_measurement.reset();
     }
-    const uint32_t done = SamplesDone();
-    if (!m_errorOfOneSample || done == 0) return std::nullopt;
-    return *m_errorOfOneSample / std::sqrt(static_cast<double>(done));
+    return m_error;
 }
 
 void SampleFrames::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
@@ -237,7 +257,18 @@ void SampleFrames::Take(const Accumulated& from, Texels& mean, passes::ExactSums
     if (m_plan.withSums) sums = from.sums.Values();
 }
 
-void SampleFrames::TakePicture(RenderFile& render) const {
+void SampleFrames::TakeZeros(RenderFile& render) const {
+    const passes::ExactSums zeros = passes::MakeExactSums(PixelCount(render.size), false);
+    RenderSums& sums = render.sums;
+    sums.radiance = passes::MakeExactSums(PixelCount(render.size), ShowsLight() && m_plan.withVariance);
+    if (m_isKeepingAlbedo) sums.albedo = zeros;
+    if (m_isKeepingNormal) sums.normal = zeros;
+    for (const KeptPart& part : m_parts) sums.parts[part.index] = zeros;
+    sums.lightGroups.assign(m_plan.lightGroupCount, zeros);
+    render.lightGroups.resize(m_plan.lightGroupCount);
+}
+
+void SampleFrames::TakeMeans(RenderFile& render) const {
     Take(m_radiance, render.radiance, render.sums.radiance);
     if (ShowsLight() && m_plan.withVariance) render.variance = WaitForValues<float>(m_variance);
     if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
@@ -251,6 +282,13 @@ void SampleFrames::TakePicture(RenderFile& render) const {
         render.lightGroups = FromTiles(tiles, render.size, m_plan.lightGroupCount);
         if (m_plan.withSums) render.sums.lightGroups = FromTiles(sums, render.size, m_plan.lightGroupCount);
     }
+}
+
+void SampleFrames::TakePicture(RenderFile& render) const {
+    if (m_submitted > 0)
+        TakeMeans(render);
+    else
+        TakeZeros(render);
     if (ShowsLight()) m_secondTraces.Take(render, m_plan.withSums);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = WaitForValues<uint32_t>(m_ids);
@@ -260,7 +298,7 @@ void SampleFrames::TakePicture(RenderFile& render) const {
     }
     if (m_isKeepingMotion)
         render.motion = MotionOf(WaitForValues<float>(m_placesAtOpen), WaitForValues<float>(m_placesAtClose));
-    render.samples = {{m_plan.firstSample, m_submitted}};
+    render.samples = m_samples;
 }
 
 image::Image8 SampleFrames::TakeDisplay() const {
@@ -270,12 +308,25 @@ image::Image8 SampleFrames::TakeDisplay() const {
     return picture;
 }
 
-double SampleFrames::MeasureRaysPerSample() {
-    const uint32_t sample = m_plan.firstSample + m_submitted - 1;
+image::Image8 SampleFrames::DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount) {
+    passes::Accumulation shown("shown");
     m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Declare(sample);
+    passes::Restore(m_renderer, shown, Size(), sampleCount, {.sums = sums.sums, .squares = {}});
+    m_renderer.Execute();
+    m_renderer.BeginFrame();
+    const TextureId mean = passes::Resolve(m_renderer, shown, Size(), false).mean;
+    m_display = m_renderer.ReadBack(DeclareDisplay(mean));
+    m_renderer.Execute();
+    shown.Reset(passes::ResetCause::Start);
+    passes::Forget(m_renderer, shown);
+    return TakeDisplay();
+}
+
+double SampleFrames::MeasureRaysPerSample() {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Declare(m_lastSample);
     const passes::TraceIds traced =
-        passes::Trace(m_renderer, ids, m_scene.SettingsFor(sample), {.rayCounts = true});
+        passes::Trace(m_renderer, ids, m_scene.SettingsFor(m_lastSample), {.rayCounts = true});
     const Readback readback = m_renderer.ReadBack(traced.rayCounts);
     m_renderer.Execute();
     const std::vector<float> rays = WaitForValues<float>(readback);

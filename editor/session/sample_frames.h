@@ -1,4 +1,5 @@
-// Renders samples of one picture, one a frame, and returns the accumulated result. For editor/session/ alone.
+// Renders samples of one picture on one device, one a frame, and returns the accumulated result. For
+// editor/session/ alone.
 #pragma once
 
 #include <deque>
@@ -24,9 +25,10 @@ struct FramePlan {
     uint32_t lightGroupCount = 0;           // rendered separately; 0: none
     bool withVariance = false;              // of the radiance
     bool withSums = false;                  // returns the sums of everything accumulated
-    uint32_t firstSample = 0;               // index
     passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
+    bool hasSharp = true;                   // depth, ids and motion, of those that are asked for
+    TracedAgain tracedAgain{};              // without which biases samples are traced again
     const RenderFile* continues = nullptr;  // its samples come first; not kept
 };
 
@@ -35,32 +37,41 @@ class SampleFrames {
     // `scene` outlives the object.
     SampleFrames(DeviceScene& scene, const FramePlan& plan);
 
-    // Submits one sample; waits while as many frames are in flight as the device allows. The last sample's
-    // frame reads everything back. `isMeasuring`: its error is estimated when it has arrived.
-    void RenderSample(bool isLast, bool isMeasuring);
+    // Submits the sample with this index, which is not in the picture yet; waits while as many frames are in
+    // flight as the device allows.
+    void RenderSample(uint32_t index);
     // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
     // to be traced again, before the first RenderSample.
     uint32_t SamplesToRestore() const { return m_toRestore; }
     // Submits the surfaces of the next of them; waits as RenderSample.
     void RestoreSample();
-    // Samples in the picture that the device has finished, those that were continued included.
+    // Samples in the picture, continued ones included: those that the device has finished, all submitted ones,
+    // and which these are.
     uint32_t SamplesDone();
     uint32_t SamplesSubmitted() const { return m_submitted; }
-    // Of the newest measured sample that has arrived, scaled to the samples done since; none before.
-    std::optional<double> RelativeError();
-    // Whether the newest measured sample that has arrived shows no light, and no earlier one did.
-    bool IsBlack() const { return m_isBlack; }
+    const SampleRanges& Samples() const { return m_samples; }
+    // Starts to estimate the error of what was submitted, which has samples, unless an estimate is under way.
+    void MeasureError();
+    // The newest that has arrived; 0 of a black picture.
+    const std::optional<MeasuredError>& NewestError();
+    // The same, of all samples, after waiting for it.
+    MeasuredError MeasureErrorNow();
     // Of the finished ones that this object rendered: those that were infinite or NaN, and are black.
     uint64_t NonFiniteSamples();
     // Waits until the device has done what was submitted.
     void WaitForSamples();
 
+    // Submits the reading back of what Take* return. More samples may follow.
+    void FinishPicture();
+    // After FinishPicture, until the next sample.
     bool HasPicture() const { return m_hasPicture; }
-    // After a last sample: fills the picture and its channels and samples, and waits for them. The rest of
-    // the render is left as it is.
+    // After FinishPicture: fills the picture and its channels and samples, and waits for them. The rest of
+    // the render is left as it is. Without a sample, sums are zero, and there are no means.
     void TakePicture(RenderFile& render) const;
     // The tone-mapped picture, or the view as PaintView shows it; opaque.
     image::Image8 TakeDisplay() const;
+    // The same of other sums: those of `sampleCount` samples of several devices.
+    image::Image8 DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount);
 
     // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
     // Only if TracesPaths().
@@ -71,7 +82,7 @@ class SampleFrames {
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
-    // An accumulated picture; the last sample sets the readbacks.
+    // An accumulated picture; FinishPicture sets the readbacks.
     struct Accumulated {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;
@@ -90,19 +101,21 @@ class SampleFrames {
     void RestoreFrom(const RenderFile& render);
     // One sample of the radiance, by the pipeline of all samples.
     passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
-    // Its mean.
-    TextureId DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
-                              bool isMeasuring);
+    // Adds it, and what else comes of it.
+    void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings);
     // Of a view that shows no light.
-    void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
-    // Means over the samples, of what is kept.
-    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
-    void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
-    void TraceSharp(uint32_t sample);  // what is not blurred by motion, in frames of its own
+    void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings);
+    // Adds surfaces to the means over the samples.
+    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings);
+    void TraceSharp();  // what is not blurred by motion, in frames of its own
     Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
-    void Keep(TextureId sample, Accumulated& into, bool isLast);
-    void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
+    void Keep(TextureId sample, Accumulated& into);
+    TextureId ReadBack(Accumulated& from, Extent2D extent, bool withVariance = false);  // the mean
+    TextureId DeclareDisplay(TextureId mean);
+    void TakeMeans(RenderFile& render) const;
+    void TakeZeros(RenderFile& render) const;
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
+    Extent2D Size() const;  // of the picture
 
     DeviceScene& m_scene;
     Renderer& m_renderer;
@@ -110,7 +123,10 @@ class SampleFrames {
     SecondTraces m_secondTraces;
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter, m_isKeepingMotion;
     bool m_hasPicture = false;
+    bool m_wasSharpTraced = false;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
+    SampleRanges m_samples;          // which
+    uint32_t m_lastSample = 0;       // that was submitted
     uint32_t m_toRestore = 0;        // the last ones of those that were continued
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
@@ -122,9 +138,8 @@ class SampleFrames {
     Readback m_variance, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
     std::deque<Readback> m_counts;  // TraceCounts of samples, until they have arrived
     uint64_t m_nonFiniteSamples = 0;
-    std::optional<Measurement> m_measurement;
-    std::optional<double> m_errorOfOneSample;
-    bool m_isBlack = false;
+    std::optional<Measurement> m_measurement;  // under way
+    std::optional<MeasuredError> m_error;
     PassTimes m_times;
 };
 

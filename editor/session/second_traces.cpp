@@ -7,12 +7,19 @@ namespace raygraph::session {
 
 SecondTraces::Kept::Kept(Bias which) : bias(which), accumulation(std::string("removed_") + Name(which)) {}
 
-SecondTraces::SecondTraces(const passes::BiasSettings& biases, const RenderFile* continues) {
+TracedAgain BiasesTracedAgain(const passes::BiasSettings& biases, const RenderFile* continues) {
+    TracedAgain again{};
     const bool hasCount = continues != nullptr && continues->removedSamples > 0;
     for (const Bias bias : kBiases) {
-        const bool canCount = !hasCount || !continues->sums.removed[static_cast<size_t>(bias)].IsEmpty();
-        if (IsOn(biases, bias) && canCount) m_kept.emplace_back(bias);
+        const size_t i = static_cast<size_t>(bias);
+        again[i] = IsOn(biases, bias) && !(hasCount && continues->sums.removed[i].IsEmpty());
     }
+    return again;
+}
+
+SecondTraces::SecondTraces(const TracedAgain& biases) {
+    for (const Bias bias : kBiases)
+        if (biases[static_cast<size_t>(bias)]) m_kept.emplace_back(bias);
 }
 
 void SecondTraces::Restore(Renderer& renderer, const RenderFile& render) {
@@ -24,21 +31,20 @@ void SecondTraces::Restore(Renderer& renderer, const RenderFile& render) {
 }
 
 void SecondTraces::Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
-                           bool isLast, const TraceSample& trace) {
-    const bool isDue = settings.sampleIndex % kSecondTracePeriod == 0;
+                           const TraceSample& trace) {
+    if (settings.sampleIndex % kSecondTracePeriod != 0) return;
     for (Kept& kept : m_kept) {
-        passes::AccumulatedIds ids;
-        if (isDue) {
-            const TextureId again = trace(Without(settings, kept.bias));
-            ids = passes::Accumulate(renderer, passes::Subtract(renderer, again, sample), kept.accumulation,
-                                     true);
-            renderer.Present(ids.mean);  // the last sample may have no second traces
-        } else if (isLast && kept.accumulation.SampleCount() > 0) {
-            ids = passes::Kept(renderer, kept.accumulation, settings.extent, true);
-        } else {
-            continue;
-        }
-        if (!isLast) continue;
+        const TextureId again = trace(Without(settings, kept.bias));
+        const passes::AccumulatedIds ids =
+            passes::Accumulate(renderer, passes::Subtract(renderer, again, sample), kept.accumulation, true);
+        renderer.Present(ids.sums[0]);
+    }
+}
+
+void SecondTraces::ReadBack(Renderer& renderer, Extent2D extent) {
+    for (Kept& kept : m_kept) {
+        if (kept.accumulation.SampleCount() == 0) continue;
+        const passes::AccumulatedIds ids = passes::Resolve(renderer, kept.accumulation, extent, true);
         kept.mean = renderer.ReadBack(ids.mean);
         kept.variance = renderer.ReadBack(ids.variance);
         kept.sums = passes::SumsReadback(renderer, ids);

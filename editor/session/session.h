@@ -7,9 +7,11 @@
 //   session::WriteRenderFile("picture.exr", session.Result().render);
 //
 // The bits of a picture depend on the device, the settings and the range of samples, and not on how many runs
-// took them: a resumed render has the bits of one that was never interrupted.
+// took them: a resumed render has the bits of one that was never interrupted. Several devices of one kind
+// render a picture together, each a part of the samples, with the bits that one of them gives.
 //
-// Threads: one at a time, as a Renderer; the device may be in use by others.
+// Threads: one at a time, as a Renderer; the devices may be in use by others. With several devices a run has a
+// thread for each.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +19,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "base/api.h"
@@ -24,6 +28,7 @@
 #include "editor/session/image_statistics.h"
 #include "editor/session/pass_times.h"
 #include "editor/session/picture_settings.h"
+#include "editor/session/process_group.h"
 #include "editor/session/render_file.h"
 #include "editor/session/resume.h"
 #include "editor/session/run.h"
@@ -43,6 +48,17 @@ struct SessionDesc {
     bool withSums = true;                    // without them the render can be neither resumed nor merged
     passes::TonemapSettings tonemap{};       // of Session::Display
     const ResumedRender* resumed = nullptr;  // its samples come first; not kept
+    // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
+    // session of the same settings, first sample and AOVs, on devices of its own, and makes the same calls in
+    // the same order; what says so below is for the root alone. `resumed` is given to the root.
+    ProcessGroup* group = nullptr;
+};
+
+// What is another in the next picture.
+struct NextPicture {
+    std::optional<double> at;                // of the scene's animations; none: the same
+    std::optional<std::string> camera;       // as PictureSettings::camera; none: the same
+    const ResumedRender* resumed = nullptr;  // as of SessionDesc
 };
 
 // A render without samples: what is recorded beside its pictures. SettingError of kind Usage if the input is
@@ -75,13 +91,20 @@ class RAYGRAPH_API Session {
     // these settings cannot have, and for sample indices beyond the last; Error{BadInput} if scene,
     // environment or settings are not those of the resumed render, and as RequireResumable.
     Session(rhi::Device& device, SceneInput input, const SessionDesc& desc);
+    // The same on several devices, at least one; the scene is uploaded to each. What is of one device below is
+    // of the first. Devices of different kinds render the same picture, but not the same bits.
+    Session(std::span<rhi::Device* const> devices, SceneInput input, const SessionDesc& desc);
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
     // Renders until the rule says so, and waits for the last sample. May be called again, to go on; but for
     // a view without a mean over samples (passes::IsMeanMeaningful), which takes one sample, whatever the
-    // rule says, it may be called once. `progress` is called after each sample was submitted, on this thread.
+    // rule says, it may be called once. Several runs to one relative error end where one would.
+    //
+    // `progress` is called on this thread: after each sample was submitted, and several times a second where
+    // there are several devices. In a group the rule is the same everywhere, the root's time counts, it alone
+    // has progress, and a stop may be requested in any process.
     //
     // Where albedo or normals of a resumed render have no sums, as those of the editor, the first run begins
     // by tracing those of its samples again; `progress` is called, and the rule asked whether to stop, for
@@ -92,14 +115,16 @@ class RAYGRAPH_API Session {
     // session can only be destroyed.
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
 
-    // Begins another picture, at another time of the scene's animations, with the same settings else, and
-    // without samples. What is on the device stays, so this takes no longer than moving the scene does; the
-    // results of the last picture are gone. The bits are those of a session that began at this time, but
-    // where a ray hits two surfaces at exactly the same distance. Error{Usage} for a scene without a time,
-    // and a time that no setting can be.
-    void StartPicture(double at);
+    // Begins another picture, with the same settings else. What is on the devices stays, so this takes no
+    // longer than moving the scene does; the results of the last picture are gone. The bits are those of a
+    // session that began with it, but where a ray hits two surfaces at exactly the same distance.
+    // Error{Usage} for a time of a scene without one, and one that no setting can be; SettingError as of the
+    // constructor for a camera; as of the constructor for the resumed render. Then nothing changes.
+    void StartPicture(const NextPicture& next);
+    // SettingError of kind Usage for a camera that is not in the scene.
+    void RequireCamera(const std::string& camera) const;
 
-    // Whether there is one: after a run that took a sample.
+    // Whether there is one: after a run that took a sample; in a group on the root.
     bool HasResult() const;
     // After such a run: all that was asked for. Copies it from the device, and waits for that.
     SessionResult Result() const;
@@ -107,7 +132,7 @@ class RAYGRAPH_API Session {
     image::Image8 Display() const;
 
     uint32_t SampleCount() const;  // in the picture, with resumed ones
-    // Of the samples that this session rendered: infinite or NaN ones, which count as black.
+    // Of the samples that this session, or its group, rendered: infinite or NaN ones, which count as black.
     uint64_t NonFiniteSamples();
     SessionStatistics Statistics();
     // Rays that a path of the last sample takes, on average over the pixels; none where no paths are traced.

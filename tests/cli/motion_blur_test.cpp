@@ -201,7 +201,7 @@ TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
     double poses = 0.0, first = 0.0;
     constexpr int kPoses = 16;
     for (int i = 0; i < kPoses; ++i) {
-        session.StartPicture((i + 0.5) / kPoses);
+        session.StartPicture({.at = (i + 0.5) / kPoses});
         session.Run({.samples = 4});
         const double pose = mean(session.Result().render.radiance);
         if (i == 0) first = pose;
@@ -308,7 +308,7 @@ TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
     session.Run({.samples = 1});
     EXPECT_EQ(session.Statistics().scene.emissiveTriangleCount, 2u);
     EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 1.0f);
-    session.StartPicture(0.0);
+    session.StartPicture({.at = 0.0});
     session.Run({.samples = 1});
     EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 0.0f);
 }
@@ -332,7 +332,7 @@ TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
     EXPECT_TRUE(std::isfinite(a.depth[kSide * 16 + 15]));
     EXPECT_FALSE(std::isfinite(a.depth[kSide * 16 + 17]));
     // Another time in the same session: as in one of its own
-    twice.StartPicture(0.6);
+    twice.StartPicture({.at = 0.6});
     EXPECT_FALSE(twice.HasResult());
     twice.Run({.samples = 4});
     Session own = open(0.6);

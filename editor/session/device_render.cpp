@@ -1,0 +1,46 @@
+#include "editor/session/device_render.h"
+
+#include <bit>
+#include <cmath>
+
+#include "base/stopwatch.h"
+
+namespace raygraph::session {
+
+void DeviceRender::Estimate() {
+    if (std::has_single_bit(m_frames->SamplesSubmitted())) m_frames->MeasureError();
+    const std::optional<MeasuredError>& error = m_frames->NewestError();
+    if (error && error->relativeError)
+        m_errorOfOneSample.store(*error->relativeError * std::sqrt(static_cast<double>(error->samples)),
+                                 std::memory_order_relaxed);
+}
+
+void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
+                                const std::function<void()>& afterSample) {
+    // Measured by what the device has finished: frames are in flight
+    Stopwatch watch;
+    uint32_t doneBefore = m_frames->SamplesDone();
+    const auto samples = [&] { return m_samples + (m_frames->SamplesDone() - doneBefore); };
+    const auto speed = [&] {
+        return m_isWarm && samples() > 0.0 ? samples() / (m_seconds + watch.Seconds()) : 0.0;
+    };
+    while (const auto block = source.Next(device, speed())) {
+        for (uint32_t i = 0; i < block->count; ++i) {
+            m_frames->RenderSample(block->first + i);
+            if (!m_isWarm) {
+                m_frames->WaitForSamples();
+                doneBefore = m_frames->SamplesDone();
+                watch = {};
+                m_isWarm = true;
+            }
+            if (isEstimating) Estimate();
+            if (afterSample) afterSample();
+        }
+    }
+    m_frames->WaitForSamples();
+    if (!m_isWarm) return;
+    m_samples = samples();
+    m_seconds += watch.Seconds();
+}
+
+}  // namespace raygraph::session

@@ -1,0 +1,45 @@
+// One device's part of a picture. For editor/session/ alone.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "editor/session/block_dealer.h"
+#include "editor/session/device_scene.h"
+#include "editor/session/sample_frames.h"
+
+namespace raygraph::session {
+
+// Threads: one at a time, but for what says otherwise.
+class DeviceRender {
+  public:
+    // As DeviceScene.
+    DeviceRender(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
+        : m_scene(device, input, settings) {}
+
+    DeviceScene& Scene() { return m_scene; }
+    // Begins a picture.
+    void Begin(const FramePlan& plan) { m_frames = std::make_unique<SampleFrames>(m_scene, plan); }
+    SampleFrames& Frames() { return *m_frames; }
+    const SampleFrames& Frames() const { return *m_frames; }
+
+    // Renders what `source` has for this device, and waits for the last sample. `isEstimating`: estimates the
+    // error from time to time. `afterSample` is called after each was submitted.
+    void RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
+                      const std::function<void()>& afterSample = {});
+    // The error of one sample, from this device's samples, for progress; 0: not known. Threads: any.
+    double ErrorOfOneSample() const { return m_errorOfOneSample.load(std::memory_order_relaxed); }
+
+  private:
+    void Estimate();
+
+    DeviceScene m_scene;
+    std::unique_ptr<SampleFrames> m_frames;
+    bool m_isWarm = false;                    // the first sample, which compiles the pipelines, is done
+    double m_seconds = 0.0, m_samples = 0.0;  // of the others, of rounds that have ended
+    std::atomic<double> m_errorOfOneSample{0.0};
+};
+
+}  // namespace raygraph::session
