@@ -80,7 +80,7 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
             [&](const std::vector<std::string>& paths) {
                 arguments.inputs.assign(paths.begin(), paths.end());
             },
-            "Renders: two or more .exr files of `raygraph render`")
+            "Renders: .exr files of `raygraph render`; of a single one, the same samples")
         ->type_name("")
         ->required();
     AddPath(*merge, "-o,--output", "OUT.exr", "The merged render (required)", arguments.output);
@@ -112,7 +112,6 @@ void CheckBench(const BenchArguments& arguments) {
 }
 
 void CheckMerge(const MergeArguments& arguments) {
-    if (arguments.inputs.size() < 2) Refuse("merge needs two or more renders");
     if (arguments.output.empty()) Refuse("merge needs -o OUT.exr");
     if (ParseOutput(arguments.output).kind != OutputKind::Exr)
         Refuse(Text("-o: \"{}\" does not end in .exr", arguments.output.string()));
@@ -189,6 +188,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     }
     if (*render) {
         CheckRender(renderArguments);
+        TakeShard(renderArguments);
         return renderArguments;
     }
     if (*bench) {

@@ -12,6 +12,7 @@
 #include "editor/cli/frame_range.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
+#include "editor/cli/shard.h"
 #include "editor/session/picture_settings.h"
 #include "passes/tonemap.h"
 
@@ -32,6 +33,7 @@ struct RenderArguments : OutputArguments {
     std::optional<uint32_t> sampleOffset;
     std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
     std::vector<std::string> cameras;  // the same, if there are several; `given` has the first
+    std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already those of its part
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
     std::optional<AovRequest> aovs;
@@ -42,6 +44,9 @@ struct RenderArguments : OutputArguments {
     std::filesystem::path resume;             // "": from the start
     std::optional<double> checkpointMinutes;  // between saves; then `resume` need not exist yet
 };
+
+// Why there is nothing to render: a shard beyond the last sample or frame has none; "": there is something.
+std::string WhyNothingToRender(const RenderArguments& arguments);
 
 // How a .png shows the picture: as given, else as by default.
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments);

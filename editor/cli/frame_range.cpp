@@ -19,27 +19,39 @@ double Steps(const FrameRange& range) {
     return (range.last - range.first) / range.step;
 }
 
+uint32_t Skipped(const FrameRange& range) {
+    return range.part ? range.part->begin : 0;
+}
+
 }  // namespace
 
 uint32_t FrameRange::Count() const {
+    if (part) return part->end - part->begin;
     return static_cast<uint32_t>(std::floor(Steps(*this) + kRounding)) + 1;
 }
 
 // So that a frame has the same time in whichever part of a sequence it is: 3 * 0.1 is not 0.3.
 double FrameRange::TimeOf(uint32_t frame) const {
-    return std::round((first + frame * step) * 1e9) / 1e9;
+    return std::round((first + (Skipped(*this) + frame) * step) * 1e9) / 1e9;
 }
 
 int64_t FrameRange::NumberOf(uint32_t frame) const {
-    return std::llround(first / step) + frame;
+    return std::llround(first / step) + Skipped(*this) + frame;
+}
+
+FrameRange PartOf(const Shard& shard, const FrameRange& frames) {
+    FrameRange range = frames;
+    range.part = PartOf(shard, frames.Count());
+    return range;
 }
 
 FrameRange ParseFrames(std::string_view text) {
     const size_t a = text.find(':'), b = text.rfind(':');
     if (a == text.npos || a == b) throw MakeError(ErrorKind::Usage, "{} is not A:B:STEP", Quoted(text));
     const auto seconds = [](std::string_view part) { return session::ParseNumber(part, -1e6, 1e6); };
-    const FrameRange range{seconds(text.substr(0, a)), seconds(text.substr(a + 1, b - a - 1)),
-                           session::ParseNumber(text.substr(b + 1), 1e-6, 1e6)};
+    const FrameRange range{.first = seconds(text.substr(0, a)),
+                           .last = seconds(text.substr(a + 1, b - a - 1)),
+                           .step = session::ParseNumber(text.substr(b + 1), 1e-6, 1e6)};
     if (range.last < range.first) throw MakeError(ErrorKind::Usage, "{} ends before it begins", Quoted(text));
     if (Steps(range) + kRounding >= FrameRange::kMaxCount)
         throw MakeError(ErrorKind::Usage, "{} has more than {} frames", Quoted(text), FrameRange::kMaxCount);

@@ -10,16 +10,17 @@ namespace raygraph::cli {
 void MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments));
-    std::vector<NamedRender> parts;
+    // One after another: a job array may have made more of them than memory holds
+    Merger merger;
     for (const std::filesystem::path& path : arguments.inputs)
-        parts.push_back({path.string(), ReadRenderFile(path, log)});
-    const size_t count = parts.size();
-    const RenderFile merged = Merge(std::move(parts));
+        merger.Add({path.string(), ReadRenderFile(path, log)});
+    const size_t count = arguments.inputs.size();
+    const RenderFile merged = merger.Take();
     WriteRenderFile(arguments.output, merged, log);
     if (arguments.isQuiet) return;
     PrintLine(arguments.output.string());
-    PrintLine(Text("{} samples a pixel ({}) from {} renders", SampleCount(merged.samples),
-                   ToText(merged.samples), count));
+    PrintLine(Text("{} samples a pixel ({}) from {} {}", SampleCount(merged.samples), ToText(merged.samples),
+                   count, count == 1 ? "render" : "renders"));
 }
 
 }  // namespace raygraph::cli

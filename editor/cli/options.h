@@ -40,5 +40,7 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap);
 // The command `render`, and what cannot be said of its options one by one.
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments);
 void CheckRender(const RenderArguments& arguments);
+// With --shard: makes samples, frames and names those of the shard.
+void TakeShard(RenderArguments& arguments);
 
 }  // namespace raygraph::cli

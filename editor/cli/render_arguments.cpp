@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -85,6 +86,35 @@ void AddCameras(CLI::App& render, RenderArguments& arguments) {
         ->allow_extra_args(false);
 }
 
+std::vector<std::filesystem::path> NamesWithShard(const RenderArguments& arguments) {
+    std::vector<std::filesystem::path> names{arguments.report, arguments.resume};
+    for (const OutputFile& output : arguments.outputs) names.push_back(output.path);
+    return names;
+}
+
+// A part of the samples is for `merge`.
+void CheckShard(const RenderArguments& arguments) {
+    if (arguments.seconds || arguments.error)
+        Refuse(
+            Text("--shard is a part of a known number of samples, and {} knows none beforehand; give --spp",
+                 arguments.seconds ? "--time" : "--error"));
+    const View view = SettingsFrom(arguments.given).view;
+    if (!IsMeanMeaningful(view))
+        Refuse(Text("--shard: --view {} is not averaged over samples, so that there is nothing to divide",
+                    Name(view)));
+    std::vector<OutputFile> pictures = arguments.outputs;
+    if (!arguments.resume.empty()) pictures = PicturesOf(arguments);
+    if (std::ranges::none_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Exr; }))
+        Refuse(
+            "--shard: a part of the samples is written to an .exr, for merge, and there is no -o "
+            "OUT.####.exr");
+    if (!arguments.resume.empty() && !arguments.samples)
+        Refuse("--resume with --shard needs --spp, the samples of all shards together");
+    for (const std::filesystem::path& path : NamesWithShard(arguments))
+        if (path.filename().string().find('#') != std::string::npos && !HasNumberPlace(path))
+            Refuse(Text("{} has more than one run of # for the shard", Quoted(path.string(), 1024)));
+}
+
 }  // namespace
 
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
@@ -136,6 +166,13 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         "Render a picture for each of these times of the animations, in seconds, instead of --at; names "
         "of outputs have a run of # for the number, as name.####.exr",
         [&](const std::string& text) { arguments.frames = ParseFrames(text); });
+    AddOption(
+        *render, "--shard", "I/N|auto",
+        "Render the part I, from 0, of N parts of the --spp samples, for `raygraph merge`, or of the "
+        "--frames; "
+        "auto: by the variables of a Slurm job array, srun or mpirun. Without --frames, a run of # in the "
+        "names of outputs is I",
+        [&](const std::string& text) { arguments.shard = ParseShard(text); });
     AddSettings(*render, arguments.given);
     AddCameras(*render, arguments);
     AddEnvironment(*render, arguments.environment);
@@ -176,6 +213,7 @@ void CheckRender(const RenderArguments& arguments) {
     if (arguments.frames) CheckFrames(arguments);
     if (!arguments.cameras.empty()) CheckCameras(arguments);
     CheckCheckpoints(arguments);
+    if (arguments.shard && !arguments.frames) CheckShard(arguments);
     if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
     // A resumed render may have a map, which is not looked at here
     if (arguments.resume.empty() || !arguments.environment.empty())
@@ -184,6 +222,35 @@ void CheckRender(const RenderArguments& arguments) {
     for (const OutputFile& picture : PicturesOf(arguments))
         if (picture.kind == OutputKind::Png) return;
     Refuse(Text("{} is of a .png, and none is written", arguments.exposureEv ? "--exposure" : "--tonemap"));
+}
+
+void TakeShard(RenderArguments& arguments) {
+    if (!arguments.shard) return;
+    const Shard shard = *arguments.shard;
+    if (arguments.frames) {
+        arguments.frames = PartOf(shard, *arguments.frames);
+        return;
+    }
+    const ShardPart part = PartOf(shard, arguments.samples.value_or(RenderArguments::kDefaultSamples));
+    const uint64_t first = uint64_t{arguments.sampleOffset.value_or(0)} + part.begin;
+    if (first > std::numeric_limits<uint32_t>::max())
+        Refuse(Text("--sample-offset {}: {} begins with sample {}, beyond the last, 4294967295",
+                    arguments.sampleOffset.value_or(0), Describe(shard), first));
+    arguments.sampleOffset = static_cast<uint32_t>(first);
+    arguments.samples = part.end - part.begin;
+    const auto name = [&](std::filesystem::path& path) {
+        if (HasNumberPlace(path)) path = Numbered(path, shard.index);
+    };
+    for (OutputFile& output : arguments.outputs) name(output.path);
+    name(arguments.report);
+    name(arguments.resume);
+}
+
+std::string WhyNothingToRender(const RenderArguments& arguments) {
+    if (!arguments.shard) return "";
+    if (arguments.frames)
+        return arguments.frames->Count() > 0 ? "" : Describe(*arguments.shard) + " has no frame to render";
+    return arguments.samples != 0u ? "" : Describe(*arguments.shard) + " has no sample to render";
 }
 
 }  // namespace raygraph::cli

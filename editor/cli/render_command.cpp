@@ -112,6 +112,11 @@ void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
 
 ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group) {
     os::SignalWatch signals(static_cast<int>(ExitCode::TryAgain));
+    // More shards than samples or frames are no failure: the others have them all
+    if (const std::string why = WhyNothingToRender(arguments); !why.empty()) {
+        if (!arguments.isQuiet) PrintLine(why + "; nothing is written");
+        return ExitCode::Done;
+    }
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
     if (group == nullptr) CheckWritable(FilesOf(arguments));

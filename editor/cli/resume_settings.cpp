@@ -17,6 +17,10 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
             refuse(name, text, has.empty() ? "the default" : has);
 
     const SampleRange range = render.samples.front();
+    if (arguments.shard && *arguments.sampleOffset != range.first)
+        throw MakeError(ErrorKind::Usage, "--shard {}/{}: its first sample is {}; {} was rendered from {}",
+                        arguments.shard->index, arguments.shard->count, *arguments.sampleOffset,
+                        resumed.path.string(), range.first);
     if (arguments.sampleOffset && *arguments.sampleOffset != range.first)
         refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
     const PictureSettings settings = SettingsFrom(inFile);

@@ -48,6 +48,8 @@ ExitCode Run(MpiGroup& group, int argc, const char* const* argv) {
     const auto* render = std::get_if<RenderArguments>(&arguments);
     if (render == nullptr)
         throw Error(ErrorKind::Usage, "raygraph-mpi renders; the other commands are raygraph's");
+    if (render->shard)
+        throw Error(ErrorKind::Usage, "--shard: the ranks share all samples; shards are for raygraph render");
     return Render(group, *render);
 }
 

@@ -1,6 +1,5 @@
 #include "editor/session/merge.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "base/printable.h"
@@ -42,39 +41,46 @@ void RequireSums(const NamedRender& part) {
                     missing, isOfEditor ? "; resume it once, and it can be merged" : "");
 }
 
-void RequireDisjoint(const NamedRender& a, const NamedRender& b) {
-    if (Overlap(a.render.samples, b.render.samples))
-        throw MakeError(ErrorKind::BadInput, "{} and {} hold the same samples: {} and {}", a.name, b.name,
-                        ToText(a.render.samples), ToText(b.render.samples));
-}
-
 }  // namespace
 
-RenderFile Merge(std::vector<NamedRender> parts) {
-    if (parts.empty()) throw Error(ErrorKind::Usage, "there are no renders to merge");
-    for (size_t i = 1; i < parts.size(); ++i) RequireCompatible(parts[0], parts[i]);
-    for (const NamedRender& part : parts) {
-        if (const std::string flaw = FirstFlaw(part.render); !flaw.empty())
-            throw MakeError(ErrorKind::BadInput, "{} cannot be merged: {}", part.name, flaw);
-        RequireSums(part);
+void Merger::Add(NamedRender part) {
+    if (m_merged) RequireCompatible(*m_merged, part);
+    if (const std::string flaw = FirstFlaw(part.render); !flaw.empty())
+        throw MakeError(ErrorKind::BadInput, "{} cannot be merged: {}", part.name, flaw);
+    RequireSums(part);
+    for (const Part& other : m_parts)
+        if (Overlap(other.samples, part.render.samples))
+            throw MakeError(ErrorKind::BadInput, "{} and {} hold the same samples: {} and {}", other.name,
+                            part.name, ToText(other.samples), ToText(part.render.samples));
+    m_parts.push_back({part.name, part.render.samples});
+    if (!m_merged) {
+        m_merged = std::move(part);
+        return;
     }
-    for (size_t i = 0; i < parts.size(); ++i)
-        for (size_t j = 0; j < i; ++j) RequireDisjoint(parts[j], parts[i]);
-
+    RenderFile &merged = m_merged->render, &other = part.render;
     // What is not accumulated is alike in all parts, and comes from that of the first samples
-    std::ranges::sort(parts, {}, [](const NamedRender& part) { return part.render.samples.front().first; });
-    RenderFile merged = std::move(parts[0].render);
-    for (size_t i = 1; i < parts.size(); ++i) {
-        RenderFile& part = parts[i].render;
-        Add(merged.sums, std::move(part.sums));
-        merged.removedSamples += part.removedSamples;
-        merged.samples = Union(merged.samples, part.samples);
-    }
+    if (other.samples.front().first < merged.samples.front().first) std::swap(merged, other);
+    session::Add(merged.sums, std::move(other.sums));
+    merged.removedSamples += other.removedSamples;
+    merged.samples = Union(merged.samples, other.samples);
+    merged.measuredError.reset();
+}
+
+RenderFile Merger::Take() {
+    if (!m_merged) throw Error(ErrorKind::Usage, "there are no renders to merge");
+    RenderFile merged = std::move(m_merged->render);
+    m_merged.reset();
+    m_parts.clear();
     if (const uint64_t total = SampleCount(merged.samples); total > 0xFFFFFFFFu)
         throw MakeError(ErrorKind::BadInput, "{} samples are more than can be counted", total);
-    if (parts.size() > 1) merged.measuredError.reset();
     TakeMeans(merged);
     return merged;
+}
+
+RenderFile Merge(std::vector<NamedRender> parts) {
+    Merger merger;
+    for (NamedRender& part : parts) merger.Add(std::move(part));
+    return merger.Take();
 }
 
 }  // namespace raygraph::session

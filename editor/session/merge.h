@@ -1,5 +1,10 @@
-// Two renders of different samples of one picture, as one render. Threads: pure functions.
+// Two or more renders of different samples of one picture, as one render. Threads: a Merger is of one thread;
+// Merge is a pure function.
 #pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "editor/session/render_file.h"
 
@@ -11,11 +16,28 @@ struct NamedRender {
     RenderFile render;
 };
 
-// The render that has the samples of all `parts`, with the bits of one run that took all of them, in whatever
-// order the parts are given. Depth, ids, device and driver are those of the part with the first samples.
-// Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment differ,
-// or one has channels that the other lacks; naming one that lacks sums to add, or has planes of
-// another size than its picture. Error{Usage} without parts.
+// Adds one render after another, so that no more than two are in memory, however many there are.
+class Merger {
+  public:
+    // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment differ,
+    // or one has channels that the other lacks; naming the part when it lacks sums to add, or has planes of
+    // another size than its picture. After an error, it is as it was before the call.
+    RAYGRAPH_API void Add(NamedRender part);
+    // The render that has the samples of all parts, with the bits of one run that took all of them, in whatever
+    // order they were added. Depth, ids, device and driver are those of the part with the first samples.
+    // Error{Usage} without parts. It has none afterwards.
+    RAYGRAPH_API RenderFile Take();
+
+  private:
+    struct Part {
+        std::string name;
+        SampleRanges samples;
+    };
+    std::vector<Part> m_parts;
+    std::optional<NamedRender> m_merged;  // with the name of the part that was added first
+};
+
+// The same of renders that are in memory.
 RAYGRAPH_API RenderFile Merge(std::vector<NamedRender> parts);
 
 }  // namespace raygraph::session

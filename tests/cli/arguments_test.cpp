@@ -140,7 +140,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("info --devices --extensions", "--devices or --extensions");
     ExpectUsage("info --extensions --scene 1", "--scene", "--extensions");
     ExpectUsage("info a.gltf --devices", "--devices");
-    ExpectUsage("merge a.exr -o c.exr", "two or more");
+    ExpectUsage("merge -o c.exr", "FILES");
     ExpectUsage("merge a.exr b.exr", "-o");
     ExpectUsage("merge a.exr b.exr -o c.png", "c.png");
 }
@@ -254,6 +254,8 @@ TEST(Arguments, MergeTakesAnyNumberOfRenders) {
     const auto a = std::get<MergeArguments>(Parse("merge a.exr b.exr c.exr -o d.exr"));
     EXPECT_EQ(a.inputs.size(), 3u);
     EXPECT_EQ(a.output, "d.exr");
+    // Of a job array only one task may have had samples
+    EXPECT_EQ(std::get<MergeArguments>(Parse("merge a.exr -o d.exr")).inputs.size(), 1u);
 }
 
 TEST(PictureSettings, TextsReadBackAsTheSameSettings) {

@@ -28,6 +28,34 @@ TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
                    MakeRender(0, 64));
 }
 
+TEST(Merge, APartThatIsRefusedLeavesTheOthers) {
+    Merger merger;
+    ExpectError(
+        ErrorKind::Usage, [&] { merger.Take(); }, "no renders");
+    merger.Add({"b", MakeRender(3, 5)});
+    merger.Add({"a", MakeRender(0, 2)});
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            merger.Add({"again", MakeRender(1, 2)});
+        },
+        "a and again", "0-1 and 1-2");
+    RenderFile other = MakeRender(2, 1);
+    other.settings["seed"] = "10";
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            merger.Add({"other", other});
+        },
+        "b and other differ");
+    merger.Add({"c", MakeRender(2, 1)});
+    ExpectSameBits(merger.Take(), MakeRender(0, 8));
+    ExpectError(
+        ErrorKind::Usage, [&] { merger.Take(); }, "no renders");
+    merger.Add({"d", MakeRender(1, 2)});
+    ExpectSameBits(merger.Take(), MakeRender(1, 2));
+}
+
 TEST(Merge, RemovedLightIsWeighedByTheSamplesTracedTwice) {
     const auto part = [](uint32_t first, const std::vector<float>& removed) {
         RenderFile render = MakeRender(first, 8);
