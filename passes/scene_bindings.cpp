@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/text.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "shaders/shared/mix_bits.h"
 
@@ -100,6 +101,11 @@ Region RegionOf(const TraceSettings& settings) {
     if (region.IsEmpty()) return WholeOf(extent);
     RequireWithin(extent, region);
     return region;
+}
+
+void RequireWhole(const TraceSettings& settings, const char* pass) {
+    if (!(RegionOf(settings) == WholeOf(settings.extent)))
+        throw MakeError(ErrorKind::Usage, "{}: a part of a picture; it draws whole ones", pass);
 }
 
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings) {

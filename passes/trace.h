@@ -82,8 +82,9 @@ struct PathSettings {
 
 struct TraceSettings : PathSettings {
     Extent2D extent;  // pixels
-    // The part of the picture that Trace and PrimaryHits render: their textures have its extent. Empty: all
-    // of it. The pixels of a part have the bits that they have in the whole.
+    // The part of the picture that is rendered, by all passes that trace: their textures have its extent.
+    // Empty: all of it. The pixels of a part have the bits that they have in the whole. Passes that draw
+    // render whole pictures alone.
     Region region{};
     gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
     uint32_t sampleIndex = 0;

@@ -28,6 +28,8 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     };
     if (settings.view != View::Raster && settings.raster.shadows != passes::RasterSettings{}.shadows)
         refuse("--shadows is for --view raster");
+    if (settings.crop && !CanCrop(settings.view))
+        refuse("it is drawn as a whole; --crop is for views of rays");
     if (settings.view == View::PathTraced) return;
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");

@@ -212,6 +212,28 @@ auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
     return &owner.parts[from(Aov::Emission)];
 }
 
+// Where the file says that its pixels are in the picture, as the settings do.
+image::ExrWindow WindowOf(const PictureSettings& settings) {
+    const passes::Region part = RenderedPart(settings);
+    return {static_cast<int32_t>(part.x), static_cast<int32_t>(part.y), settings.size.width,
+            settings.size.height};
+}
+
+void RequireWindow(const image::ExrImage& file, const RenderFile& render) {
+    PictureSettings settings;
+    try {
+        settings = SettingsFrom(render.settings);
+    } catch (const Error& error) {
+        throw MakeError(ErrorKind::BadInput, "recorded setting {}", error.what());
+    }
+    const Extent2D recorded = RenderedPart(settings).Extent();
+    if (recorded != render.size)
+        throw MakeError(ErrorKind::BadInput, "the recorded size {} is not that of the picture, {}",
+                        ToText(recorded), ToText(render.size));
+    if (!(file.window == WindowOf(settings)))
+        throw Error(ErrorKind::BadInput, "its data window is not where the recorded settings say");
+}
+
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
     RequireFormat(file);
@@ -248,15 +270,7 @@ RenderFile FromExr(const image::ExrImage& file) {
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
         render.settings[name] = TextAttribute(file, attribute.c_str());
     }
-    Extent2D recorded;
-    try {
-        recorded = SettingsFrom(render.settings).size;
-    } catch (const Error& error) {
-        throw MakeError(ErrorKind::BadInput, "recorded setting {}", error.what());
-    }
-    if (recorded != render.size)
-        throw MakeError(ErrorKind::BadInput, "the recorded size {} is not that of the picture, {}",
-                        ToText(recorded), ToText(render.size));
+    RequireWindow(file, render);
     for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
             throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);
@@ -395,7 +409,8 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     attributes[kAttributeSampleRanges] = ToText(render.samples);
     if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
     for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
-    image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
+    image::WriteExr(path, render.size.width, render.size.height, planes, attributes,
+                    WindowOf(SettingsFrom(render.settings)));
     SayHow(log, path, render, "written", watch);
 }
 

@@ -45,7 +45,7 @@ struct RenderSums {
 };
 
 struct RenderFile {
-    Extent2D size;    // pixels
+    Extent2D size;    // pixels of the planes: those of the part that is rendered, RenderedPart
     Texels radiance;  // mean of the samples; alpha: part of the pixel that is covered
     Texels variance;  // unbiased variance of one sample, w without meaning
     Texels albedo;    // w: covered part of the pixel; not stored

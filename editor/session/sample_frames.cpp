@@ -7,6 +7,7 @@
 #include "editor/session/light_group_tiles.h"
 #include "passes/project_hits.h"
 #include "passes/raster.h"
+#include "passes/scene_bindings.h"
 #include "renderer/graph/readback_values.h"
 
 namespace raygraph::session {
@@ -21,7 +22,7 @@ bool HasNoColor(const Texels& texels) {
 
 // What pixels saw, from frame to frame.
 TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) {
-    return renderer.Persist("motion hits", {settings.extent, Format::Rgba32Uint});
+    return renderer.Persist("motion hits", {passes::RegionOf(settings).Extent(), Format::Rgba32Uint});
 }
 
 // 0 of what is behind the camera at one of the times.

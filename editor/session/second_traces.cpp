@@ -34,7 +34,7 @@ void SecondTraces::Declare(Renderer& renderer, const passes::TraceSettings& sett
                                      true);
             renderer.Present(ids.mean);  // the last sample may have no second traces
         } else if (isLast && kept.accumulation.SampleCount() > 0) {
-            ids = passes::Kept(renderer, kept.accumulation, settings.extent, true);
+            ids = passes::Kept(renderer, kept.accumulation, renderer.Desc(sample).extent, true);
         } else {
             continue;
         }

@@ -8,6 +8,8 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <new>
 #include <set>
 #include <type_traits>
@@ -39,8 +41,8 @@ class AtomicFileStream final : public Imf::OStream {
 
 class ExrWriter {
   public:
-    ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height)
-        : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader()) {
+    ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height, const ExrWindow& window)
+        : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader(window)) {
         m_header.compression() = Imf::ZIP_COMPRESSION;
     }
 
@@ -98,12 +100,23 @@ class ExrWriter {
     [[noreturn]] void Fail(const std::string& what) const {
         throw MakeError(ErrorKind::Usage, "{}: {}", m_path.string(), what);
     }
-    Imf::Header CheckedHeader() const {
-        constexpr uint32_t kMaxSide = 1 << 29;
-        if (m_width == 0 || m_height == 0 || m_width > kMaxSide || m_height > kMaxSide) {
+    Imf::Header CheckedHeader(const ExrWindow& window) const {
+        constexpr int64_t kMaxSide = 1 << 29;
+        const int64_t width = m_width, height = m_height;
+        if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide)
             Fail(Text("cannot write {} x {} pixels", m_width, m_height));
-        }
-        return Imf::Header(static_cast<int>(m_width), static_cast<int>(m_height));
+        // All sides of both windows, so that the places of the last pixels can be counted too
+        const int64_t pictureWidth = window.pictureWidth > 0 ? window.pictureWidth : width;
+        const int64_t pictureHeight = window.pictureHeight > 0 ? window.pictureHeight : height;
+        if (std::max(pictureWidth, pictureHeight) > kMaxSide ||
+            std::max(std::abs(int64_t{window.x}), std::abs(int64_t{window.y})) > kMaxSide / 2)
+            Fail(Text("cannot write pixels from {}, {} on, of a picture of {} x {}", window.x, window.y,
+                      pictureWidth, pictureHeight));
+        const Imath::V2i last(static_cast<int>(window.x + width - 1),
+                              static_cast<int>(window.y + height - 1));
+        return Imf::Header(
+            Imath::Box2i({0, 0}, {static_cast<int>(pictureWidth - 1), static_cast<int>(pictureHeight - 1)}),
+            Imath::Box2i({window.x, window.y}, last));
     }
 
     const std::filesystem::path& m_path;
@@ -115,9 +128,9 @@ class ExrWriter {
 }  // namespace
 
 void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-              std::span<const ExrPlane> planes, const ExrAttributes& attributes) {
+              std::span<const ExrPlane> planes, const ExrAttributes& attributes, const ExrWindow& window) {
     try {
-        ExrWriter writer(path, width, height);
+        ExrWriter writer(path, width, height, window);
         for (const ExrPlane& plane : planes) writer.Add(plane);
         for (const auto& [name, attribute] : attributes) writer.Add(name, attribute);
         writer.Write();
@@ -137,7 +150,7 @@ void WriteExr(const std::filesystem::path& path, const ExrImage& image) {
         std::visit([&](const auto& samples) { plane.samples = std::span(samples); }, channel.samples);
         planes.push_back(std::move(plane));
     }
-    WriteExr(path, image.width, image.height, planes, image.attributes);
+    WriteExr(path, image.width, image.height, planes, image.attributes, image.window);
 }
 
 }  // namespace raygraph::image

@@ -106,6 +106,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --size", "--size");
     ExpectUsage("render a.gltf --size 64", "--size", "\"64\"");
     ExpectUsage("render a.gltf --size 64x64 --size 32x32", "--size");
+    ExpectUsage("render a.gltf --crop 1,2,3", "--crop", "X,Y,W,H");
     ExpectUsage("render a.gltf --spp 0", "--spp");
     ExpectUsage("render a.gltf --spp -4", "--spp");
     ExpectUsage("render a.gltf --spp 4 --time 1", "--spp", "--time");

@@ -30,6 +30,8 @@ Parts PartsOf(DeviceScene& scene) {
     constexpr uint64_t kLeastAutomatic = uint64_t{1} << 20;  // of what is free, which changes
     const uint64_t budget = scene.Scene().Statistics().textureBudget;
     return {{"extent", Number(s.extent.width) + "x" + Number(s.extent.height)},
+            {"region", Number(s.region.x) + "," + Number(s.region.y) + "," + Number(s.region.width) + "," +
+                           Number(s.region.height)},
             {"eye", Text(s.camera.origin)},
             {"lens radius", Number(s.camera.lensRadius)},
             {"focus distance", Number(s.camera.focusDistance)},
@@ -96,6 +98,7 @@ class DeviceSceneTest : public testing::VulkanTest {
 TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     const Change kChanges[] = {
         {"size", "64x32", {"extent"}},
+        {"crop", "3,4,5,6", {"region"}, "3.000000,4.000000,5.000000,6.000000"},
         {"camera", "1", {"eye"}, "1.000000 2.000000 3.000000"},
         {"aperture", "0.25", {"lens radius"}, "0.250000"},
         {"focus", "3.5", {"focus distance"}, "3.500000"},
