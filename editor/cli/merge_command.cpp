@@ -4,12 +4,14 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/session/merge.h"
+#include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
 void MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments));
+    const image::ExrThreads threads;
     std::vector<NamedRender> parts;
     for (const std::filesystem::path& path : arguments.inputs)
         parts.push_back({path.string(), ReadRenderFile(path, log)});

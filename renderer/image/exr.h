@@ -54,6 +54,7 @@ struct ExrPlane {
     std::string name;
     std::variant<std::span<const float>, std::span<const uint32_t>> samples;
     uint32_t stride = 1;  // In samples.
+    bool isHalf = false;  // Of floats: stored as half floats, at most +-65504.
 };
 
 // All channels of a single-part file with all int, float, double and string attributes that are not part of
@@ -65,10 +66,11 @@ RAYGRAPH_API ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_vi
                                 const DecodeLimits& limits = kEnvironmentLimits);
 
 // Scan lines, ZIP. Error{Usage} for a plane too short for the picture, an empty or repeated channel name, or
-// an attribute whose name the format itself uses ("channels", "dataWindow", ...).
-RAYGRAPH_API void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                           std::span<const ExrPlane> planes, const ExrAttributes& attributes = {},
-                           const ExrWindow& window = {});
+// an attribute whose name the format itself uses ("channels", "dataWindow", ...). Returns how many samples of
+// half planes were beyond their range.
+RAYGRAPH_API uint64_t WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                               std::span<const ExrPlane> planes, const ExrAttributes& attributes = {},
+                               const ExrWindow& window = {});
 RAYGRAPH_API void WriteExr(const std::filesystem::path& path, const ExrImage& image);
 
 }  // namespace raygraph::image

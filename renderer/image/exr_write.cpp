@@ -1,3 +1,4 @@
+#include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
@@ -9,6 +10,7 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <new>
 #include <set>
@@ -23,6 +25,7 @@ namespace raygraph::image {
 namespace {
 
 constexpr size_t kMaxNameLength = 255;
+constexpr float kMaxHalf = 65504.0f;
 
 // OpenEXR's output into an AtomicFile. The library swallows errors of its last write, in a destructor; the
 // AtomicFile remembers them for Commit().
@@ -62,11 +65,10 @@ class ExrWriter {
                     Fail(Text("{}: {} numbers, {} needed", channel, samples.size(), needed));
                 }
                 constexpr bool kIsUint = std::is_same_v<decltype(samples.front()), const uint32_t&>;
-                const Imf::PixelType type = kIsUint ? Imf::UINT : Imf::FLOAT;
-                const size_t step = size_t{plane.stride} * 4;
-                m_header.channels().insert(plane.name, Imf::Channel(type));
-                m_frame.insert(plane.name, Imf::Slice::Make(type, samples.data(), m_header.dataWindow(), step,
-                                                            step * m_width));
+                if constexpr (!kIsUint)
+                    if (plane.isHalf) return AddHalf(plane.name, samples, plane.stride);
+                if (plane.isHalf) Fail(Text("{}: whole numbers as half floats", channel));
+                Insert(plane.name, kIsUint ? Imf::UINT : Imf::FLOAT, samples.data(), plane.stride, 4);
             },
             plane.samples);
     }
@@ -84,6 +86,9 @@ class ExrWriter {
             attribute);
     }
 
+    // How many samples were beyond what a half float holds.
+    uint64_t ClampedCount() const { return m_clampedCount; }
+
     void Write() {
         if (m_header.channels().begin() == m_header.channels().end()) Fail("there are no channels");
         AtomicFile file(m_path);
@@ -97,6 +102,21 @@ class ExrWriter {
     }
 
   private:
+    void Insert(const std::string& name, Imf::PixelType type, const void* samples, size_t stride,
+                size_t bytes) {
+        m_header.channels().insert(name, Imf::Channel(type));
+        const size_t step = stride * bytes;
+        m_frame.insert(name, Imf::Slice::Make(type, samples, m_header.dataWindow(), step, step * m_width));
+    }
+    void AddHalf(const std::string& name, std::span<const float> samples, size_t stride) {
+        std::vector<half>& halves = m_halves.emplace_back(size_t{m_width} * m_height);
+        for (size_t i = 0; i < halves.size(); ++i) {
+            const float value = samples[i * stride];
+            if (std::abs(value) > kMaxHalf) ++m_clampedCount;
+            halves[i] = half(std::isnan(value) ? value : std::clamp(value, -kMaxHalf, kMaxHalf));
+        }
+        Insert(name, Imf::HALF, halves.data(), 1, sizeof(half));
+    }
     [[noreturn]] void Fail(const std::string& what) const {
         throw MakeError(ErrorKind::Usage, "{}: {}", m_path.string(), what);
     }
@@ -123,17 +143,21 @@ class ExrWriter {
     uint32_t m_width, m_height;
     Imf::Header m_header;
     Imf::FrameBuffer m_frame;
+    std::vector<std::vector<half>> m_halves;  // of the planes that are stored so
+    uint64_t m_clampedCount = 0;
 };
 
 }  // namespace
 
-void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-              std::span<const ExrPlane> planes, const ExrAttributes& attributes, const ExrWindow& window) {
+uint64_t WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                  std::span<const ExrPlane> planes, const ExrAttributes& attributes,
+                  const ExrWindow& window) {
     try {
         ExrWriter writer(path, width, height, window);
         for (const ExrPlane& plane : planes) writer.Add(plane);
         for (const auto& [name, attribute] : attributes) writer.Add(name, attribute);
         writer.Write();
+        return writer.ClampedCount();
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
