@@ -186,6 +186,7 @@ void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettin
     uint32_t features = FeaturesOf(scene, settings);
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
+    if (settings.isEnvironmentHidden) features |= kTraceHiddenEnvironment;
     if (settings.biases.textureLod > -kInfinity) features |= LevelFeature(scene);
     SpecializeModels(pass, settings, features);
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));

@@ -76,6 +76,9 @@ struct PathSettings {
     LightSamplingSettings lights{};
     RouletteSettings roulette{};
     BiasSettings biases{};
+    // Where the camera sees no surface and no medium, the radiance is 0: the environment shines on the scene
+    // and is seen through it and mirrored in it, but not behind it.
+    bool isEnvironmentHidden = false;
 
     bool operator==(const PathSettings&) const = default;
 };

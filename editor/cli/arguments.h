@@ -13,11 +13,17 @@
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
 #include "editor/session/picture_settings.h"
+#include "editor/session/render_file.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
 
 using namespace session;  // NOLINT: the program is a command line for it
+
+// Of a .png.
+struct WhitePoint {
+    std::optional<double> kelvin;  // none: the color of the scene's light
+};
 
 struct RenderArguments : OutputArguments {
     static constexpr uint32_t kDefaultSamples = 64;
@@ -33,14 +39,18 @@ struct RenderArguments : OutputArguments {
     std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
+    std::optional<WhitePoint> whitePoint;  // none: that of the display
+    std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
     std::string device;
     bool isValidating = false;
-    std::filesystem::path report;  // "": none
-    std::filesystem::path resume;  // "": from the start
+    std::filesystem::path report;        // "": none
+    std::filesystem::path resume;        // "": from the start
+    std::filesystem::path settingsFrom;  // "": none
 };
 
-// How a .png shows the picture: as given, else as by default.
+// How a .png shows the picture: as given, else as by default. Without a white point that the scene is needed
+// for (DisplayFor).
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments);
 
 struct BenchArguments : OutputArguments {

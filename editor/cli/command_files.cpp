@@ -39,7 +39,7 @@ CommandFiles FilesOf(const RenderArguments& arguments, const std::optional<int64
         outputs.push_back(picture.path);
         if (picture.kind == OutputKind::Exr) renders.push_back(picture.path);
     }
-    return {.inputs = Given({arguments.scene, arguments.environment}),
+    return {.inputs = Given({arguments.scene, arguments.environment, arguments.settingsFrom}),
             .updated = Given({arguments.resume}),
             .outputs = std::move(outputs),
             .replacing = std::move(renders)};

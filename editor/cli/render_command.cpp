@@ -15,6 +15,7 @@
 #include "editor/cli/render_job.h"
 #include "editor/cli/render_report.h"
 #include "editor/session/parse.h"
+#include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
@@ -37,14 +38,15 @@ void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& inp
 
 // The pictures of one frame, all to be written as they are named.
 void WritePictures(std::span<const OutputFile> pictures, const Session& session, const RenderFile& render,
-                   const Log& log) {
+                   ExrType exrType, const Log& log) {
+    const image::ExrThreads threads;
     for (const OutputFile& picture : pictures) {
         switch (picture.kind) {
             case OutputKind::Png:
                 image::WritePng(picture.path, session.Display());
                 break;
             case OutputKind::Exr:
-                WriteRenderFile(picture.path, render, log);
+                WriteRenderFile(picture.path, render, log, exrType);
                 break;
             case OutputKind::Hdr:
                 image::WriteHdr(picture.path, {render.size.width, render.size.height, render.radiance});
@@ -90,7 +92,8 @@ class Rendering {
         }
         m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
 
-        WritePictures(pictures, m_session, result.render, m_console.log.ForLibraries());
+        WritePictures(pictures, m_session, result.render, m_arguments.exrType.value_or(ExrType::Float),
+                      m_console.log.ForLibraries());
         const std::filesystem::path reportFile =
             number && report ? Numbered(m_arguments.report, *number) : m_arguments.report;
         if (report) WriteTextFile(reportFile, ToJson(*report));
@@ -170,6 +173,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
     RenderJob job = PlanJob(arguments, log);
 
     Progress& progress = console.progress;
+    std::optional<image::ExrThreads> threads(std::in_place);
     SceneInput input = LoadInput(arguments.scene, {.scene = job.settings.scene,
                                                    .variant = job.settings.variant,
                                                    .isAnimated = job.settings.at.has_value(),
@@ -181,18 +185,20 @@ void RenderCommand(RenderArguments arguments, Console& console) {
                                                        if (progress.IsDue())
                                                            progress.Show(FormatLoading(stage, fraction));
                                                    }});
+    threads.reset();
     if (!job.resumed) RequireMapFor(arguments.given, input);
     WarnOfDarkness(console.log, job, input);
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);
+    const passes::TonemapSettings display = DisplayFor(arguments, job.settings, input);
     Session session(*device, std::move(input),
                     {.settings = job.settings,
                      .aovs = job.aovs,
                      .firstSample = job.firstSample,
                      .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
                                      arguments.error.has_value(),
-                     .withSums = hasExr,
-                     .tonemap = DisplayOf(arguments),
+                     .withSums = hasExr && arguments.exrType != ExrType::Half,
+                     .tonemap = display,
                      .resumed = job.resumed ? &*job.resumed : nullptr});
     job.resumed.reset();
 

@@ -307,6 +307,11 @@ const std::vector<PictureSetting>& Table() {
          [](const PictureSettings& settings) {
              return settings.background ? ToText(*settings.background) : std::string("none");
          }},
+        Switch(
+            "transparent",
+            "Leave the environment out where the camera sees nothing else ({}): a .png is transparent there, "
+            "and an .exr has only what alpha covers",
+            [](auto& settings) -> auto& { return settings.paths.isEnvironmentHidden; }),
         {"texture-budget", "SIZE",
          "Bias: device memory that textures may take, 512M say; where they take more, large ones lose "
          "detail. "

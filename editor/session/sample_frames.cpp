@@ -266,9 +266,7 @@ void SampleFrames::TakePicture(RenderFile& render) const {
 
 image::Image8 SampleFrames::TakeDisplay() const {
     const Extent2D size = m_display.Extent();
-    image::Image8 picture{size.width, size.height, WaitForValues<uint8_t>(m_display)};
-    for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
-    return picture;
+    return {size.width, size.height, WaitForValues<uint8_t>(m_display)};
 }
 
 double SampleFrames::MeasureRaysPerSample() {

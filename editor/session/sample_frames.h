@@ -59,7 +59,7 @@ class SampleFrames {
     // After a last sample: fills the picture and its channels and samples, and waits for them. The rest of
     // the render is left as it is.
     void TakePicture(RenderFile& render) const;
-    // The tone-mapped picture, or the view as PaintView shows it; opaque.
+    // The tone-mapped picture, with the alpha of plan.tonemap, or the view as PaintView shows it, opaque.
     image::Image8 TakeDisplay() const;
 
     // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.

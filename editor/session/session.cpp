@@ -103,6 +103,9 @@ void RequireScene(const SceneInput& input, const PictureSettings& settings) {
 }
 
 FramePlan PlanOf(const SessionDesc& desc) {
+    passes::TonemapSettings tonemap = desc.tonemap;
+    tonemap.isUnassociated = desc.settings.paths.isEnvironmentHidden;
+    tonemap.isOpaque = !tonemap.isUnassociated;
     return {.view = desc.settings.view,
             .aovs = desc.aovs,
             .lightGroupCount = static_cast<uint32_t>(LightGroupNames(desc.settings.lightGroups).size()),
@@ -110,7 +113,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .withSums = desc.withSums,
             .firstSample = desc.firstSample,
             .raster = desc.settings.raster,
-            .tonemap = desc.tonemap,
+            .tonemap = tonemap,
             .continues = desc.resumed != nullptr ? &desc.resumed->render : nullptr};
 }
 
