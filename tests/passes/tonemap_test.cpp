@@ -121,6 +121,8 @@ TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
         {"reinhard", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Reinhard; }},
         {"aces", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Aces; }},
         {"agx", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::AgX; }},
+        {"unassociated", [](TonemapSettings& s) { s.isUnassociated = true; }},
+        {"white balance", [](TonemapSettings& s) { s.whiteBalance[1].x = 0.5f; }},
         {"opaque", [](TonemapSettings& s) { s.isOpaque = true; }, false},
     };
     const std::vector<float> colors = Colors();
@@ -138,8 +140,8 @@ TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
         return shown;
     };
     auto rows = OptionRowsOf<TonemapSettings>([](TonemapSettings& s) {
-        auto& [exposure, tonemapOperator, isOpaque] = s;
-        return std::tie(exposure, tonemapOperator, isOpaque);
+        auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = s;
+        return std::tie(exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance);
     });
     const Shown before = show({});
     std::map<std::vector<float>, std::string> pictures{{before.color, "the defaults"}};
