@@ -21,13 +21,13 @@ TextureId TraceHits(Renderer& renderer, const SceneIds& scene, const TraceSettin
             pass.Constants(filmOffset);
             hits = pass.Writes("visibility", hits);
         },
-        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
+        [extent = RegionOf(settings).Extent()](CommandList& commands) { commands.TraceRays(extent); });
     return hits;
 }
 
 TextureId ProjectHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       TextureId hits, const gpu::CameraRecord& seenBy) {
-    TextureId places = renderer.CreateTexture("places", {settings.extent, Format::Rgba32Float});
+    TextureId places = renderer.CreateTexture("places", {RegionOf(settings).Extent(), Format::Rgba32Float});
     renderer.AddPass(
         "ProjectHits", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -40,7 +40,7 @@ TextureId ProjectHits(Renderer& renderer, const SceneIds& scene, const TraceSett
             pass.Reads("visibility", hits);
             places = pass.Writes("places", places);
         },
-        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+        [extent = RegionOf(settings).Extent()](CommandList& commands) { commands.DispatchOver(extent); });
     return places;
 }
 

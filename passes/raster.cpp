@@ -15,6 +15,7 @@ bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene, Extent2D
 
 RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                                 FilmPosition film, Rasterizer rasterizer) {
+    RequireWhole(settings, "DrawVisibility");
     if (!CanRasterize(renderer, scene, settings.extent)) rasterizer = Rasterizer::Device;
     if (rasterizer == Rasterizer::Device) RequireIndirectDraws(renderer, "DrawVisibility");
     RasterVisibility seen{
@@ -34,7 +35,7 @@ RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const
 RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                                  FilmPosition film) {
     RasterVisibility seen{
-        .hits = renderer.CreateTexture("visibility", {settings.extent, Format::Rgba32Uint}),
+        .hits = renderer.CreateTexture("visibility", {RegionOf(settings).Extent(), Format::Rgba32Uint}),
         .depth = {},
         .drawCommands = {},
         .visiblePlacements = {},

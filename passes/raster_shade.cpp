@@ -89,6 +89,7 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
 TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       const RasterVisibility& seen, FilteredEnvironment& environment,
                       const RasterSettings& raster) {
+    RequireWhole(settings, "RasterShade");
     Shading shading;
     shading.filteredEnvironment = FilterEnvironment(renderer, scene, environment);
     shading.shadows = ShadowsFor(scene, raster.shadows);

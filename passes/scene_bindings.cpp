@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/text.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "shaders/shared/mix_bits.h"
 
@@ -102,6 +103,11 @@ Region RegionOf(const TraceSettings& settings) {
     return region;
 }
 
+void RequireWhole(const TraceSettings& settings, const char* pass) {
+    if (!(RegionOf(settings) == WholeOf(settings.extent)))
+        throw MakeError(ErrorKind::Usage, "{}: a part of a picture; it draws whole ones", pass);
+}
+
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings) {
     return {
         .camera = FromSceneOrigin(settings.camera, scene.origin),
@@ -180,6 +186,7 @@ void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettin
     uint32_t features = FeaturesOf(scene, settings);
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
+    if (settings.isEnvironmentHidden) features |= kTraceHiddenEnvironment;
     if (settings.biases.textureLod > -kInfinity) features |= LevelFeature(scene);
     SpecializeModels(pass, settings, features);
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));

@@ -10,6 +10,8 @@ namespace raygraph::passes {
 
 // The requested part of the picture. Error{Usage} if it is not within settings.extent.
 RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
+// Error{Usage} naming the pass for a part of the picture.
+RAYGRAPH_API void RequireWhole(const TraceSettings& settings, const char* pass);
 
 // The parameter block of a camera-ray pass.
 RAYGRAPH_API gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);

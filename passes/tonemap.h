@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <glm/glm.hpp>
 
 #include "base/api.h"
 #include "passes/tiles.h"
@@ -14,12 +15,16 @@ struct TonemapSettings {
     float exposureEv = 0.0f;  // stops: radiance is multiplied with 2^exposureEv
     TonemapOperator tonemapOperator = TonemapOperator::Neutral;
     bool isOpaque = false;  // alpha is 1, not the radiance's
+    // The color shown is that of what alpha covers: radiance, which is 0 for the rest of the pixel, is
+    // divided by it. For formats whose alpha is not associated, as PNG.
+    bool isUnassociated = false;
+    glm::mat3 whiteBalance{1.0f};  // on the radiance: passes/white_balance.h
 
     bool operator==(const TonemapSettings&) const = default;
 };
 
 // Reads any float texture and returns rgba8, display-encoded (see shaders/core/tonemap.glsl for each
-// operator), alpha passed through. NaN and negative radiance show as black.
+// operator), alpha passed through or 1. NaN and negative radiance show as black.
 [[nodiscard]] RAYGRAPH_API TextureId Tonemap(Renderer& renderer, TextureId radiance,
                                              const TonemapSettings& settings = {});
 

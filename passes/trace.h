@@ -76,14 +76,18 @@ struct PathSettings {
     LightSamplingSettings lights{};
     RouletteSettings roulette{};
     BiasSettings biases{};
+    // Where the camera sees no surface and no medium, the radiance is 0: the environment shines on the scene
+    // and is seen through it and mirrored in it, but not behind it.
+    bool isEnvironmentHidden = false;
 
     bool operator==(const PathSettings&) const = default;
 };
 
 struct TraceSettings : PathSettings {
     Extent2D extent;  // pixels
-    // The part of the picture that Trace and PrimaryHits render: their textures have its extent. Empty: all
-    // of it. The pixels of a part have the bits that they have in the whole.
+    // The part of the picture that is rendered, by all passes that trace: their textures have its extent.
+    // Empty: all of it. The pixels of a part have the bits that they have in the whole. Passes that draw
+    // render whole pictures alone.
     Region region{};
     gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
     uint32_t sampleIndex = 0;

@@ -37,7 +37,8 @@ BufferId ValueRange(Renderer& renderer, TextureId values) {
 TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       const RasterVisibility& seen, View view) {
     if (!ShowsSurface(view)) Refuse("SurfaceView", view);
-    TextureId values = renderer.CreateTexture("surfaceView", {settings.extent, Format::Rgba32Float});
+    const Extent2D seenExtent = RegionOf(settings).Extent();
+    TextureId values = renderer.CreateTexture("surfaceView", {seenExtent, Format::Rgba32Float});
     renderer.AddPass(
         "SurfaceView", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -46,13 +47,14 @@ TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSett
             BindPixelSurfaces(pass, scene, seen, {.option = static_cast<uint32_t>(view)});
             values = pass.Writes("values", values);
         },
-        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+        [extent = seenExtent](CommandList& commands) { commands.DispatchOver(extent); });
     return values;
 }
 
 TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                    FilmPosition film) {
     RequireIndirectDraws(renderer, "Overdraw");
+    RequireWhole(settings, "Overdraw");
     TextureId counts = renderer.CreateTexture("overdraw", {settings.extent, Format::R16Float});
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
     const glm::vec2 shift = ShiftOf(FilmOffset(film, settings.sampleIndex), settings.extent);

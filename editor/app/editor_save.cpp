@@ -6,6 +6,7 @@
 #include "editor/app/editor.h"
 #include "editor/app/saved_render.h"
 #include "renderer/graph/readback_values.h"
+#include "renderer/image/exr_threads.h"
 #include "renderer/image/image.h"
 
 namespace raygraph::editor {
@@ -187,6 +188,7 @@ void Editor::FinishSaving() {
                 ShownScene shown = saving.shown;
                 shown.input.hash = content.hash;
                 const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
+                const image::ExrThreads threads;
                 session::WriteRenderFile(saving.file, render, log);
                 return [this, content, file = saving.file, samples = SampleCount(render.samples)] {
                     m_work.document.Know(content);

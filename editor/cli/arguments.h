@@ -14,11 +14,17 @@
 #include "editor/cli/program_log.h"
 #include "editor/cli/shard.h"
 #include "editor/session/picture_settings.h"
+#include "editor/session/render_file.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
 
 using namespace session;  // NOLINT: the program is a command line for it
+
+// Of a .png.
+struct WhitePoint {
+    std::optional<double> kelvin;  // none: the color of the scene's light
+};
 
 struct RenderArguments : OutputArguments {
     static constexpr uint32_t kDefaultSamples = 64;
@@ -36,19 +42,23 @@ struct RenderArguments : OutputArguments {
     std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already those of its part
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
+    std::optional<WhitePoint> whitePoint;  // none: that of the display
+    std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
     std::string device;
     std::string devices;  // several; "": the one
     bool isValidating = false;
     std::filesystem::path report;             // "": none
     std::filesystem::path resume;             // "": from the start
+    std::filesystem::path settingsFrom;       // "": none
     std::optional<double> checkpointMinutes;  // between saves; then `resume` need not exist yet
 };
 
 // Why there is nothing to render: a shard beyond the last sample or frame has none; "": there is something.
 std::string WhyNothingToRender(const RenderArguments& arguments);
 
-// How a .png shows the picture: as given, else as by default.
+// How a .png shows the picture: as given, else as by default. Without a white point that the scene is needed
+// for (DisplayFor).
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments);
 
 struct BenchArguments : OutputArguments {

@@ -38,7 +38,7 @@ CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name) 
         if (picture.kind == OutputKind::Exr) renders.push_back(picture.path);
     }
     return {
-        .inputs = Given({arguments.scene, arguments.environment}),
+        .inputs = Given({arguments.scene, arguments.environment, arguments.settingsFrom}),
         .updated = Given({arguments.resume.empty() ? Paths::value_type() : Named(arguments.resume, name)}),
         .outputs = std::move(outputs),
         .replacing = std::move(renders)};

@@ -4,12 +4,14 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/session/merge.h"
+#include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
 void MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments));
+    const image::ExrThreads threads;
     // One after another: a job array may have made more of them than memory holds
     Merger merger;
     for (const std::filesystem::path& path : arguments.inputs)

@@ -9,10 +9,20 @@
 #include "editor/session/parse.h"
 #include "editor/session/session.h"
 #include "editor/session/setting_table.h"
+#include "passes/white_balance.h"
 
 namespace raygraph::cli {
 
 namespace {
+
+WhitePoint ParseWhitePoint(const std::string& text) {
+    if (text == "auto") return {};
+    try {
+        return {ParseNumber(text, passes::kMinWhitePoint, passes::kMaxWhitePoint)};
+    } catch (const Error& error) {
+        throw MakeError(error.Kind(), "{}, nor auto", error.what());
+    }
+}
 
 // "albedo, normal": from one up to another, which is not in it; without another all the rest.
 std::string ListOf(Aov first, std::optional<Aov> end) {
@@ -55,6 +65,8 @@ void CheckCheckpoints(const RenderArguments& arguments) {
                      arguments.frames ? "--frames" : "--camera"));
         return;
     }
+    if (arguments.exrType == ExrType::Half)
+        Refuse("--checkpoint saves renders that can be resumed, and --exr-type half leaves out their sums");
     for (const OutputFile& picture : PicturesOf(arguments))
         if (picture.kind == OutputKind::Exr) return;
     Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
@@ -121,6 +133,8 @@ passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
     passes::TonemapSettings display;
     if (arguments.exposureEv) display.exposureEv = *arguments.exposureEv;
     if (arguments.tonemap) display.tonemapOperator = *arguments.tonemap;
+    if (arguments.whitePoint && arguments.whitePoint->kelvin)
+        display.whiteBalance = passes::WhiteBalance(passes::WhitePointAt(*arguments.whitePoint->kelvin));
     return display;
 }
 
@@ -183,6 +197,15 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               });
     AddOption(*render, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
               [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); });
+    AddOption(
+        *render, "--white-point", "K|auto",
+        Text("White balance of a .png: what is white under a light of so many kelvin, {} to {}, is shown "
+             "white ({:g}: as it is); auto: under the scene's light, all together",
+             passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint),
+        [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
+    AddOption(*render, "--exr-type", "TYPE",
+              "Numbers of means and variances of an .exr: " + ListForHelp(ExrType::Float),
+              [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); });
     AddOption(*render, "--aov", "LIST",
               "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
                   "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
@@ -196,6 +219,9 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               "Write the outputs every so often while rendering: the .exr, of which one is needed, can be "
               "resumed. --resume may then name a file that is not there yet, and one that is complete",
               [&](const std::string& text) { arguments.checkpointMinutes = ParseNumber(text, 1e-3, 1e6); });
+    AddPath(*render, "--settings-from", "FILE.exr",
+            "Take the settings of the picture from a render; options that are given override them",
+            arguments.settingsFrom);
     AddDevice(*render, arguments.device);
     AddOption(*render, "--devices", "LIST",
               "Several devices, which share the samples: all (of the best kind), or indices, as 0,1",
@@ -218,10 +244,25 @@ void CheckRender(const RenderArguments& arguments) {
     // A resumed render may have a map, which is not looked at here
     if (arguments.resume.empty() || !arguments.environment.empty())
         CheckEnvironment(arguments.given, !arguments.environment.empty());
-    if (!arguments.exposureEv && !arguments.tonemap) return;
-    for (const OutputFile& picture : PicturesOf(arguments))
-        if (picture.kind == OutputKind::Png) return;
-    Refuse(Text("{} is of a .png, and none is written", arguments.exposureEv ? "--exposure" : "--tonemap"));
+    if (!arguments.settingsFrom.empty() && !arguments.resume.empty())
+        Refuse("--settings-from begins a render; --resume goes on with one");
+    const auto requireKind = [&](OutputKind kind, const char* option) {
+        for (const OutputFile& picture : PicturesOf(arguments))
+            if (picture.kind == kind) return;
+        Refuse(Text("{} is of {} {}, and none is written", option, kind == OutputKind::Png ? "a" : "an",
+                    Name(kind)));
+    };
+    if (arguments.exposureEv) requireKind(OutputKind::Png, "--exposure");
+    if (arguments.tonemap) requireKind(OutputKind::Png, "--tonemap");
+    if (arguments.whitePoint) requireKind(OutputKind::Png, "--white-point");
+    if (arguments.exrType) requireKind(OutputKind::Exr, "--exr-type");
+    if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
+        for (const OutputFile& picture : PicturesOf(arguments))
+            if (picture.path == arguments.resume)
+                Refuse(
+                    Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
+                         "another -o",
+                         picture.path.string()));
 }
 
 void TakeShard(RenderArguments& arguments) {

@@ -14,6 +14,7 @@
 #include "editor/cli/render_job.h"
 #include "editor/cli/rendering.h"
 #include "editor/session/parse.h"
+#include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
@@ -129,6 +130,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (pictures.Current().camera) settings.camera = *pictures.Current().camera;
 
     Progress& progress = console.progress;
+    std::optional<image::ExrThreads> threads(std::in_place);
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
                                                    .variant = settings.variant,
                                                    .isAnimated = settings.at.has_value(),
@@ -140,20 +142,22 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                        if (progress.IsDue())
                                                            progress.Show(FormatLoading(stage, fraction));
                                                    }});
+    threads.reset();
     if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input);
     WarnOfDarkness(console.log, job, input);
     const std::vector<std::unique_ptr<rhi::Device>> devices = OpenDevices(arguments, group, log);
     std::vector<rhi::Device*> used;
     for (const auto& device : devices) used.push_back(device.get());
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);
+    const passes::TonemapSettings display = DisplayFor(arguments, settings, input);
     Session session(used, std::move(input),
                     {.settings = settings,
                      .aovs = job.aovs,
                      .firstSample = job.firstSample,
                      .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
                                      arguments.error.has_value() || group != nullptr,
-                     .withSums = hasExr,
-                     .tonemap = DisplayOf(arguments),
+                     .withSums = hasExr && arguments.exrType != ExrType::Half,
+                     .tonemap = display,
                      .resumed = pictures.Resumed(),
                      .group = group});
     // An hour of rendering must not end in a camera that is not there, either

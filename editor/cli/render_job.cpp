@@ -4,11 +4,15 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/resume_settings.h"
+#include "editor/session/light_color.h"
 #include "editor/session/parse.h"
 #include "editor/session/setting_table.h"
+#include "passes/white_balance.h"
+#include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
@@ -29,7 +33,10 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     };
     if (settings.view != View::Raster && settings.raster.shadows != passes::RasterSettings{}.shadows)
         refuse("--shadows is for --view raster");
+    if (settings.crop && !CanCrop(settings.view))
+        refuse("it is drawn as a whole; --crop is for views of rays");
     if (settings.view == View::PathTraced) return;
+    if (settings.paths.isEnvironmentHidden) refuse("only path-traced renders know --transparent");
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     if (settings.view != View::RayCost) {
@@ -61,6 +68,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
     if (arguments.exposureEv) refuse("there is no light that --exposure could scale");
     if (arguments.tonemap) refuse("there is no light that --tonemap could map");
+    if (arguments.whitePoint) refuse("there is no light that --white-point could balance");
 }
 
 // Channels that were asked for, or that the resumed file has, are not dropped without a word.
@@ -75,7 +83,38 @@ void RequireExrForChannels(const RenderArguments& arguments, const RenderJob& jo
     if (!job.settings.lightGroups.empty()) refuse("--light-group", "groups of lights");
 }
 
+// What options that are not given stand for.
+PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
+    if (arguments.settingsFrom.empty()) return {};
+    const RenderFile render = ReadRenderFile(arguments.settingsFrom, log);
+    PictureSettings settings = SettingsFrom(render.settings);
+    const bool isLitAnew = !arguments.environment.empty() || arguments.given.contains("background");
+    if (!render.environmentFile.empty() && !isLitAnew)
+        Say(log, LogLevel::Warning, log_category::kScene,
+            "{} was lit by the map {}, which is no setting: --env gives one again",
+            arguments.settingsFrom.string(), Printable(render.environmentFile));
+    // One light takes the place of the other
+    if (!arguments.environment.empty()) settings.background.reset();
+    if (arguments.given.contains("background")) {
+        settings.environmentRotation = PictureSettings{}.environmentRotation;
+        settings.environmentTint = PictureSettings{}.environmentTint;
+    }
+    return settings;
+}
+
 }  // namespace
+
+passes::TonemapSettings DisplayFor(const RenderArguments& arguments, const PictureSettings& settings,
+                                   const SceneInput& input) {
+    passes::TonemapSettings display = DisplayOf(arguments);
+    if (!arguments.whitePoint || arguments.whitePoint->kelvin) return display;
+    const std::optional<glm::dvec3> light = LightColor(input, settings);
+    if (!light)
+        throw MakeError(ErrorKind::BadInput, "--white-point auto: {} has no light to take the color of",
+                        Printable(input.file));
+    display.whiteBalance = passes::WhiteBalance(passes::ChromaticityOf(*light));
+    return display;
+}
 
 bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
     return std::ranges::any_of(arguments.outputs, [&](const OutputFile& o) { return o.kind == kind; });
@@ -83,6 +122,7 @@ bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
 
 RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     RenderJob job;
+    const image::ExrThreads threads;
     const PlannedPicture first = PicturesToRender(arguments).front();
     job.resumed = ResumedFor(arguments, first.name, log);
     const bool isOfSeveral = arguments.frames || !arguments.cameras.empty();
@@ -93,7 +133,7 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         job.firstSample = render.samples.front().first;
     } else {
         // Each picture's render must have these settings: the session sees to it
-        job.settings = SettingsFrom(arguments.given);
+        job.settings = SettingsFrom(arguments.given, DefaultsOf(arguments, log));
         if (first.at) job.settings.at = first.at;
         if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);

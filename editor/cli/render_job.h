@@ -9,6 +9,8 @@
 #include "editor/cli/arguments.h"
 #include "editor/cli/picture_list.h"
 #include "editor/session/resume.h"
+#include "editor/session/scene_input.h"
+#include "passes/tonemap.h"
 
 namespace raygraph::cli {
 
@@ -19,6 +21,11 @@ struct RenderJob {
     std::optional<uint32_t> samplesWanted;  // of a picture in all; none: until the time is up
     std::optional<ResumedRender> resumed;   // of the first picture
 };
+
+// How a .png of the job shows the picture, of this scene. Error{BadInput} where its white point is to be that
+// of the scene's light, and nothing emits any.
+passes::TonemapSettings DisplayFor(const RenderArguments& arguments, const PictureSettings& settings,
+                                   const SceneInput& input);
 
 // `arguments` with all its outputs. Error{Usage} for what does not go together.
 RenderJob PlanJob(const RenderArguments& arguments, const Log& log);

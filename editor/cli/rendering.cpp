@@ -8,6 +8,7 @@
 #include "editor/cli/log_levels.h"
 #include "editor/cli/render_report.h"
 #include "editor/session/parse.h"
+#include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
@@ -120,7 +121,8 @@ void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render
             image::WritePng(picture.path, m_session.Display());
             break;
         case OutputKind::Exr:
-            WriteRenderFile(picture.path, render, m_console.log.ForLibraries());
+            WriteRenderFile(picture.path, render, m_console.log.ForLibraries(),
+                            m_arguments.exrType.value_or(ExrType::Float));
             break;
         case OutputKind::Hdr:
             image::WriteHdr(picture.path, {render.size.width, render.size.height, render.radiance});
@@ -141,6 +143,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     const std::filesystem::path reportFile = Named(m_arguments.report, planned.name);
     if (report) WriteTextFile(reportFile, ToJson(*report));
     const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
+    const image::ExrThreads threads;
     for (const bool isExr : {false, true})
         for (const OutputFile& picture : pictures)
             if ((picture.kind == OutputKind::Exr) == isExr) WritePicture(picture, result.render);

@@ -68,8 +68,11 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
 }
 
 passes::TraceSettings DeviceScene::Traced(const scene::CameraView& view) const {
-    return passes::FrameSettings({m_settings.size.width, m_settings.size.height}, view,
-                                 {m_settings.aperture, m_focus}, m_settings.paths);
+    passes::TraceSettings traced =
+        passes::FrameSettings({m_settings.size.width, m_settings.size.height}, view,
+                              {m_settings.aperture, m_focus}, m_settings.paths);
+    traced.region = m_settings.crop.value_or(passes::Region{});
+    return traced;
 }
 
 void DeviceScene::PlaceView(const scene::CameraView& view, const scene::Bounds& bounds) {

@@ -38,7 +38,10 @@ void RequireSums(const NamedRender& part) {
     // The editor's albedo and normals are those of the pixels' centers; a session traces those of the samples
     const bool isOfEditor = HasSums(part.render, {Aov::Albedo, Aov::Normal});
     throw MakeError(ErrorKind::BadInput, "{} lacks sums of samples: there is no channel {}{}", part.name,
-                    missing, isOfEditor ? "; resume it once, and it can be merged" : "");
+                    missing,
+                    isOfEditor                            ? "; resume it once, and it can be merged"
+                    : part.render.sums.radiance.IsEmpty() ? kHalfHint
+                                                          : "");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/printable.h"
 #include "base/text.h"
 #include "editor/session/parse.h"
 
@@ -82,6 +83,30 @@ std::string NumberText(double value) {
 }
 
 constexpr const char* kNoShutter = "none";
+constexpr const char* kNoCrop = "none";
+
+// The lower right corner is checked when the size is known.
+void SetCrop(std::optional<passes::Region>& crop, std::string_view text) {
+    crop.reset();
+    if (text == kNoCrop) return;
+    try {
+        const std::vector<std::string_view> parts = ParseList(text);
+        if (parts.size() == 4) {
+            const auto place = [&](size_t i) { return ParseCount(parts[i], 0, kMaxImageSide - 1); };
+            const auto side = [&](size_t i) { return ParseCount(parts[i], 1, kMaxImageSide); };
+            crop = passes::Region{place(0), place(1), side(2), side(3)};
+            return;
+        }
+    } catch (const Error&) {
+        // The message for the whole text says more than the one for its part
+    }
+    throw MakeError(ErrorKind::Usage, "{} is not X,Y,W,H: the upper left corner and the size, in pixels",
+                    Quoted(text));
+}
+
+std::string CropText(const std::optional<passes::Region>& crop) {
+    return crop ? Text("{},{},{},{}", crop->x, crop->y, crop->width, crop->height) : kNoCrop;
+}
 
 std::string RouletteText(const passes::RouletteSettings& roulette) {
     const std::string name = Name(roulette.kind);
@@ -118,6 +143,11 @@ const std::vector<PictureSetting>& Table() {
         {"size", "WxH", "Pixels of the picture ({})",
          [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
          [](const PictureSettings& settings) { return ToText(settings.size); }},
+        {"crop", "X,Y,W,H",
+         "Render only this part of the picture: W times H pixels from X, Y on, counted from its upper left "
+         "corner ({}: all of it)",
+         [](PictureSettings& settings, std::string_view text) { SetCrop(settings.crop, text); },
+         [](const PictureSettings& settings) { return CropText(settings.crop); }},
         Choice(
             "view", "VIEW", "What the picture shows", [](auto& settings) -> auto& { return settings.view; }),
         {"camera", "CAMERA",
@@ -277,6 +307,11 @@ const std::vector<PictureSetting>& Table() {
          [](const PictureSettings& settings) {
              return settings.background ? ToText(*settings.background) : std::string("none");
          }},
+        Switch(
+            "transparent",
+            "Leave the environment out where the camera sees nothing else ({}): a .png is transparent there, "
+            "and an .exr has only what alpha covers",
+            [](auto& settings) -> auto& { return settings.paths.isEnvironmentHidden; }),
         {"texture-budget", "SIZE",
          "Bias: device memory that textures may take, 512M say; where they take more, large ones lose "
          "detail. "
@@ -328,6 +363,11 @@ PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& d
         } catch (const Error& error) {
             throw SettingError(error.Kind(), Text("{}: {}", setting.name, error.what()));
         }
+    }
+    try {
+        if (settings.crop) passes::RequireWithin(settings.size, *settings.crop);
+    } catch (const Error& error) {
+        throw SettingError(error.Kind(), Text("crop: {}", error.what()));
     }
     return settings;
 }

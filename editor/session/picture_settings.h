@@ -37,7 +37,8 @@ inline constexpr const char* kRadiusHelp =
     ": in meters, or with % of the diagonal of the scene's bounds (off: left out)";
 
 struct PictureSettings {
-    Extent2D size{640, 360};  // pixels, 1 to 16384 a side
+    Extent2D size{640, 360};             // pixels, 1 to 16384 a side
+    std::optional<passes::Region> crop;  // the part of the picture that is rendered; none: all of it
     View view = View::PathTraced;
     std::string camera;              // as of scene::ChooseView; CameraText makes it of a view
     std::string scene;               // glTF scene by name or index; "": the file's default
@@ -58,6 +59,16 @@ struct PictureSettings {
     std::vector<LightGroupPatterns> lightGroups;
 };
 
+// The part of the picture that is rendered.
+inline passes::Region RenderedPart(const PictureSettings& settings) {
+    return settings.crop.value_or(passes::WholeOf(settings.size));
+}
+
+// Whether a part of it can be rendered: of all that rays find, with the bits that it has in the whole.
+inline bool CanCrop(View view) {
+    return view != View::Raster && view != View::Overdraw;
+}
+
 inline uint64_t PixelCount(Extent2D size) {
     return uint64_t{size.width} * size.height;
 }
@@ -74,8 +85,8 @@ using SettingTexts = std::map<std::string, std::string, std::less<>>;
 // Every setting.
 RAYGRAPH_API SettingTexts Texts(const PictureSettings& settings);
 
-// `defaults`, overridden by the texts. SettingError of kind Usage for a text that is no value of its setting;
-// a name that is of no setting is left alone.
+// `defaults`, overridden by the texts. SettingError of kind Usage for a text that is no value of its setting,
+// and for a crop that is not within the picture; a name that is of no setting is left alone.
 RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& defaults = {});
 
 // The first setting whose texts differ: "seed: 1 against 2"; empty when all agree. A setting that one side

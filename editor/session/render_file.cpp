@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "editor/session/as_input.h"
 #include "editor/session/parse.h"
+#include "editor/session/render_file_names.h"
 #include "editor/session/render_flaws.h"
 #include "editor/session/setting_table.h"
 #include "renderer/image/exr.h"
@@ -16,75 +17,6 @@
 namespace raygraph::session {
 
 namespace {
-
-// Of the channels and attributes together. 1, which had no such attribute: means alone, without sums.
-// 2: scenes had another hash.
-constexpr std::string_view kFormat = "3";
-
-// Attributes. Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
-constexpr const char* kAttributeFormat = "raygraph.format";
-constexpr const char* kAttributeVersion = "raygraph.version";
-constexpr const char* kAttributeDevice = "raygraph.device";
-constexpr const char* kAttributeDriver = "raygraph.driver";
-constexpr const char* kAttributeScene = "raygraph.scene";
-constexpr const char* kAttributeSceneHash = "raygraph.sceneHash";
-constexpr const char* kAttributeEnvironment = "raygraph.environment";
-constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHash";
-constexpr const char* kAttributeSamples = "raygraph.samples";                // decimal: how many
-constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";      // decimal: index of the first
-constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";      // "0-63 128-191": which
-constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
-constexpr const char* kAttributeMeasuredError = "raygraph.measuredError";    // "64 0.021": samples, relative
-constexpr std::string_view kSettingPrefix = "raygraph.setting.";
-
-constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
-constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
-constexpr const char* kMotionNames[] = {"motion.X", "motion.Y"};
-
-// Of an AOV that is a mean.
-using ChannelNames = std::array<std::string, 3>;
-ChannelNames ColorChannels(const std::string& name) {
-    return {name + ".R", name + ".G", name + ".B"};
-}
-
-ChannelNames MeanChannels(Aov aov) {
-    if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
-    return ColorChannels(Name(aov));
-}
-
-// Of the groups of lights that a render of these settings has.
-std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
-    std::vector<ChannelNames> channels;
-    for (const std::string& name : LightGroupNames(SettingsFrom(settings).lightGroups))
-        channels.push_back(ColorChannels("light." + name));
-    return channels;
-}
-
-// Of what a bias removed.
-ChannelNames VarianceChannels(Bias bias) {
-    return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
-}
-
-// "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
-std::string WordChannel(const std::string& channel, const char* what, size_t word) {
-    std::string name = channel;
-    return name.insert(name.rfind('.') + 1, Text("{}{}.", what, word));
-}
-
-// Word k of the squares of channel c lies in this plane, in component c or, of the highest word, 3.
-size_t SquarePlane(size_t k, size_t c) {
-    return k < passes::ExactSums::kPlanes ? k : c;
-}
-size_t SquareComponent(size_t k, size_t c) {
-    return k < passes::ExactSums::kPlanes ? c : 3;
-}
-
-struct IdChannel {
-    const char* name;
-    std::vector<uint32_t> RenderFile::*ids;
-};
-constexpr IdChannel kIdChannels[] = {{"id.instance", &RenderFile::instance},
-                                     {"id.material", &RenderFile::material}};
 
 // Puts the channels of these names into RGBA texels; false if the first of them is not there.
 template <typename Names>
@@ -205,14 +137,6 @@ void TakeMotion(const image::ExrImage& file, std::vector<float>& motion) {
     }
 }
 
-// `done`: "read" or "written".
-void SayHow(const Log& log, const std::filesystem::path& path, const RenderFile& render, const char* done,
-            const Stopwatch& watch) {
-    Say(log, LogLevel::Info, log_category::kScene, "{}: {} samples of {} pixels {} in {}",
-        Printable(path.filename().string()), SampleCount(render.samples), ToText(render.size), done,
-        DurationText(watch.Seconds()));
-}
-
 // The one of an AOV: a RenderFile has the means and RenderSums their sums in members of the same names.
 template <typename Owner>
 auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
@@ -222,6 +146,21 @@ auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
     if (aov < Aov::Emission) return nullptr;
     if (aov >= Aov::RemovedMaxDepth) return &owner.removed[from(Aov::RemovedMaxDepth)];
     return &owner.parts[from(Aov::Emission)];
+}
+
+void RequireWindow(const image::ExrImage& file, const RenderFile& render) {
+    PictureSettings settings;
+    try {
+        settings = SettingsFrom(render.settings);
+    } catch (const Error& error) {
+        throw MakeError(ErrorKind::BadInput, "recorded setting {}", error.what());
+    }
+    const Extent2D recorded = RenderedPart(settings).Extent();
+    if (recorded != render.size)
+        throw MakeError(ErrorKind::BadInput, "the recorded size {} is not that of the picture, {}",
+                        ToText(recorded), ToText(render.size));
+    if (!(file.window == WindowOf(settings)))
+        throw Error(ErrorKind::BadInput, "its data window is not where the recorded settings say");
 }
 
 RenderFile FromExr(const image::ExrImage& file) {
@@ -261,15 +200,7 @@ RenderFile FromExr(const image::ExrImage& file) {
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
         render.settings[name] = TextAttribute(file, attribute.c_str());
     }
-    Extent2D recorded;
-    try {
-        recorded = SettingsFrom(render.settings).size;
-    } catch (const Error& error) {
-        throw MakeError(ErrorKind::BadInput, "recorded setting {}", error.what());
-    }
-    if (recorded != render.size)
-        throw MakeError(ErrorKind::BadInput, "the recorded size {} is not that of the picture, {}",
-                        ToText(recorded), ToText(render.size));
+    RequireWindow(file, render);
     for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
             throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);
@@ -338,81 +269,6 @@ void KeepOnly(RenderFile& render, const AovSet& aovs) {
     if (!aovs.Has(Aov::Instance)) render.instance.clear();
     if (!aovs.Has(Aov::Material)) render.material.clear();
     if (!aovs.Has(Aov::Motion)) render.motion.clear();
-}
-
-void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render, const Log& log) {
-    const Stopwatch watch;
-    if (const std::string flaw = FirstFlaw(render); !flaw.empty())
-        throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path.string(), flaw);
-    std::vector<image::ExrPlane> planes;
-    const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
-        planes.push_back({name, std::span<const float>(texels).subspan(c), 4});
-    };
-    const auto addWords = [&](const std::string& name, const passes::ExactSums::Plane& plane, size_t c) {
-        planes.push_back({name, std::span<const uint32_t>(plane).subspan(c), 4});
-    };
-    const auto addSums = [&](const auto& names, const passes::ExactSums& sums) {
-        for (size_t c = 0; c < std::size(names) && !sums.IsEmpty(); ++c)
-            for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
-                addWords(WordChannel(names[c], "sum", k), sums.sums[k], c);
-        for (size_t c = 0; c < 3 && sums.HasSquares(); ++c)
-            for (size_t k = 0; k <= passes::ExactSums::kPlanes; ++k)
-                addWords(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)],
-                         SquareComponent(k, c));
-    };
-    for (size_t c = 0; c < 4; ++c) add(kRadianceNames[c], render.radiance, c);
-    for (size_t c = 0; c < 3 && !render.variance.empty(); ++c) add(kVarianceNames[c], render.variance, c);
-    addSums(kRadianceNames, render.sums.radiance);
-    for (const Aov aov : kAovs) {
-        const Texels* mean = MeanOf(render, aov);
-        if (mean == nullptr || mean->empty()) continue;
-        for (size_t c = 0; c < 3; ++c) add(MeanChannels(aov)[c], *mean, c);
-        addSums(MeanChannels(aov), *SumsOf(render.sums, aov));
-    }
-    if (!render.lightGroups.empty()) {
-        const std::vector<ChannelNames> names = GroupChannels(render.settings);
-        RG_CHECK_EQ(names.size(), render.lightGroups.size());
-        for (size_t i = 0; i < names.size(); ++i) {
-            for (size_t c = 0; c < 3; ++c) add(names[i][c], render.lightGroups[i], c);
-            if (!render.sums.lightGroups.empty()) addSums(names[i], render.sums.lightGroups[i]);
-        }
-    }
-    bool hasRemoved = false;
-    for (const Bias bias : kBiases) {
-        const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
-        hasRemoved |= !variance.empty();
-        for (size_t c = 0; c < 3 && !variance.empty(); ++c) add(VarianceChannels(bias)[c], variance, c);
-    }
-    if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
-    for (const IdChannel& channel : kIdChannels)
-        if (!(render.*channel.ids).empty())
-            planes.push_back({channel.name, std::span<const uint32_t>(render.*channel.ids)});
-    for (size_t c = 0; c < 2 && !render.motion.empty(); ++c)
-        planes.push_back({kMotionNames[c], std::span<const float>(render.motion).subspan(c), 2});
-    const std::string sampleCount = std::to_string(SampleCount(render.samples));
-    const std::vector<uint32_t> samples(PixelCount(render.size),
-                                        static_cast<uint32_t>(SampleCount(render.samples)));
-    planes.push_back({"samples", std::span<const uint32_t>(samples)});
-
-    image::ExrAttributes attributes;
-    attributes[kAttributeFormat] = std::string(kFormat);
-    attributes[kAttributeVersion] = render.version;
-    attributes[kAttributeDevice] = render.device;
-    attributes[kAttributeDriver] = render.driver;
-    attributes[kAttributeScene] = render.sceneFile;
-    attributes[kAttributeSceneHash] = render.sceneHash;
-    attributes[kAttributeEnvironment] = render.environmentFile;
-    attributes[kAttributeEnvironmentHash] = render.environmentHash;
-    attributes[kAttributeSamples] = sampleCount;
-    attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
-    attributes[kAttributeSampleRanges] = ToText(render.samples);
-    if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
-    if (render.measuredError && render.measuredError->relativeError)
-        attributes[kAttributeMeasuredError] =
-            Text("{} {}", render.measuredError->samples, *render.measuredError->relativeError);
-    for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
-    image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
-    SayHow(log, path, render, "written", watch);
 }
 
 RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {

@@ -47,7 +47,7 @@ struct RenderSums {
 };
 
 struct RenderFile {
-    Extent2D size;    // pixels
+    Extent2D size;    // pixels of the planes: those of the part that is rendered, RenderedPart
     Texels radiance;  // mean of the samples; alpha: part of the pixel that is covered
     Texels variance;  // unbiased variance of one sample, w without meaning
     Texels albedo;    // w: covered part of the pixel; not stored
@@ -88,6 +88,8 @@ RAYGRAPH_API const passes::ExactSums* SumsOf(const RenderSums& sums, Aov aov);
 // Of the sums that all means but `others` need, the first channel that is not there: "albedo.sum0.R"; empty:
 // they are there.
 RAYGRAPH_API std::string FirstMissingChannel(const RenderFile& render, const AovSet& others = {});
+// Behind it, where there are none at all.
+inline constexpr const char* kHalfHint = ", as in any file of half floats";
 // Whether they are there.
 RAYGRAPH_API bool HasSums(const RenderFile& render, const AovSet& others = {});
 
@@ -97,11 +99,19 @@ RAYGRAPH_API AovSet AovsOf(const RenderFile& render);
 // Empties the other AOVs.
 RAYGRAPH_API void KeepOnly(RenderFile& render, const AovSet& aovs);
 
+// The numbers of means and variances in a file; depth and ids are kept in full.
+//   Half: at most 65504: what is beyond becomes that, and `log` is warned. Without sums: the file can be
+//         neither resumed nor merged
+#define RAYGRAPH_EXR_TYPES(X, Of) \
+    X(Of, Float, 0, "float", "")  \
+    X(Of, Half, 1, "half", "no sums: it can be neither resumed nor merged")
+RAYGRAPH_CHOICE(ExrType, RAYGRAPH_EXR_TYPES)
+
 // An .exr, replaced as a whole or not at all. Error{Usage} for a render that could not be read back: without
 // samples or radiance, with planes of another size, with settings that no option takes. Error{Io}.
 // `log` is told how long it took, here and below.
 RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render,
-                                  const Log& log = {});
+                                  const Log& log = {}, ExrType type = ExrType::Float);
 
 // Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
 // in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version,

@@ -96,8 +96,8 @@ std::string FirstFlaw(const RenderFile& render) {
     } catch (const SettingError& error) {
         return std::string("its setting ") + error.what();
     }
-    if (settings.size != render.size)
-        return Text("its recorded size {} is not that of the picture, {}", ToText(settings.size),
+    if (const Extent2D recorded = RenderedPart(settings).Extent(); recorded != render.size)
+        return Text("its recorded size {} is not that of the picture, {}", ToText(recorded),
                     ToText(render.size));
     const size_t groups = LightGroupNames(settings.lightGroups).size();
     if (render.lightGroups.size() != groups ||

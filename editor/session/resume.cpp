@@ -21,7 +21,9 @@ void RequireResumable(const ResumedRender& resumed) {
     if (render.variance.empty()) refuse("it has no channel variance.R");
     // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
     const std::string missing = FirstMissingChannel(render, {Aov::Albedo, Aov::Normal});
-    if (!missing.empty()) refuse(Text("it lacks sums of samples: there is no channel {}", missing));
+    if (!missing.empty())
+        refuse(Text("it lacks sums of samples: there is no channel {}{}", missing,
+                    render.sums.radiance.IsEmpty() ? kHalfHint : ""));
 }
 
 bool IsComplete(const RenderFile& render, const StopRule& rule) {

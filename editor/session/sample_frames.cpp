@@ -8,6 +8,7 @@
 #include "editor/session/light_group_tiles.h"
 #include "passes/project_hits.h"
 #include "passes/raster.h"
+#include "passes/scene_bindings.h"
 #include "renderer/graph/readback_values.h"
 
 namespace raygraph::session {
@@ -16,7 +17,7 @@ namespace {
 
 // What pixels saw, from frame to frame.
 TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) {
-    return renderer.Persist("motion hits", {settings.extent, Format::Rgba32Uint});
+    return renderer.Persist("motion hits", {passes::RegionOf(settings).Extent(), Format::Rgba32Uint});
 }
 
 // 0 of what is behind the camera at one of the times.
@@ -86,7 +87,7 @@ void SampleFrames::RestoreSample() {
 }
 
 Extent2D SampleFrames::Size() const {
-    return m_scene.SettingsFor(0).extent;
+    return passes::RegionOf(m_scene.SettingsFor(0)).Extent();
 }
 
 void SampleFrames::Keep(TextureId sample, Accumulated& into) {
@@ -303,9 +304,7 @@ void SampleFrames::TakePicture(RenderFile& render) const {
 
 image::Image8 SampleFrames::TakeDisplay() const {
     const Extent2D size = m_display.Extent();
-    image::Image8 picture{size.width, size.height, WaitForValues<uint8_t>(m_display)};
-    for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
-    return picture;
+    return {size.width, size.height, WaitForValues<uint8_t>(m_display)};
 }
 
 image::Image8 SampleFrames::DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount) {

@@ -68,7 +68,7 @@ class SampleFrames {
     // After FinishPicture: fills the picture and its channels and samples, and waits for them. The rest of
     // the render is left as it is. Without a sample, sums are zero, and there are no means.
     void TakePicture(RenderFile& render) const;
-    // The tone-mapped picture, or the view as PaintView shows it; opaque.
+    // The tone-mapped picture, with the alpha of plan.tonemap, or the view as PaintView shows it, opaque.
     image::Image8 TakeDisplay() const;
     // The same of other sums: those of `sampleCount` samples of several devices.
     image::Image8 DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount);

@@ -17,13 +17,16 @@ namespace raygraph::session {
 namespace {
 
 FramePlan PlanOf(const SessionDesc& desc) {
+    passes::TonemapSettings tonemap = desc.tonemap;
+    tonemap.isUnassociated = desc.settings.paths.isEnvironmentHidden;
+    tonemap.isOpaque = !tonemap.isUnassociated;
     return {.view = desc.settings.view,
             .aovs = desc.aovs,
             .lightGroupCount = static_cast<uint32_t>(LightGroupNames(desc.settings.lightGroups).size()),
             .withVariance = desc.withVariance,
             .withSums = desc.withSums,
             .raster = desc.settings.raster,
-            .tonemap = desc.tonemap};
+            .tonemap = tonemap};
 }
 
 // "A", or "A + B" of devices of different kinds.

@@ -128,7 +128,8 @@ class RAYGRAPH_API Session {
     bool HasResult() const;
     // After such a run: all that was asked for. Copies it from the device, and waits for that.
     SessionResult Result() const;
-    // Tone-mapped, or the view as passes::PaintView shows it: opaque sRGB.
+    // Tone-mapped, or the view as passes::PaintView shows it: sRGB. Opaque, unless the environment is hidden
+    // (PathSettings::isEnvironmentHidden): then alpha is coverage, and color that of what is covered.
     image::Image8 Display() const;
 
     uint32_t SampleCount() const;  // in the picture, with resumed ones

@@ -62,6 +62,9 @@ void RequirePossible(const SessionDesc& desc) {
         throw SettingError(ErrorKind::Usage,
                            Text("shutter: the view {} is not averaged over samples, so nothing is blurred",
                                 Name(settings.view)));
+    if (settings.crop && !CanCrop(settings.view))
+        throw SettingError(ErrorKind::Usage,
+                           Text("crop: the view {} is drawn as a whole", Name(settings.view)));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
         Refuse(Text("the view {} has no light by groups", Name(settings.view)));
     if (desc.resumed == nullptr) return;
@@ -98,7 +101,7 @@ RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settin
     RequireScene(input, settings);
     const Version version = LibraryVersion();
     RenderFile render;
-    render.size = settings.size;
+    render.size = RenderedPart(settings).Extent();
     render.settings = Texts(settings);
     render.sceneFile = input.file;
     render.sceneHash = input.hash;

@@ -39,7 +39,7 @@ RAYGRAPH_API bool IsMeasured(View view);
 struct ShowSettings {
     View view = View::PathTraced;
     float wipePosition = 0.5f;          // share of the width that is path-traced; clamped to [0, 1]
-    passes::TonemapSettings tonemap{};  // the picture is opaque, whatever isOpaque says
+    passes::TonemapSettings tonemap{};  // the picture is opaque, whatever these say
     passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
     float maxError = 1.0f;                         // relative error at the end of the color map; above 0
     float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400

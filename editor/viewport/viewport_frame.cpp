@@ -125,6 +125,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
     shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
+    shownAs.tonemap.isUnassociated = false;
     const uint64_t pixels = uint64_t{size.width} * size.height;
     const uint32_t fittingScale = budget.RasterScale(pixels);
     const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;

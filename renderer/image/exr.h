@@ -28,10 +28,20 @@ struct ExrChannel {
     std::variant<std::vector<float>, std::vector<uint32_t>> samples;
 };
 
+// The picture that the pixels of a file are a part of (its display window), and where they are in it (its
+// data window).
+struct ExrWindow {
+    int32_t x = 0, y = 0;  // Of the first pixel, from the picture's upper left corner.
+    uint32_t pictureWidth = 0, pictureHeight = 0;  // To write, 0: there are no other pixels.
+
+    bool operator==(const ExrWindow&) const = default;
+};
+
 struct RAYGRAPH_API ExrImage {
     uint32_t width = 0, height = 0;
     std::vector<ExrChannel> channels;  // After reading: sorted by name.
     ExrAttributes attributes;
+    ExrWindow window{};
 
     // The samples of the channel of this name; nullptr when there is none or it is of the other type.
     const std::vector<float>* FloatChannel(std::string_view channelName) const;
@@ -44,6 +54,7 @@ struct ExrPlane {
     std::string name;
     std::variant<std::span<const float>, std::span<const uint32_t>> samples;
     uint32_t stride = 1;  // In samples.
+    bool isHalf = false;  // Of floats: stored as half floats, at most +-65504.
 };
 
 // All channels of a single-part file with all int, float, double and string attributes that are not part of
@@ -55,9 +66,11 @@ RAYGRAPH_API ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_vi
                                 const DecodeLimits& limits = kEnvironmentLimits);
 
 // Scan lines, ZIP. Error{Usage} for a plane too short for the picture, an empty or repeated channel name, or
-// an attribute whose name the format itself uses ("channels", "dataWindow", ...).
-RAYGRAPH_API void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                           std::span<const ExrPlane> planes, const ExrAttributes& attributes = {});
+// an attribute whose name the format itself uses ("channels", "dataWindow", ...). Returns how many samples of
+// half planes were beyond their range.
+RAYGRAPH_API uint64_t WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                               std::span<const ExrPlane> planes, const ExrAttributes& attributes = {},
+                               const ExrWindow& window = {});
 RAYGRAPH_API void WriteExr(const std::filesystem::path& path, const ExrImage& image);
 
 }  // namespace raygraph::image

@@ -58,6 +58,12 @@ class ExrReader {
     uint32_t Height() const { return Extent(Window().min.y, Window().max.y); }
     uint64_t PixelCount() const { return uint64_t{Width()} * Height(); }
 
+    ExrWindow WindowInPicture() const {
+        const Imath::Box2i &data = Window(), &picture = m_file.header().displayWindow();
+        return {data.min.x - picture.min.x, data.min.y - picture.min.y, Extent(picture.min.x, picture.max.x),
+                Extent(picture.min.y, picture.max.y)};
+    }
+
     // A channel to be read to first[(y * Width() + x) * stride]; numbers are of 4 bytes.
     void Add(const std::string& channel, Imf::PixelType type, void* first, size_t stride = 1) {
         const size_t step = stride * 4;
@@ -168,7 +174,8 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
 ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
     if (SniffFormat(bytes) != FileFormat::Exr) Refuse(name, "is not an OpenEXR file");
     return WithReader(bytes, name, limits, [&](ExrReader& reader) {
-        ExrImage image{reader.Width(), reader.Height(), {}, ReadAttributes(reader.Header())};
+        ExrImage image{
+            reader.Width(), reader.Height(), {}, ReadAttributes(reader.Header()), reader.WindowInPicture()};
         const Imf::ChannelList& channels = reader.Header().channels();
         for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
             ExrChannel& added = image.channels.emplace_back(ExrChannel{channel.name(), {}});

@@ -1,3 +1,4 @@
+#include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
@@ -8,6 +9,9 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <new>
 #include <set>
 #include <type_traits>
@@ -21,6 +25,7 @@ namespace raygraph::image {
 namespace {
 
 constexpr size_t kMaxNameLength = 255;
+constexpr float kMaxHalf = 65504.0f;
 
 // OpenEXR's output into an AtomicFile. The library swallows errors of its last write, in a destructor; the
 // AtomicFile remembers them for Commit().
@@ -39,8 +44,8 @@ class AtomicFileStream final : public Imf::OStream {
 
 class ExrWriter {
   public:
-    ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height)
-        : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader()) {
+    ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height, const ExrWindow& window)
+        : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader(window)) {
         m_header.compression() = Imf::ZIP_COMPRESSION;
     }
 
@@ -60,11 +65,10 @@ class ExrWriter {
                     Fail(Text("{}: {} numbers, {} needed", channel, samples.size(), needed));
                 }
                 constexpr bool kIsUint = std::is_same_v<decltype(samples.front()), const uint32_t&>;
-                const Imf::PixelType type = kIsUint ? Imf::UINT : Imf::FLOAT;
-                const size_t step = size_t{plane.stride} * 4;
-                m_header.channels().insert(plane.name, Imf::Channel(type));
-                m_frame.insert(plane.name, Imf::Slice::Make(type, samples.data(), m_header.dataWindow(), step,
-                                                            step * m_width));
+                if constexpr (!kIsUint)
+                    if (plane.isHalf) return AddHalf(plane.name, samples, plane.stride);
+                if (plane.isHalf) Fail(Text("{}: whole numbers as half floats", channel));
+                Insert(plane.name, kIsUint ? Imf::UINT : Imf::FLOAT, samples.data(), plane.stride, 4);
             },
             plane.samples);
     }
@@ -82,6 +86,9 @@ class ExrWriter {
             attribute);
     }
 
+    // How many samples were beyond what a half float holds.
+    uint64_t ClampedCount() const { return m_clampedCount; }
+
     void Write() {
         if (m_header.channels().begin() == m_header.channels().end()) Fail("there are no channels");
         AtomicFile file(m_path);
@@ -95,32 +102,62 @@ class ExrWriter {
     }
 
   private:
+    void Insert(const std::string& name, Imf::PixelType type, const void* samples, size_t stride,
+                size_t bytes) {
+        m_header.channels().insert(name, Imf::Channel(type));
+        const size_t step = stride * bytes;
+        m_frame.insert(name, Imf::Slice::Make(type, samples, m_header.dataWindow(), step, step * m_width));
+    }
+    void AddHalf(const std::string& name, std::span<const float> samples, size_t stride) {
+        std::vector<half>& halves = m_halves.emplace_back(size_t{m_width} * m_height);
+        for (size_t i = 0; i < halves.size(); ++i) {
+            const float value = samples[i * stride];
+            if (std::abs(value) > kMaxHalf) ++m_clampedCount;
+            halves[i] = half(std::isnan(value) ? value : std::clamp(value, -kMaxHalf, kMaxHalf));
+        }
+        Insert(name, Imf::HALF, halves.data(), 1, sizeof(half));
+    }
     [[noreturn]] void Fail(const std::string& what) const {
         throw MakeError(ErrorKind::Usage, "{}: {}", m_path.string(), what);
     }
-    Imf::Header CheckedHeader() const {
-        constexpr uint32_t kMaxSide = 1 << 29;
-        if (m_width == 0 || m_height == 0 || m_width > kMaxSide || m_height > kMaxSide) {
+    Imf::Header CheckedHeader(const ExrWindow& window) const {
+        constexpr int64_t kMaxSide = 1 << 29;
+        const int64_t width = m_width, height = m_height;
+        if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide)
             Fail(Text("cannot write {} x {} pixels", m_width, m_height));
-        }
-        return Imf::Header(static_cast<int>(m_width), static_cast<int>(m_height));
+        // All sides of both windows, so that the places of the last pixels can be counted too
+        const int64_t pictureWidth = window.pictureWidth > 0 ? window.pictureWidth : width;
+        const int64_t pictureHeight = window.pictureHeight > 0 ? window.pictureHeight : height;
+        if (std::max(pictureWidth, pictureHeight) > kMaxSide ||
+            std::max(std::abs(int64_t{window.x}), std::abs(int64_t{window.y})) > kMaxSide / 2)
+            Fail(Text("cannot write pixels from {}, {} on, of a picture of {} x {}", window.x, window.y,
+                      pictureWidth, pictureHeight));
+        const Imath::V2i last(static_cast<int>(window.x + width - 1),
+                              static_cast<int>(window.y + height - 1));
+        return Imf::Header(
+            Imath::Box2i({0, 0}, {static_cast<int>(pictureWidth - 1), static_cast<int>(pictureHeight - 1)}),
+            Imath::Box2i({window.x, window.y}, last));
     }
 
     const std::filesystem::path& m_path;
     uint32_t m_width, m_height;
     Imf::Header m_header;
     Imf::FrameBuffer m_frame;
+    std::vector<std::vector<half>> m_halves;  // of the planes that are stored so
+    uint64_t m_clampedCount = 0;
 };
 
 }  // namespace
 
-void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-              std::span<const ExrPlane> planes, const ExrAttributes& attributes) {
+uint64_t WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                  std::span<const ExrPlane> planes, const ExrAttributes& attributes,
+                  const ExrWindow& window) {
     try {
-        ExrWriter writer(path, width, height);
+        ExrWriter writer(path, width, height, window);
         for (const ExrPlane& plane : planes) writer.Add(plane);
         for (const auto& [name, attribute] : attributes) writer.Add(name, attribute);
         writer.Write();
+        return writer.ClampedCount();
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
@@ -137,7 +174,7 @@ void WriteExr(const std::filesystem::path& path, const ExrImage& image) {
         std::visit([&](const auto& samples) { plane.samples = std::span(samples); }, channel.samples);
         planes.push_back(std::move(plane));
     }
-    WriteExr(path, image.width, image.height, planes, image.attributes);
+    WriteExr(path, image.width, image.height, planes, image.attributes, image.window);
 }
 
 }  // namespace raygraph::image

@@ -10,8 +10,9 @@ SHADING_BEGIN
 OPTION(BrdfModel, Brdf, 5, Gltf)
 OPTION(MisHeuristic, Mis, 7, Power)
 OPTION(Roulette, Roulette, 8, Throughput)
-// All, without biases
-OPTION_BITS(TraceFeatures, HasTraceFeature, 9, ~(kTraceShadowTerminator | kTraceTextureLod))
+// All, without biases, of a camera that sees all
+OPTION_BITS(TraceFeatures, HasTraceFeature, 9,
+            ~(kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment))
 
 SHADING_END
 

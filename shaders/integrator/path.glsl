@@ -260,7 +260,8 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         surface = SurfaceAt(hit, path.ray);
         surface.emission *= EmissionPassed(surface, -path.ray.direction);
     } else {
-        surface.emission = EnvironmentRadiance(path.ray.direction);
+        bool isHidden = HasTraceFeature(kTraceHiddenEnvironment) && path.alpha == 0.0f;
+        surface.emission = isHidden ? vec3(0.0f) : EnvironmentRadiance(path.ray.direction);
         surface.light = LightSet().lightCount;
         surface.lightTriangle = 0u;
         surface.material.flags = 0u;

@@ -28,7 +28,8 @@ bool IsInPicture() { return all(lessThan(Pixel(), imageSize(visibility))); }
 
 // Through the film position that was drawn, so many pixels away.
 Ray RayThrough(vec2 offset) {
-    vec2 film = (vec2(Pixel()) + constants.filmOffset + offset) / vec2(imageSize(visibility));
+    vec2 pixel = vec2(Pixel() + ivec2(parameters.value.regionOffset));
+    vec2 film = (pixel + constants.filmOffset + offset) / vec2(parameters.value.pictureSize);
     return CameraRay(parameters.value.camera, film, vec2(0.5f));
 }
 Ray PixelRay() { return RayThrough(vec2(0.0f)); }

@@ -32,11 +32,12 @@ vec3 PositionOf(Hit hit) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = imageSize(visibility);
-    if (any(greaterThanEqual(pixel, size))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(texel, imageSize(visibility)))) return;
+    uvec2 pixel = uvec2(texel) + parameters.value.regionOffset;
+    uvec2 size = parameters.value.pictureSize;
     CameraRecord camera = parameters.value.camera;
-    Hit hit = UnpackVisibility(imageLoad(visibility, pixel));
+    Hit hit = UnpackVisibility(imageLoad(visibility, texel));
     vec3 offset;
     if (IsHit(hit))
         offset = PositionOf(hit) - camera.origin;
@@ -48,5 +49,5 @@ void main() {
     float placeless = clip.w > 0.0f && !isHidden ? 0.0f : 1.0f;
     vec2 place = (0.5f * clip.xy / clip.w + 0.5f) * vec2(size);
     if (!IsHit(hit) && camera.orthographic != 0u) place = vec2(pixel) + 0.5f;  // all see the same direction
-    imageStore(places, pixel, vec4(place, placeless, 0.0f));
+    imageStore(places, texel, vec4(place, placeless, 0.0f));
 }

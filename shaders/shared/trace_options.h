@@ -58,6 +58,8 @@
 //   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
 //   TextureLod:       textures are read at a level that fits the path's cone (core/ray_cone.glsl), or, by
 //                     passes over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
+// and of the camera:
+//   HiddenEnvironment: it does not see the environment
 #define RAYGRAPH_TRACE_FEATURES(X) \
     X(LightSampling, 1)            \
     X(TriangleLights, 2)           \
@@ -86,7 +88,8 @@
     X(Retroreflection, 16777216)   \
     X(Capsules, 33554432)          \
     X(Smooth, 67108864)            \
-    X(MeshLights, 134217728)
+    X(MeshLights, 134217728)       \
+    X(HiddenEnvironment, 268435456)
 
 #ifdef __cplusplus
 namespace raygraph {

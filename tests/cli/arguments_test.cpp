@@ -106,6 +106,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --size", "--size");
     ExpectUsage("render a.gltf --size 64", "--size", "\"64\"");
     ExpectUsage("render a.gltf --size 64x64 --size 32x32", "--size");
+    ExpectUsage("render a.gltf --crop 1,2,3", "--crop", "X,Y,W,H");
     ExpectUsage("render a.gltf --spp 0", "--spp");
     ExpectUsage("render a.gltf --spp -4", "--spp");
     ExpectUsage("render a.gltf --spp 4 --time 1", "--spp", "--time");
@@ -128,6 +129,12 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --background 1,1,1 --env-rotation 90", "--env-rotation", "--background");
     ExpectUsage("render a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("render a.gltf -o a.exr --exposure 1", "--exposure", ".png");
+    ExpectUsage("render a.gltf -o a.exr --white-point auto", "--white-point", ".png");
+    ExpectUsage("render a.gltf --white-point 500", "--white-point", "1000");
+    ExpectUsage("render a.gltf --transparent yes", "--transparent", "off");
+    ExpectUsage("render a.gltf --exr-type half", "--exr-type", ".exr");
+    ExpectUsage("render a.gltf -o a.exr --exr-type double", "--exr-type", "half");
+    ExpectUsage("render a.gltf --settings-from a.exr --resume a.exr", "--settings-from", "--resume");
     ExpectUsage("render a.gltf --resume a.exr --tonemap agx", "--tonemap", ".png");
     ExpectUsage("render a.gltf --camera '0 1 5 0 0'", "--camera", "0 1 5 0 0");
     ExpectUsage("render a.gltf --camera '0 1 5 0 1 5 0 1 0 40'", "--camera", "differ");

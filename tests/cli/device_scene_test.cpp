@@ -30,6 +30,8 @@ Parts PartsOf(DeviceScene& scene) {
     constexpr uint64_t kLeastAutomatic = uint64_t{1} << 20;  // of what is free, which changes
     const uint64_t budget = scene.Scene().Statistics().textureBudget;
     return {{"extent", Number(s.extent.width) + "x" + Number(s.extent.height)},
+            {"region", Number(s.region.x) + "," + Number(s.region.y) + "," + Number(s.region.width) + "," +
+                           Number(s.region.height)},
             {"eye", Text(s.camera.origin)},
             {"lens radius", Number(s.camera.lensRadius)},
             {"focus distance", Number(s.camera.focusDistance)},
@@ -51,6 +53,7 @@ Parts PartsOf(DeviceScene& scene) {
             {"clamp", Number(s.biases.clampIndirect)},
             {"regularize", Number(s.biases.regularize)},
             {"shadow terminator", Number(s.biases.shadowTerminator)},
+            {"hidden environment", Number(s.isEnvironmentHidden)},
             {"texture budget", budget < kLeastAutomatic ? Number(budget) : "automatic"},
             {"texture levels", Number(s.biases.textureLod)},
             {"environment", Text(environment.radiance)},
@@ -96,6 +99,7 @@ class DeviceSceneTest : public testing::VulkanTest {
 TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     const Change kChanges[] = {
         {"size", "64x32", {"extent"}},
+        {"crop", "3,4,5,6", {"region"}, "3.000000,4.000000,5.000000,6.000000"},
         {"camera", "1", {"eye"}, "1.000000 2.000000 3.000000"},
         {"aperture", "0.25", {"lens radius"}, "0.250000"},
         {"focus", "3.5", {"focus distance"}, "3.500000"},
@@ -117,6 +121,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"regularize", "0.5", {"regularize"}, "0.500000"},
         {"shadow-terminator", "on", {"shadow terminator"}, "1.000000"},
         {"texture-budget", "64K", {"texture budget"}, "65536.000000"},
+        {"transparent", "on", {"hidden environment"}, "1.000000"},
         {"texture-lod", "-0.5", {"texture levels"}, "-0.500000"},
         {"background", "1,2,3", {"environment"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfThreading.h>
+
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -9,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/read_file.h"
+#include "renderer/image/exr_threads.h"
 #include "tests/image/image_files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
@@ -123,6 +128,93 @@ TEST(Exr, WrittenFileIsAnEnvironmentToo) {
                                {"A", texels.subspan(3), 4}};
     image::WriteExr(folder / "x.exr", 2, 1, planes);
     EXPECT_EQ(image::ReadEnvironment(folder / "x.exr").image.rgba, rgba);
+}
+
+TEST(Exr, ThePartOfALargerPictureKeepsItsPlace) {
+    const TemporaryFolder folder;
+    const ExrImage whole = Render(64, 40);
+    for (const image::ExrWindow& window :
+         {image::ExrWindow{17, 5, 100, 80}, image::ExrWindow{-3, -7, 1, 1}, image::ExrWindow{0, 0, 64, 40}}) {
+        ExrImage part = whole;
+        part.window = window;
+        image::WriteExr(folder / "x.exr", part);
+        const ExrImage read = image::ReadExr(folder / "x.exr");
+        EXPECT_EQ(read.window, window);
+        EXPECT_EQ(read.width, 64u);
+        EXPECT_EQ(read.channels.back().samples.index(), whole.channels.back().samples.index());
+        EXPECT_EQ(*read.UintChannel("samples"), *whole.UintChannel("samples"));
+        const Imf::InputFile file((folder / "x.exr").c_str());
+        EXPECT_EQ(file.header().dataWindow().min, Imath::V2i(window.x, window.y));
+        EXPECT_EQ(file.header().dataWindow().max, Imath::V2i(window.x + 63, window.y + 39));
+        EXPECT_EQ(file.header().displayWindow().max, Imath::V2i(static_cast<int>(window.pictureWidth) - 1,
+                                                                static_cast<int>(window.pictureHeight) - 1));
+    }
+    // Without a window there is no more than the pixels
+    image::WriteExr(folder / "x.exr", whole);
+    EXPECT_EQ(image::ReadExr(folder / "x.exr").window, (image::ExrWindow{0, 0, 64, 40}));
+    const auto write = [&](const image::ExrWindow& window) {
+        return testing::ErrorTextOf([&] { image::WriteExr(folder / "y.exr", 4, 4, {}, {}, window); });
+    };
+    EXPECT_NE(write({1 << 29, 0, 9, 9}).find("of a picture of 9 x 9"), std::string::npos);
+    EXPECT_NE(write({0, 0, 1u << 31, 9}).find("cannot write pixels"), std::string::npos);
+}
+
+TEST(Exr, ThreadsWriteTheSameBytesAndEnd) {
+    const TemporaryFolder folder;
+    const ExrImage picture = Render(301, 157);
+    image::WriteExr(folder / "alone.exr", picture);
+    const auto alone = ReadFile(folder / "alone.exr");
+    for (const unsigned count : {1u, 2u, 3u, 8u}) {
+        {
+            const image::ExrThreads threads(count);
+            EXPECT_EQ(Imf::globalThreadCount(), count < 2 ? 0 : static_cast<int>(count));
+            const image::ExrThreads within(5);  // of no consequence
+            EXPECT_EQ(Imf::globalThreadCount(), count < 2 ? 5 : static_cast<int>(count));
+            image::WriteExr(folder / "x.exr", picture);
+            EXPECT_EQ(ReadFile(folder / "x.exr"), alone) << count << " threads";
+            const ExrImage read = image::ReadExr(folder / "x.exr");
+            EXPECT_EQ(*read.UintChannel("id.instance"), *picture.UintChannel("id.instance"));
+        }
+        EXPECT_EQ(Imf::globalThreadCount(), 0);
+    }
+    // Those of the process are left alone
+    Imf::setGlobalThreadCount(2);
+    {
+        const image::ExrThreads threads(7);
+        EXPECT_EQ(Imf::globalThreadCount(), 2);
+    }
+    EXPECT_EQ(Imf::globalThreadCount(), 2);
+    Imf::setGlobalThreadCount(0);
+}
+
+TEST(Exr, HalfPlanesAreRoundedAndClamped) {
+    const TemporaryFolder folder;
+    const float infinity = std::numeric_limits<float>::infinity();
+    const std::vector<float> values = {1.0f, 0.1f, 65504.0f, 65505.0f, -1e9f, infinity, 1e-9f, std::nanf("")};
+    const std::vector<uint32_t> ids(8, 70000);
+    const std::span<const float> samples(values);
+    const uint64_t clamped = image::WriteExr(
+        folder / "x.exr", 8, 1,
+        std::vector<ExrPlane>{
+            {"R", samples, 1, true}, {"Z", samples, 1}, {"id", std::span<const uint32_t>(ids)}});
+    EXPECT_EQ(clamped, 3u);
+    const ExrImage read = image::ReadExr(folder / "x.exr");
+    const std::vector<float>& half = *read.FloatChannel("R");
+    EXPECT_EQ(half[0], 1.0f);
+    EXPECT_EQ(half[1], 0x1.998p-4f);  // the nearest of 11 bits
+    EXPECT_EQ(half[2], 65504.0f);
+    EXPECT_EQ(half[3], 65504.0f);
+    EXPECT_EQ(half[4], -65504.0f);
+    EXPECT_EQ(half[5], 65504.0f);
+    EXPECT_EQ(half[6], 0.0f);
+    EXPECT_TRUE(std::isnan(half[7]));
+    EXPECT_EQ((*read.FloatChannel("Z"))[3], 65505.0f);
+    EXPECT_EQ(*read.UintChannel("id"), ids);
+    EXPECT_NE(testing::ErrorTextOf([&] {
+                  image::WriteExr(folder / "y.exr", 8, 1,
+                                  std::vector<ExrPlane>{{"id", std::span<const uint32_t>(ids), 1, true}});
+              }).find("as half floats"),
+              std::string::npos);
 }
 
 TEST(Exr, HalfIsWidenedExactly) {

@@ -23,7 +23,7 @@ namespace {
 constexpr size_t kFew = 5;
 
 // What an option changes besides the light.
-enum class Moves : uint8_t { Nothing, CameraRays, FirstHits };
+enum class Moves : uint8_t { Nothing, Background, CameraRays, FirstHits };
 
 struct Option {
     const char* name;
@@ -66,6 +66,7 @@ const Option kOfPaths[] = {
     {"clamp", [](TraceSettings& s) { s.biases.clampIndirect = 0.01f; }},
     {"shadow terminator", [](TraceSettings& s) { s.biases.shadowTerminator = true; }},
     {"texture levels", [](TraceSettings& s) { s.biases.textureLod = 1.0f; }},
+    {"hidden environment", [](TraceSettings& s) { s.isEnvironmentHidden = true; }, false, Moves::Background},
     {"seed", [](TraceSettings& s) { s.seed = 9; }, true, Moves::CameraRays},
     {"sample", [](TraceSettings& s) { s.sampleIndex = 9; }, true, Moves::CameraRays},
     {"pcg", [](TraceSettings& s) { s.sampler = SamplerKind::Pcg; }, true, Moves::CameraRays},
@@ -95,14 +96,15 @@ concept HasFourFieldsOfItsOwn = requires {
 static_assert(HasFourFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
-    auto& [sampler, seed, scattering, lights, roulette, biases] = static_cast<PathSettings&>(s);
+    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] =
+        static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
     auto& [isOn, lightSampler, mis] = lights;
     auto& [kind, start, survival] = roulette;
     auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
     return std::tie(s.extent, s.region, s.camera, sampler, seed, s.sampleIndex, brdf, distribution, masking,
                     fresnel, multiscatter, isOn, lightSampler, mis, kind, start, survival, maxDepth,
-                    clampIndirect, regularize, shadowTerminator, textureLod);
+                    clampIndirect, regularize, shadowTerminator, textureLod, isEnvironmentHidden);
 }
 
 class TraceOptions : public VulkanTest {
@@ -129,6 +131,7 @@ class TraceOptions : public VulkanTest {
         light.lightToWorld = Translation({-0.8f, 0.5f, 1.0f});
         scene.lights.push_back(light);
         render.scene.SetScene(std::move(scene));
+        render.scene.SetEnvironment({.radiance = glm::vec3(0.1f)});
     }
     static TraceSettings View(BrdfModel brdf) {
         TraceSettings settings = LookAt({0.0f, -1.8f, 1.5f}, {0.2f, 0.2f, 0.4f}, 1.0f, 16);
@@ -188,7 +191,7 @@ class TraceOptions : public VulkanTest {
             pictures.emplace_back(row.option.name, std::move(picture));
             if (row.option.moves == Moves::FirstHits) return;
             EXPECT_EQ(render.PrimaryHits(row.after).ids, hits.ids) << "sees other surfaces";
-            if (row.option.moves == Moves::CameraRays) return;
+            if (row.option.moves != Moves::Nothing) return;
             EXPECT_EQ(Different(render.TraceOnce(withoutBounce(row.after)), emission), 0u)
                 << "changes what is seen without a bounce";
         });

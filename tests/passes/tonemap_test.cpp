@@ -59,6 +59,44 @@ TEST_F(TonemapTest, Tonemap_EveryOperatorIsTheCpusWithinOneCode) {
         }
 }
 
+TEST_F(TonemapTest, Tonemap_UnassociatedColorIsThatOfWhatAlphaCovers) {
+    const std::vector<float> radiance = {0.4f, 0.2f,  0.1f,   1.0f,  0.2f, 0.1f, 0.05f, 0.5f,
+                                         0.1f, 0.05f, 0.025f, 0.25f, 0.0f, 0.0f, 0.0f,  0.0f};
+    const Texels shown = harness.Run([&](PassHarness& h) {
+        const TextureId texture = h.Texture("radiance", {4, 1}, Format::Rgba32Float, radiance);
+        return passes::Tonemap(h.Graph(), texture,
+                               {.tonemapOperator = TonemapOperator::Linear, .isUnassociated = true});
+    });
+    for (uint32_t x = 0; x < 4; ++x) {
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(shown.At(x, 0)[c], x < 3 ? radiance[static_cast<size_t>(c)] : 0.0f, kCode) << x;
+        EXPECT_NEAR(shown.At(x, 0)[3], radiance[4 * x + 3], kCode);
+    }
+}
+
+TEST_F(TonemapTest, Tonemap_WhiteBalanceIsBeforeExposureAndCurve) {
+    const std::vector<float> colors = Colors();
+    // Columns
+    const glm::mat3 balance(glm::vec3(0.5f, 0.1f, 0.0f), glm::vec3(0.0f, 1.0f, 0.2f),
+                            glm::vec3(0.25f, -0.1f, 2.0f));
+    const Texels shown = harness.Run([&](PassHarness& h) {
+        const TextureId texture = h.Texture("radiance", {kWidth, 1}, Format::Rgba32Float, colors);
+        return passes::Tonemap(h.Graph(), texture,
+                               {.exposureEv = -1.0f,
+                                .tonemapOperator = TonemapOperator::Reinhard,
+                                .isOpaque = true,
+                                .whiteBalance = balance});
+    });
+    for (uint32_t i = 0; i < kWidth; ++i) {
+        const glm::vec3 balanced = balance * glm::vec3(colors[4 * i], colors[4 * i + 1], colors[4 * i + 2]);
+        const shading::vec3 expected = shading::Tonemap(shading::vec3(balanced.x, balanced.y, balanced.z),
+                                                        -1.0f, uint32_t(TonemapOperator::Reinhard));
+        for (uint32_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(shown.At(i, 0)[c], expected[int(c)], kCode) << "color " << i;
+        EXPECT_EQ(shown.At(i, 0)[3], 1.0f);
+    }
+}
+
 TEST_F(TonemapTest, Tonemap_NanAndNegativeAreBlack) {
     const Texels shown = harness.Run([&](PassHarness& h) {
         const TextureId radiance = h.Texture("radiance", {2, 1}, Format::Rgba32Float,
@@ -83,6 +121,8 @@ TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
         {"reinhard", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Reinhard; }},
         {"aces", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Aces; }},
         {"agx", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::AgX; }},
+        {"unassociated", [](TonemapSettings& s) { s.isUnassociated = true; }},
+        {"white balance", [](TonemapSettings& s) { s.whiteBalance[1].x = 0.5f; }},
         {"opaque", [](TonemapSettings& s) { s.isOpaque = true; }, false},
     };
     const std::vector<float> colors = Colors();
@@ -100,8 +140,8 @@ TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
         return shown;
     };
     auto rows = OptionRowsOf<TonemapSettings>([](TonemapSettings& s) {
-        auto& [exposure, tonemapOperator, isOpaque] = s;
-        return std::tie(exposure, tonemapOperator, isOpaque);
+        auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = s;
+        return std::tie(exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance);
     });
     const Shown before = show({});
     std::map<std::vector<float>, std::string> pictures{{before.color, "the defaults"}};

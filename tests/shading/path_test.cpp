@@ -113,7 +113,7 @@ TEST_F(Path, PointLightThroughWallsIsDimmedByEach) {
                                vec3(9.0f));
         testLights.Build();
         const PathSettings settings = Unbiased(1u, kNoLimit);
-        UseOptions(~(kTraceProbeMedia | kTraceShadowTerminator | kTraceTextureLod));
+        UseOptions(~(kTraceProbeMedia | kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment));
         mediumIor = ior;
         const Ray ray{.origin = vec3(0.0f, 0.0f, 1.5f), .direction = vec3(0.0f, 0.0f, -1.0f)};
         PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));

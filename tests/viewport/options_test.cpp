@@ -78,6 +78,8 @@ const ShowRow kShowRows[] = {
     {"aces", [](ShowSettings& s) { s.tonemap.tonemapOperator = TonemapOperator::Aces; }, kDisplayed},
     {"agx", [](ShowSettings& s) { s.tonemap.tonemapOperator = TonemapOperator::AgX; }, kDisplayed},
     {"opaque", [](ShowSettings& s) { s.tonemap.isOpaque = true; }, {}},  // it always is
+    {"unassociated", [](ShowSettings& s) { s.tonemap.isUnassociated = true; }, {}},
+    {"white balance", [](ShowSettings& s) { s.tonemap.whiteBalance[0].y = 0.7f; }, kDisplayed},
     {"surface", [](ShowSettings& s) { s.surface = passes::View::Depth; }, {View::Surface}},
     {"error", [](ShowSettings& s) { s.maxError = 4.0f; }, {View::RelativeError}},
     {"pixels per degree", [](ShowSettings& s) { s.pixelsPerDegree = 20.0f; }, {View::Flip}},
@@ -85,9 +87,9 @@ const ShowRow kShowRows[] = {
 
 auto FieldsOf(ShowSettings& s) {
     auto& [view, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
-    auto& [exposure, tonemapOperator, isOpaque] = tonemap;
-    return std::tie(view, wipePosition, exposure, tonemapOperator, isOpaque, surface, maxError,
-                    pixelsPerDegree);
+    auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = tonemap;
+    return std::tie(view, wipePosition, exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance,
+                    surface, maxError, pixelsPerDegree);
 }
 
 }  // namespace

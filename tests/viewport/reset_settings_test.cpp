@@ -54,6 +54,7 @@ const Row<PathSettings> kOfPaths[] = {
     {"regularization", [](PathSettings& s) { s.biases.regularize = 0.1f; }},
     {"shadow terminator", [](PathSettings& s) { s.biases.shadowTerminator = true; }},
     {"texture levels", [](PathSettings& s) { s.biases.textureLod = 0.5f; }},
+    {"hidden environment", [](PathSettings& s) { s.isEnvironmentHidden = true; }},
 };
 
 const Row<CameraView> kOfCamera[] = {
@@ -126,14 +127,14 @@ TEST_F(ViewportResetSettings, EveryFieldAndValueOfPathsDoesSo) {
     ExpectEachResets(
         std::span<const Row<PathSettings>>(kOfPaths), viewed.viewport.Paths(),
         [](PathSettings& s) {
-            auto& [sampler, seed, scattering, lights, roulette, biases] = s;
+            auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] = s;
             auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
             auto& [isOn, lightSampler, mis] = lights;
             auto& [kind, start, survival] = roulette;
             auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
             return std::tie(sampler, seed, brdf, distribution, masking, fresnel, multiscatter, isOn,
                             lightSampler, mis, kind, start, survival, maxDepth, clampIndirect, regularize,
-                            shadowTerminator, textureLod);
+                            shadowTerminator, textureLod, isEnvironmentHidden);
         },
         [&](const PathSettings& s) { viewed.viewport.SetPaths(s); }, ResetCause::Settings);
 }

@@ -1,0 +1,104 @@
+// What the file of a render calls its channels and attributes, for its reader and its writer. For
+// editor/session/ alone. Threads: pure functions, for any thread.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/printable.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
+#include "editor/session/parse.h"
+#include "editor/session/render_file.h"
+#include "renderer/image/exr.h"
+
+namespace raygraph::session {
+
+// Of the channels and attributes together. 1, which had no such attribute: means alone, without sums.
+// 2: scenes had another hash.
+inline constexpr std::string_view kFormat = "3";
+
+// Attributes. Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
+inline constexpr const char* kAttributeFormat = "raygraph.format";
+inline constexpr const char* kAttributeVersion = "raygraph.version";
+inline constexpr const char* kAttributeDevice = "raygraph.device";
+inline constexpr const char* kAttributeDriver = "raygraph.driver";
+inline constexpr const char* kAttributeScene = "raygraph.scene";
+inline constexpr const char* kAttributeSceneHash = "raygraph.sceneHash";
+inline constexpr const char* kAttributeEnvironment = "raygraph.environment";
+inline constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHash";
+inline constexpr const char* kAttributeSamples = "raygraph.samples";            // decimal: how many
+inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  // decimal: index of the first
+inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // "0-63 128-191": which
+inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
+inline constexpr const char* kAttributeMeasuredError =
+    "raygraph.measuredError";  // "64 0.021": samples, relative
+inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
+
+inline constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
+inline constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
+inline constexpr const char* kMotionNames[] = {"motion.X", "motion.Y"};
+
+// Of an AOV that is a mean.
+using ChannelNames = std::array<std::string, 3>;
+inline ChannelNames ColorChannels(const std::string& name) {
+    return {name + ".R", name + ".G", name + ".B"};
+}
+
+inline ChannelNames MeanChannels(Aov aov) {
+    if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
+    return ColorChannels(Name(aov));
+}
+
+// Of the groups of lights that a render of these settings has.
+inline std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
+    std::vector<ChannelNames> channels;
+    for (const std::string& name : LightGroupNames(SettingsFrom(settings).lightGroups))
+        channels.push_back(ColorChannels("light." + name));
+    return channels;
+}
+
+// Of what a bias removed.
+inline ChannelNames VarianceChannels(Bias bias) {
+    return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
+}
+
+// "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
+inline std::string WordChannel(const std::string& channel, const char* what, size_t word) {
+    std::string name = channel;
+    return name.insert(name.rfind('.') + 1, Text("{}{}.", what, word));
+}
+
+// Word k of the squares of channel c lies in this plane, in component c or, of the highest word, 3.
+inline size_t SquarePlane(size_t k, size_t c) {
+    return k < passes::ExactSums::kPlanes ? k : c;
+}
+inline size_t SquareComponent(size_t k, size_t c) {
+    return k < passes::ExactSums::kPlanes ? c : 3;
+}
+
+struct IdChannel {
+    const char* name;
+    std::vector<uint32_t> RenderFile::*ids;
+};
+inline constexpr IdChannel kIdChannels[] = {{"id.instance", &RenderFile::instance},
+                                            {"id.material", &RenderFile::material}};
+
+// Where the file says that its pixels are in the picture, as the settings do.
+inline image::ExrWindow WindowOf(const PictureSettings& settings) {
+    const passes::Region part = RenderedPart(settings);
+    return {static_cast<int32_t>(part.x), static_cast<int32_t>(part.y), settings.size.width,
+            settings.size.height};
+}
+
+// `done`: "read" or "written".
+inline void SayHow(const Log& log, const std::filesystem::path& path, const RenderFile& render,
+                   const char* done, const Stopwatch& watch) {
+    Say(log, LogLevel::Info, log_category::kScene, "{}: {} samples of {} pixels {} in {}",
+        Printable(path.filename().string()), SampleCount(render.samples), ToText(render.size), done,
+        DurationText(watch.Seconds()));
+}
+
+}  // namespace raygraph::session

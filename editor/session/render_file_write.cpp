@@ -1,0 +1,92 @@
+#include <span>
+
+#include "base/check.h"
+#include "editor/session/render_file_names.h"
+#include "editor/session/render_flaws.h"
+
+namespace raygraph::session {
+
+void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render, const Log& log,
+                     ExrType type) {
+    const Stopwatch watch;
+    const bool isHalf = type == ExrType::Half;
+    if (const std::string flaw = FirstFlaw(render); !flaw.empty())
+        throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path.string(), flaw);
+    std::vector<image::ExrPlane> planes;
+    const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
+        planes.push_back({name, std::span<const float>(texels).subspan(c), 4, isHalf});
+    };
+    const auto addWords = [&](const std::string& name, const passes::ExactSums::Plane& plane, size_t c) {
+        planes.push_back({name, std::span<const uint32_t>(plane).subspan(c), 4});
+    };
+    const auto addSums = [&](const auto& names, const passes::ExactSums& sums) {
+        if (isHalf) return;
+        for (size_t c = 0; c < std::size(names) && !sums.IsEmpty(); ++c)
+            for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
+                addWords(WordChannel(names[c], "sum", k), sums.sums[k], c);
+        for (size_t c = 0; c < 3 && sums.HasSquares(); ++c)
+            for (size_t k = 0; k <= passes::ExactSums::kPlanes; ++k)
+                addWords(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)],
+                         SquareComponent(k, c));
+    };
+    for (size_t c = 0; c < 4; ++c) add(kRadianceNames[c], render.radiance, c);
+    for (size_t c = 0; c < 3 && !render.variance.empty(); ++c) add(kVarianceNames[c], render.variance, c);
+    addSums(kRadianceNames, render.sums.radiance);
+    for (const Aov aov : kAovs) {
+        const Texels* mean = MeanOf(render, aov);
+        if (mean == nullptr || mean->empty()) continue;
+        for (size_t c = 0; c < 3; ++c) add(MeanChannels(aov)[c], *mean, c);
+        addSums(MeanChannels(aov), *SumsOf(render.sums, aov));
+    }
+    if (!render.lightGroups.empty()) {
+        const std::vector<ChannelNames> names = GroupChannels(render.settings);
+        RG_CHECK_EQ(names.size(), render.lightGroups.size());
+        for (size_t i = 0; i < names.size(); ++i) {
+            for (size_t c = 0; c < 3; ++c) add(names[i][c], render.lightGroups[i], c);
+            if (!render.sums.lightGroups.empty()) addSums(names[i], render.sums.lightGroups[i]);
+        }
+    }
+    bool hasRemoved = false;
+    for (const Bias bias : kBiases) {
+        const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
+        hasRemoved |= !variance.empty();
+        for (size_t c = 0; c < 3 && !variance.empty(); ++c) add(VarianceChannels(bias)[c], variance, c);
+    }
+    if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
+    for (const IdChannel& channel : kIdChannels)
+        if (!(render.*channel.ids).empty())
+            planes.push_back({channel.name, std::span<const uint32_t>(render.*channel.ids)});
+    for (size_t c = 0; c < 2 && !render.motion.empty(); ++c)
+        planes.push_back({kMotionNames[c], std::span<const float>(render.motion).subspan(c), 2, isHalf});
+    const std::string sampleCount = std::to_string(SampleCount(render.samples));
+    const std::vector<uint32_t> samples(PixelCount(render.size),
+                                        static_cast<uint32_t>(SampleCount(render.samples)));
+    planes.push_back({"samples", std::span<const uint32_t>(samples)});
+
+    image::ExrAttributes attributes;
+    attributes[kAttributeFormat] = std::string(kFormat);
+    attributes[kAttributeVersion] = render.version;
+    attributes[kAttributeDevice] = render.device;
+    attributes[kAttributeDriver] = render.driver;
+    attributes[kAttributeScene] = render.sceneFile;
+    attributes[kAttributeSceneHash] = render.sceneHash;
+    attributes[kAttributeEnvironment] = render.environmentFile;
+    attributes[kAttributeEnvironmentHash] = render.environmentHash;
+    attributes[kAttributeSamples] = sampleCount;
+    attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
+    attributes[kAttributeSampleRanges] = ToText(render.samples);
+    if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
+    if (render.measuredError && render.measuredError->relativeError)
+        attributes[kAttributeMeasuredError] =
+            Text("{} {}", render.measuredError->samples, *render.measuredError->relativeError);
+    for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
+    const uint64_t clamped = image::WriteExr(path, render.size.width, render.size.height, planes, attributes,
+                                             WindowOf(SettingsFrom(render.settings)));
+    if (clamped > 0)
+        Say(log, LogLevel::Warning, log_category::kScene,
+            "{}: {} {} beyond 65504, the most that a half float holds", Printable(path.filename().string()),
+            clamped, clamped == 1 ? "number was" : "numbers were");
+    SayHow(log, path, render, "written", watch);
+}
+
+}  // namespace raygraph::session
