@@ -5,6 +5,7 @@
 
 #include "base/atomic_file.h"
 #include "editor/session/parse.h"
+#include "passes/white_balance.h"
 
 namespace raygraph::cli {
 
@@ -130,6 +131,9 @@ session::SettingTexts SettingsForReport(const RenderArguments& arguments, const 
     if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
     texts["exposure"] = ToText(DisplayOf(arguments).exposureEv);
     texts["tonemap"] = Name(DisplayOf(arguments).tonemapOperator);
+    const WhitePoint white = arguments.whitePoint.value_or(WhitePoint{passes::kDisplayWhitePoint});
+    texts["white-point"] = white.kelvin ? ToText(static_cast<float>(*white.kelvin)) : "auto";
+    texts["exr-type"] = Name(arguments.exrType.value_or(ExrType::Float));
     return texts;
 }
 

@@ -55,7 +55,8 @@ TEST(ProgramDisplay, GrayUnderAWarmLightIsShownNeutral) {
     Render(folder, gray + "-o plain.png");
     Render(folder, gray + "-o same.png --white-point 6500");
     Render(folder, gray + "-o a.png --white-point 2856");
-    Render(folder, gray + "-o auto.png --white-point auto");
+    Render(folder, gray + "-o auto.png --white-point auto --report auto.json");
+    EXPECT_EQ(json::parse(std::ifstream(folder / "auto.json"))["settings"]["white-point"], "auto");
     Render(folder, gray + "-o other.png --white-point 5000");
     EXPECT_GT(Tint(Picture(folder, "plain.png")), 40);
     EXPECT_EQ(Picture(folder, "same.png").rgba, Picture(folder, "plain.png").rgba);

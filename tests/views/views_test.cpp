@@ -95,6 +95,26 @@ TEST_F(SurfaceViews, ShowWhatTheMaterialSays) {
     EXPECT_THROW(Values(settings, View::PathTraced), Error);
 }
 
+TEST_F(SurfaceViews, APartByRaysHasTheBitsOfTheWholeAndDrawingRefusesIt) {
+    render.scene.SetScene(SceneOf({SphereMesh(0.5f, 12), BoxMesh(0.4f)}, {Lambert({0.5f, 0.4f, 0.3f})},
+                                  {Translation({-0.5f, 0, 0}), Translation({0.5f, 0.2f, -1})}));
+    const TraceSettings whole = LookAt({0.3f, 0.4f, 4}, {0, 0, 0}, 0.6f, 64);
+    TraceSettings part = whole;
+    part.region = {19, 23, 21, 17};
+    for (const View view : {View::Normals, View::Depth, View::Wireframe}) {
+        const FloatImage all = Values(whole, view, true), some = Values(part, view, true);
+        ASSERT_TRUE(some.extent == (rhi::Extent2D{21, 17}));
+        uint32_t surfaces = 0;
+        for (uint32_t y = 0; y < 17; ++y)
+            for (uint32_t x = 0; x < 21; ++x) {
+                EXPECT_EQ(some.At(x, y), all.At(19 + x, 23 + y)) << passes::Name(view) << x << " " << y;
+                surfaces += some.At(x, y).w > 0.0f;
+            }
+        EXPECT_GT(surfaces, 50u);
+    }
+    EXPECT_THROW(Values(part, View::Depth), Error);
+}
+
 TEST_F(SurfaceViews, AreTheSameOfDrawnAndOfTracedHits) {
     render.scene.SetScene(SceneOf({SphereMesh(0.5f, 12), BoxMesh(0.4f)}, {Lambert({0.5f, 0.4f, 0.3f})},
                                   {Translation({-0.5f, 0, 0}), Translation({0.5f, 0.2f, -1})}));
