@@ -39,6 +39,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
               Text("With --compare: by how much the cost may rise ({})", BenchArguments::kDefaultTolerance),
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
     AddDevice(*bench, arguments.device);
+    AddProgress(*bench, arguments);
     AddOutput(*bench, arguments);
     return bench;
 }
@@ -55,6 +56,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
                    "List every Vulkan device, and why the unsuitable ones are not used");
     info->add_flag("--extensions", arguments.isListingExtensions,
                    "List glTF extensions: which are read, and why others are not");
+    info->add_flag("--json", arguments.isJson, "As JSON");
     AddOutput(*info, arguments);
     return info;
 }
@@ -64,7 +66,8 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     AddScene(*graph, arguments.scene)->required();
     AddSettings(*graph, arguments.given,
                 {"size", "camera", "scene", "variant", "at", "clips", "points", "lines"});
-    graph->add_flag("--dot", arguments.isDot, "As Graphviz");
+    CLI::Option* dot = graph->add_flag("--dot", arguments.isDot, "As Graphviz");
+    graph->add_flag("--json", arguments.isJson, "As JSON")->excludes(dot);
     graph->add_flag("--first", arguments.isFirstFrame,
                     "The first frame, which uploads and builds the scene, instead of a later one");
     AddDevice(*graph, arguments.device);
@@ -84,6 +87,8 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
         ->type_name("")
         ->required();
     AddPath(*merge, "-o,--output", "OUT.exr", "The merged render (required)", arguments.output);
+    AddPath(*merge, "--report", "FILE.json", "Write what was merged, and statistics of the picture",
+            arguments.report);
     AddOutput(*merge, arguments);
     return merge;
 }
@@ -106,6 +111,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
 }
 
 void CheckBench(const BenchArguments& arguments) {
+    CheckProgress(arguments);
     CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (arguments.tolerance && arguments.compare.empty())
         Refuse("--tolerance is of a comparison: it needs --compare");

@@ -64,12 +64,14 @@ struct InfoArguments : OutputArguments {
     scene::PointsAndLines pointsAndLines;
     bool isListingDevices = false;
     bool isListingExtensions = false;
+    bool isJson = false;
 };
 
 struct GraphArguments : OutputArguments {
     std::filesystem::path scene;
     SettingTexts given;
     bool isDot = false;
+    bool isJson = false;
     bool isFirstFrame = false;
     std::string device;
 };
@@ -77,6 +79,7 @@ struct GraphArguments : OutputArguments {
 struct MergeArguments : OutputArguments {
     std::vector<std::filesystem::path> inputs;
     std::filesystem::path output;
+    std::filesystem::path report;  // "": none
 };
 
 struct EditArguments : OutputArguments {

@@ -63,7 +63,7 @@ CommandFiles FilesOf(const GraphArguments& arguments) {
 CommandFiles FilesOf(const MergeArguments& arguments) {
     return {.inputs = {},
             .updated = arguments.inputs,
-            .outputs = {arguments.output},
+            .outputs = Given({arguments.output, arguments.report}),
             .replacing = {arguments.output}};
 }
 

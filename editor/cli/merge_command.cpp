@@ -3,6 +3,8 @@
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
+#include "editor/cli/merge_report.h"
+#include "editor/cli/report.h"
 #include "editor/session/merge.h"
 
 namespace raygraph::cli {
@@ -14,10 +16,17 @@ void MergeCommand(const MergeArguments& arguments, Console& console) {
     for (const std::filesystem::path& path : arguments.inputs)
         parts.push_back({path.string(), ReadRenderFile(path, log)});
     const size_t count = parts.size();
+    MergeReport report;
+    for (const NamedRender& part : parts) report.inputs.push_back(DescribePart(part));
     const RenderFile merged = Merge(std::move(parts));
     WriteRenderFile(arguments.output, merged, log);
+    if (!arguments.report.empty()) {
+        report.output = DescribePart({arguments.output.string(), merged});
+        WriteTextFile(arguments.report, ToJson(report));
+    }
     if (arguments.isQuiet) return;
     PrintLine(arguments.output.string());
+    if (!arguments.report.empty()) PrintLine(arguments.report.string());
     PrintLine(Text("{} samples a pixel ({}) from {} renders", SampleCount(merged.samples),
                    ToText(merged.samples), count));
 }

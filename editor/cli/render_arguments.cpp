@@ -85,15 +85,23 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               [&](const std::string& text) {
                   arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
               });
-    AddOption(*render, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
-              [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); });
-    AddOption(*render, "--aov", "LIST",
-              "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
-                  "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
-                  ", and by what scattered it first: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
-                  "; what a bias took: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
-                  "; or all. Samples and variance are always there",
-              [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    constexpr auto kOperators = Texts(TonemapOperator{});
+    SetChoices(
+        *AddOption(*render, "--tonemap", "OP",
+                   "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
+                   [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
+        {kOperators.begin(), kOperators.end()});
+    CLI::Option* aov =
+        AddOption(*render, "--aov", "LIST",
+                  "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
+                      "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
+                      ", and by what scattered it first: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
+                      "; what a bias took: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
+                      "; or all. Samples and variance are always there",
+                  [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    std::vector<std::string_view> aovs{"all"};
+    for (const Aov named : kAovs) aovs.push_back(Name(named));
+    SetChoices(*aov, aovs, Operands::List);
     AddPath(*render, "--resume", "FILE.exr",
             "Go on with a render that was written before; its settings are kept", arguments.resume);
     AddDevice(*render, arguments.device);
@@ -101,11 +109,13 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                      Wrapped("Turn on the Vulkan validation layers and fail on any message"));
     AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
             arguments.report);
+    AddProgress(*render, arguments);
     AddOutput(*render, arguments);
     return render;
 }
 
 void CheckRender(const RenderArguments& arguments) {
+    CheckProgress(arguments);
     if (arguments.frames) CheckFrames(arguments);
     if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
     // A resumed render may have a map, which is not looked at here

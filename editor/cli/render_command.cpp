@@ -83,6 +83,12 @@ class Rendering {
                             "{}: stopped while its albedo and normals were restored; nothing was written",
                             m_arguments.resume.string());
         const SessionResult result = m_session.Result();
+        m_console.progress.ShowSamples(label, {.samplesDone = m_session.SampleCount(),
+                                               .samplesWanted = m_job.samplesWanted,
+                                               .samplesPerSecond = run.samplesPerSecond.value_or(0.0),
+                                               .relativeError = result.statistics.relativeError,
+                                               .secondsLeft = 0.0});
+        m_console.progress.Clear();
         std::optional<Report> report;
         if (!m_arguments.report.empty()) {
             report = DescribeRun(m_device, m_session, result, run);
@@ -95,6 +101,7 @@ class Rendering {
             number && report ? Numbered(m_arguments.report, *number) : m_arguments.report;
         if (report) WriteTextFile(reportFile, ToJson(*report));
         Warn(run);
+        m_console.progress.ShowWritten(label, FilesOf(m_arguments, number).outputs);
         if (m_arguments.isQuiet) return;
         for (const OutputFile& picture : pictures) PrintLine(picture.path.string());
         if (report) PrintLine(reportFile.string());
@@ -108,16 +115,12 @@ class Rendering {
         Progress& progress = m_console.progress;
         std::function<void(const ProgressState&)> showProgress;
         if (progress.IsOn())
-            showProgress = [&](const ProgressState& state) {
-                if (progress.IsDue()) progress.Show(label + FormatProgress(state));
-            };
-        const RunSummary run = m_session.Run({.samples = m_job.samplesWanted,
-                                              .seconds = m_arguments.seconds,
-                                              .relativeError = m_arguments.error,
-                                              .isStopRequested = [&] { return m_interrupt.IsRequested(); }},
-                                             showProgress);
-        progress.Clear();
-        return run;
+            showProgress = [&](const ProgressState& state) { progress.ShowSamples(label, state); };
+        return m_session.Run({.samples = m_job.samplesWanted,
+                              .seconds = m_arguments.seconds,
+                              .relativeError = m_arguments.error,
+                              .isStopRequested = [&] { return m_interrupt.IsRequested(); }},
+                             showProgress);
     }
 
     void Warn(const RunSummary& run) {
@@ -178,8 +181,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
                                                    .environment = arguments.environment,
                                                    .log = log,
                                                    .progress = [&](std::string_view stage, float fraction) {
-                                                       if (progress.IsDue())
-                                                           progress.Show(FormatLoading(stage, fraction));
+                                                       progress.ShowLoading(stage, fraction);
                                                    }});
     if (!job.resumed) RequireMapFor(arguments.given, input);
     WarnOfDarkness(console.log, job, input);
@@ -196,7 +198,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
                      .resumed = job.resumed ? &*job.resumed : nullptr});
     job.resumed.reset();
 
-    progress.Show("  building acceleration structures, compiling shaders");
+    progress.ShowStep("building acceleration structures, compiling shaders");
     Rendering rendering(arguments, job, *device, session, console);
     if (arguments.frames)
         RenderFrames(*arguments.frames, session, rendering, console.log);
