@@ -20,6 +20,7 @@ if(RAYGRAPH_PACKAGE_SHARED)
 endif()
 include(PkgConfig)
 if(TARGET raygraph)
+    # Its manual page and completion: editor/cli/CMakeLists.txt
     install(TARGETS raygraph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_program)
 endif()
 

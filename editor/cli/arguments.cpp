@@ -5,8 +5,12 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/cli/command_tree.h"
+#include "editor/cli/completion.h"
 #include "editor/cli/exit_code.h"
+#include "editor/cli/man_page.h"
 #include "editor/cli/options.h"
+#include "editor/cli/suggestion.h"
 #include "editor/cli/version.h"
 #include "editor/session/parse.h"
 
@@ -110,6 +114,18 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     return edit;
 }
 
+CLI::App* AddCompletion(CLI::App& app, Shell& shell) {
+    CLI::App* completion =
+        app.add_subcommand("completion", "Print a script with which a shell completes command lines");
+    constexpr auto kShells = Texts(Shell{});
+    CLI::Option* option = completion->add_option_function<std::string>(
+        "SHELL", [&shell](const std::string& text) { shell = ParseChoice<Shell>(text); },
+        "bash, zsh or fish");
+    option->type_name("")->required();
+    SetChoices(*option, {kShells.begin(), kShells.end()});
+    return completion;
+}
+
 void CheckBench(const BenchArguments& arguments) {
     CheckProgress(arguments);
     CheckEnvironment(arguments.given, !arguments.environment.empty());
@@ -149,6 +165,39 @@ std::string OneLine(std::string text) {
     return Printable(text, 1024);
 }
 
+// A line about a word that is none of this program, with what may have been meant; the error if there is no
+// such word.
+std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
+    const ProgramText program = TextsOf(app);
+    const std::vector<CLI::App*> chosen = app.get_subcommands();
+    std::vector<std::string> known;
+    std::string help = program.name;
+    if (chosen.empty()) {
+        for (const CommandText& command : program.commands) known.push_back(command.name);
+    } else {
+        help += " " + chosen.front()->get_name();
+    }
+    const CommandText* command = nullptr;
+    for (const CommandText& its : program.commands)
+        if (!chosen.empty() && its.name == chosen.front()->get_name()) command = &its;
+    for (const OptionText& option : command ? command->options : program.options)
+        known.insert(known.end(), option.names.begin(), option.names.end());
+    help = " (see " + help + " --help)";
+
+    for (const std::string& word : app.remaining(true)) {
+        // What follows a command may be the operand of an option that it does not have
+        const bool isOption = word.starts_with('-') && word.size() > 1;
+        if (command && !isOption) continue;
+        const std::string name = word.substr(0, isOption ? word.find('=') : word.npos);
+        const std::optional<std::string> meant = Suggestion(name, known);
+        const std::string what = !isOption ? "there is no command " + Quoted(name)
+                                 : command ? Text("{} has no option {}", command->name, Printable(name))
+                                           : "there is no option " + Printable(name);
+        return what + (meant ? "; did you mean " + *meant + "?" : "") + help;
+    }
+    return OneLine(error.what()) + help;
+}
+
 }  // namespace
 
 PictureSettings BenchDefaults() {
@@ -181,6 +230,9 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* graph = AddGraph(app, graphArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
     const CLI::App* edit = AddEdit(app, editArguments);
+    Shell shell{};
+    const CLI::App* completion = AddCompletion(app, shell);
+    const CLI::App* man = app.add_subcommand("man", "Print the manual page, for `raygraph man | man -l -`");
 
     for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
 
@@ -191,8 +243,10 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion&) {
         return ShowText{app.version() + "\n"};
     } catch (const CLI::ParseError& error) {
-        Refuse(OneLine(error.what()) + " (see raygraph --help)");
+        Refuse(DescribeMistake(app, error));
     }
+    if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
+    if (*man) return ShowText{ManPage(TextsOf(app))};
     if (*render) {
         CheckRender(renderArguments);
         return renderArguments;

@@ -114,7 +114,8 @@ void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::stri
 }
 
 void AddDevice(CLI::App& app, std::string& device) {
-    AddOption(app, "--device", "DEVICE", "Device by index or by a part of its name (the best suitable)",
+    AddOption(app, "--device", "DEVICE",
+              "Device by index or by a part of its name (RAYGRAPH_DEVICE, else the best suitable)",
               [&device](const std::string& text) { device = text; });
 }
 
