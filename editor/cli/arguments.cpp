@@ -102,7 +102,16 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
         app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
-    AddSettings(*edit, arguments.given, {"texture-budget"});
+    AddSettings(*edit, arguments.given, {"camera", "texture-budget"});
+    AddEnvironment(*edit, arguments.environment);
+    std::vector<std::string> names = EditViewNames();
+    const std::vector<std::string_view> views(names.begin(), names.end());
+    SetChoices(*AddOption(*edit, "--view", "VIEW",
+                          "What is shown first: " +
+                              ListForHelp(views, std::vector<std::string_view>(views.size()), views.size()) +
+                              ". Default: as it was left",
+                          [&](const std::string& text) { arguments.view = ParseEditView(text); }),
+               views);
     AddPointsAndLines(*edit, arguments.pointsAndLines);
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
@@ -157,6 +166,8 @@ void CheckInfo(const InfoArguments& arguments) {
 void CheckEdit(const EditArguments& arguments) {
     if (arguments.scene.empty() && !arguments.variant.empty())
         Refuse("--variant is one of a scene: it needs a FILE");
+    if (arguments.scene.empty() && arguments.given.contains("camera"))
+        Refuse("--camera looks at a scene: it needs a FILE");
 }
 
 std::string OneLine(std::string text) {

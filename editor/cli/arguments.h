@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "editor/cli/aov_request.h"
+#include "editor/cli/edit_view.h"
 #include "editor/cli/frame_range.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
@@ -85,6 +86,8 @@ struct MergeArguments : OutputArguments {
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;           // "": opens empty
     std::string variant;                   // of it; "": none
+    std::filesystem::path environment;     // "": none
+    std::optional<EditView> view;          // none: as it was left
     scene::PointsAndLines pointsAndLines;  // radii of its, and of what is opened later
     SettingTexts given;                    // picture settings, as given
     std::filesystem::path script;          // "": a window

@@ -68,8 +68,10 @@ CommandFiles FilesOf(const MergeArguments& arguments) {
 }
 
 CommandFiles FilesOf(const EditArguments& arguments) {
-    return {
-        .inputs = Given({arguments.scene, arguments.script}), .updated = {}, .outputs = {}, .replacing = {}};
+    return {.inputs = Given({arguments.scene, arguments.environment, arguments.script}),
+            .updated = {},
+            .outputs = {},
+            .replacing = {}};
 }
 
 void CheckWritable(const CommandFiles& files) {
