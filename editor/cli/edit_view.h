@@ -1,4 +1,5 @@
-// The views of the editor, as `edit --view` names them: those of `render`, and those that compare two of them.
+// The views of the editor, as `edit --view` names them: those of `render`, and those that compare two of
+// them.
 #pragma once
 
 #include <optional>
