@@ -23,6 +23,7 @@ if(TARGET raygraph_mpi)
     install(TARGETS raygraph_mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_program)
 endif()
 if(TARGET raygraph)
+    # Its manual page and completion: editor/cli/CMakeLists.txt
     install(TARGETS raygraph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_program)
 endif()
 

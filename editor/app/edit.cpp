@@ -13,14 +13,29 @@ namespace {
 
 constexpr double kBusyPoll = 0.002;  // seconds: so much later a frame may begin than it could
 
+void RequireEnvironment(const std::filesystem::path& file) {
+    if (!file.empty() && !Workspace::IsEnvironment(file))
+        throw MakeError(ErrorKind::BadInput, "{}: an environment map ends in .hdr or .exr", file.string());
+}
+
+// What the options ask for, on top of stored settings.
+void Begin(Workspace& work, const EditOptions& options) {
+    work.pointsAndLines = options.pointsAndLines;
+    viewport::ShowSettings show = work.view.Show();
+    show.view = options.view.value_or(show.view);
+    show.surface = options.surface.value_or(show.surface);
+    work.view.SetShow(show);
+    if (!options.environment.empty()) work.Open(options.environment);
+    if (!options.scene.empty()) work.Open(options.scene, options.variant, options.camera);
+}
+
 void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     Script script(options.script);
     const std::unique_ptr<rhi::Device> device = openDevice({});
     PictureScreen screen;
     Editor editor(*device,
                   {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
-    editor.Work().pointsAndLines = options.pointsAndLines;
-    if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
+    Begin(editor.Work(), options);
     script.Play(editor, screen);
 }
 
@@ -36,8 +51,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
                   {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
     window.ShareClipboard();
     if (!config.empty()) editor.UseConfig(config);
-    editor.Work().pointsAndLines = options.pointsAndLines;
-    if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
+    Begin(editor.Work(), options);
     RunFrames(editor, screen,
               {.poll = [&](double seconds) { return window.Poll(seconds); },
                .setTitle = [&](const std::string& title) { window.SetTitle(title); }});
@@ -79,6 +93,7 @@ void RunFrames(Editor& editor, Screen& screen, const FrameSource& window) {
 }
 
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice) {
+    RequireEnvironment(options.environment);
     if (options.script.empty())
         RunWindow(options, openDevice);
     else

@@ -4,11 +4,13 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "editor/app/editor.h"
 #include "editor/app/log_history.h"
+#include "editor/viewport/view_settings.h"
 #include "renderer/scene/round_primitives.h"
 #include "rhi/device.h"
 
@@ -17,6 +19,10 @@ namespace raygraph::editor {
 struct EditOptions {
     std::filesystem::path scene;                // "": opens empty
     std::string variant = {};                   // of it, by name or index; "": none
+    std::string camera = {};                    // to look through first, as of scene::ChooseView
+    std::filesystem::path environment = {};     // map to open, .hdr or .exr; "": none
+    std::optional<viewport::View> view = {};    // none: as it was left, or path-traced
+    std::optional<passes::View> surface = {};   // likewise, of View::Surface
     scene::PointsAndLines pointsAndLines = {};  // radii of those in this and all later files; off: left out
     std::filesystem::path script;               // "": a window; else runs this script without one
     std::filesystem::path shaders;              // folder of sources to reload from; "": none
@@ -39,7 +45,8 @@ struct FrameSource {
 void RunFrames(Editor& editor, Screen& screen, const FrameSource& window);
 
 // Runs until the user quits, or the script ends. Error{NoDevice} without a display or a device,
-// Error{BadInput} for a script that is malformed or whose expectation does not hold.
+// Error{BadInput} for a script that is malformed or whose expectation does not hold, and for an environment
+// whose name does not end as one. What cannot be loaded is said in the status line.
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice);
 
 }  // namespace raygraph::editor

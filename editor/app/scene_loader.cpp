@@ -1,9 +1,11 @@
 #include "editor/app/scene_loader.h"
 
 #include <exception>
+#include <tuple>
 #include <utility>
 
 #include "editor/session/content_hash.h"
+#include "renderer/scene/camera_view.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/variants.h"
@@ -15,11 +17,11 @@ SceneLoader::~SceneLoader() {
 }
 
 bool SceneLoader::Start(const std::filesystem::path& file, const std::string& variant,
-                        const scene::PointsAndLines& pointsAndLines) {
+                        const scene::PointsAndLines& pointsAndLines, const std::string& camera) {
     if (IsLoading()) return false;
     m_isDone = false;
     m_progress = {};
-    m_thread = std::thread([this, file, variant, pointsAndLines] {
+    m_thread = std::thread([this, file, variant, pointsAndLines, camera] {
         try {
             scene::LoadOptions options;
             options.log = m_log;
@@ -31,10 +33,11 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             const std::optional<FileStamp> stamp = StampOf(file);
             scene::SceneData data = scene::LoadGltf(file, options);
             scene::SetVariant(data, scene::FindVariant(data, variant));
+            std::ignore = scene::ChooseView(data, camera, 1.0f);  // one that is not there
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
             Document document(file, data, stamp, std::move(hash));
-            m_result = LoadedScene{std::move(document), PreparedScene(std::move(data))};
+            m_result = LoadedScene{std::move(document), PreparedScene(std::move(data)), camera};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

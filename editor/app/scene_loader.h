@@ -23,6 +23,7 @@ namespace raygraph::editor {
 struct LoadedScene {
     Document document;
     PreparedScene scene;
+    std::string camera{};                   // to look through, as of scene::ChooseView
     std::shared_ptr<SceneUpload> upload{};  // of it, once it is on its way to the device
 };
 struct LoadFailure {
@@ -40,9 +41,11 @@ class SceneLoader {
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
 
-    // In this variant, by name or index; "": none. False: another load is still running, and continues.
+    // In this variant, by name or index, "": none; to be looked at through this camera, as of
+    // scene::ChooseView. A scene that lacks them is a failure. False: another load is still running, and
+    // continues.
     bool Start(const std::filesystem::path& file, const std::string& variant = {},
-               const scene::PointsAndLines& pointsAndLines = {});
+               const scene::PointsAndLines& pointsAndLines = {}, const std::string& camera = {});
     bool IsLoading() const { return m_thread.joinable(); }
     struct Progress {
         std::string stage;

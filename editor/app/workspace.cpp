@@ -25,12 +25,13 @@ bool Workspace::IsEnvironment(const std::filesystem::path& file) {
     return extension == ".hdr" || extension == ".exr";
 }
 
-void Workspace::Open(const std::filesystem::path& file, const std::string& variant) {
+void Workspace::Open(const std::filesystem::path& file, const std::string& variant,
+                     const std::string& choice) {
     if (IsEnvironment(file)) {
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file, variant, pointsAndLines)) Say("another scene is being loaded");
+    if (!loader.Start(file, variant, pointsAndLines, choice)) Say("another scene is being loaded");
 }
 
 template <typename Change>
@@ -239,7 +240,7 @@ bool Workspace::Show(LoadedScene loaded) {
         gpu.SetEnvironment(HasSceneEnvironment()
                                ? kSceneEnvironment
                                : EnvironmentSettings{.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
-    UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
+    UseCamera(loaded.camera);
     Say(scene.warnings.empty() ? "" : scene.warnings.front());
     return true;
 }
@@ -250,18 +251,34 @@ void Workspace::Select(std::optional<uint32_t> node, std::optional<uint32_t> mat
     view.SetOutlined(node ? document.InstancesUnder(*node) : std::vector<uint32_t>{});
 }
 
+float Workspace::Aspect() const {
+    const Extent2D size = view.Size();
+    return size.IsEmpty() ? 1.0f : static_cast<float>(size.width) / static_cast<float>(size.height);
+}
+
+void Workspace::LookFrom(const scene::CameraView& place) {
+    const scene::Bounds& bounds = document.Scene().bounds;
+    const float distance =
+        bounds.IsEmpty() ? 1.0f : glm::dot(bounds.Center() - glm::vec3(place.eye), place.forward);
+    camera.Set(place, distance > 0.0f ? distance : std::max(bounds.Radius(), 0.01f));
+    m_lookedThrough.reset();
+}
+
 void Workspace::UseCamera(std::optional<uint32_t> index) {
     const scene::SceneData& scene = document.Scene();
-    const Extent2D size = view.Size();
-    const float aspect =
-        size.IsEmpty() ? 1.0f : static_cast<float>(size.width) / static_cast<float>(size.height);
-    const scene::CameraView taken =
-        index ? scene::ViewOf(scene.cameras.at(*index), aspect) : scene::ViewOfBounds(scene.bounds, aspect);
-    const float distance =
-        scene.bounds.IsEmpty() ? 1.0f : glm::dot(scene.bounds.Center() - glm::vec3(taken.eye), taken.forward);
-    camera.Set(taken, distance > 0.0f ? distance : std::max(scene.bounds.Radius(), 0.01f));
-    m_lookedThrough.reset();
+    LookFrom(index ? scene::ViewOf(scene.cameras.at(*index), Aspect())
+                   : scene::ViewOfBounds(scene.bounds, Aspect()));
     if (index) m_lookedThrough = {*index, camera.View()};
+}
+
+void Workspace::UseCamera(const std::string& choice) {
+    const scene::SceneData& scene = document.Scene();
+    if (const std::optional<uint32_t> index = scene::FindCamera(scene, choice))
+        UseCamera(index);
+    else if (choice.empty())
+        UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
+    else
+        LookFrom(scene::ChooseView(scene, choice, Aspect()));
 }
 
 void Workspace::Animate(double seconds) {

@@ -57,8 +57,10 @@ class Workspace {
     static bool IsEnvironment(const std::filesystem::path& file);
     // Starts to load a scene or an environment map (.hdr, .exr) on another thread; the message says if
     // another load of the kind is running.
-    // The scene is shown in this variant, by name or index; "": none.
-    void Open(const std::filesystem::path& file, const std::string& variant = {});
+    // The scene is shown in this variant, by name or index, "": none; through this camera, as of
+    // scene::ChooseView.
+    void Open(const std::filesystem::path& file, const std::string& variant = {},
+              const std::string& choice = {});
     void RemoveEnvironmentMap();
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
@@ -83,6 +85,8 @@ class Workspace {
     // A camera of the scene, or one that frames it all. The view follows a camera that animations move until
     // it is moved by other means.
     void UseCamera(std::optional<uint32_t> camera);
+    // As of scene::ChooseView; Error{Usage} for a camera that the scene does not have.
+    void UseCamera(const std::string& choice);
     // Lets time pass for the timeline, and shows its pose; once a frame. Does nothing if that is shown.
     void Animate(double seconds);
     // With the material that was picked, if one was.
@@ -141,6 +145,8 @@ class Workspace {
 
   private:
     void NoteOpened(const std::filesystem::path& file);
+    float Aspect() const;  // of the picture
+    void LookFrom(const scene::CameraView& place);
 
     void OpenEnvironment(const std::filesystem::path& file);
     void FinishLoadingEnvironment();

@@ -5,8 +5,12 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/cli/command_tree.h"
+#include "editor/cli/completion.h"
 #include "editor/cli/exit_code.h"
+#include "editor/cli/man_page.h"
 #include "editor/cli/options.h"
+#include "editor/cli/suggestion.h"
 #include "editor/cli/version.h"
 #include "editor/session/parse.h"
 
@@ -39,6 +43,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
               Text("With --compare: by how much the cost may rise ({})", BenchArguments::kDefaultTolerance),
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
     AddDevice(*bench, arguments.device);
+    AddProgress(*bench, arguments);
     AddOutput(*bench, arguments);
     return bench;
 }
@@ -55,6 +60,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
                    "List every Vulkan device, and why the unsuitable ones are not used");
     info->add_flag("--extensions", arguments.isListingExtensions,
                    "List glTF extensions: which are read, and why others are not");
+    info->add_flag("--json", arguments.isJson, "As JSON");
     AddOutput(*info, arguments);
     return info;
 }
@@ -64,7 +70,8 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     AddScene(*graph, arguments.scene)->required();
     AddSettings(*graph, arguments.given,
                 {"size", "camera", "scene", "variant", "at", "clips", "points", "lines"});
-    graph->add_flag("--dot", arguments.isDot, "As Graphviz");
+    CLI::Option* dot = graph->add_flag("--dot", arguments.isDot, "As Graphviz");
+    graph->add_flag("--json", arguments.isJson, "As JSON")->excludes(dot);
     graph->add_flag("--first", arguments.isFirstFrame,
                     "The first frame, which uploads and builds the scene, instead of a later one");
     AddDevice(*graph, arguments.device);
@@ -84,6 +91,8 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
         ->type_name("")
         ->required();
     AddPath(*merge, "-o,--output", "OUT.exr", "The merged render (required)", arguments.output);
+    AddPath(*merge, "--report", "FILE.json", "Write what was merged, and statistics of the picture",
+            arguments.report);
     AddOutput(*merge, arguments);
     return merge;
 }
@@ -93,7 +102,16 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
         app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
-    AddSettings(*edit, arguments.given, {"texture-budget"});
+    AddSettings(*edit, arguments.given, {"camera", "texture-budget"});
+    AddEnvironment(*edit, arguments.environment);
+    std::vector<std::string> names = EditViewNames();
+    const std::vector<std::string_view> views(names.begin(), names.end());
+    SetChoices(*AddOption(*edit, "--view", "VIEW",
+                          "What is shown first: " +
+                              ListForHelp(views, std::vector<std::string_view>(views.size()), views.size()) +
+                              ". Default: as it was left",
+                          [&](const std::string& text) { arguments.view = ParseEditView(text); }),
+               views);
     AddPointsAndLines(*edit, arguments.pointsAndLines);
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
@@ -105,7 +123,20 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     return edit;
 }
 
+CLI::App* AddCompletion(CLI::App& app, Shell& shell) {
+    CLI::App* completion =
+        app.add_subcommand("completion", "Print a script with which a shell completes command lines");
+    constexpr auto kShells = Texts(Shell{});
+    CLI::Option* option = completion->add_option_function<std::string>(
+        "SHELL", [&shell](const std::string& text) { shell = ParseChoice<Shell>(text); },
+        "bash, zsh or fish");
+    option->type_name("")->required();
+    SetChoices(*option, {kShells.begin(), kShells.end()});
+    return completion;
+}
+
 void CheckBench(const BenchArguments& arguments) {
+    CheckProgress(arguments);
     CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (arguments.tolerance && arguments.compare.empty())
         Refuse("--tolerance is of a comparison: it needs --compare");
@@ -134,12 +165,47 @@ void CheckInfo(const InfoArguments& arguments) {
 void CheckEdit(const EditArguments& arguments) {
     if (arguments.scene.empty() && !arguments.variant.empty())
         Refuse("--variant is one of a scene: it needs a FILE");
+    if (arguments.scene.empty() && arguments.given.contains("camera"))
+        Refuse("--camera looks at a scene: it needs a FILE");
 }
 
 std::string OneLine(std::string text) {
     std::ranges::replace(text, '\n', ' ');
     while (!text.empty() && text.back() == ' ') text.pop_back();
     return Printable(text, 1024);
+}
+
+// A line about a word that is none of this program, with what may have been meant; the error if there is no
+// such word.
+std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
+    const ProgramText program = TextsOf(app);
+    const std::vector<CLI::App*> chosen = app.get_subcommands();
+    std::vector<std::string> known;
+    std::string help = program.name;
+    if (chosen.empty()) {
+        for (const CommandText& command : program.commands) known.push_back(command.name);
+    } else {
+        help += " " + chosen.front()->get_name();
+    }
+    const CommandText* command = nullptr;
+    for (const CommandText& its : program.commands)
+        if (!chosen.empty() && its.name == chosen.front()->get_name()) command = &its;
+    for (const OptionText& option : command ? command->options : program.options)
+        known.insert(known.end(), option.names.begin(), option.names.end());
+    help = " (see " + help + " --help)";
+
+    for (const std::string& word : app.remaining(true)) {
+        // What follows a command may be the operand of an option that it does not have
+        const bool isOption = word.starts_with('-') && word.size() > 1;
+        if (command && !isOption) continue;
+        const std::string name = word.substr(0, isOption ? word.find('=') : word.npos);
+        const std::optional<std::string> meant = Suggestion(name, known);
+        const std::string what = !isOption ? "there is no command " + Quoted(name)
+                                 : command ? Text("{} has no option {}", command->name, Printable(name))
+                                           : "there is no option " + Printable(name);
+        return what + (meant ? "; did you mean " + *meant + "?" : "") + help;
+    }
+    return OneLine(error.what()) + help;
 }
 
 }  // namespace
@@ -174,6 +240,9 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* graph = AddGraph(app, graphArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
     const CLI::App* edit = AddEdit(app, editArguments);
+    Shell shell{};
+    const CLI::App* completion = AddCompletion(app, shell);
+    const CLI::App* man = app.add_subcommand("man", "Print the manual page, for `raygraph man | man -l -`");
 
     for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
 
@@ -184,8 +253,10 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion&) {
         return ShowText{app.version() + "\n"};
     } catch (const CLI::ParseError& error) {
-        Refuse(OneLine(error.what()) + " (see raygraph --help)");
+        Refuse(DescribeMistake(app, error));
     }
+    if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
+    if (*man) return ShowText{ManPage(TextsOf(app))};
     if (*render) {
         CheckRender(renderArguments);
         TakeShard(renderArguments);

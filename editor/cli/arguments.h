@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "editor/cli/aov_request.h"
+#include "editor/cli/edit_view.h"
 #include "editor/cli/frame_range.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
@@ -82,12 +83,14 @@ struct InfoArguments : OutputArguments {
     scene::PointsAndLines pointsAndLines;
     bool isListingDevices = false;
     bool isListingExtensions = false;
+    bool isJson = false;
 };
 
 struct GraphArguments : OutputArguments {
     std::filesystem::path scene;
     SettingTexts given;
     bool isDot = false;
+    bool isJson = false;
     bool isFirstFrame = false;
     std::string device;
 };
@@ -95,11 +98,14 @@ struct GraphArguments : OutputArguments {
 struct MergeArguments : OutputArguments {
     std::vector<std::filesystem::path> inputs;
     std::filesystem::path output;
+    std::filesystem::path report;  // "": none
 };
 
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;           // "": opens empty
     std::string variant;                   // of it; "": none
+    std::filesystem::path environment;     // "": none
+    std::optional<EditView> view;          // none: as it was left
     scene::PointsAndLines pointsAndLines;  // radii of its, and of what is opened later
     SettingTexts given;                    // picture settings, as given
     std::filesystem::path script;          // "": a window

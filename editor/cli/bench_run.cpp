@@ -124,7 +124,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
                                          limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop)};
     if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
-    progress.Show("  warming up");
+    progress.ShowStep("warming up");
     bench.WarmUp(picture);
     for (const DeclareFrame& yardstick : yardsticks) bench.WarmUp(yardstick);
 
@@ -135,7 +135,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     PassTimes times, yardstickTimes;
     double seconds = 0.0, cpuSeconds = 0.0;
     for (uint32_t round = 0; round < plan.rounds; ++round) {
-        progress.Show(Text("  round {}/{}", round + 1, plan.rounds));
+        progress.ShowStep(Text("round {}/{}", round + 1, plan.rounds));
         const Stopwatch watch;
         const double cpuBefore = os::ProcessCpuSeconds();
         bench.RunFrames(picture, plan.frames);
@@ -161,7 +161,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         throw MakeError(ErrorKind::Vulkan, "bench: the device {} gives no GPU times (it has no timestamps)",
                         renderer.Device().Info().name);
 
-    progress.Show("  counting rays");
+    progress.ShowStep("counting rays");
     const double traceRays = bench.RaysPerSample([&](auto& ids, auto& settings, TextureId& counts) {
         counts = passes::Trace(renderer, ids, settings, {.rayCounts = true}).rayCounts;
     });

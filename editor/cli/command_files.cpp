@@ -62,13 +62,15 @@ CommandFiles FilesOf(const GraphArguments& arguments) {
 CommandFiles FilesOf(const MergeArguments& arguments) {
     return {.inputs = {},
             .updated = arguments.inputs,
-            .outputs = {arguments.output},
+            .outputs = Given({arguments.output, arguments.report}),
             .replacing = {arguments.output}};
 }
 
 CommandFiles FilesOf(const EditArguments& arguments) {
-    return {
-        .inputs = Given({arguments.scene, arguments.script}), .updated = {}, .outputs = {}, .replacing = {}};
+    return {.inputs = Given({arguments.scene, arguments.environment, arguments.script}),
+            .updated = {},
+            .outputs = {},
+            .replacing = {}};
 }
 
 void CheckWritable(const CommandFiles& files) {

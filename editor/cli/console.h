@@ -12,7 +12,7 @@ namespace raygraph::cli {
 struct Console {
     // `levels`: RAYGRAPH_LOG, or null. Errors as ProgramLog.
     Console(const OutputArguments& arguments, const char* levels)
-        : progress(stderr, arguments.isQuiet), log(arguments, levels, progress) {}
+        : progress(stderr, arguments.isQuiet, arguments.progress), log(arguments, levels, progress) {}
 
     Progress progress;
     ProgramLog log;

@@ -8,14 +8,10 @@
 
 namespace raygraph::cli {
 
-namespace {
-
-// Vulkan's packing of versions: major in 7 bits from 22, minor in 10 from 12.
+// Major in 7 bits from 22, minor in 10 from 12.
 std::string VersionText(uint32_t version) {
     return Text("{}.{}", (version >> 22) & 0x7Fu, (version >> 12) & 0x3FFu);
 }
-
-}  // namespace
 
 std::string DescribeDevices(std::span<const rhi::DeviceReport> devices) {
     if (devices.empty())

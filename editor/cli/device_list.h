@@ -1,6 +1,7 @@
 // The devices of a machine, as text and by a list of them. Threads: pure functions.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,8 @@ namespace raygraph::cli {
 
 // One paragraph a device: index, name, kind, driver, and whether it is suitable or every reason why not.
 std::string DescribeDevices(std::span<const rhi::DeviceReport> devices);
+// "1.3", of Vulkan's packing.
+std::string VersionText(uint32_t version);
 
 // The value of --devices, if it is one: "all", or indices with commas. Error{Usage}.
 std::string CheckedDevices(const std::string& list);

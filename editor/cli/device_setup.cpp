@@ -1,14 +1,39 @@
 #include "editor/cli/device_setup.h"
 
+#include <cstdlib>
+
+#include "base/text.h"
 #include "editor/cli/device_list.h"
 
 namespace raygraph::cli {
 
+namespace {
+
+// The device where no option names one; "": any.
+std::string DeviceVariable() {
+    const char* variable = std::getenv("RAYGRAPH_DEVICE");
+    return variable != nullptr ? variable : "";
+}
+
+}  // namespace
+
 std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& log) {
-    return rhi::Device::Create({.select = choice.select,
-                                .validation = choice.isValidating,
-                                .log = log,
-                                .surfaceExtensions = choice.surfaceExtensions});
+    const auto open = [&](const std::string& select) {
+        return rhi::Device::Create({.select = select,
+                                    .validation = choice.isValidating,
+                                    .log = log,
+                                    .surfaceExtensions = choice.surfaceExtensions});
+    };
+    if (!choice.select.empty()) return open(choice.select);
+    const std::string variable = DeviceVariable();
+    if (variable.empty()) return open("");
+    try {
+        return open(variable);
+    } catch (const Error& error) {
+        const std::string message = error.what();
+        if (message.find(Text("'{}'", variable)) == message.npos) throw;  // no device would do
+        throw Error(error.Kind(), "RAYGRAPH_DEVICE: " + message, error.Result());
+    }
 }
 
 std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arguments,
@@ -17,7 +42,7 @@ std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arg
     if (!arguments.devices.empty()) {
         for (const uint32_t index : IndicesOf(arguments.devices, rhi::Device::Enumerate()))
             selected.push_back(std::to_string(index));
-    } else if (group != nullptr && arguments.device.empty()) {
+    } else if (group != nullptr && arguments.device.empty() && DeviceVariable().empty()) {
         for (const uint32_t index :
              ShareOf(IndicesOf("all", rhi::Device::Enumerate()), group->LocalRank(), group->LocalSize()))
             selected.push_back(std::to_string(index));

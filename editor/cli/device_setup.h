@@ -12,12 +12,12 @@
 namespace raygraph::cli {
 
 struct DeviceChoice {
-    std::string select;  // index or part of the name; "": the best suitable
+    std::string select;  // index or part of the name; "": RAYGRAPH_DEVICE, else the best suitable
     bool isValidating = false;
     std::vector<std::string> surfaceExtensions = {};  // as of rhi::DeviceDesc
 };
 
-// Error{NoDevice} as of Device::Create.
+// Error{NoDevice} as of Device::Create; it names the variable, if the choice is that of the variable.
 std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& log);
 
 // Those of a render, at least one, each once more for each time that it is named. In a group, where none is

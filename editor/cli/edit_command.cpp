@@ -19,12 +19,18 @@ void EditCommand(const EditArguments& arguments, Console& console) {
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
     const Log log = console.log.ForLibraries();
+    const PictureSettings settings = SettingsFrom(arguments.given);
+    const std::optional<EditView>& view = arguments.view;
     editor::RunEditor({.scene = arguments.scene,
                        .variant = arguments.variant,
+                       .camera = settings.camera,
+                       .environment = arguments.environment,
+                       .view = view ? std::optional(view->view) : std::nullopt,
+                       .surface = view ? view->surface : std::nullopt,
                        .pointsAndLines = arguments.pointsAndLines,
                        .script = arguments.script,
                        .shaders = arguments.shaders,
-                       .textureBudget = SettingsFrom(arguments.given).textureBudget,
+                       .textureBudget = settings.textureBudget,
                        .log = history},
                       [&](std::vector<std::string> surfaceExtensions) {
                           return OpenDevice({.select = arguments.device,

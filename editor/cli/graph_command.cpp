@@ -7,6 +7,7 @@
 #include "editor/session/device_scene.h"
 #include "passes/accumulate.h"
 #include "passes/tonemap.h"
+#include "renderer/graph/plan_text.h"
 
 namespace raygraph::cli {
 
@@ -49,7 +50,10 @@ void GraphCommand(const GraphArguments& arguments, Console& console) {
     }
     DeclareFrame(scene, accumulation, frame);
     renderer.Compile();
-    const std::string plan = arguments.isDot ? renderer.DescribePlanDot() : renderer.DescribePlan();
+    const auto& [graph, compiled] = renderer.LastCompiled();
+    const std::string plan = arguments.isJson  ? DescribePlanJson(graph, compiled)
+                             : arguments.isDot ? DescribePlanDot(graph, compiled)
+                                               : DescribePlan(graph, compiled);
     std::fputs(plan.c_str(), stdout);
     if (!plan.ends_with('\n')) std::fputc('\n', stdout);
 }

@@ -3,6 +3,8 @@
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
+#include "editor/cli/merge_report.h"
+#include "editor/cli/report.h"
 #include "editor/session/merge.h"
 #include "renderer/image/exr_threads.h"
 
@@ -14,13 +16,22 @@ void MergeCommand(const MergeArguments& arguments, Console& console) {
     const image::ExrThreads threads;
     // One after another: a job array may have made more of them than memory holds
     Merger merger;
-    for (const std::filesystem::path& path : arguments.inputs)
-        merger.Add({path.string(), ReadRenderFile(path, log)});
+    MergeReport report;
+    for (const std::filesystem::path& path : arguments.inputs) {
+        NamedRender part{path.string(), ReadRenderFile(path, log)};
+        report.inputs.push_back(DescribePart(part));
+        merger.Add(std::move(part));
+    }
     const size_t count = arguments.inputs.size();
     const RenderFile merged = merger.Take();
     WriteRenderFile(arguments.output, merged, log);
+    if (!arguments.report.empty()) {
+        report.output = DescribePart({arguments.output.string(), merged});
+        WriteTextFile(arguments.report, ToJson(report));
+    }
     if (arguments.isQuiet) return;
     PrintLine(arguments.output.string());
+    if (!arguments.report.empty()) PrintLine(arguments.report.string());
     PrintLine(Text("{} samples a pixel ({}) from {} {}", SampleCount(merged.samples), ToText(merged.samples),
                    count, count == 1 ? "render" : "renders"));
 }

@@ -1,6 +1,7 @@
 #include "editor/cli/options.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include "base/text.h"
 #include "editor/session/parse.h"
@@ -11,6 +12,8 @@ namespace raygraph::cli {
 namespace {
 
 constexpr size_t kHelpWidth = 72;
+// Names of validators
+constexpr const char *kChoice = "choice", *kList = "list";
 
 }  // namespace
 
@@ -40,6 +43,29 @@ CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* opera
             },
             Wrapped(help))
         ->type_name(operand);
+}
+
+// CLI11 keeps nothing of ours beside an option but validators. One that is not active neither checks nor
+// shows in the help.
+void SetChoices(CLI::Option& option, const std::vector<std::string_view>& names, Operands operands) {
+    std::string joined;
+    for (const std::string_view name : names) (joined += joined.empty() ? "" : "|") += name;
+    option.check(CLI::Validator(joined).active(false), operands == Operands::List ? kList : kChoice);
+}
+
+Choices ChoicesOf(CLI::Option& option) {
+    Choices choices;
+    for (const char* kind : {kChoice, kList}) {
+        try {
+            CLI::Validator holder = *option.get_validator(kind);
+            std::istringstream joined(holder.active().get_description());
+            for (std::string name; std::getline(joined, name, '|');) choices.names.push_back(name);
+            choices.isList = kind == kList;
+        } catch (const CLI::OptionNotFound&) {
+            // It is of another kind
+        }
+    }
+    return choices;
 }
 
 void AddPath(CLI::App& app, const std::string& name, const char* operand, const char* help,
@@ -82,12 +108,14 @@ void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::stri
                           setting.set(scratch, text);
                           given[setting.name] = setting.text(scratch);
                       });
+        if (!setting.choices.empty()) SetChoices(*option, setting.choices);
         if (setting.isList) option->delimiter(';')->multi_option_policy(CLI::MultiOptionPolicy::Join);
     }
 }
 
 void AddDevice(CLI::App& app, std::string& device) {
-    AddOption(app, "--device", "DEVICE", "Device by index or by a part of its name (the best suitable)",
+    AddOption(app, "--device", "DEVICE",
+              "Device by index or by a part of its name (RAYGRAPH_DEVICE, else the best suitable)",
               [&device](const std::string& text) { device = text; });
 }
 
@@ -107,12 +135,27 @@ void AddOutput(CLI::App& app, OutputArguments& arguments) {
     quiet->excludes("--verbose");
 }
 
+void AddProgress(CLI::App& app, OutputArguments& arguments) {
+    constexpr auto kTexts = Texts(ProgressStyle{});
+    CLI::Option* option = AddOption(
+        app, "--progress", "STYLE", "How to show progress on stderr: " + ListForHelp(arguments.progress),
+        [&arguments](const std::string& text) { arguments.progress = ParseChoice<ProgressStyle>(text); });
+    SetChoices(*option, {kTexts.begin(), kTexts.end()});
+}
+
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
     AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
 }
 
 void Refuse(const std::string& message) {
     throw Error(ErrorKind::Usage, message);
+}
+
+void CheckProgress(const OutputArguments& arguments) {
+    const bool isShown =
+        arguments.progress == ProgressStyle::Plain || arguments.progress == ProgressStyle::Json;
+    if (arguments.isQuiet && isShown)
+        Refuse(Text("--quiet and --progress {} exclude each other", Name(arguments.progress)));
 }
 
 void CheckEnvironment(const SettingTexts& given, bool hasMap) {

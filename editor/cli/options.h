@@ -18,6 +18,16 @@ std::string Wrapped(std::string_view text);
 // An option with one operand, given at most once. `take` may throw Error: the option's name is put before it.
 CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* operand, const std::string& help,
                        std::function<void(const std::string&)> take);
+// What an option takes, where that is a name out of some, or a list of them with commas between: for
+// completion. Parsing them is the option's own.
+enum class Operands { One, List };
+void SetChoices(CLI::Option& option, const std::vector<std::string_view>& names,
+                Operands operands = Operands::One);
+struct Choices {
+    std::vector<std::string> names;  // none: it takes something else
+    bool isList = false;
+};
+Choices ChoicesOf(CLI::Option& option);
 void AddPath(CLI::App& app, const std::string& name, const char* operand, const char* help,
              std::filesystem::path& path);
 
@@ -32,9 +42,12 @@ void AddDevice(CLI::App& app, std::string& device);
 // --verbose and --log; AddOutput adds --quiet to them.
 void AddLog(CLI::App& app, OutputArguments& arguments);
 void AddOutput(CLI::App& app, OutputArguments& arguments);
+// --progress, of commands that show any.
+void AddProgress(CLI::App& app, OutputArguments& arguments);
 
 // Error{Usage}.
 [[noreturn]] void Refuse(const std::string& message);
+void CheckProgress(const OutputArguments& arguments);
 void CheckEnvironment(const SettingTexts& given, bool hasMap);
 
 // The command `render`, and what cannot be said of its options one by one.

@@ -17,7 +17,8 @@ namespace raygraph::cli {
 
 // What every command is told about its output.
 struct OutputArguments {
-    bool isQuiet = false;           // on stderr errors alone
+    bool isQuiet = false;  // on stderr errors alone
+    ProgressStyle progress = ProgressStyle::Auto;
     uint32_t verbosity = 0;         // -v: 1, information; -vv: 2, all
     std::filesystem::path logFile;  // "": none
 };

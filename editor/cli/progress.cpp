@@ -1,5 +1,8 @@
 #include "editor/cli/progress.h"
 
+#include <cmath>
+#include <nlohmann/json.hpp>
+
 #include "base/os/process.h"
 #include "base/text.h"
 
@@ -7,7 +10,66 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr auto kRedrawInterval = std::chrono::milliseconds(200);
+using Json = nlohmann::ordered_json;
+using Interval = std::chrono::steady_clock::duration;
+
+Interval IntervalOf(ProgressStyle style) {
+    switch (style) {
+        case ProgressStyle::Auto:
+            return std::chrono::milliseconds(200);
+        case ProgressStyle::Plain:
+            return std::chrono::seconds(10);
+        case ProgressStyle::Json:
+        case ProgressStyle::None:
+            break;
+    }
+    return std::chrono::seconds(1);
+}
+
+ProgressStyle StyleOn(std::FILE* stream, bool isQuiet, ProgressStyle style) {
+    if (isQuiet || (style == ProgressStyle::Auto && !os::IsTerminal(stream))) return ProgressStyle::None;
+    return style;
+}
+
+std::string_view Trimmed(std::string_view text) {
+    const size_t begin = text.find_first_not_of(' ');
+    if (begin == text.npos) return {};
+    return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+}
+
+// Two spaces part the columns of a terminal's line; in a log commas are easier to read.
+std::string WithCommas(std::string_view columns) {
+    std::string text(Trimmed(columns));
+    for (size_t at = text.find("  "); at != text.npos; at = text.find("  ", at + 1))
+        text.replace(at, 2, ", ");
+    return text;
+}
+
+template <typename T>
+Json OrNull(const std::optional<T>& value) {
+    return value ? Json(*value) : Json();
+}
+
+Json SamplesJson(std::string_view picture, const ProgressState& state) {
+    Json json{{"event", state.samplesRestored ? "restoring" : "progress"}};
+    if (!picture.empty()) json["picture"] = picture;
+    if (state.samplesRestored) {
+        json["samples"] = *state.samplesRestored;
+        json["samples_wanted"] = state.samplesDone;
+        return json;
+    }
+    json["samples"] = state.samplesDone;
+    json["samples_wanted"] = OrNull(state.samplesWanted);
+    json["samples_per_second"] = state.samplesPerSecond > 0.0 ? Json(state.samplesPerSecond) : Json();
+    json["relative_error"] = OrNull(state.relativeError);
+    json["seconds_left"] = OrNull(state.secondsLeft);
+    return json;
+}
+
+// Names may come from files: bytes that are no UTF-8 are replaced.
+std::string LineOf(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 }  // namespace
 
@@ -20,7 +82,8 @@ std::string FormatProgress(const ProgressState& state) {
     line += state.samplesDone == 1 && !state.samplesWanted ? " sample" : " samples";
     if (state.samplesPerSecond > 0.0) line += "  " + FormatRate(state.samplesPerSecond);
     if (state.relativeError) line += Text("  error {:.2g} %", *state.relativeError * 100.0);
-    if (state.secondsLeft) line += Text("  {} left", DurationText(*state.secondsLeft));
+    if (state.secondsLeft && *state.secondsLeft > 0.0)
+        line += Text("  {} left", DurationText(*state.secondsLeft));
     return line;
 }
 
@@ -32,29 +95,79 @@ std::string FormatRate(double samplesPerSecond) {
     return Text("{:.3g} Msamples/s", samplesPerSecond * 1e-6);
 }
 
-Progress::Progress(std::FILE* stream, bool isQuiet)
-    : m_stream(stream), m_isOn(!isQuiet && os::IsTerminal(stream)) {}
+Progress::Progress(std::FILE* stream, bool isQuiet, ProgressStyle style)
+    : m_stream(stream), m_style(StyleOn(stream, isQuiet, style)) {}
 
-bool Progress::IsDue() const {
-    if (!m_isOn) return false;
+template <typename TextOf>
+void Progress::Show(std::string_view key, TextOf&& textOf) {
+    if (!IsOn()) return;
     const std::scoped_lock lock(m_mutex);
-    return std::chrono::steady_clock::now() >= m_nextDraw;
+    const Clock::time_point now = Clock::now();
+    const bool isDue = key != m_key || now >= m_nextTime;
+    if (m_style == ProgressStyle::Auto) {
+        if (!isDue) return;
+        m_line = textOf(m_style);
+        Draw();
+    } else {
+        std::string line = textOf(m_style);
+        if (m_style == ProgressStyle::Plain) line = "raygraph: " + WithCommas(line);
+        line += '\n';
+        if (!isDue) {
+            m_lastState = std::move(line);
+            return;
+        }
+        if (key != m_key) ShowLastState();
+        m_lastState.clear();
+        std::fputs(line.c_str(), m_stream);
+    }
+    m_key = key;
+    m_nextTime = now + IntervalOf(m_style);
+    std::fflush(m_stream);
 }
 
-void Progress::Show(std::string_view line) {
-    if (!m_isOn) return;
-    const std::scoped_lock lock(m_mutex);
-    m_nextDraw = std::chrono::steady_clock::now() + kRedrawInterval;
-    m_line = line;
-    Draw();
-    std::fflush(m_stream);
+void Progress::ShowLoading(std::string_view stage, float fraction) {
+    Show(Text("loading {}", stage), [&](ProgressStyle style) {
+        if (style != ProgressStyle::Json) return FormatLoading(stage, fraction);
+        // Of a float's digits, those that count
+        return LineOf(
+            {{"event", "loading"}, {"stage", stage}, {"fraction", std::round(fraction * 1e3) / 1e3}});
+    });
+}
+
+void Progress::ShowStep(std::string_view what) {
+    what = Trimmed(what);
+    Show(Text("step {}", what), [&](ProgressStyle style) {
+        if (style != ProgressStyle::Json) return Text("  {}", what);
+        return LineOf({{"event", "step"}, {"step", what}});
+    });
+}
+
+void Progress::ShowSamples(std::string_view picture, const ProgressState& state) {
+    picture = Trimmed(picture);
+    const char* what = state.samplesRestored ? "restoring" : "samples";
+    Show(Text("{} {}", what, picture), [&](ProgressStyle style) {
+        if (style == ProgressStyle::Json) return LineOf(SamplesJson(picture, state));
+        return picture.empty() ? FormatProgress(state) : Text("  {}{}", picture, FormatProgress(state));
+    });
+}
+
+void Progress::ShowWritten(std::string_view picture, std::span<const std::filesystem::path> files) {
+    if (m_style != ProgressStyle::Json) return;
+    picture = Trimmed(picture);
+    Json json{{"event", "written"}};
+    if (!picture.empty()) json["picture"] = picture;
+    json["files"] = Json::array();
+    for (const std::filesystem::path& file : files) json["files"].push_back(file.string());
+    PrintAbove(LineOf(json) + "\n");
 }
 
 void Progress::Clear() {
     const std::scoped_lock lock(m_mutex);
+    ShowLastState();
     Lift();
     std::fflush(m_stream);
     m_line.clear();
+    m_key.clear();
 }
 
 void Progress::PrintAbove(std::string_view text) {
@@ -63,6 +176,11 @@ void Progress::PrintAbove(std::string_view text) {
     std::fwrite(text.data(), 1, text.size(), m_stream);
     if (!m_line.empty()) Draw();
     std::fflush(m_stream);
+}
+
+void Progress::ShowLastState() {
+    std::fputs(m_lastState.c_str(), m_stream);
+    m_lastState.clear();
 }
 
 void Progress::Draw() {

@@ -195,24 +195,34 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               [&](const std::string& text) {
                   arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
               });
-    AddOption(*render, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
-              [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); });
+    constexpr auto kOperators = Texts(TonemapOperator{});
+    SetChoices(
+        *AddOption(*render, "--tonemap", "OP",
+                   "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
+                   [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
+        {kOperators.begin(), kOperators.end()});
     AddOption(
         *render, "--white-point", "K|auto",
         Text("White balance of a .png: what is white under a light of so many kelvin, {} to {}, is shown "
              "white ({:g}: as it is); auto: under the scene's light, all together",
              passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint),
         [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
-    AddOption(*render, "--exr-type", "TYPE",
-              "Numbers of means and variances of an .exr: " + ListForHelp(ExrType::Float),
-              [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); });
-    AddOption(*render, "--aov", "LIST",
-              "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
-                  "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
-                  ", and by what scattered it first: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
-                  "; what a bias took: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
-                  "; or all. Samples and variance are always there",
-              [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    constexpr auto kTypes = Texts(ExrType{});
+    SetChoices(*AddOption(*render, "--exr-type", "TYPE",
+                          "Numbers of means and variances of an .exr: " + ListForHelp(ExrType::Float),
+                          [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); }),
+               {kTypes.begin(), kTypes.end()});
+    CLI::Option* aov =
+        AddOption(*render, "--aov", "LIST",
+                  "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
+                      "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
+                      ", and by what scattered it first: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
+                      "; what a bias took: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
+                      "; or all. Samples and variance are always there",
+                  [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    std::vector<std::string_view> aovs{"all"};
+    for (const Aov named : kAovs) aovs.push_back(Name(named));
+    SetChoices(*aov, aovs, Operands::List);
     AddPath(*render, "--resume", "FILE.exr",
             "Go on with a render that was written before; its settings are kept", arguments.resume);
     AddOption(*render, "--checkpoint", "MINUTES",
@@ -231,11 +241,13 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                      Wrapped("Turn on the Vulkan validation layers and fail on any message"));
     AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
             arguments.report);
+    AddProgress(*render, arguments);
     AddOutput(*render, arguments);
     return render;
 }
 
 void CheckRender(const RenderArguments& arguments) {
+    CheckProgress(arguments);
     if (arguments.frames) CheckFrames(arguments);
     if (!arguments.cameras.empty()) CheckCameras(arguments);
     CheckCheckpoints(arguments);

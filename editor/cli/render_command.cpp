@@ -139,8 +139,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                    .environment = arguments.environment,
                                                    .log = log,
                                                    .progress = [&](std::string_view stage, float fraction) {
-                                                       if (progress.IsDue())
-                                                           progress.Show(FormatLoading(stage, fraction));
+                                                       progress.ShowLoading(stage, fraction);
                                                    }});
     threads.reset();
     if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input);
@@ -162,7 +161,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                      .group = group});
     // An hour of rendering must not end in a camera that is not there, either
     for (const std::string& camera : arguments.cameras) session.RequireCamera(camera);
-    progress.Show("  building acceleration structures, compiling shaders");
+    progress.ShowStep("building acceleration structures, compiling shaders");
     pictures.ForgetResumed();
 
     Rendering rendering(arguments, job, used, session, signals, console, group);

@@ -90,10 +90,7 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     Progress& progress = m_console.progress;
     std::function<void(const ProgressState&)> showProgress;
     if (progress.IsOn())
-        showProgress = [&](const ProgressState& state) {
-            const std::string label = picture.label.empty() ? "" : "  " + picture.label;
-            if (progress.IsDue()) progress.Show(label + FormatProgress(state));
-        };
+        showProgress = [&](const ProgressState& state) { progress.ShowSamples(picture.label, state); };
     StopRule rule{.samples = m_job.samplesWanted,
                   .seconds = m_arguments.seconds,
                   .relativeError = m_arguments.error,
@@ -104,7 +101,6 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     for (bool isFirst = true;; isFirst = false) {
         const RunSummary run = m_session.Run(rule, showProgress);
         whole = isFirst ? run : Joined(whole, run);
-        progress.Clear();
         if (!run.wasStopped) return whole;
         TakeSignals();
         if (IsStopped()) return whole;
@@ -133,6 +129,15 @@ void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render
 void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint32_t samplesBefore,
                       bool isEnd) {
     const SessionResult result = m_session.Result();
+    Progress& progress = m_console.progress;
+    if (isEnd) {
+        progress.ShowSamples(planned.label, {.samplesDone = m_session.SampleCount(),
+                                             .samplesWanted = m_job.samplesWanted,
+                                             .samplesPerSecond = run.samplesPerSecond.value_or(0.0),
+                                             .relativeError = result.statistics.relativeError,
+                                             .secondsLeft = 0.0});
+        progress.Clear();
+    }
     std::optional<Report> report;
     if (!m_arguments.report.empty() && isEnd) {
         report = DescribeRun(m_devices, m_session, result, run);
@@ -140,19 +145,20 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     }
     m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
 
-    const std::filesystem::path reportFile = Named(m_arguments.report, planned.name);
+    const std::filesystem::path reportFile = report ? Named(m_arguments.report, planned.name) : "";
     if (report) WriteTextFile(reportFile, ToJson(*report));
     const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
     const image::ExrThreads threads;
     for (const bool isExr : {false, true})
         for (const OutputFile& picture : pictures)
             if ((picture.kind == OutputKind::Exr) == isExr) WritePicture(picture, result.render);
+    if (isEnd) Warn(run);
+    progress.ShowWritten(planned.label, FilesOf(m_arguments, planned.name).outputs);
     if (!isEnd) {
         Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "saved after {} samples",
             m_session.SampleCount());
         return;
     }
-    Warn(run);
     if (m_arguments.isQuiet) return;
     for (const OutputFile& picture : pictures) PrintLine(picture.path.string());
     if (report) PrintLine(reportFile.string());

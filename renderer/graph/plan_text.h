@@ -18,6 +18,11 @@ RAYGRAPH_API std::string DescribePlan(const FrameGraph& graph, const Plan& plan)
 // Graphviz: passes as boxes (culled ones dashed), versions of resources as ellipses. `dot -Tsvg` draws it.
 RAYGRAPH_API std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan);
 
+// JSON, for scripts: the same as DescribePlan. Passes in order of execution, each with what it reads and
+// writes and the barriers before it; culled passes with the reason; resources; shared memory. Resources are
+// referred to by their index, passes of a lifetime by their position, where one past the last is the end.
+RAYGRAPH_API std::string DescribePlanJson(const FrameGraph& graph, const Plan& plan);
+
 // Its parts, one line each, for tools that draw a plan.
 // "radiance: RayTracingShader write -> ComputeShader read, General"
 RAYGRAPH_API std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier);

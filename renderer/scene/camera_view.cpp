@@ -144,16 +144,22 @@ bool IsViewText(std::string_view text) {
     return numbers && numbers->size() > 1;
 }
 
+std::optional<uint32_t> FindCamera(const SceneData& scene, std::string_view choice) {
+    for (size_t i = 0; i < scene.cameras.size(); ++i)
+        if (scene.cameras[i].name == choice) return static_cast<uint32_t>(i);
+    uint32_t index = 0;
+    const auto [end, error] = std::from_chars(choice.data(), choice.data() + choice.size(), index);
+    const bool isIndex = error == std::errc() && end == choice.data() + choice.size();
+    if (isIndex && index < scene.cameras.size()) return index;
+    return std::nullopt;
+}
+
 CameraView ChooseView(const SceneData& scene, std::string_view choice, float aspect) {
     if (choice.empty())
         return scene.cameras.empty() ? ViewOfBounds(scene.bounds, aspect) : ViewOf(scene.cameras[0], aspect);
-    for (const Camera& camera : scene.cameras)
-        if (camera.name == choice) return ViewOf(camera, aspect);
-    size_t index = 0;
-    const auto [end, error] = std::from_chars(choice.data(), choice.data() + choice.size(), index);
-    const bool isIndex = error == std::errc() && end == choice.data() + choice.size();
-    if (isIndex && index < scene.cameras.size()) return ViewOf(scene.cameras[index], aspect);
-    if (!isIndex && IsViewText(choice)) return ViewFromText(choice, aspect);
+    if (const std::optional<uint32_t> camera = FindCamera(scene, choice))
+        return ViewOf(scene.cameras[*camera], aspect);
+    if (IsViewText(choice)) return ViewFromText(choice, aspect);
     FailChoice(scene, choice);
 }
 

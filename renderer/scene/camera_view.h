@@ -3,6 +3,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <optional>
 #include <string_view>
 
 #include "base/api.h"
@@ -48,6 +49,9 @@ RAYGRAPH_API CameraView ViewFromText(std::string_view text, float aspect);
 // Whether this text is for ViewFromText rather than a camera's name or index. (Several numbers and nothing
 // else.)
 RAYGRAPH_API bool IsViewText(std::string_view text);
+
+// The camera of this name, else of this index; none: the scene has none such.
+RAYGRAPH_API std::optional<uint32_t> FindCamera(const SceneData& scene, std::string_view choice);
 
 // The view of `--camera NAME|INDEX|"eye target up fov"`: a camera of the scene by name, then by index, then
 // by text; for an empty choice the scene's first camera, else one that frames its bounds. Throws Error{Usage}

@@ -160,7 +160,7 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
     EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
     for (const Aov aov : kAovs) EXPECT_NE(help.find(Name(aov)), std::string::npos) << Name(aov);
     const std::string overview = std::get<ShowText>(Parse("--help")).text;
-    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge"})
+    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "completion", "man"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
     for (const auto& [code, text] : kExitCodes)
         EXPECT_NE(overview.find(Text(" {} {}", static_cast<int>(code), text)), std::string::npos) << text;

@@ -1,10 +1,12 @@
 // The editor as the program plays it from a script. A device is needed.
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/camera_view.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
@@ -147,6 +149,87 @@ TEST(ProgramEdit, SavedExrOfAnEditedSceneIsNotResumed) {
     const test::ProgramResult resumed = RunProgram(folder, "render @cornell.gltf --resume edit.exr --spp 9");
     EXPECT_EQ(resumed.exitCode, 4);
     EXPECT_NE(resumed.messages.find("saved by the editor"), std::string::npos) << resumed.messages;
+}
+
+// The options of a render, played by a script.
+TEST(ProgramEdit, OpensWithTheCameraEnvironmentAndViewThatAreAskedFor) {
+    const test::TemporaryFolder folder;
+    image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 1.0f)};
+    for (size_t i = 0; i < 8 * 4; ++i) sky.rgba[4 * i] = 0.25f;  // less red
+    image::WriteHdr(folder.Path() / "sky.hdr", sky);
+    std::ofstream(folder / "script.txt")
+        << "size 120x100\nwait\nexpect view raster\nview path-traced\nsamples 2\npicture "
+        << (folder / "edit.exr").string() << "\nexpect message samples\n";
+    const std::string options =
+        "edit @furnace_sphere.gltf --env sky.hdr --view raster --camera '0.5 1 6 0 0 0 0 1 0 30' ";
+    const test::ProgramResult edited = RunProgram(folder, options + "--headless-script script.txt");
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
+    ASSERT_EQ(edited.exitCode, 0) << edited.messages;
+    const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
+    EXPECT_EQ(saved.environmentFile, "sky.hdr");
+    const scene::CameraView seen = scene::ViewFromText(saved.settings.at("camera"), 1.0f);
+    EXPECT_NEAR(glm::distance(seen.eye, glm::dvec3(0.5, 1.0, 6.0)), 0.0, 1e-5);
+    EXPECT_NEAR(glm::degrees(seen.yFov), 30.0f, 1e-3f);
+    // The upper left corner shows the sky
+    EXPECT_NEAR(saved.radiance[0], 0.25f, 1e-3f);
+    EXPECT_NEAR(saved.radiance[1], 1.0f, 1e-2f);
+}
+
+TEST(ProgramEdit, ACameraOfTheSceneIsTakenByNameAndByIndex) {
+    const test::TemporaryFolder folder;
+    nlohmann::json scene = nlohmann::json::parse(std::ifstream(SceneFile("cornell.gltf")));
+    scene["cameras"].push_back(
+        {{"type", "perspective"}, {"name", "door"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.01}}}});
+    scene["nodes"].push_back({{"camera", 1}, {"translation", {0.0, 0.2, 0.9}}});
+    scene["scenes"][0]["nodes"].push_back(scene["nodes"].size() - 1);
+    std::ofstream(folder / "two.gltf") << scene;
+    for (const auto& [choice, eye] : {std::pair{"door", 0.9}, std::pair{"1", 0.9}, std::pair{"0", 1.0796}}) {
+        std::ofstream(folder / "script.txt")
+            << "size 120x100\nwait\nsamples 1\npicture " << (folder / "edit.exr").string() << "\nwait\n";
+        const test::ProgramResult edited =
+            RunProgram(folder, Text("edit two.gltf --camera {} --headless-script script.txt", choice));
+        RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
+        ASSERT_EQ(edited.exitCode, 0) << edited.messages;
+        const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
+        EXPECT_NEAR(scene::ViewFromText(saved.settings.at("camera"), 1.0f).eye.z, eye, 1e-4) << choice;
+    }
+    std::ofstream(folder / "script.txt") << "wait\nexpect message there is no camera \"window\"\n";
+    const test::ProgramResult none =
+        RunProgram(folder, "edit two.gltf --camera window --headless-script script.txt");
+    EXPECT_EQ(none.exitCode, 0) << none.messages
+                                << "the status line says it, as of what else cannot be loaded";
+}
+
+TEST(ProgramEdit, EveryViewCanBeTheFirst) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder / "script.txt")
+        << "size 120x100\nwait\nframes 2\npicture " << (folder / "a.png").string() << "\nwait\n";
+    std::map<std::string, std::string> pictures;
+    for (const char* view : {"raster", "wipe", "side-by-side", "albedo", "normals", "depth", "overdraw"}) {
+        const test::ProgramResult edited =
+            RunProgram(folder, Text("edit @cornell.gltf --view {} --headless-script script.txt", view));
+        RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
+        ASSERT_EQ(edited.exitCode, 0) << edited.messages;
+        std::ifstream file(folder / "a.png", std::ios::binary);
+        const auto [at, isNew] =
+            pictures.emplace(std::string(std::istreambuf_iterator<char>(file), {}), view);
+        EXPECT_TRUE(isNew) << view << " looks like " << at->second;
+    }
+}
+
+TEST(ProgramEdit, RefusesWhatItCannotBeginWith) {
+    const test::TemporaryFolder folder;
+    const auto expect = [&](const std::string& line, int exitCode, const std::string& text) {
+        const test::ProgramResult result = RunProgram(folder, line + " --headless-script none.txt");
+        EXPECT_EQ(result.exitCode, exitCode) << result.messages;
+        EXPECT_NE(result.messages.find(text), std::string::npos) << result.messages;
+    };
+    expect("edit --camera 0", 2, "--camera looks at a scene: it needs a FILE");
+    expect("edit @cornell.gltf --camera '0 0 0 0 0 0 0 1 0 40'", 2, "--camera");
+    expect("edit @cornell.gltf --view cubist", 2, "side-by-side, difference, relative-error, flip");
+    const test::ProgramResult edited = RunProgram(folder, "edit --env sky.png --headless-script none.txt");
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
+    expect("edit --env sky.png", 4, "sky.png: an environment map ends in .hdr or .exr");
 }
 
 }  // namespace

@@ -37,9 +37,9 @@ void LeaveLeaksOut() {
     setenv("ASAN_OPTIONS", (std::string(options ? options : "") + ":detect_leaks=0").c_str(), 1);
 }
 
-// Programs do not get the RAYGRAPH_LOG of whoever runs the tests. Done before the first test, which may set
+// Programs do not get the RAYGRAPH_LOG of whoever runs the tests, nor another device than the tests. Done before the first test, which may set
 // it.
-[[maybe_unused]] const int isWithoutLevels = unsetenv("RAYGRAPH_LOG");
+[[maybe_unused]] const int isWithoutLevels = unsetenv("RAYGRAPH_LOG") + unsetenv("RAYGRAPH_DEVICE");
 
 // With the program's own path before them.
 std::vector<std::string> ProgramWords(std::string_view line) {

@@ -28,8 +28,7 @@ TEST(Progress, WritesNothingToAFile) {
     {
         Progress progress(file, false);
         EXPECT_FALSE(progress.IsOn());
-        EXPECT_FALSE(progress.IsDue());
-        progress.Show("x");
+        progress.ShowStep("x");
     }
     EXPECT_EQ(std::ftell(file), 0);
     std::fclose(file);
@@ -97,11 +96,11 @@ TEST(Progress, LineIsBelowWhatIsPrintedAboveIt) {
     ASSERT_TRUE(progress.IsOn());
     progress.PrintAbove("first\n");
     EXPECT_EQ(terminal.Shown(), "first\n") << "there is no line yet";
-    progress.Show("  3 samples");
+    progress.ShowSamples("", {.samplesDone = 3});
     progress.PrintAbove("second\n");
     progress.PrintAbove("third\n");
     EXPECT_EQ(terminal.Shown(), "second\nthird\n  3 samples");
-    progress.Show("  4");
+    progress.ShowStep("4");
     EXPECT_EQ(terminal.Shown(), "  4") << "nothing is left of the longer one";
     progress.Clear();
     progress.PrintAbove("fourth\n");
@@ -112,37 +111,131 @@ TEST(Progress, LineThatIsWiderThanTheTerminalIsCut) {
     Terminal terminal;
     ASSERT_NE(terminal.Stream(), nullptr);
     Progress progress(terminal.Stream(), false);
-    progress.Show(std::string(100, 'x'));
-    EXPECT_EQ(terminal.Shown(), std::string(39, 'x'));
+    progress.ShowStep(std::string(100, 'x'));
+    EXPECT_EQ(terminal.Shown(), "  " + std::string(37, 'x'));
     progress.PrintAbove("above\n");
-    EXPECT_EQ(terminal.Shown(), "above\n" + std::string(39, 'x'));
+    EXPECT_EQ(terminal.Shown(), "above\n  " + std::string(37, 'x'));
 }
 
-TEST(Progress, IsDueFiveTimesASecondAtMost) {
+TEST(Progress, IsRedrawnFiveTimesASecondAtMost) {
     Terminal terminal;
     ASSERT_NE(terminal.Stream(), nullptr);
     Progress progress(terminal.Stream(), false);
-    EXPECT_TRUE(progress.IsDue());
     const auto since = [](const auto& start) { return std::chrono::steady_clock::now() - start; };
     bool wasInTime = false;
-    while (!wasInTime) {  // on a busy machine the answer may come too late to be told from a later one
+    while (!wasInTime) {  // on a busy machine the second may come too late to be told from a later one
+        progress.Clear();
         const auto start = std::chrono::steady_clock::now();
-        progress.Show("x");
-        const bool isDue = progress.IsDue();
+        progress.ShowLoading("meshes", 0.1f);
+        progress.ShowLoading("meshes", 0.2f);
         wasInTime = since(start) < std::chrono::milliseconds(200);
-        EXPECT_FALSE(wasInTime && isDue);
+        const std::string shown = terminal.Shown();
+        EXPECT_TRUE(shown == "  loading meshes  10 %" || !wasInTime) << shown;
     }
+    progress.ShowLoading("images", 0.5f);
+    EXPECT_EQ(terminal.Shown(), "  loading images  50 %") << "another stage is shown at once";
     std::this_thread::sleep_for(std::chrono::milliseconds(210));
-    EXPECT_TRUE(progress.IsDue());
+    progress.ShowLoading("images", 0.6f);
+    EXPECT_EQ(terminal.Shown(), "  loading images  60 %");
 }
 
 TEST(Progress, QuietMeansOffOnATerminalToo) {
     Terminal terminal;
     ASSERT_NE(terminal.Stream(), nullptr);
     Progress progress(terminal.Stream(), true);
-    progress.Show("x");
+    progress.ShowStep("x");
     progress.PrintAbove("above\n");
     EXPECT_EQ(terminal.Shown(), "above\n");
+}
+
+// What `show` makes a Progress of this style write to a file.
+template <typename Show>
+std::string WrittenBy(ProgressStyle style, Show&& show) {
+    std::FILE* file = std::tmpfile();
+    {
+        Progress progress(file, false, style);
+        EXPECT_EQ(progress.IsOn(), style != ProgressStyle::None);
+        show(progress);
+    }
+    std::string text(static_cast<size_t>(std::ftell(file)), '\0');
+    std::rewind(file);
+    text.resize(std::fread(text.data(), 1, text.size(), file));
+    std::fclose(file);
+    return text;
+}
+
+// Two runs of 40 samples, in less time than there is between two lines.
+void ShowTwoRuns(Progress& progress) {
+    progress.ShowLoading("file", 0.0f);
+    for (const char* picture : {"  frame 1 of 2", "  frame 2 of 2"}) {
+        for (uint32_t i = 1; i <= 40; ++i) {
+            ProgressState state{i, 40, 0.0, std::nullopt, std::nullopt};
+            if (i > 1) state = {i, 40, 2e6, 0.25, 0.5 * (40 - i)};
+            progress.ShowSamples(picture, state);
+        }
+        progress.Clear();
+        const std::filesystem::path files[] = {"a.png", "b.exr"};
+        progress.ShowWritten(picture, files);
+    }
+    progress.ShowStep("  tidying up");
+}
+
+TEST(Progress, JsonHasTheFirstAndTheLastStateOfEachRun) {
+    EXPECT_EQ(WrittenBy(ProgressStyle::Json, ShowTwoRuns),
+              R"({"event":"loading","stage":"file","fraction":0.0}
+{"event":"progress","picture":"frame 1 of 2","samples":1,"samples_wanted":40,"samples_per_second":null,"relative_error":null,"seconds_left":null}
+{"event":"progress","picture":"frame 1 of 2","samples":40,"samples_wanted":40,"samples_per_second":2000000.0,"relative_error":0.25,"seconds_left":0.0}
+{"event":"written","picture":"frame 1 of 2","files":["a.png","b.exr"]}
+{"event":"progress","picture":"frame 2 of 2","samples":1,"samples_wanted":40,"samples_per_second":null,"relative_error":null,"seconds_left":null}
+{"event":"progress","picture":"frame 2 of 2","samples":40,"samples_wanted":40,"samples_per_second":2000000.0,"relative_error":0.25,"seconds_left":0.0}
+{"event":"written","picture":"frame 2 of 2","files":["a.png","b.exr"]}
+{"event":"step","step":"tidying up"}
+)");
+}
+
+TEST(Progress, PlainLinesAreForPeopleWhoReadALog) {
+    EXPECT_EQ(WrittenBy(ProgressStyle::Plain, ShowTwoRuns),
+              "raygraph: loading file, 0 %\n"
+              "raygraph: frame 1 of 2, 1/40 samples\n"
+              "raygraph: frame 1 of 2, 40/40 samples, 2 Msamples/s, error 25 %\n"
+              "raygraph: frame 2 of 2, 1/40 samples\n"
+              "raygraph: frame 2 of 2, 40/40 samples, 2 Msamples/s, error 25 %\n"
+              "raygraph: tidying up\n");
+    EXPECT_EQ(WrittenBy(ProgressStyle::None, ShowTwoRuns), "");
+}
+
+TEST(Progress, JsonIsWrittenOnceASecond) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto seconds = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    const std::string text = WrittenBy(ProgressStyle::Json, [&](Progress& progress) {
+        for (uint32_t i = 1; seconds() < 1.3; ++i) {
+            progress.ShowSamples("", {.samplesDone = i});
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+    });
+    const auto count = static_cast<double>(std::ranges::count(text, '\n'));
+    EXPECT_GE(count, 3.0) << "the first, one after a second, the last\n" << text;
+    EXPECT_LE(count, 2.0 + seconds()) << text;
+}
+
+TEST(Progress, JsonIsUtf8WhateverTheNamesAre) {
+    const std::string text = WrittenBy(ProgressStyle::Json, [](Progress& progress) {
+        const std::filesystem::path files[] = {"a\xff \"b\".png"};
+        progress.ShowWritten("", files);
+    });
+    EXPECT_EQ(text, "{\"event\":\"written\",\"files\":[\"a\xEF\xBF\xBD \\\"b\\\".png\"]}\n");
+}
+
+TEST(Progress, RestoringIsAnEventOfItsOwn) {
+    EXPECT_EQ(WrittenBy(ProgressStyle::Json,
+                        [](Progress& progress) {
+                            ProgressState state{.samplesDone = 16};
+                            state.samplesRestored = 3;
+                            progress.ShowSamples("", state);
+                        }),
+              "{\"event\":\"restoring\",\"samples\":3,\"samples_wanted\":16}\n");
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // The plan of hand-made frames, as text: order, culling, barriers, lifetimes.
+#include <nlohmann/json.hpp>
+
 #include "tests/graph/graph_maker.h"
 
 namespace raygraph {
@@ -206,6 +208,65 @@ TEST(PlanDot, ShowsPassesVersionsAndRoots) {
     r0v1 -> root0;
 }
 )");
+}
+
+TEST(PlanJson, HasWhatAScriptNeedsToDrawThePlan) {
+    GraphMaker graph;
+    const TextureId a = graph.Pass("Make", {}, graph.Texture("a", 2));
+    [[maybe_unused]] const TextureId b =
+        graph.Pass("Un\"used", {a}, graph.Texture("b"), PassKind::RayTracing);
+    const TextureId c = graph.Pass("Use", {a}, graph.Texture("c", 2));
+    const TextureId d = graph.Pass("Again", {c}, graph.Texture("d", 1));
+    graph.Present(d);
+    const nlohmann::json plan = nlohmann::json::parse(DescribePlanJson(graph, Compile(graph)));
+    std::vector<std::string> order;
+    for (const nlohmann::json& pass : plan.at("passes")) order.push_back(pass.at("name"));
+    EXPECT_EQ(order, (std::vector<std::string>{"Make", "Use", "Again"}));
+    const nlohmann::json& use = plan["passes"][1];
+    EXPECT_EQ(use.at("kind"), "compute");
+    EXPECT_EQ(
+        use.at("reads"),
+        nlohmann::json::parse(R"([{"resource": 0, "name": "a", "version": 1, "access": "storage read"}])"));
+    EXPECT_EQ(
+        use.at("writes"),
+        nlohmann::json::parse(R"([{"resource": 2, "name": "c", "version": 1, "access": "storage write"}])"));
+    EXPECT_EQ(use.at("barriers")[0], nlohmann::json::parse(R"({"resource": 0, "name": "a",
+        "from": {"stages": ["ComputeShader"], "access": "write", "layout": "General"},
+        "to": {"stages": ["ComputeShader"], "access": "read", "layout": "General"}})"));
+    EXPECT_EQ(plan.at("culled")[0].at("name"), "Un\"used");
+    EXPECT_EQ(plan["culled"][0].at("why"), "nothing needs b");
+    EXPECT_EQ(plan.at("end").at("roots")[0],
+              nlohmann::json::parse(R"({"resource": 3, "name": "d", "version": 1, "kind": "presented"})"));
+
+    const nlohmann::json& resources = plan.at("resources");
+    ASSERT_EQ(resources.size(), 4u);
+    EXPECT_EQ(resources[1], nlohmann::json::parse(R"({"name": "b", "kind": "texture", "origin": "transient",
+        "width": 64, "height": 64, "format": "rgba32f", "levels": 1, "layers": 1,
+        "first_pass": null, "last_pass": null, "block": null})"));
+    EXPECT_EQ(resources[2].at("first_pass"), 1);
+    EXPECT_EQ(resources[2].at("last_pass"), 2);
+    EXPECT_EQ(resources[3].at("last_pass"), 3) << "shown: until the end";
+    // d takes over the memory of a
+    EXPECT_EQ(plan.at("memory").at("bytes"), 4 << 20);
+    EXPECT_EQ(plan["memory"].at("bytes_without_sharing"), 5 << 20);
+    ASSERT_EQ(plan["memory"].at("blocks").size(), 2u);
+    EXPECT_EQ(plan["memory"]["blocks"][resources[0].at("block").get<size_t>()],
+              nlohmann::json::parse(R"({"bytes": 2097152, "resources": [0, 3]})"));
+    EXPECT_EQ(plan["passes"][2]["barriers"][1].value("memory_of", -1), 0) << plan["passes"][2]["barriers"];
+}
+
+TEST(PlanJson, NamesThePartOfATexture) {
+    GraphMaker graph;
+    TextureId chain = graph.Chain("chain", 2);
+    for (const uint32_t level : {0u, 1u}) {
+        graph.AddPass("Fill", PassKind::Compute);
+        chain = graph.Use(chain, Access::StorageWrite, Level(level));
+    }
+    graph.Present(chain);
+    const nlohmann::json plan = nlohmann::json::parse(DescribePlanJson(graph, Compile(graph)));
+    EXPECT_EQ(plan.at("passes")[1].at("writes")[0], nlohmann::json::parse(R"({"resource": 0, "name": "chain",
+        "first_level": 1, "levels": 1, "first_layer": 0, "layers": 1,
+        "version": 2, "access": "storage write"})"));
 }
 
 }  // namespace

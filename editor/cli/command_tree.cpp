@@ -1,0 +1,84 @@
+#include "editor/cli/command_tree.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+
+#include "editor/cli/options.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr size_t kMaxBrief = 76;
+
+OptionText TextOf(CLI::Option& option) {
+    OptionText text;
+    for (const std::string& name : option.get_snames()) text.names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) text.names.push_back("--" + name);
+    const bool isPositional = text.names.empty();
+    const bool isFlag = !isPositional && option.get_expected_max() == 0;
+    if (!isFlag) text.operand = isPositional ? option.get_name(true) : option.get_type_name();
+    text.help = option.get_description();
+    std::ranges::replace(text.help, '\n', ' ');
+    Choices choices = ChoicesOf(option);
+    text.choices = std::move(choices.names);
+    text.isList = choices.isList;
+    // -v, lists, and options whose texts are joined
+    text.isRepeatable = std::ranges::find(text.names, "-v") != text.names.end() ||
+                        option.get_items_expected_max() > 1 ||
+                        option.get_multi_option_policy() == CLI::MultiOptionPolicy::Join;
+    text.isRequired = option.get_required();
+    return text;
+}
+
+std::vector<OptionText> OptionsOf(CLI::App& app) {
+    std::vector<OptionText> options;
+    for (CLI::Option* option : app.get_options()) options.push_back(TextOf(*option));
+    return options;
+}
+
+}  // namespace
+
+bool OptionText::TakesFile() const {
+    return operand.starts_with("FILE") || operand.starts_with("OUT");
+}
+
+std::vector<std::string> OptionText::Extensions() const {
+    std::vector<std::string> found;
+    const auto add = [&](const std::string& text, size_t dot) {
+        size_t end = dot + 1;
+        while (end < text.size() && std::islower(static_cast<unsigned char>(text[end]))) ++end;
+        if (end > dot + 1) found.push_back(text.substr(dot, end - dot));
+    };
+    if (!TakesFile()) return found;
+    if (const size_t dot = operand.find('.'); dot != operand.npos) {
+        add(operand, dot);
+        return found;
+    }
+    for (size_t dot = help.find(" ."); dot != help.npos; dot = help.find(" .", dot + 1)) add(help, dot + 1);
+    return found;
+}
+
+std::string OptionText::Brief() const {
+    size_t end = std::min(help.find("; "), help.find(". "));
+    if (!choices.empty() || TakesFile()) end = std::min(end, help.find(": "));
+    std::string brief = help.substr(0, end);
+    if (brief.size() <= kMaxBrief) return brief;
+    return brief.substr(0, brief.rfind(' ', kMaxBrief - 3)) + "...";
+}
+
+const OptionText* CommandText::Positional() const {
+    const auto found =
+        std::ranges::find_if(options, [](const OptionText& option) { return option.names.empty(); });
+    return found == options.end() ? nullptr : &*found;
+}
+
+ProgramText TextsOf(CLI::App& app) {
+    ProgramText program{app.get_name(), app.get_description(), OptionsOf(app), {}};
+    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+        program.commands.push_back({command->get_name(), command->get_description(), OptionsOf(*command)});
+    return program;
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,262 @@
+#include "editor/cli/completion.h"
+
+#include <fmt/ranges.h>
+
+#include "base/text.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+// In single quotes, as all three shells read them: fish knows \' in there, the others do not.
+std::string Quote(std::string_view text, Shell shell) {
+    std::string quoted = "'";
+    for (const char c : text) {
+        if (c == '\'')
+            quoted += shell == Shell::Fish ? "\\'" : "'\\''";
+        else if (c == '\\' && shell == Shell::Fish)
+            quoted += "\\\\";
+        else
+            quoted += c;
+    }
+    return quoted + "'";
+}
+
+std::string Joined(const std::vector<std::string>& words, const char* between = " ") {
+    return Text("{}", fmt::join(words, between));
+}
+
+std::vector<std::string> NamesOf(const std::vector<OptionText>& options) {
+    std::vector<std::string> names;
+    for (const OptionText& option : options)
+        names.insert(names.end(), option.names.begin(), option.names.end());
+    return names;
+}
+
+std::vector<std::string> NamesOf(const std::vector<CommandText>& commands) {
+    std::vector<std::string> names;
+    for (const CommandText& command : commands) names.push_back(command.name);
+    return names;
+}
+
+// --- bash ---
+
+constexpr const char* kBashBegin =
+    R"(# Completion of raygraph for bash, as `raygraph completion bash` prints it.
+
+# Files with these endings, or all for none, and folders.
+_raygraph_files() {
+    local word=$1 ending
+    shift
+    compopt -o filenames 2>/dev/null
+    mapfile -t COMPREPLY < <(
+        compgen -d -- "$word"
+        (($# > 0)) || compgen -f -- "$word"
+        for ending; do compgen -f -X "!*$ending" -- "$word"; done
+    )
+}
+
+_raygraph_words() {
+    mapfile -t COMPREPLY < <(compgen -W "$2" -- "$1")
+}
+
+# Words with commas between them.
+_raygraph_list() {
+    local before=
+    [[ $1 != *,* ]] || before=${1%,*},
+    compopt -o nospace 2>/dev/null
+    mapfile -t COMPREPLY < <(compgen -P "$before" -W "$2" -- "${1##*,}")
+}
+
+_raygraph() {
+    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command= i
+    # --option=word is three words to bash
+    if [[ $word == = ]]; then
+        word=
+    elif [[ $before == = ]] && ((COMP_CWORD > 1)); then
+        before=${COMP_WORDS[COMP_CWORD-2]}
+    fi
+    COMPREPLY=()
+    for ((i = 1; i < COMP_CWORD; ++i)); do
+        case ${COMP_WORDS[i]} in
+)";
+
+std::string BashWords(const OptionText& option) {
+    if (!option.choices.empty())
+        return Text("_raygraph_{} \"$word\" {}", option.isList ? "list" : "words",
+                    Quote(Joined(option.choices), Shell::Bash));
+    if (option.TakesFolder())
+        return "compopt -o filenames 2>/dev/null; "
+               "mapfile -t COMPREPLY < <(compgen -d -- \"$word\")";
+    if (!option.TakesFile()) return ":";
+    std::string words = "_raygraph_files \"$word\"";
+    for (const std::string& ending : option.Extensions()) words += " " + ending;
+    return words;
+}
+
+std::string BashScript(const ProgramText& program) {
+    std::string script = kBashBegin;
+    script += Text("            {}) command=${{COMP_WORDS[i]}}; break ;;\n",
+                   Joined(NamesOf(program.commands), "|"));
+    script += "        esac\n    done\n    case $command:$before in\n";
+    for (const CommandText& command : program.commands)
+        for (const OptionText& option : command.options) {
+            if (option.names.empty() || option.operand.empty()) continue;
+            std::string pattern;
+            for (const std::string& name : option.names)
+                pattern += (pattern.empty() ? "" : "|") + command.name + ":" + name;
+            script += Text("        {}) {}; return ;;\n", pattern, BashWords(option));
+        }
+    script += "    esac\n    case $command in\n";
+    script +=
+        Text("        '') _raygraph_words \"$word\" {} ;;\n",
+             Quote(Joined(NamesOf(program.commands)) + " " + Joined(NamesOf(program.options)), Shell::Bash));
+    for (const CommandText& command : program.commands) {
+        script += Text("        {})\n            if [[ $word == -* ]]; then\n", command.name);
+        script += Text("                _raygraph_words \"$word\" {}\n",
+                       Quote(Joined(NamesOf(command.options)), Shell::Bash));
+        if (const OptionText* positional = command.Positional())
+            script += Text("            else\n                {}\n", BashWords(*positional));
+        script += "            fi ;;\n";
+    }
+    return script + "    esac\n}\n\ncomplete -F _raygraph raygraph\n";
+}
+
+// --- zsh ---
+
+// What stands in brackets or behind a colon.
+std::string ForZsh(std::string_view text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '[' || c == ']' || c == ':' || c == '\\') escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
+// "*.exr", or "*.(png|exr)": a single name in brackets would be a qualifier.
+std::string ZshPattern(const std::vector<std::string>& endings) {
+    if (endings.size() == 1) return "*" + endings.front();
+    std::vector<std::string> names;
+    for (const std::string& ending : endings) names.push_back(ending.substr(1));
+    return Text("*.({})", Joined(names, "|"));
+}
+
+// ":SAMPLER:(sobol pcg tea)"
+std::string ZshOperand(const OptionText& option) {
+    if (option.operand.empty()) return "";
+    std::string action = " ";
+    if (option.isList)
+        action = "_sequence compadd - " + Joined(option.choices);
+    else if (!option.choices.empty())
+        action = Text("({})", Joined(option.choices));
+    else if (option.TakesFolder())
+        action = "_files -/";
+    else if (option.TakesFile() && option.Extensions().empty())
+        action = "_files";
+    else if (option.TakesFile())
+        action = Text("_files -g \"{}\"", ZshPattern(option.Extensions()));
+    return Text(":{}:{}", ForZsh(option.operand), action);
+}
+
+std::string ZshOptions(const std::vector<OptionText>& options, const char* indent) {
+    std::string script;
+    for (const OptionText& option : options) {
+        if (option.names.empty()) {
+            script +=
+                Text(" \\\n{}{}", indent,
+                     Quote(Text("{}{}", option.isRepeatable ? '*' : '1', ZshOperand(option)), Shell::Zsh));
+            continue;
+        }
+        for (const std::string& name : option.names) {
+            const std::string others = option.isRepeatable        ? "*"
+                                       : option.names.size() == 1 ? ""
+                                                                  : Text("({})", Joined(option.names));
+            script += Text(" \\\n{}{}", indent,
+                           Quote(Text("{}{}[{}]{}", others, name, ForZsh(option.Brief()), ZshOperand(option)),
+                                 Shell::Zsh));
+        }
+    }
+    return script + "\n";
+}
+
+std::string ZshScript(const ProgramText& program) {
+    std::string script =
+        "#compdef raygraph\n"
+        "# Completion of raygraph for zsh, as `raygraph completion zsh` prints it.\n\n"
+        "_raygraph() {\n"
+        "    local curcontext=\"$curcontext\" state line\n"
+        "    local -a commands=(\n";
+    for (const CommandText& command : program.commands)
+        script += Text("        {}\n", Quote(command.name + ":" + ForZsh(command.help), Shell::Zsh));
+    script += "    )\n    _arguments -C";
+    std::string options = ZshOptions(program.options, "        ");
+    options.pop_back();
+    script += options +
+              " \\\n        '1:command:->command' \\\n        '*::argument:->argument'\n"
+              "    case $state in\n"
+              "        command) _describe command commands ;;\n"
+              "        argument) case $line[1] in\n";
+    for (const CommandText& command : program.commands)
+        script += Text("            {}) _arguments{}                ;;\n", command.name,
+                       ZshOptions(command.options, "                "));
+    // Run when it is loaded from a folder of functions; defined for later when it is sourced
+    return script +
+           "        esac ;;\n    esac\n}\n\n"
+           "if [[ $funcstack[1] == _raygraph ]]; then\n    _raygraph \"$@\"\nelse\n"
+           "    compdef _raygraph raygraph\nfi\n";
+}
+
+// --- fish ---
+
+std::string FishScript(const ProgramText& program) {
+    std::string script =
+        "# Completion of raygraph for fish, as `raygraph completion fish` prints it.\n\n"
+        "# Words with commas between them.\n"
+        "function __raygraph_list\n"
+        "    set -l before (string match -r '.*,' -- (commandline -ct) | string replace -r '^.*=' '')\n"
+        "    printf '%s\\n' $before$argv\n"
+        "end\n\ncomplete -c raygraph -f\n";
+    const auto add = [&](const std::string& condition, const OptionText& option) {
+        std::string line = "complete -c raygraph -n " + Quote(condition, Shell::Fish);
+        for (const std::string& name : option.names)
+            line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+        const bool isNamed = !option.names.empty();
+        if (option.isList)
+            line += " -x -a " + Quote("(__raygraph_list " + Joined(option.choices) + ")", Shell::Fish);
+        else if (!option.choices.empty())
+            line += std::string(isNamed ? " -x" : "") + " -a " + Quote(Joined(option.choices), Shell::Fish);
+        else if (option.TakesFolder())
+            line += " -x -a '(__fish_complete_directories)'";
+        else if (option.TakesFile())
+            line += isNamed ? " -r -F" : " -F";
+        else if (!option.operand.empty())
+            line += " -x";
+        if (isNamed) line += " -d " + Quote(option.Brief(), Shell::Fish);
+        script += line + "\n";
+    };
+    for (const OptionText& option : program.options) add("__fish_use_subcommand", option);
+    for (const CommandText& command : program.commands)
+        script += Text("complete -c raygraph -n '__fish_use_subcommand' -a {} -d {}\n", command.name,
+                       Quote(command.help, Shell::Fish));
+    for (const CommandText& command : program.commands)
+        for (const OptionText& option : command.options)
+            add("__fish_seen_subcommand_from " + command.name, option);
+    return script;
+}
+
+}  // namespace
+
+std::string CompletionScript(const ProgramText& program, Shell shell) {
+    switch (shell) {
+        case Shell::Bash:
+            return BashScript(program);
+        case Shell::Zsh:
+            return ZshScript(program);
+        case Shell::Fish:
+            break;
+    }
+    return FishScript(program);
+}
+
+}  // namespace raygraph::cli

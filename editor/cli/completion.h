@@ -1,0 +1,20 @@
+// Completion of the command line in shells, made of the texts of --help.
+#pragma once
+
+#include <string>
+
+#include "editor/cli/command_tree.h"
+#include "shaders/shared/choice.h"
+
+namespace raygraph::cli {
+
+#define RAYGRAPH_SHELLS(X, Of) \
+    X(Of, Bash, 0, "bash", "") \
+    X(Of, Zsh, 1, "zsh", "")   \
+    X(Of, Fish, 2, "fish", "")
+RAYGRAPH_CHOICE(Shell, RAYGRAPH_SHELLS)
+
+// A script that the shell reads: it defines what is completed after `raygraph`, and runs nothing then.
+std::string CompletionScript(const ProgramText& program, Shell shell);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,13 @@
+// The manual page raygraph(1), made of the texts of --help.
+#pragma once
+
+#include <string>
+
+#include "editor/cli/command_tree.h"
+
+namespace raygraph::cli {
+
+// As roff with the macros of man(7).
+std::string ManPage(const ProgramText& program);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,33 @@
+// The --report of a merge, schema 1.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "editor/session/image_statistics.h"
+#include "editor/session/merge.h"
+#include "editor/session/render_file.h"
+
+namespace raygraph::cli {
+
+// A render that was merged, or what they were merged to.
+struct MergedPart {
+    std::string file;
+    rhi::Extent2D size;
+    session::SampleRanges samples;
+    session::ImageStatistics image;
+    std::string scene, device, driver;
+    session::SettingTexts settings;
+    session::AovSet aovs;
+};
+MergedPart DescribePart(const session::NamedRender& part);
+
+struct MergeReport {
+    std::vector<MergedPart> inputs;
+    MergedPart output;
+};
+
+// Pretty-printed, with a newline at the end. Numbers that are not known are null.
+std::string ToJson(const MergeReport& report);
+
+}  // namespace raygraph::cli
