@@ -98,4 +98,50 @@ std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount) {
     return variance;
 }
 
+// A record: for each channel the words of its sum, lowest first; then likewise of its squares.
+size_t WordsOfRecord(bool withSquares) {
+    return 4 * ExactSums::kPlanes + (withSquares ? 3 * (ExactSums::kPlanes + 1) : 0);
+}
+
+namespace {
+
+// Calls `move(word of the record, word of the planes)` for each.
+template <typename Words, typename Sums, typename Move>
+void ForEachWord(Words records, Sums& sums, size_t firstPixel, Move&& move) {
+    const bool withSquares = sums.HasSquares();
+    const size_t count = records.size() / WordsOfRecord(withSquares);
+    RG_CHECK(firstPixel + count <= sums.PixelCount());
+    size_t at = 0;
+    for (size_t pixel = firstPixel; pixel < firstPixel + count; ++pixel) {
+        for (size_t c = 0; c < 4; ++c)
+            for (size_t k = 0; k < ExactSums::kPlanes; ++k) move(records[at++], sums.sums[k][4 * pixel + c]);
+        for (size_t c = 0; c < 3 && withSquares; ++c)
+            for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
+                move(records[at++], SquareWord(sums.squares, pixel, c, k));
+    }
+}
+
+}  // namespace
+
+void PackSums(const ExactSums& sums, size_t firstPixel, std::span<uint32_t> records) {
+    ForEachWord(records, sums, firstPixel, [](uint32_t& record, uint32_t word) { record = word; });
+}
+
+void UnpackSums(std::span<const uint32_t> records, size_t firstPixel, ExactSums& sums) {
+    ForEachWord(records, sums, firstPixel, [](uint32_t record, uint32_t& word) { word = record; });
+}
+
+void AddRecords(std::span<uint32_t> records, std::span<const uint32_t> others, bool withSquares) {
+    RG_CHECK_EQ(records.size(), others.size());
+    size_t at = 0;
+    const auto addNumber = [&](size_t words) {
+        uint32_t carry = 0;
+        for (size_t k = 0; k < words; ++k, ++at) AddWord(records[at], others[at], carry);
+    };
+    while (at < records.size()) {
+        for (size_t c = 0; c < 4; ++c) addNumber(ExactSums::kPlanes);
+        for (size_t c = 0; c < 3 && withSquares; ++c) addNumber(ExactSums::kPlanes + 1);
+    }
+}
+
 }  // namespace raygraph::passes

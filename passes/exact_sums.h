@@ -40,4 +40,13 @@ RAYGRAPH_API void AddSums(ExactSums& sums, const ExactSums& others);
 RAYGRAPH_API std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount);
 RAYGRAPH_API std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount);
 
+// Sums on their way to another process: pixel by pixel a record, which holds all words of its channels.
+// Words of one record.
+RAYGRAPH_API size_t WordsOfRecord(bool withSquares);
+// The records of as many pixels as `records` has room for, from `firstPixel` on; and back.
+RAYGRAPH_API void PackSums(const ExactSums& sums, size_t firstPixel, std::span<uint32_t> records);
+RAYGRAPH_API void UnpackSums(std::span<const uint32_t> records, size_t firstPixel, ExactSums& sums);
+// AddSums of records, as many on both sides.
+RAYGRAPH_API void AddRecords(std::span<uint32_t> records, std::span<const uint32_t> others, bool withSquares);
+
 }  // namespace raygraph::passes

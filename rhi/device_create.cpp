@@ -2,11 +2,10 @@
 #include <algorithm>
 
 #include <array>
-#include <cctype>
-#include <charconv>
 #include <cstring>
 #include "base/text.h"
 
+#include "rhi/choose_device.h"
 #include "rhi/device_impl.h"
 
 namespace raygraph::rhi {
@@ -127,67 +126,6 @@ std::vector<VkPhysicalDevice> PhysicalDevices(const InstanceFunctions& vk, VkIns
     return devices;
 }
 
-std::string Lower(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
-
-// Empty: anything; digits: the index; otherwise a part of the name.
-bool IsSelected(const DeviceReport& report, const std::string& select) {
-    if (select.empty()) return true;
-    uint32_t index = 0;
-    const char* end = select.data() + select.size();
-    const auto [stop, failure] = std::from_chars(select.data(), end, index);
-    if (failure == std::errc{} && stop == end) return report.index == index;
-    return Lower(report.name).find(Lower(select)) != std::string::npos;
-}
-
-int Rank(DeviceType type) {
-    switch (type) {
-        case DeviceType::Discrete:
-            return 0;
-        case DeviceType::Integrated:
-            return 1;
-        case DeviceType::Virtual:
-            return 2;
-        case DeviceType::Cpu:
-            return 3;
-        case DeviceType::Other:
-            break;
-    }
-    return 4;
-}
-
-std::string Describe(const DeviceReport& report, bool isSelected) {
-    std::string text = Text("{} '{}' ({})", report.index, report.name, Name(report.type));
-    if (!isSelected) return text + " was not asked for";
-    const char* separator = " ";
-    for (const std::string& refusal : report.refusals) {
-        text += separator + refusal;
-        separator = ", ";
-    }
-    return text;
-}
-
-// The index of the device to use. Throws with a reason for each that is not used.
-uint32_t Choose(const std::vector<DeviceReport>& reports, const std::string& select) {
-    const DeviceReport* best = nullptr;
-    for (const DeviceReport& report : reports)
-        if (IsSelected(report, select) && report.refusals.empty() &&
-            (!best || Rank(report.type) < Rank(best->type)))
-            best = &report;
-    if (best) return best->index;
-    std::string text = "no suitable Vulkan device";
-    if (!select.empty()) text += " for '" + select + "'";
-    if (reports.empty()) text += ": the loader finds none";
-    const char* separator = ": ";
-    for (const DeviceReport& report : reports) {
-        text += separator + Describe(report, IsSelected(report, select));
-        separator = "; ";
-    }
-    throw Error(ErrorKind::NoDevice, text);
-}
-
 std::vector<DeviceReport> ReportOnAll(const std::vector<VkPhysicalDevice>& devices,
                                       PFN_vkGetInstanceProcAddr loader, VkInstance instance) {
     std::vector<DeviceReport> reports;
@@ -228,7 +166,7 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
 
     const std::vector<VkPhysicalDevice> devices = PhysicalDevices(impl->instanceFunctions, impl->instance);
     const uint32_t choice =
-        Choose(ReportOnAll(devices, impl->getInstanceProcAddr, impl->instance), desc.select);
+        ChooseDevice(ReportOnAll(devices, impl->getInstanceProcAddr, impl->instance), desc.select);
     impl->physicalDevice = devices[choice];
     impl->queueFamily = *QueueFamilyFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
 

@@ -1,10 +1,9 @@
-// This process and its terminal. Threads: any, but see InterruptWatch.
+// This process and its terminal. Threads: any.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <memory>
 #include <string>
 
 namespace raygraph::os {
@@ -23,21 +22,5 @@ size_t TerminalWidth(std::FILE* stream);
 
 // Whether a text matches a shell pattern: * ? [a-z].
 bool FitsPattern(const std::string& text, const std::string& pattern);
-
-// Ctrl-C: recorded instead of ending the process at once, so that a render can write its samples. While it
-// lives, the first SIGINT or SIGTERM is noted; a second one ends the process as usual. One at a time.
-class InterruptWatch {
-  public:
-    InterruptWatch();
-    ~InterruptWatch();
-    InterruptWatch(const InterruptWatch&) = delete;
-    InterruptWatch& operator=(const InterruptWatch&) = delete;
-
-    bool IsRequested() const;
-
-  private:
-    struct Before;
-    std::unique_ptr<Before> m_before;
-};
 
 }  // namespace raygraph::os

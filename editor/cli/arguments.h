@@ -33,13 +33,16 @@ struct RenderArguments : OutputArguments {
     std::optional<uint32_t> sampleOffset;
     std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
     std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already those of its part
+    std::vector<std::string> cameras;  // the same, if there are several; `given` has the first
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
     std::optional<AovRequest> aovs;
     std::string device;
+    std::string devices;  // several; "": the one
     bool isValidating = false;
-    std::filesystem::path report;  // "": none
-    std::filesystem::path resume;  // "": from the start
+    std::filesystem::path report;             // "": none
+    std::filesystem::path resume;             // "": from the start
+    std::optional<double> checkpointMinutes;  // between saves; then `resume` need not exist yet
 };
 
 // Why there is nothing to render: a shard beyond the last sample or frame has none; "": there is something.

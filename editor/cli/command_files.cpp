@@ -1,6 +1,6 @@
 #include "editor/cli/command_files.h"
 
-#include <algorithm>
+#include <set>
 
 namespace raygraph::cli {
 
@@ -13,36 +13,35 @@ Paths Given(Paths paths) {
     return paths;
 }
 
-std::filesystem::path Named(const std::filesystem::path& path, const std::optional<int64_t>& number) {
-    return number ? Numbered(path, *number) : path;
-}
-
 }  // namespace
 
 CommandFiles FilesOf(const RenderArguments& arguments) {
-    if (!arguments.frames) return FilesOf(arguments, {});
     CommandFiles files;
-    for (uint32_t frame = 0; frame < arguments.frames->Count(); ++frame) {
-        const CommandFiles its = FilesOf(arguments, arguments.frames->NumberOf(frame));
+    const auto append = [](Paths& to, const Paths& from) { to.insert(to.end(), from.begin(), from.end()); };
+    for (const PlannedPicture& picture : PicturesToRender(arguments)) {
+        const CommandFiles its = FilesOf(arguments, picture.name);
         files.inputs = its.inputs;
-        files.outputs.insert(files.outputs.end(), its.outputs.begin(), its.outputs.end());
+        append(files.updated, its.updated);
+        append(files.outputs, its.outputs);
+        append(files.replacing, its.replacing);
     }
     return files;
 }
 
-CommandFiles FilesOf(const RenderArguments& arguments, const std::optional<int64_t>& number) {
+CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name) {
     Paths outputs;
-    if (!arguments.report.empty()) outputs.push_back(Named(arguments.report, number));
+    if (!arguments.report.empty()) outputs.push_back(Named(arguments.report, name));
     // Anything but a render in place of the resumed one would destroy it
     Paths renders;
-    for (const OutputFile& picture : PicturesOf(arguments, number)) {
+    for (const OutputFile& picture : PicturesOf(arguments, name)) {
         outputs.push_back(picture.path);
         if (picture.kind == OutputKind::Exr) renders.push_back(picture.path);
     }
-    return {.inputs = Given({arguments.scene, arguments.environment}),
-            .updated = Given({arguments.resume}),
-            .outputs = std::move(outputs),
-            .replacing = std::move(renders)};
+    return {
+        .inputs = Given({arguments.scene, arguments.environment}),
+        .updated = Given({arguments.resume.empty() ? Paths::value_type() : Named(arguments.resume, name)}),
+        .outputs = std::move(outputs),
+        .replacing = std::move(renders)};
 }
 
 CommandFiles FilesOf(const BenchArguments& arguments) {
@@ -75,20 +74,19 @@ CommandFiles FilesOf(const EditArguments& arguments) {
 void CheckWritable(const CommandFiles& files) {
     CheckWritable(files.outputs, files.inputs);
     if (files.updated.empty()) return;
+    const std::set<std::filesystem::path> replacing(files.replacing.begin(), files.replacing.end());
     Paths others = files.outputs;
-    std::erase_if(others, [&](const std::filesystem::path& output) {
-        return std::ranges::find(files.replacing, output) != files.replacing.end();
-    });
+    std::erase_if(others, [&](const std::filesystem::path& output) { return replacing.contains(output); });
     CheckWritable(others, files.updated);
 }
 
-std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const std::optional<int64_t>& number) {
+std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const PictureName& name) {
     std::vector<OutputFile> pictures = arguments.outputs;
-    if (pictures.empty() && arguments.frames)
-        pictures = {ParseOutput(kDefaultFrames)};
+    if (pictures.empty() && !arguments.resume.empty())
+        pictures = {ParseOutput(arguments.resume)};
     else if (pictures.empty())
-        pictures = {ParseOutput(arguments.resume.empty() ? kDefaultPicture : arguments.resume)};
-    for (OutputFile& picture : pictures) picture.path = Named(picture.path, number);
+        pictures = {ParseOutput(arguments.frames ? kDefaultFrames : kDefaultPicture)};
+    for (OutputFile& picture : pictures) picture.path = Named(picture.path, name);
     return pictures;
 }
 

@@ -1,12 +1,11 @@
 // Which files a command reads and writes, but for its log and those that its scene names.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <vector>
 
 #include "editor/cli/arguments.h"
+#include "editor/cli/picture_list.h"
 
 namespace raygraph::cli {
 
@@ -19,8 +18,8 @@ struct CommandFiles {
 
 // What is not given is not in the lists.
 CommandFiles FilesOf(const RenderArguments& arguments);
-// Those of one frame: with its number in the names, or the patterns themselves for none.
-CommandFiles FilesOf(const RenderArguments& arguments, const std::optional<int64_t>& number);
+// Those of one picture; of an empty name, the patterns themselves.
+CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name);
 CommandFiles FilesOf(const BenchArguments& arguments);
 CommandFiles FilesOf(const InfoArguments& arguments);
 CommandFiles FilesOf(const GraphArguments& arguments);
@@ -31,8 +30,7 @@ CommandFiles FilesOf(const EditArguments& arguments);
 void CheckWritable(const CommandFiles& files);
 
 // The pictures that `render` writes: those that are given; if there is none, the file that is resumed, else
-// kDefaultPicture, or kDefaultFrames where there are frames. With the frame's number, if one is given.
-std::vector<OutputFile> PicturesOf(const RenderArguments& arguments,
-                                   const std::optional<int64_t>& number = {});
+// kDefaultPicture, or kDefaultFrames where there are frames. As they are named for one picture.
+std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const PictureName& name = {});
 
 }  // namespace raygraph::cli

@@ -4,14 +4,17 @@
 #include "editor/cli/arguments.h"
 #include "editor/cli/console.h"
 #include "editor/cli/exit_code.h"
+#include "editor/session/process_group.h"
 #include "editor/session/scene_input.h"
 
 namespace raygraph::cli {
 
 // Error{Usage} for options of an environment map where neither --env nor the scene has one.
 void RequireMapFor(const SettingTexts& given, const SceneInput& input);
-// Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png.
-void RenderCommand(RenderArguments arguments, Console& console);
+// Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png. In a group
+// of processes each calls it with the same arguments, and the root writes. Returns TryAgain if it was asked to
+// end by SIGTERM or SIGUSR2.
+ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group = nullptr);
 // Returns Slower if there is a stored run to compare with and it was faster.
 ExitCode BenchCommand(const BenchArguments& arguments, Console& console);
 void InfoCommand(const InfoArguments& arguments, Console& console);

@@ -1,10 +1,12 @@
-// Opens the device of a command.
+// Opens the devices of a command.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "editor/cli/arguments.h"
+#include "editor/session/process_group.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {
@@ -17,5 +19,11 @@ struct DeviceChoice {
 
 // Error{NoDevice} as of Device::Create.
 std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& log);
+
+// Those of a render, at least one, each once more for each time that it is named. In a group, where none is
+// asked for: each process takes its share of the best kind of devices of its computer, and one that is shared
+// where there are more processes. Error{NoDevice}.
+std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arguments,
+                                                      const ProcessGroup* group, const Log& log);
 
 }  // namespace raygraph::cli

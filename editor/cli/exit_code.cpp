@@ -24,8 +24,8 @@ ExitCode ExitCodeFor(ErrorKind kind) {
 
 std::string ListOfExitCodes() {
     std::string list;
-    for (const ExitCode code : Values<ExitCode>())
-        list += Text("{}{} {}", list.empty() ? "" : ", ", static_cast<int>(code), Name(code));
+    for (const ExitCodeText& each : kExitCodes)
+        list += Text("{}{} {}", list.empty() ? "" : ", ", static_cast<int>(each.code), each.text);
     return list;
 }
 

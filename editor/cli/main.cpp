@@ -22,7 +22,11 @@ auto Plain(void (*command)(CommandArguments, Console&)) {
 
 ExitCode Run(int argc, const char* const* argv) {
     return std::visit(Overloaded{
-                          [](const RenderArguments& arguments) { return Plain(RenderCommand)(arguments); },
+                          [](const RenderArguments& arguments) {
+                              return RunCommand(arguments, [](const auto& its, Console& console) {
+                                  return RenderCommand(its, console);
+                              });
+                          },
                           [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },
                           [](const InfoArguments& arguments) { return Plain(InfoCommand)(arguments); },
                           [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },

@@ -4,9 +4,11 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
+#include "editor/cli/device_list.h"
 #include "editor/cli/options.h"
 #include "editor/session/parse.h"
 #include "editor/session/session.h"
+#include "editor/session/setting_table.h"
 
 namespace raygraph::cli {
 
@@ -20,11 +22,17 @@ std::string ListOf(Aov first, std::optional<Aov> end) {
     return list;
 }
 
+// Of outputs, report and resumed render.
+std::vector<std::filesystem::path> PatternsOf(const RenderArguments& arguments) {
+    const CommandFiles files = FilesOf(arguments, PictureName{});
+    std::vector<std::filesystem::path> patterns = files.outputs;
+    patterns.insert(patterns.end(), files.updated.begin(), files.updated.end());
+    return patterns;
+}
+
 void CheckFrames(const RenderArguments& arguments) {
     if (arguments.given.contains("at")) Refuse("--frames and --at exclude each other");
-    if (!arguments.resume.empty()) Refuse("--frames begins each frame; --resume goes on with one");
-    CommandFiles files = FilesOf(arguments, {});
-    for (const std::filesystem::path& path : files.outputs)
+    for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasNumberPlace(path))
             Refuse(Text("{} has no single run of # for the numbers of --frames, as name.####.exr",
                         Quoted(path.string(), 1024)));
@@ -57,6 +65,54 @@ void CheckShard(const RenderArguments& arguments) {
     for (const std::filesystem::path& path : NamesWithShard(arguments))
         if (path.filename().string().find('#') != std::string::npos && !HasNumberPlace(path))
             Refuse(Text("{} has more than one run of # for the shard", Quoted(path.string(), 1024)));
+}
+
+void CheckCameras(const RenderArguments& arguments) {
+    for (const std::filesystem::path& path : PatternsOf(arguments))
+        if (!HasCameraPlace(path))
+            Refuse(Text("{} has no {{camera}} to tell the pictures of several --camera apart",
+                        Quoted(path.string(), 1024)));
+}
+
+void CheckCheckpoints(const RenderArguments& arguments) {
+    const bool isOfSeveral = arguments.frames || !arguments.cameras.empty();
+    if (!arguments.checkpointMinutes) {
+        if (isOfSeveral && !arguments.resume.empty())
+            Refuse(
+                Text("{} begins each picture; --resume goes on with one, and with several only with "
+                     "--checkpoint",
+                     arguments.frames ? "--frames" : "--camera"));
+        return;
+    }
+    for (const OutputFile& picture : PicturesOf(arguments))
+        if (picture.kind == OutputKind::Exr) return;
+    Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
+}
+
+// Every camera is the text of a picture setting, and the first one is given as such.
+void AddCameras(CLI::App& render, RenderArguments& arguments) {
+    const auto setting = std::ranges::find(PictureSettingTable(), std::string_view("camera"),
+                                           [](const PictureSetting& s) { return std::string_view(s.name); });
+    CLI::Option* option = render.get_option("--camera");
+    const std::string help =
+        option->get_description() +
+        Wrapped("\nMay be given several times: a picture each, {camera} in names of files");
+    render.remove_option(option);
+    render
+        .add_option_function<std::vector<std::string>>(
+            "--camera",
+            [&arguments, &setting = *setting](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts) {
+                    PictureSettings scratch;
+                    setting.set(scratch, text);
+                    arguments.cameras.push_back(setting.text(scratch));
+                }
+                arguments.given[setting.name] = arguments.cameras.front();
+                if (arguments.cameras.size() == 1) arguments.cameras.clear();
+            },
+            help)
+        ->type_name(setting->operand)
+        ->allow_extra_args(false);
 }
 
 }  // namespace
@@ -118,6 +174,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         "names of outputs is I",
         [&](const std::string& text) { arguments.shard = ParseShard(text); });
     AddSettings(*render, arguments.given);
+    AddCameras(*render, arguments);
     AddEnvironment(*render, arguments.environment);
     const passes::TonemapSettings display = DisplayOf({});
     AddOption(*render, "--exposure", "EV", Text("Stops of exposure of a .png ({})", display.exposureEv),
@@ -135,7 +192,15 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     AddPath(*render, "--resume", "FILE.exr",
             "Go on with a render that was written before; its settings are kept", arguments.resume);
+    AddOption(*render, "--checkpoint", "MINUTES",
+              "Write the outputs every so often while rendering: the .exr, of which one is needed, can be "
+              "resumed. --resume may then name a file that is not there yet, and one that is complete",
+              [&](const std::string& text) { arguments.checkpointMinutes = ParseNumber(text, 1e-3, 1e6); });
     AddDevice(*render, arguments.device);
+    AddOption(*render, "--devices", "LIST",
+              "Several devices, which share the samples: all (of the best kind), or indices, as 0,1",
+              [&](const std::string& text) { arguments.devices = CheckedDevices(text); })
+        ->excludes("--device");
     render->add_flag("--validate", arguments.isValidating,
                      Wrapped("Turn on the Vulkan validation layers and fail on any message"));
     AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
@@ -147,6 +212,8 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
 void CheckRender(const RenderArguments& arguments) {
     if (arguments.frames) CheckFrames(arguments);
     if (arguments.shard && !arguments.frames) CheckShard(arguments);
+    if (!arguments.cameras.empty()) CheckCameras(arguments);
+    CheckCheckpoints(arguments);
     if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
     // A resumed render may have a map, which is not looked at here
     if (arguments.resume.empty() || !arguments.environment.empty())

@@ -5,15 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "base/os/process.h"
+#include "base/os/signals.h"
 #include "base/text.h"
-#include "editor/cli/bias_text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
 #include "editor/cli/render_job.h"
-#include "editor/cli/render_report.h"
+#include "editor/cli/rendering.h"
 #include "editor/session/parse.h"
 
 namespace raygraph::cli {
@@ -35,121 +34,70 @@ void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& inp
                  "--background R,G,B");
 }
 
-// The pictures of one frame, all to be written as they are named.
-void WritePictures(std::span<const OutputFile> pictures, const Session& session, const RenderFile& render,
-                   const Log& log) {
-    for (const OutputFile& picture : pictures) {
-        switch (picture.kind) {
-            case OutputKind::Png:
-                image::WritePng(picture.path, session.Display());
-                break;
-            case OutputKind::Exr:
-                WriteRenderFile(picture.path, render, log);
-                break;
-            case OutputKind::Hdr:
-                image::WriteHdr(picture.path, {render.size.width, render.size.height, render.radiance});
-                break;
-        }
-    }
-}
-
-std::string SummaryOf(const RenderArguments& arguments, const SessionResult& result, const RenderJob& job,
-                      const RunSummary& run) {
-    const RenderFile& render = result.render;
-    const uint64_t samples = SampleCount(render.samples);
-    std::string line = Text("{} {} a pixel", samples, samples == 1 ? "sample" : "samples");
-    if (job.samplesBefore > 0) line += Text(", {} of them new", samples - job.samplesBefore);
-    line += ", " + ToText(render.size) + ", in " + DurationText(run.seconds);
-    if (run.samplesPerSecond) line += ", " + FormatRate(*run.samplesPerSecond);
-    if (arguments.error && result.statistics.relativeError)
-        line += ", relative error " + ToText(static_cast<float>(*result.statistics.relativeError));
-    for (const auto& [bias, light] : result.removed) line += ", " + Describe(bias, light);
-    return line + ", on " + render.device;
-}
-
-// Renders pictures of one session and writes their files.
-class Rendering {
+// Every picture, one after the other, in the scene that is on the devices already.
+class Pictures {
   public:
-    Rendering(const RenderArguments& arguments, const RenderJob& job, const rhi::Device& device,
-              Session& session, Console& console)
-        : m_arguments(arguments), m_job(job), m_device(device), m_session(session), m_console(console) {}
+    Pictures(const RenderArguments& arguments, RenderJob& job, Console& console, ProcessGroup* group)
+        : m_arguments(arguments),
+          m_job(job),
+          m_console(console),
+          m_group(group),
+          m_planned(PicturesToRender(arguments)) {}
 
-    // One picture; with a number in its files' names, if it is one of several.
-    void RenderPicture(const std::optional<int64_t>& number, const std::string& label) {
-        const std::vector<OutputFile> pictures = PicturesOf(m_arguments, number);
-        const RunSummary run = Run(label);
-        if (!m_session.HasResult())
-            throw MakeError(ErrorKind::Io,
-                            "{}: stopped while its albedo and normals were restored; nothing was written",
-                            m_arguments.resume.string());
-        const SessionResult result = m_session.Result();
-        std::optional<Report> report;
-        if (!m_arguments.report.empty()) {
-            report = DescribeRun(m_device, m_session, result, run);
-            report->settings = SettingsForReport(m_arguments, result.render, m_job.samplesWanted);
+    // Goes to the next one that is not complete; false: there is none. `resumed` is what it goes on with.
+    bool FindNext() {
+        for (; m_next < m_planned.size(); ++m_next) {
+            m_resumed.reset();
+            bool isComplete = false;
+            if (IsRoot()) {
+                m_resumed = m_next == 0
+                                ? std::move(m_job.resumed)
+                                : ResumedFor(m_arguments, Current().name, m_console.log.ForLibraries());
+                isComplete = m_arguments.checkpointMinutes && m_resumed &&
+                             IsComplete(m_resumed->render,
+                                        {.samples = m_job.samplesWanted, .relativeError = m_arguments.error});
+            }
+            if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
+            if (!isComplete) return true;
+            if (IsRoot() && !m_arguments.isQuiet)
+                PrintLine(Text("{} is complete: {} samples a pixel", m_resumed->path.string(),
+                               SampleCount(m_resumed->render.samples)));
         }
-        m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
-
-        WritePictures(pictures, m_session, result.render, m_console.log.ForLibraries());
-        const std::filesystem::path reportFile =
-            number && report ? Numbered(m_arguments.report, *number) : m_arguments.report;
-        if (report) WriteTextFile(reportFile, ToJson(*report));
-        Warn(run);
-        if (m_arguments.isQuiet) return;
-        for (const OutputFile& picture : pictures) PrintLine(picture.path.string());
-        if (report) PrintLine(reportFile.string());
-        PrintLine(SummaryOf(m_arguments, result, m_job, run));
+        return false;
     }
-
-    bool IsInterrupted() const { return m_interrupt.IsRequested(); }
+    const PlannedPicture& Current() const { return m_planned[m_next]; }
+    const ResumedRender* Resumed() const { return m_resumed ? &*m_resumed : nullptr; }
+    void ForgetResumed() { m_resumed.reset(); }
+    void Take() { ++m_next; }
+    size_t Left() const { return m_planned.size() - m_next; }
+    size_t Count() const { return m_planned.size(); }
 
   private:
-    RunSummary Run(const std::string& label) {
-        Progress& progress = m_console.progress;
-        std::function<void(const ProgressState&)> showProgress;
-        if (progress.IsOn())
-            showProgress = [&](const ProgressState& state) {
-                if (progress.IsDue()) progress.Show(label + FormatProgress(state));
-            };
-        const RunSummary run = m_session.Run({.samples = m_job.samplesWanted,
-                                              .seconds = m_arguments.seconds,
-                                              .relativeError = m_arguments.error,
-                                              .isStopRequested = [&] { return m_interrupt.IsRequested(); }},
-                                             showProgress);
-        progress.Clear();
-        return run;
-    }
-
-    void Warn(const RunSummary& run) {
-        if (run.wasStopped) {
-            std::string text = Text("stopped after {}", m_session.SampleCount());
-            if (m_job.samplesWanted) text += Text(" of {}", *m_job.samplesWanted);
-            m_console.log.Warn(text + " samples; what there is was written");
-        }
-        if (const uint64_t count = m_session.NonFiniteSamples(); count > 0)
-            m_console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,
-                                    count == 1 ? "sample was" : "samples were"));
-    }
+    bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
 
     const RenderArguments& m_arguments;
-    const RenderJob& m_job;
-    const rhi::Device& m_device;
-    Session& m_session;
+    RenderJob& m_job;
     Console& m_console;
-    os::InterruptWatch m_interrupt;
+    ProcessGroup* m_group;
+    std::vector<PlannedPicture> m_planned;
+    size_t m_next = 0;
+    std::optional<ResumedRender> m_resumed;
 };
 
-// Each in the scene that is on the device already.
-void RenderFrames(const FrameRange& frames, Session& session, Rendering& rendering, ProgramLog& log) {
-    const uint32_t count = frames.Count();
-    for (uint32_t frame = 0; frame < count; ++frame) {
-        if (frame > 0) session.StartPicture({.at = frames.TimeOf(frame)});
-        const std::string label = Text("  frame {} of {}", frame + 1, count);
-        rendering.RenderPicture(frames.NumberOf(frame), label);
-        if (!rendering.IsInterrupted()) continue;
-        if (frame + 1 < count) log.Warn(Text("{} of {} frames were not begun", count - frame - 1, count));
-        return;
+// The root's job, for all.
+RenderJob SharedJob(const RenderArguments& arguments, const Log& log, ProcessGroup* group) {
+    if (group == nullptr) return PlanJob(arguments, log);
+    RenderJob job;
+    std::string text;
+    if (group->IsRoot()) {
+        CheckWritable(FilesOf(arguments));
+        job = PlanJob(arguments, log);
+        text = JobText(job);
     }
+    uint64_t size = group->Sum(text.size());
+    text.resize(size);
+    group->Broadcast(std::as_writable_bytes(std::span(text)));
+    return group->IsRoot() ? std::move(job) : JobFrom(text);
 }
 
 }  // namespace
@@ -162,51 +110,68 @@ void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
                             input.file);
 }
 
-void RenderCommand(RenderArguments arguments, Console& console) {
+ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group) {
     // More shards than samples or frames are no failure: the others have them all
     if (const std::string why = WhyNothingToRender(arguments); !why.empty()) {
         if (!arguments.isQuiet) PrintLine(why + "; nothing is written");
-        return;
+        return ExitCode::Done;
     }
+    os::SignalWatch signals(static_cast<int>(ExitCode::TryAgain));
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
-    CheckWritable(FilesOf(arguments));
+    if (group == nullptr) CheckWritable(FilesOf(arguments));
     const Log log = console.log.ForLibraries();
-    RenderJob job = PlanJob(arguments, log);
+    RenderJob job = SharedJob(arguments, log, group);
+    Pictures pictures(arguments, job, console, group);
+    if (!pictures.FindNext()) return ExitCode::Done;
+    PictureSettings& settings = job.settings;
+    if (pictures.Current().at) settings.at = pictures.Current().at;
+    if (pictures.Current().camera) settings.camera = *pictures.Current().camera;
 
     Progress& progress = console.progress;
-    SceneInput input = LoadInput(arguments.scene, {.scene = job.settings.scene,
-                                                   .variant = job.settings.variant,
-                                                   .isAnimated = job.settings.at.has_value(),
-                                                   .clips = job.settings.clips,
-                                                   .pointsAndLines = job.settings.pointsAndLines,
+    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
+                                                   .variant = settings.variant,
+                                                   .isAnimated = settings.at.has_value(),
+                                                   .clips = settings.clips,
+                                                   .pointsAndLines = settings.pointsAndLines,
                                                    .environment = arguments.environment,
                                                    .log = log,
                                                    .progress = [&](std::string_view stage, float fraction) {
                                                        if (progress.IsDue())
                                                            progress.Show(FormatLoading(stage, fraction));
                                                    }});
-    if (!job.resumed) RequireMapFor(arguments.given, input);
+    if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input);
     WarnOfDarkness(console.log, job, input);
-    const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
+    const std::vector<std::unique_ptr<rhi::Device>> devices = OpenDevices(arguments, group, log);
+    std::vector<rhi::Device*> used;
+    for (const auto& device : devices) used.push_back(device.get());
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);
-    Session session(*device, std::move(input),
-                    {.settings = job.settings,
+    Session session(used, std::move(input),
+                    {.settings = settings,
                      .aovs = job.aovs,
                      .firstSample = job.firstSample,
                      .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
-                                     arguments.error.has_value(),
+                                     arguments.error.has_value() || group != nullptr,
                      .withSums = hasExr,
                      .tonemap = DisplayOf(arguments),
-                     .resumed = job.resumed ? &*job.resumed : nullptr});
-    job.resumed.reset();
-
+                     .resumed = pictures.Resumed(),
+                     .group = group});
+    // An hour of rendering must not end in a camera that is not there, either
+    for (const std::string& camera : arguments.cameras) session.RequireCamera(camera);
     progress.Show("  building acceleration structures, compiling shaders");
-    Rendering rendering(arguments, job, *device, session, console);
-    if (arguments.frames)
-        RenderFrames(*arguments.frames, session, rendering, console.log);
-    else
-        rendering.RenderPicture({}, "");
+    pictures.ForgetResumed();
+
+    Rendering rendering(arguments, job, used, session, signals, console, group);
+    rendering.RenderPicture(pictures.Current());
+    for (pictures.Take(); !rendering.IsStopped() && pictures.FindNext(); pictures.Take()) {
+        const PlannedPicture& picture = pictures.Current();
+        session.StartPicture({.at = picture.at, .camera = picture.camera, .resumed = pictures.Resumed()});
+        pictures.ForgetResumed();
+        rendering.RenderPicture(picture);
+    }
+    if (rendering.IsStopped() && pictures.Left() > 0)
+        console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));
+    return rendering.IsTerminated() ? ExitCode::TryAgain : ExitCode::Done;
 }
 
 }  // namespace raygraph::cli

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "editor/cli/command_files.h"
@@ -82,16 +83,18 @@ bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
 
 RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     RenderJob job;
-    if (!arguments.resume.empty()) {
-        job.resumed = ReadResumedRender(arguments.resume, log);
+    const PlannedPicture first = PicturesToRender(arguments).front();
+    job.resumed = ResumedFor(arguments, first.name, log);
+    const bool isOfSeveral = arguments.frames || !arguments.cameras.empty();
+    if (job.resumed && !isOfSeveral) {
         const RenderFile& render = job.resumed->render;
         job.settings = SettingsOf(*job.resumed, arguments);
         job.aovs = AovsOf(render);
         job.firstSample = render.samples.front().first;
-        job.samplesBefore = render.samples.front().count;
     } else {
+        // Each picture's render must have these settings: the session sees to it
         job.settings = SettingsFrom(arguments.given);
-        if (arguments.frames) job.settings.at = arguments.frames->TimeOf(0);
+        if (first.at) job.settings.at = first.at;
         if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);
     }
@@ -106,6 +109,38 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         throw MakeError(ErrorKind::Usage, "--sample-offset {}: sample {} is beyond the last, 4294967295",
                         job.firstSample, last);
     return job;
+}
+
+std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const PictureName& name,
+                                        const Log& log) {
+    if (arguments.resume.empty()) return std::nullopt;
+    const std::filesystem::path path = Named(arguments.resume, name);
+    std::error_code ignored;
+    if (arguments.checkpointMinutes && !std::filesystem::exists(path, ignored)) return std::nullopt;
+    return ReadResumedRender(path, log);
+}
+
+std::string JobText(const RenderJob& job) {
+    nlohmann::json json{{"settings", Texts(job.settings)}, {"first", job.firstSample}};
+    json["aovs"] = nlohmann::json::array();
+    for (const Aov aov : kAovs)
+        if (job.aovs.Has(aov)) json["aovs"].push_back(Name(aov));
+    if (job.samplesWanted) json["samples"] = *job.samplesWanted;
+    return json.dump();
+}
+
+RenderJob JobFrom(const std::string& text) {
+    try {
+        const nlohmann::json json = nlohmann::json::parse(text);
+        RenderJob job;
+        job.settings = SettingsFrom(json.at("settings").get<SettingTexts>());
+        for (const auto& name : json.at("aovs")) job.aovs.Set(ParseChoice<Aov>(name.get<std::string>()));
+        job.firstSample = json.at("first").get<uint32_t>();
+        if (json.contains("samples")) job.samplesWanted = json.at("samples").get<uint32_t>();
+        return job;
+    } catch (const nlohmann::json::exception& error) {
+        throw MakeError(ErrorKind::BadInput, "the render that is asked for cannot be read: {}", error.what());
+    }
 }
 
 }  // namespace raygraph::cli

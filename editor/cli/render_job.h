@@ -3,24 +3,34 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "base/log.h"
 #include "editor/cli/arguments.h"
+#include "editor/cli/picture_list.h"
 #include "editor/session/resume.h"
 
 namespace raygraph::cli {
 
 struct RenderJob {
-    PictureSettings settings;  // of the first frame
+    PictureSettings settings;  // of the first picture
     AovSet aovs;
     uint32_t firstSample = 0;
-    uint32_t samplesBefore = 0;             // of a resumed render
-    std::optional<uint32_t> samplesWanted;  // in all; none: until the time is up
-    std::optional<ResumedRender> resumed;
+    std::optional<uint32_t> samplesWanted;  // of a picture in all; none: until the time is up
+    std::optional<ResumedRender> resumed;   // of the first picture
 };
 
 // `arguments` with all its outputs. Error{Usage} for what does not go together.
 RenderJob PlanJob(const RenderArguments& arguments, const Log& log);
+
+// The render that a picture goes on with, if one is asked for: where there are checkpoints, if it is there.
+std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const PictureName& name,
+                                        const Log& log);
+
+// For other processes, that have the same arguments: all but the resumed render. Error{BadInput} for a text
+// that is none.
+std::string JobText(const RenderJob& job);
+RenderJob JobFrom(const std::string& text);
 
 bool WritesKind(const RenderArguments& arguments, OutputKind kind);
 

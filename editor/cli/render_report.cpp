@@ -32,11 +32,13 @@ void DescribeAcceleration(Report& report, const GpuSceneStatistics& statistics) 
 
 }  // namespace
 
-Report DescribeRun(const rhi::Device& device, Session& session, const SessionResult& result,
+Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, const SessionResult& result,
                    const RunSummary& run) {
     Report report;
     DescribeScene(report, session.Input());
+    const rhi::Device& device = *devices.front();
     const rhi::DeviceInfo& info = device.Info();
+    for (const rhi::Device* each : devices) report.devices.push_back(each->Info().name);
     report.device = {info.name, info.driver, Name(info.type)};
 
     const SessionStatistics statistics = session.Statistics();

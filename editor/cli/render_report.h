@@ -8,7 +8,7 @@
 namespace raygraph::cli {
 
 // Everything but the settings. Renders one frame more, to count rays, where paths are traced.
-Report DescribeRun(const rhi::Device& device, Session& session, const SessionResult& result,
+Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, const SessionResult& result,
                    const RunSummary& run);
 
 }  // namespace raygraph::cli

@@ -92,6 +92,7 @@ std::string ToJson(const Report& report) {
                      {"lights", report.scene.lights}};
     json["device"] = {
         {"name", report.device.name}, {"driver", report.device.driver}, {"type", report.device.type}};
+    json["devices"] = report.devices;
     json["settings"] = report.settings;
     json["samples"] = report.samples;
     json["stopped"] = report.wasStopped;

@@ -28,9 +28,10 @@ struct Report {
     } scene;
     struct {
         std::string name, driver, type;
-    } device;
-    session::SettingTexts settings;  // picture settings and what else was asked for
-    uint64_t samples = 0;            // in the picture
+    } device;                          // the first; memory, passes and acceleration are of it alone
+    std::vector<std::string> devices;  // the names of all, of this process
+    session::SettingTexts settings;    // picture settings and what else was asked for
+    uint64_t samples = 0;              // in the picture
     bool wasStopped = false;
     struct {
         double load = 0.0, upload = 0.0, blasBuild = 0.0, compaction = 0.0, pipelines = 0.0;

@@ -17,7 +17,7 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
             refuse(name, text, has.empty() ? "the default" : has);
 
     const SampleRange range = render.samples.front();
-    if (arguments.shard && *arguments.sampleOffset != range.first)
+    if (arguments.shard && !arguments.frames && *arguments.sampleOffset != range.first)
         throw MakeError(ErrorKind::Usage, "--shard {}/{}: its first sample is {}; {} was rendered from {}",
                         arguments.shard->index, arguments.shard->count, *arguments.sampleOffset,
                         resumed.path.string(), range.first);
@@ -27,6 +27,7 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     if (arguments.aovs)
         if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
             refuse("aov", ListOf(asked), ListOf(has));
+    if (arguments.checkpointMinutes) return settings;  // the same command may start a render and end it
     if (arguments.samples && *arguments.samples <= range.count)
         throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {} samples; give the total to reach",
                         *arguments.samples, resumed.path.string(), range.count);

@@ -48,7 +48,8 @@ ExitCode RunOn(Console& console, const CommandArguments& arguments, Command&& co
         console.log.RequireValid();
         return code;
     });
-    return code == ExitCode::Done || code == ExitCode::Slower ? valid : code;
+    const bool isEnd = code == ExitCode::Done || code == ExitCode::Slower || code == ExitCode::TryAgain;
+    return isEnd ? valid : code;
 }
 
 // The same on a console of its own. Throws Error for a log that cannot be.

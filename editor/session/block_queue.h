@@ -16,6 +16,7 @@ namespace raygraph::session {
 class RAYGRAPH_API BlockQueue : public BlockSource {
   public:
     explicit BlockQueue(uint32_t deviceCount);
+    uint32_t DeviceCount() const { return static_cast<uint32_t>(m_devices.size()); }
 
     // Waits for the answer.
     std::optional<SampleRange> Next(uint32_t device, double samplesPerSecond) override;

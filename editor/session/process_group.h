@@ -22,6 +22,9 @@ class ProcessGroup {
 
     virtual uint32_t Rank() const = 0;  // the number of this process; the root is 0
     virtual uint32_t Size() const = 0;  // processes
+    // Of those on this computer.
+    virtual uint32_t LocalRank() const = 0;
+    virtual uint32_t LocalSize() const = 0;
     bool IsRoot() const { return Rank() == 0; }
 
     // Replaces the bytes, as many everywhere, by those of the root.

@@ -1,6 +1,7 @@
 #include "editor/session/resume.h"
 
 #include "base/text.h"
+#include "editor/session/error_goal.h"
 #include "editor/session/render_flaws.h"
 
 namespace raygraph::session {
@@ -21,6 +22,14 @@ void RequireResumable(const ResumedRender& resumed) {
     // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
     const std::string missing = FirstMissingChannel(render, {Aov::Albedo, Aov::Normal});
     if (!missing.empty()) refuse(Text("it lacks sums of samples: there is no channel {}", missing));
+}
+
+bool IsComplete(const RenderFile& render, const StopRule& rule) {
+    const auto count = static_cast<uint32_t>(SampleCount(render.samples));
+    if (rule.samples && count >= *rule.samples) return true;
+    ErrorGoal goal(rule.relativeError);
+    if (render.measuredError) goal.Measured(*render.measuredError);
+    return goal.IsReachedAt(count);
 }
 
 ResumedRender ReadResumedRender(const std::filesystem::path& path, const Log& log) {

@@ -5,6 +5,7 @@
 
 #include "base/api.h"
 #include "editor/session/render_file.h"
+#include "editor/session/run.h"
 
 namespace raygraph::session {
 
@@ -16,6 +17,9 @@ struct ResumedRender {
 // Error{BadInput} naming the path unless it is a path-traced render with variance, sums and one unbroken
 // range of samples, of a scene that is in a file, and its planes have its size.
 RAYGRAPH_API void RequireResumable(const ResumedRender& resumed);
+
+// Whether a run by this rule of samples and error would have nothing left to do.
+RAYGRAPH_API bool IsComplete(const RenderFile& render, const StopRule& rule);
 
 // Reads one, and requires the same.
 RAYGRAPH_API ResumedRender ReadResumedRender(const std::filesystem::path& path, const Log& log = {});

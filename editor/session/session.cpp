@@ -208,7 +208,8 @@ void Session::StartPicture(const NextPicture& next) {
     if (next.resumed != nullptr) {
         RequireResumable(*next.resumed);
         RequireSame(*next.resumed, described);
-        if (next.resumed->render.samples.front().first != m_impl->firstSample)
+        const RenderFile& render = next.resumed->render;
+        if (render.samples.front().first != m_impl->firstSample || AovsOf(render) != m_impl->aovs)
             Refuse("first sample and AOVs are not those of " + next.resumed->path.string());
     }
     m_impl->described = std::move(described);

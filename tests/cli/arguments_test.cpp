@@ -155,9 +155,8 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
     const std::string overview = std::get<ShowText>(Parse("--help")).text;
     for (const char* text : {"render", "edit", "bench", "info", "graph", "merge"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
-    for (const ExitCode code : Values<ExitCode>())
-        EXPECT_NE(overview.find(Text(" {} {}", static_cast<int>(code), Name(code))), std::string::npos)
-            << Name(code);
+    for (const auto& [code, text] : kExitCodes)
+        EXPECT_NE(overview.find(Text(" {} {}", static_cast<int>(code), text)), std::string::npos) << text;
     EXPECT_EQ(std::get<ShowText>(Parse("--version")).text,
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }

@@ -31,7 +31,7 @@ TEST(ExitStatus, DocsHaveARowForEach) {
     ASSERT_NE(table, std::string::npos);
     std::istringstream rows(page.substr(table + title.size()));
     std::string row;
-    for (const ExitCode code : Values<ExitCode>()) {
+    for (const auto& [code, text] : kExitCodes) {
         std::getline(rows, row);
         EXPECT_EQ(row.rfind("| " + std::to_string(static_cast<int>(code)) + " | ", 0), 0u) << row;
     }

@@ -153,7 +153,7 @@ TEST(ProgramMotion, AnInterruptEndsASequenceAfterTheFrameThatIsBegun) {
                                      [](const auto& entry) { return entry.path().extension() == ".png"; }));
     EXPECT_GE(files, 2u);
     EXPECT_LT(files, 99000u);
-    const std::string left = std::to_string(99001 - files) + " of 99001 frames were not begun";
+    const std::string left = std::to_string(99001 - files) + " of 99001 pictures were not begun";
     EXPECT_NE(result.output.find(left), std::string::npos)
         << files << " files, " << result.output.substr(result.output.size() - 300);
 }

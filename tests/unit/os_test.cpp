@@ -18,6 +18,7 @@
 #include "base/os/dynamic_library.h"
 #include "base/os/file.h"
 #include "base/os/process.h"
+#include "base/os/signals.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::os {
@@ -230,24 +231,43 @@ TEST(OsProcess, PatternsAreTheShells) {
 
 volatile std::sig_atomic_t othersCalls = 0;
 
-TEST(OsProcess, InterruptIsNotedOnceAndLeftToOthersAfterwards) {
+TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
     const auto before = std::signal(SIGTERM, [](int) { othersCalls = othersCalls + 1; });
     {
-        const InterruptWatch watch;
-        EXPECT_FALSE(watch.IsRequested());
+        SignalWatch watch(75);
+        watch.StartNoting();
+        EXPECT_FALSE(watch.IsTerminated());
         std::raise(SIGTERM);
-        EXPECT_TRUE(watch.IsRequested());
-        EXPECT_EQ(othersCalls, 0);
+        EXPECT_TRUE(watch.IsTerminated());
+        EXPECT_FALSE(watch.IsInterrupted());
+        std::raise(SIGTERM);
+        EXPECT_EQ(othersCalls, 0) << "nor by a second one, which clusters send";
     }
     std::raise(SIGTERM);
     EXPECT_EQ(othersCalls, 1);
     {
-        const InterruptWatch watch;
-        EXPECT_FALSE(watch.IsRequested()) << "what an earlier one noted is past";
+        SignalWatch watch(75);
+        watch.StartNoting();
+        EXPECT_FALSE(watch.IsTerminated()) << "what an earlier one noted is past";
+        std::raise(SIGUSR2);
+        EXPECT_TRUE(watch.IsTerminated());
+        EXPECT_FALSE(watch.IsInterrupted());
         std::raise(SIGINT);
-        EXPECT_TRUE(watch.IsRequested());
+        EXPECT_TRUE(watch.IsInterrupted());
     }
     std::signal(SIGTERM, before);
+}
+
+TEST(OsSignals, SaveIsNotedFromTheStartAndForgottenOnceItIsDone) {
+    SignalWatch watch(75);
+    EXPECT_FALSE(watch.IsSaveRequested());
+    std::raise(SIGUSR1);
+    EXPECT_TRUE(watch.IsSaveRequested());
+    watch.ForgetSave();
+    EXPECT_FALSE(watch.IsSaveRequested());
+    std::raise(SIGUSR1);
+    EXPECT_TRUE(watch.IsSaveRequested());
+    EXPECT_FALSE(watch.IsTerminated());
 }
 
 // Of the mapping that an address is in, as Linux names them; empty if it does not say.
@@ -274,14 +294,26 @@ TEST(LargeArray, IsInLargePagesIfItIsLarge) {
     EXPECT_NE((flags + " ").find(" hg "), std::string::npos) << flags;
 }
 
-TEST(OsProcessDeathTest, SecondInterruptEndsTheProcess) {
+TEST(OsSignalsDeathTest, SecondInterruptEndsTheProcess) {
     const auto interruptTwice = [] {
-        const InterruptWatch watch;
+        SignalWatch watch(75);
+        watch.StartNoting();
         std::raise(SIGINT);
         std::raise(SIGINT);
         std::_Exit(0);
     };
     EXPECT_EXIT(interruptTwice(), ::testing::KilledBySignal(SIGINT), "");
+}
+
+TEST(OsSignalsDeathTest, TerminationEndsTheProcessWhileThereIsNothingToSave) {
+    for (const int signal : {SIGTERM, SIGUSR2}) {
+        const auto terminate = [signal] {
+            const SignalWatch watch(75);
+            std::raise(signal);
+            std::_Exit(0);
+        };
+        EXPECT_EXIT(terminate(), ::testing::ExitedWithCode(75), "");
+    }
 }
 
 }  // namespace

@@ -5,8 +5,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <ctime>
 
 namespace raygraph::os {
@@ -21,14 +19,6 @@ rusage Usage() {
 
 double Seconds(const timeval& time) {
     return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-}
-
-// Lock-free, so allowed in a signal handler; Mesa's worker threads may be the ones that run it.
-std::atomic<bool> isInterrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void Note(int) {
-    isInterrupted.store(true, std::memory_order_relaxed);
 }
 
 }  // namespace
@@ -62,30 +52,6 @@ std::string LocalTimeOfDay() {
 
 bool FitsPattern(const std::string& text, const std::string& pattern) {
     return fnmatch(pattern.c_str(), text.c_str(), 0) == 0;
-}
-
-struct InterruptWatch::Before {
-    struct sigaction interrupt {};
-    struct sigaction terminate {};
-};
-
-InterruptWatch::InterruptWatch() : m_before(std::make_unique<Before>()) {
-    isInterrupted = false;
-    struct sigaction action {};
-    action.sa_handler = Note;
-    action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, &m_before->interrupt);
-    sigaction(SIGTERM, &action, &m_before->terminate);
-}
-
-InterruptWatch::~InterruptWatch() {
-    sigaction(SIGINT, &m_before->interrupt, nullptr);
-    sigaction(SIGTERM, &m_before->terminate, nullptr);
-}
-
-bool InterruptWatch::IsRequested() const {
-    return isInterrupted.load(std::memory_order_relaxed);
 }
 
 }  // namespace raygraph::os

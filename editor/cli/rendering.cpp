@@ -1,0 +1,171 @@
+#include "editor/cli/rendering.h"
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "editor/cli/bias_text.h"
+#include "editor/cli/command_files.h"
+#include "editor/cli/log_levels.h"
+#include "editor/cli/render_report.h"
+#include "editor/session/parse.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+std::string SummaryOf(const RenderArguments& arguments, const SessionResult& result, const RunSummary& run,
+                      uint32_t samplesBefore, size_t deviceCount) {
+    const RenderFile& render = result.render;
+    const uint64_t samples = SampleCount(render.samples);
+    std::string line = Text("{} {} a pixel", samples, samples == 1 ? "sample" : "samples");
+    if (samplesBefore > 0) line += Text(", {} of them new", samples - samplesBefore);
+    line += ", " + ToText(render.size) + ", in " + DurationText(run.seconds);
+    if (run.samplesPerSecond) line += ", " + FormatRate(*run.samplesPerSecond);
+    if (arguments.error && result.statistics.relativeError)
+        line += ", relative error " + ToText(static_cast<float>(*result.statistics.relativeError));
+    for (const auto& [bias, light] : result.removed) line += ", " + Describe(bias, light);
+    line += ", on " + render.device;
+    return deviceCount > 1 ? line + Text(", {} devices", deviceCount) : line;
+}
+
+// Two runs, one after the other, as one.
+RunSummary Joined(const RunSummary& first, const RunSummary& second) {
+    RunSummary joined = second;
+    joined.firstSampleSeconds = first.firstSampleSeconds;
+    joined.seconds += first.seconds;
+    const double seconds = first.seconds - first.firstSampleSeconds;
+    if (first.samplesPerSecond && second.samplesPerSecond)
+        joined.samplesPerSecond =
+            (*first.samplesPerSecond * seconds + *second.samplesPerSecond * second.seconds) /
+            (seconds + second.seconds);
+    else if (first.samplesPerSecond)
+        joined.samplesPerSecond = first.samplesPerSecond;
+    return joined;
+}
+
+}  // namespace
+
+Rendering::Rendering(const RenderArguments& arguments, const RenderJob& job,
+                     std::span<rhi::Device* const> devices, Session& session, os::SignalWatch& signals,
+                     Console& console, ProcessGroup* group)
+    : m_arguments(arguments),
+      m_job(job),
+      m_devices(devices),
+      m_session(session),
+      m_signals(signals),
+      m_console(console),
+      m_group(group) {
+    m_signals.StartNoting();
+}
+
+void Rendering::RenderPicture(const PlannedPicture& picture) {
+    const uint32_t before = m_session.SampleCount();
+    m_sinceSave = {};
+    const RunSummary run = Run(picture, before);
+    if (m_group != nullptr && !m_group->IsRoot()) return;
+    if (!m_session.HasResult())
+        throw MakeError(ErrorKind::Io,
+                        "{}: stopped while its albedo and normals were restored; nothing was written",
+                        m_arguments.resume.string());
+    Write(picture, run, before, true);
+}
+
+bool Rendering::IsSaveDue() const {
+    return m_signals.IsSaveRequested() ||
+           (m_arguments.checkpointMinutes && m_sinceSave.Seconds() >= 60.0 * *m_arguments.checkpointMinutes);
+}
+
+void Rendering::TakeSignals() {
+    uint64_t interrupted = m_signals.IsInterrupted() ? 1 : 0, terminated = m_signals.IsTerminated() ? 1 : 0;
+    if (m_group != nullptr) {
+        interrupted = m_group->Sum(interrupted);
+        terminated = m_group->Sum(terminated);
+    }
+    m_isInterrupted = interrupted > 0;
+    m_isTerminated = terminated > 0;
+}
+
+RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore) {
+    Progress& progress = m_console.progress;
+    std::function<void(const ProgressState&)> showProgress;
+    if (progress.IsOn())
+        showProgress = [&](const ProgressState& state) {
+            const std::string label = picture.label.empty() ? "" : "  " + picture.label;
+            if (progress.IsDue()) progress.Show(label + FormatProgress(state));
+        };
+    StopRule rule{.samples = m_job.samplesWanted,
+                  .seconds = m_arguments.seconds,
+                  .relativeError = m_arguments.error,
+                  .isStopRequested = [&] {
+                      return m_signals.IsInterrupted() || m_signals.IsTerminated() || IsSaveDue();
+                  }};
+    RunSummary whole;
+    for (bool isFirst = true;; isFirst = false) {
+        const RunSummary run = m_session.Run(rule, showProgress);
+        whole = isFirst ? run : Joined(whole, run);
+        progress.Clear();
+        if (!run.wasStopped) return whole;
+        TakeSignals();
+        if (IsStopped()) return whole;
+        m_signals.ForgetSave();
+        if (m_group == nullptr || m_group->IsRoot()) Write(picture, whole, samplesBefore, false);
+        m_sinceSave = {};
+        if (rule.seconds) rule.seconds = *rule.seconds - run.seconds;
+    }
+}
+
+void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render) {
+    switch (picture.kind) {
+        case OutputKind::Png:
+            image::WritePng(picture.path, m_session.Display());
+            break;
+        case OutputKind::Exr:
+            WriteRenderFile(picture.path, render, m_console.log.ForLibraries());
+            break;
+        case OutputKind::Hdr:
+            image::WriteHdr(picture.path, {render.size.width, render.size.height, render.radiance});
+            break;
+    }
+}
+
+void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint32_t samplesBefore,
+                      bool isEnd) {
+    const SessionResult result = m_session.Result();
+    std::optional<Report> report;
+    if (!m_arguments.report.empty() && isEnd) {
+        report = DescribeRun(m_devices, m_session, result, run);
+        report->settings = SettingsForReport(m_arguments, result.render, m_job.samplesWanted);
+    }
+    m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
+
+    const std::filesystem::path reportFile = Named(m_arguments.report, planned.name);
+    if (report) WriteTextFile(reportFile, ToJson(*report));
+    const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
+    for (const bool isExr : {false, true})
+        for (const OutputFile& picture : pictures)
+            if ((picture.kind == OutputKind::Exr) == isExr) WritePicture(picture, result.render);
+    if (!isEnd) {
+        Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "saved after {} samples",
+            m_session.SampleCount());
+        return;
+    }
+    Warn(run);
+    if (m_arguments.isQuiet) return;
+    for (const OutputFile& picture : pictures) PrintLine(picture.path.string());
+    if (report) PrintLine(reportFile.string());
+    const size_t devices = m_devices.size();
+    PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, devices));
+}
+
+void Rendering::Warn(const RunSummary& run) {
+    if (run.wasStopped) {
+        std::string text = Text("stopped after {}", m_session.SampleCount());
+        if (m_job.samplesWanted) text += Text(" of {}", *m_job.samplesWanted);
+        m_console.log.Warn(text + " samples; what there is was written");
+    }
+    if (const uint64_t count = m_session.NonFiniteSamples(); count > 0)
+        m_console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,
+                                count == 1 ? "sample was" : "samples were"));
+}
+
+}  // namespace raygraph::cli

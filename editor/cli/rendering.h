@@ -1,0 +1,51 @@
+// Renders pictures of one session and writes their files, while rendering, too.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "base/os/signals.h"
+#include "base/stopwatch.h"
+#include "editor/cli/console.h"
+#include "editor/cli/picture_list.h"
+#include "editor/cli/render_job.h"
+#include "editor/session/session.h"
+
+namespace raygraph::cli {
+
+class Rendering {
+  public:
+    // What is given outlives the object. `group`: as of the session.
+    Rendering(const RenderArguments& arguments, const RenderJob& job, std::span<rhi::Device* const> devices,
+              Session& session, os::SignalWatch& signals, Console& console, ProcessGroup* group);
+
+    // The picture that the session has begun, until it is complete or the program is asked to end. Its files
+    // are written, the .exr last: one that is complete has all others beside it. In a group by the root.
+    void RenderPicture(const PlannedPicture& picture);
+
+    // The program was asked to end.
+    bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
+    bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
+
+  private:
+    RunSummary Run(const PlannedPicture& picture, uint32_t samplesBefore);
+    // Where a run was stopped: whether that is the end, in all processes.
+    void TakeSignals();
+    bool IsSaveDue() const;
+    // Writes all files as of now. `summary`: of the run so far.
+    void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd);
+    void WritePicture(const OutputFile& picture, const RenderFile& render);
+    void Warn(const RunSummary& run);
+
+    const RenderArguments& m_arguments;
+    const RenderJob& m_job;
+    std::span<rhi::Device* const> m_devices;
+    Session& m_session;
+    os::SignalWatch& m_signals;
+    Console& m_console;
+    ProcessGroup* m_group;
+    Stopwatch m_sinceSave;
+    bool m_isInterrupted = false, m_isTerminated = false;
+};
+
+}  // namespace raygraph::cli
