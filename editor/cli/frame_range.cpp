@@ -68,6 +68,7 @@ bool HasNumberPlace(const std::filesystem::path& path) {
 std::filesystem::path Numbered(const std::filesystem::path& path, int64_t number) {
     std::string name = path.filename().string();
     const size_t first = name.find('#');
+    if (first == name.npos) return path;  // an empty one, say, of a report that is not asked for
     const size_t width = std::min(name.find_first_not_of('#', first), name.size()) - first;
     name.replace(first, width, Text("{:0{}}", number, width));
     return path.parent_path() / name;

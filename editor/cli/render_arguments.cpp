@@ -87,7 +87,11 @@ void AddCameras(CLI::App& render, RenderArguments& arguments) {
             [&arguments, &setting = *setting](const std::vector<std::string>& texts) {
                 for (const std::string& text : texts) {
                     PictureSettings scratch;
-                    setting.set(scratch, text);
+                    try {
+                        setting.set(scratch, text);
+                    } catch (const Error& error) {
+                        throw MakeError(error.Kind(), "--camera: {}", error.what());
+                    }
                     arguments.cameras.push_back(setting.text(scratch));
                 }
                 arguments.given[setting.name] = arguments.cameras.front();

@@ -17,7 +17,7 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
             refuse(name, text, has.empty() ? "the default" : has);
 
     const SampleRange range = render.samples.front();
-    if (arguments.shard && *arguments.sampleOffset != range.first)
+    if (arguments.shard && !arguments.frames && *arguments.sampleOffset != range.first)
         throw MakeError(ErrorKind::Usage, "--shard {}/{}: its first sample is {}; {} was rendered from {}",
                         arguments.shard->index, arguments.shard->count, *arguments.sampleOffset,
                         resumed.path.string(), range.first);

@@ -48,8 +48,10 @@ ExitCode Run(MpiGroup& group, int argc, const char* const* argv) {
     const auto* render = std::get_if<RenderArguments>(&arguments);
     if (render == nullptr)
         throw Error(ErrorKind::Usage, "raygraph-mpi renders; the other commands are raygraph's");
-    if (render->shard)
-        throw Error(ErrorKind::Usage, "--shard: the ranks share all samples; shards are for raygraph render");
+    // The root has the first of them, so it finds that the others have later ones
+    if (render->shard && group.Sum(render->shard->index) != uint64_t{group.Size()} * render->shard->index)
+        throw Error(ErrorKind::Usage,
+                    "--shard auto is another part for each rank, and all ranks render one part; give I/N");
     return Render(group, *render);
 }
 

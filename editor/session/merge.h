@@ -17,16 +17,16 @@ struct NamedRender {
 };
 
 // Adds one render after another, so that no more than two are in memory, however many there are.
-class Merger {
+class RAYGRAPH_API Merger {
   public:
-    // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment differ,
-    // or one has channels that the other lacks; naming the part when it lacks sums to add, or has planes of
-    // another size than its picture. After an error, it is as it was before the call.
-    RAYGRAPH_API void Add(NamedRender part);
-    // The render that has the samples of all parts, with the bits of one run that took all of them, in whatever
-    // order they were added. Depth, ids, device and driver are those of the part with the first samples.
-    // Error{Usage} without parts. It has none afterwards.
-    RAYGRAPH_API RenderFile Take();
+    // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment
+    // differ, or one has channels that the other lacks; naming the part when it lacks sums to add, or has
+    // planes of another size than its picture. After an error, it is as it was before the call.
+    void Add(NamedRender part);
+    // The render that has the samples of all parts, with the bits of one run that took all of them, in
+    // whatever order they were added. Depth, ids, device and driver are those of the part with the first
+    // samples. Error{Usage} without parts. It has none afterwards.
+    RenderFile Take();
 
   private:
     struct Part {

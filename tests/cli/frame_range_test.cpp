@@ -47,6 +47,7 @@ TEST(FrameRange, NamesHaveThePlaceOfANumber) {
     EXPECT_EQ(Numbered("a/b.####.exr", 7), "a/b.0007.exr");
     EXPECT_EQ(Numbered("####.exr", 12345), "12345.exr");
     EXPECT_EQ(Numbered("x##/#", 3), "x##/3");
+    EXPECT_EQ(Numbered("", 3), "") << "no file stays none";
     EXPECT_EQ(Numbered("a.####.exr", -2), "a.-002.exr");
 }
 

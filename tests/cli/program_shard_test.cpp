@@ -105,6 +105,27 @@ TEST(ProgramShard, FramesOfAllShardsAreTheSequence) {
     EXPECT_EQ(Read(folder, "f.00.exr").samples, (session::SampleRanges{{0, 1}})) << "every picture is whole";
 }
 
+// The same command again, as a job that is requeued gives it.
+TEST(ProgramShard, WithCheckpointsAShardGoesOnOrIsDone) {
+    const TemporaryFolder folder;
+    const std::string part =
+        std::string(kCornell) + "--spp 6 --shard 1/2 --checkpoint 60 --resume part.#.exr -o part.#.exr";
+    RunWell(folder, std::string(kCornell) + "--sample-offset 3 --spp 1 -o part.1.exr");
+    RunWell(folder, part);
+    EXPECT_EQ(Read(folder, "part.1.exr").samples, (session::SampleRanges{{3, 3}}));
+    RunWell(folder, part);
+    EXPECT_EQ(Read(folder, "part.1.exr").samples, (session::SampleRanges{{3, 3}}));
+    const std::string frames =
+        std::string(kCornell) +
+        "--spp 2 --frames 0:0.12:0.04 --shard 1/2 --checkpoint 60 --resume f.##.exr -o f.##.exr";
+    RunWell(folder, frames);
+    const session::RenderFile whole = Read(folder, "f.02.exr");
+    RunWell(folder, std::string(kCornell) + "--spp 1 --at 0.08 -o f.02.exr");
+    RunWell(folder, frames);
+    ExpectSameBits(Read(folder, "f.02.exr"), whole);
+    EXPECT_FALSE(std::filesystem::exists(folder / "f.01.exr")) << "of the other shard";
+}
+
 TEST(ProgramShard, WhatCannotBeDividedIsRefused) {
     const TemporaryFolder folder;
     const auto expectRefused = [&](const std::string& options, const std::string& text) {

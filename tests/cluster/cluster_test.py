@@ -239,6 +239,15 @@ class MpiTest(ClusterTest):
         self.ExpectSameBytes("picture.exr", "whole.exr")
         self.ExpectSameBytes("picture.png", "whole.png")
 
+    def test_ranks_that_would_have_parts_of_their_own_are_refused(self):
+        self.environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        line = f"mpirun -n 2 --oversubscribe raygraph-mpi render {SCENE} --size 16x16 --shard auto -o part.####.exr"
+        done = subprocess.run(line.split(),
+                              cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("raygraph-mpi: --shard auto is another part for each rank", done.stderr)
+        self.assertEqual(list(self.folder.glob("part.*")), [])
+
 
 if __name__ == "__main__":
     os.environ["PATH"] = f"{PROGRAMS}:{os.environ['PATH']}"
