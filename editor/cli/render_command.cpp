@@ -1,4 +1,5 @@
 // raygraph render: from the command line to the files.
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <span>
@@ -112,7 +113,8 @@ void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
 }
 
 ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group) {
-    os::SignalWatch signals(static_cast<int>(ExitCode::TryAgain));
+    // While it loads, nothing is lost by ending at once
+    os::SignalWatch signals([] { std::_Exit(static_cast<int>(ExitCode::TryAgain)); });
     // More shards than samples or frames are no failure: the others have them all
     if (const std::string why = WhyNothingToRender(arguments); !why.empty()) {
         if (!arguments.isQuiet) PrintLine(why + "; nothing is written");

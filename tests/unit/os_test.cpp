@@ -231,10 +231,14 @@ TEST(OsProcess, PatternsAreTheShells) {
 
 volatile std::sig_atomic_t othersCalls = 0;
 
+void EndAtOnce() {
+    std::_Exit(75);
+}
+
 TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
     const auto before = std::signal(SIGTERM, [](int) { othersCalls = othersCalls + 1; });
     {
-        SignalWatch watch(75);
+        SignalWatch watch(EndAtOnce);
         watch.StartNoting();
         EXPECT_FALSE(watch.IsTerminated());
         std::raise(SIGTERM);
@@ -246,7 +250,7 @@ TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
     std::raise(SIGTERM);
     EXPECT_EQ(othersCalls, 1);
     {
-        SignalWatch watch(75);
+        SignalWatch watch(EndAtOnce);
         watch.StartNoting();
         EXPECT_FALSE(watch.IsTerminated()) << "what an earlier one noted is past";
         std::raise(SIGUSR2);
@@ -259,7 +263,7 @@ TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
 }
 
 TEST(OsSignals, SaveIsNotedFromTheStartAndForgottenOnceItIsDone) {
-    SignalWatch watch(75);
+    SignalWatch watch(EndAtOnce);
     EXPECT_FALSE(watch.IsSaveRequested());
     std::raise(SIGUSR1);
     EXPECT_TRUE(watch.IsSaveRequested());
@@ -296,7 +300,7 @@ TEST(LargeArray, IsInLargePagesIfItIsLarge) {
 
 TEST(OsSignalsDeathTest, SecondInterruptEndsTheProcess) {
     const auto interruptTwice = [] {
-        SignalWatch watch(75);
+        SignalWatch watch(EndAtOnce);
         watch.StartNoting();
         std::raise(SIGINT);
         std::raise(SIGINT);
@@ -308,7 +312,7 @@ TEST(OsSignalsDeathTest, SecondInterruptEndsTheProcess) {
 TEST(OsSignalsDeathTest, TerminationEndsTheProcessWhileThereIsNothingToSave) {
     for (const int signal : {SIGTERM, SIGUSR2}) {
         const auto terminate = [signal] {
-            const SignalWatch watch(75);
+            const SignalWatch watch(EndAtOnce);
             std::raise(signal);
             std::_Exit(0);
         };

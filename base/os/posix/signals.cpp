@@ -1,7 +1,5 @@
 #include "base/os/signals.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <csignal>
 
@@ -11,15 +9,15 @@ namespace {
 
 // Lock-free, so allowed in a signal handler; Mesa's worker threads may be the ones that run it.
 std::atomic<bool> isInterrupted{false}, isTerminated{false}, isSaveRequested{false}, isNoting{false};
-std::atomic<int> statusOfTerminated{0};
-static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
+std::atomic<void (*)()> endAtOnceIfAsked{nullptr};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<void (*)()>::is_always_lock_free);
 
 void NoteInterrupt(int) {
     isInterrupted.store(true, std::memory_order_relaxed);
 }
 
 void NoteTermination(int) {
-    if (!isNoting.load(std::memory_order_relaxed)) _exit(statusOfTerminated.load(std::memory_order_relaxed));
+    if (!isNoting.load(std::memory_order_relaxed)) endAtOnceIfAsked.load(std::memory_order_relaxed)();
     isTerminated.store(true, std::memory_order_relaxed);
 }
 
@@ -44,9 +42,9 @@ struct SignalWatch::Before {
     bool isNotingInterrupts = false;
 };
 
-SignalWatch::SignalWatch(int terminatedStatus) : m_before(std::make_unique<Before>()) {
+SignalWatch::SignalWatch(void (*endAtOnce)()) : m_before(std::make_unique<Before>()) {
     isInterrupted = isTerminated = isSaveRequested = isNoting = false;
-    statusOfTerminated = terminatedStatus;
+    endAtOnceIfAsked = endAtOnce;
     Handle(SIGTERM, NoteTermination, 0, &m_before->terminate);
     Handle(SIGUSR1, NoteSave, 0, &m_before->user1);
     Handle(SIGUSR2, NoteTermination, 0, &m_before->user2);
