@@ -10,8 +10,8 @@ namespace raygraph::os {
 // by which they ask it to save. A second SIGINT ends the process as usual. One object at a time.
 class SignalWatch {
   public:
-    // Until StartNoting there is nothing to save: SIGINT ends the process as usual, SIGTERM and SIGUSR2 end it
-    // at once with `terminatedStatus`. SIGUSR1 is noted from the start.
+    // Until StartNoting there is nothing to save: SIGINT ends the process as usual, SIGTERM and SIGUSR2 end
+    // it at once with `terminatedStatus`. SIGUSR1 is noted from the start.
     explicit SignalWatch(int terminatedStatus);
     ~SignalWatch();
     SignalWatch(const SignalWatch&) = delete;
