@@ -12,8 +12,8 @@ namespace raygraph::cli {
 // Error{Usage} for options of an environment map where neither --env nor the scene has one.
 void RequireMapFor(const SettingTexts& given, const SceneInput& input);
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png. In a group
-// of processes each calls it with the same arguments, and the root writes. Returns TryAgain if it was asked to
-// end by SIGTERM or SIGUSR2.
+// of processes each calls it with the same arguments, and the root writes. Returns TryAgain if it was asked
+// to end by SIGTERM or SIGUSR2.
 ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group = nullptr);
 // Returns Slower if there is a stored run to compare with and it was faster.
 ExitCode BenchCommand(const BenchArguments& arguments, Console& console);

@@ -19,8 +19,8 @@ std::string VersionText(uint32_t version);
 std::string CheckedDevices(const std::string& list);
 
 // The indices of the devices that a checked list names: for "all" the suitable ones with the name and driver
-// of the best. An index may be there twice: then the device is opened twice. Error{NoDevice} for an index that
-// is of no suitable device, with the reason, and where there is none at all.
+// of the best. An index may be there twice: then the device is opened twice. Error{NoDevice} for an index
+// that is of no suitable device, with the reason, and where there is none at all.
 std::vector<uint32_t> IndicesOf(const std::string& list, const std::vector<rhi::DeviceReport>& devices);
 
 // What one of `count` processes takes of these: every count-th one; where there are more processes than

@@ -176,7 +176,8 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     }
     if (rendering.IsStopped() && pictures.Left() > 0)
         console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));
-    return rendering.IsTerminated() ? ExitCode::TryAgain : ExitCode::Done;
+    const bool isUnfinished = rendering.IsCutShort() || pictures.Left() > 0;
+    return rendering.IsTerminated() && isUnfinished ? ExitCode::TryAgain : ExitCode::Done;
 }
 
 }  // namespace raygraph::cli

@@ -101,9 +101,9 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     for (bool isFirst = true;; isFirst = false) {
         const RunSummary run = m_session.Run(rule, showProgress);
         whole = isFirst ? run : Joined(whole, run);
-        if (!run.wasStopped) return whole;
         TakeSignals();
-        if (IsStopped()) return whole;
+        m_isCutShort = run.wasStopped && IsStopped();
+        if (!run.wasStopped || IsStopped()) return whole;
         m_signals.ForgetSave();
         if (m_group == nullptr || m_group->IsRoot()) Write(picture, whole, samplesBefore, false);
         m_sinceSave = {};

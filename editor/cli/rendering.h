@@ -23,13 +23,14 @@ class Rendering {
     // are written, the .exr last: one that is complete has all others beside it. In a group by the root.
     void RenderPicture(const PlannedPicture& picture);
 
-    // The program was asked to end.
+    // The program was asked to end; the picture may have been completed all the same.
     bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
+    bool IsCutShort() const { return m_isCutShort; }      // the last picture
     bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
 
   private:
     RunSummary Run(const PlannedPicture& picture, uint32_t samplesBefore);
-    // Where a run was stopped: whether that is the end, in all processes.
+    // Whether this is the end, in all processes.
     void TakeSignals();
     bool IsSaveDue() const;
     // Writes all files as of now. `summary`: of the run so far.
@@ -45,7 +46,7 @@ class Rendering {
     Console& m_console;
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
-    bool m_isInterrupted = false, m_isTerminated = false;
+    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false;
 };
 
 }  // namespace raygraph::cli

@@ -9,8 +9,8 @@
 
 namespace raygraph::mpi {
 
-// Of MPI_COMM_WORLD; between MPI_Init_thread, for at least MPI_THREAD_FUNNELED, and MPI_Finalize. Threads: that
-// which initialized MPI.
+// Of MPI_COMM_WORLD; between MPI_Init_thread, for at least MPI_THREAD_FUNNELED, and MPI_Finalize. Threads:
+// that which initialized MPI.
 class MpiGroup final : public session::ProcessGroup {
   public:
     // Error{Io} for a failed call, here and below, where MPI returns at all.

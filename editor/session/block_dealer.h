@@ -18,7 +18,7 @@ struct BlockWorker {
 };
 
 // From where a worker gets its samples.
-class BlockSource {
+class RAYGRAPH_API BlockSource {
   public:
     virtual ~BlockSource() = default;
     // The next block for a device of this process, which has rendered its last one, or submitted it; none:
@@ -41,7 +41,8 @@ class RAYGRAPH_API BlockDealer : public BlockSource {
     // Deals no more, but for the very first block.
     void Stop();
 
-    // Samples that were dealt, all from the first one on; and those of them that are done, as far as is known.
+    // Samples that were dealt, all from the first one on; and those of them that are done, as far as is
+    // known.
     uint32_t DealtCount() const;
     uint32_t DoneCount() const;
 

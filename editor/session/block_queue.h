@@ -1,4 +1,5 @@
-// Where the devices of one process wait for samples, each on a thread of its own, and one thread answers them.
+// Where the devices of one process wait for samples, each on a thread of its own, and one thread answers
+// them. Threads: any, but see BlockQueue.
 #pragma once
 
 #include <chrono>

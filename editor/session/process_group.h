@@ -1,5 +1,5 @@
 // Processes that render one picture together, each on devices of its own: what a Session needs of them. The
-// component raygraph-mpi (editor/mpi) has the one that is made of MPI ranks.
+// component raygraph-mpi (editor/mpi) has the one that is made of MPI ranks. Threads: see ProcessGroup.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,7 @@
 #include <functional>
 #include <span>
 
+#include "base/api.h"
 #include "editor/session/block_dealer.h"
 #include "editor/session/block_queue.h"
 #include "passes/exact_sums.h"
@@ -16,7 +17,7 @@ namespace raygraph::session {
 // All processes make the same calls in the same order, and each call returns when its process's part is done.
 // A process that waits sleeps. Errors: Error{Io} for what fails between the processes. Threads: that which
 // uses the Session.
-class ProcessGroup {
+class RAYGRAPH_API ProcessGroup {
   public:
     virtual ~ProcessGroup() = default;
 
@@ -34,10 +35,11 @@ class ProcessGroup {
     // Adds the sums of all processes, of one layout, to those of the root; elsewhere they are left undefined.
     virtual void AddAtRoot(passes::ExactSums& sums) = 0;
 
-    // One round of blocks: `dealer`, which the root alone has, deals to the devices of all processes; those of
-    // this one ask `queue`. Returns when it has no more and the devices of this process know. `tick` is called
-    // again and again, on the root with whether another process wants the round to end early; it returns
-    // whether this one does. On the root it stops the dealer then. Throws the error of a device that fails.
+    // One round of blocks: `dealer`, which the root alone has, deals to the devices of all processes; those
+    // of this one ask `queue`. Returns when it has no more and the devices of this process know. `tick` is
+    // called again and again, on the root with whether another process wants the round to end early; it
+    // returns whether this one does. On the root it stops the dealer then. Throws the error of a device that
+    // fails.
     using Tick = std::function<bool(bool isStopRequested)>;
     virtual void Deal(BlockDealer* dealer, BlockQueue& queue, const Tick& tick) = 0;
 };

@@ -45,8 +45,8 @@ class SampleFrames {
     uint32_t SamplesToRestore() const { return m_toRestore; }
     // Submits the surfaces of the next of them; waits as RenderSample.
     void RestoreSample();
-    // Samples in the picture, continued ones included: those that the device has finished, all submitted ones,
-    // and which these are.
+    // Samples in the picture, continued ones included: those that the device has finished, all submitted
+    // ones, and which these are.
     uint32_t SamplesDone();
     uint32_t SamplesSubmitted() const { return m_submitted; }
     const SampleRanges& Samples() const { return m_samples; }

@@ -163,9 +163,9 @@ RunSummary Session::Impl::Run(const StopRule& rule,
             described.measuredError = shared.MeasureError();
             goal.Measured(*described.measuredError);
         }
-        const bool isComplete = rule.samples && samples >= *rule.samples;
-        isDone = end != End::Complete || isComplete || goal.IsReachedAt(samples) ||
-                 firstSample + samples == 0;  // no index left
+        const bool isComplete = (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
+                                firstSample + samples == 0;  // no index left
+        isDone = end != End::Complete || isComplete;
         summary.wasStopped = end == End::Stopped && !isComplete;
     }
     summary.seconds = watch.Seconds();

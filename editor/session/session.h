@@ -10,8 +10,8 @@
 // took them: a resumed render has the bits of one that was never interrupted. Several devices of one kind
 // render a picture together, each a part of the samples, with the bits that one of them gives.
 //
-// Threads: one at a time, as a Renderer; the devices may be in use by others. With several devices a run has a
-// thread for each.
+// Threads: one at a time, as a Renderer; the devices may be in use by others. With several devices a run has
+// a thread for each.
 #pragma once
 
 #include <cstdint>
@@ -91,8 +91,8 @@ class RAYGRAPH_API Session {
     // these settings cannot have, and for sample indices beyond the last; Error{BadInput} if scene,
     // environment or settings are not those of the resumed render, and as RequireResumable.
     Session(rhi::Device& device, SceneInput input, const SessionDesc& desc);
-    // The same on several devices, at least one; the scene is uploaded to each. What is of one device below is
-    // of the first. Devices of different kinds render the same picture, but not the same bits.
+    // The same on several devices, at least one; the scene is uploaded to each. What is of one device below
+    // is of the first. Devices of different kinds render the same picture, but not the same bits.
     Session(std::span<rhi::Device* const> devices, SceneInput input, const SessionDesc& desc);
     ~Session();
     Session(const Session&) = delete;

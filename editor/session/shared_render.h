@@ -16,9 +16,9 @@ namespace raygraph::session {
 // Threads: one at a time; it has others of its own, for as long as a round takes.
 class SharedRender {
   public:
-    // Uploads the scene to each device, out of `input`. `group`: null, or of processes of which each makes one
-    // of these, and makes the same calls in the same order; it outlives the object, as the devices do. Errors
-    // as of DeviceScene.
+    // Uploads the scene to each device, out of `input`. `group`: null, or of processes of which each makes
+    // one of these, and makes the same calls in the same order; it outlives the object, as the devices do.
+    // Errors as of DeviceScene.
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  ProcessGroup* group);
 
@@ -43,8 +43,8 @@ class SharedRender {
     std::optional<double> RelativeError() const;
 
     enum class RoundEnd : uint8_t { Complete, Stopped, Late };
-    // Renders until the picture has `samples`, more than it has, or until `tick` says that it is to end early:
-    // at least one sample. `tick` is called again and again, on this thread; what the root says is of
+    // Renders until the picture has `samples`, more than it has, or until `tick` says that it is to end
+    // early: at least one sample. `tick` is called again and again, on this thread; what the root says is of
     // effect everywhere, and so is Stopped from any process.
     RoundEnd RenderTo(uint32_t samples, bool isEstimating, const std::function<RoundEnd()>& tick);
 

@@ -275,6 +275,8 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.at = 0.1;
     settings.clips = "walk:0.5,2";
     settings.shutter = session::Shutter{-0.0125, 0.1};
+    settings.crop = passes::Region{3, 1, 70, 4};
+    settings.paths.isEnvironmentHidden = true;
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;

@@ -133,7 +133,7 @@ TEST(ProgramMotion, FramesThatCannotBeAreRefusedBeforeAnyIsRendered) {
     refused("--frames 0:1:0.5 -o a.png", "\"a.png\" has no single run of # for the numbers of --frames");
     refused("--frames 0:1:0.5 -o a.#.png --report r.json", "\"r.json\" has no single run of #");
     refused("--frames 0:1:0.5 -o a.#.png --at 1", "--frames and --at exclude each other");
-    refused("--frames 0:1:0.5 -o a.#.exr --resume a.0.exr", "--resume goes on with one");
+    refused("--frames 0:1:0.5 -o a.#.exr --resume a.#.exr", "--resume goes on with one");
     refused("--frames 1:0:0.5 -o a.#.png", "--frames: \"1:0:0.5\" ends before it begins");
     refused("--shutter 0:1 -o a.png", "--shutter: it is around a time, and none is given");
     refused("--at 0 --shutter 1:0 -o a.png", "--shutter: \"1:0\": a shutter closes after it opens");

@@ -178,6 +178,12 @@ TEST_F(SessionDevicesTest, RunsToAnErrorEndAtTheSameSample) {
     ExpectSameBits(resumed.Result().render, once.Result().render);
     cut.Run(rule);
     ExpectSameBits(cut.Result().render, once.Result().render);
+
+    // Asked to stop with the last sample: there is nothing left to go on with
+    Session late(Device(), Cornell(), desc);
+    stopped.isStopRequested = [&] { return late.SampleCount() >= wanted; };
+    EXPECT_FALSE(late.Run(stopped).wasStopped);
+    ExpectSameBits(late.Result().render, once.Result().render);
 }
 
 // A session renders one camera after the other: each as a session of its own would.
