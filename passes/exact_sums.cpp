@@ -1,7 +1,9 @@
 #include "passes/exact_sums.h"
 
+#include <algorithm>
 #include <bit>
 #include <string>
+#include <thread>
 
 #include "base/check.h"
 #include "base/text.h"
@@ -30,6 +32,20 @@ void AddWord(uint32_t& word, uint32_t added, uint32_t& carry) {
 template <typename Planes>
 auto& SquareWord(Planes& squares, size_t pixel, size_t channel, size_t k) {
     return k < ExactSums::kPlanes ? squares[k][4 * pixel + channel] : squares[channel][4 * pixel + 3];
+}
+
+// Calls body(first, end) for parts of the pixels that together are all of them. A large picture's are worked on
+// by a thread for each processor.
+template <typename Body>
+void InParts(size_t pixels, const Body& body) {
+    constexpr size_t kPixelsOfPart = size_t{1} << 16;
+    const size_t processors = std::max(std::thread::hardware_concurrency(), 1u);
+    const size_t count = std::clamp<size_t>(pixels / kPixelsOfPart, 1, processors);
+    const auto begin = [&](size_t part) { return pixels * part / count; };
+    std::vector<std::jthread> threads;
+    for (size_t part = 1; part < count; ++part)
+        threads.emplace_back([&body, first = begin(part), end = begin(part + 1)] { body(first, end); });
+    body(0, begin(1));
 }
 
 gpu::ExactSum SumOf(const ExactSums& sums, size_t pixel, size_t channel) {
@@ -64,37 +80,44 @@ void AddSample(ExactSums& sums, std::span<const float> rgba) {
 
 void AddSums(ExactSums& sums, const ExactSums& others) {
     RequireAlike(sums.PixelCount(), others.PixelCount(), sums.HasSquares() == others.HasSquares());
-    for (size_t i = 0; i < 4 * sums.PixelCount(); ++i) {
-        uint32_t carry = 0;
-        for (size_t k = 0; k < ExactSums::kPlanes; ++k) AddWord(sums.sums[k][i], others.sums[k][i], carry);
-        if (!sums.HasSquares() || i % 4 == 3) continue;
-        carry = 0;
-        for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
-            AddWord(SquareWord(sums.squares, i / 4, i % 4, k), SquareWord(others.squares, i / 4, i % 4, k),
-                    carry);
-    }
+    InParts(sums.PixelCount(), [&](size_t first, size_t end) {
+        for (size_t i = 4 * first; i < 4 * end; ++i) {
+            uint32_t carry = 0;
+            for (size_t k = 0; k < ExactSums::kPlanes; ++k)
+                AddWord(sums.sums[k][i], others.sums[k][i], carry);
+            if (!sums.HasSquares() || i % 4 == 3) continue;
+            carry = 0;
+            for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
+                AddWord(SquareWord(sums.squares, i / 4, i % 4, k),
+                        SquareWord(others.squares, i / 4, i % 4, k), carry);
+        }
+    });
 }
 
 std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount) {
     RG_CHECK(sampleCount > 0);
     const gpu::ExactDivisor divisor = gpu::DivisorOf(sampleCount);
     std::vector<float> mean(4 * sums.PixelCount());
-    for (size_t i = 0; i < mean.size(); ++i)
-        mean[i] = std::bit_cast<float>(gpu::MeanOfExactSum(SumOf(sums, i / 4, i % 4), divisor));
+    InParts(sums.PixelCount(), [&](size_t first, size_t end) {
+        for (size_t i = 4 * first; i < 4 * end; ++i)
+            mean[i] = std::bit_cast<float>(gpu::MeanOfExactSum(SumOf(sums, i / 4, i % 4), divisor));
+    });
     return mean;
 }
 
 std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount) {
     RG_CHECK(sums.HasSquares());
     std::vector<float> variance(4 * sums.PixelCount(), 0.0f);
-    for (size_t i = 0; i < variance.size(); ++i) {
-        if (i % 4 == 3) continue;
-        gpu::ExactSquares squares;
-        for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
-            squares.words[k] = SquareWord(sums.squares, i / 4, i % 4, k);
-        variance[i] =
-            std::bit_cast<float>(gpu::VarianceOfExactSums(SumOf(sums, i / 4, i % 4), squares, sampleCount));
-    }
+    InParts(sums.PixelCount(), [&](size_t first, size_t end) {
+        for (size_t i = 4 * first; i < 4 * end; ++i) {
+            if (i % 4 == 3) continue;
+            gpu::ExactSquares squares;
+            for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
+                squares.words[k] = SquareWord(sums.squares, i / 4, i % 4, k);
+            variance[i] = std::bit_cast<float>(
+                gpu::VarianceOfExactSums(SumOf(sums, i / 4, i % 4), squares, sampleCount));
+        }
+    });
     return variance;
 }
 

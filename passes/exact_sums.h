@@ -1,6 +1,6 @@
 // ExactSums: the sums of Accumulate on the host: to be stored, restored, and added to the sums of other
 // samples. How a sample becomes an integer is in shaders/shared/exact_sums.h. Threads: plain values and pure
-// functions, for any thread.
+// functions, for any thread; with large pictures they have other threads work for them, until they return.
 #pragma once
 
 #include <array>
