@@ -1,4 +1,5 @@
 // raygraph render: from the command line to the files.
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -60,9 +61,7 @@ class Pictures {
             }
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
             if (!isComplete) return true;
-            if (IsRoot() && !m_arguments.isQuiet)
-                PrintLine(Text("{} is complete: {} samples a pixel", m_resumed->path.string(),
-                               SampleCount(m_resumed->render.samples)));
+            if (IsRoot()) SayComplete();
         }
         return false;
     }
@@ -75,6 +74,18 @@ class Pictures {
 
   private:
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
+    // Files that were asked for only now are not made of it.
+    void SayComplete() {
+        const std::string resumed = m_resumed->path.string();
+        if (!m_arguments.isQuiet)
+            PrintLine(
+                Text("{} is complete: {} samples a pixel", resumed, SampleCount(m_resumed->render.samples)));
+        std::error_code ignored;
+        for (const std::filesystem::path& output : FilesOf(m_arguments, Current().name).outputs)
+            if (!std::filesystem::exists(output, ignored))
+                m_console.log.Warn(Text("{} is not written: {} is complete, and nothing is rendered",
+                                        output.string(), resumed));
+    }
 
     const RenderArguments& m_arguments;
     RenderJob& m_job;
