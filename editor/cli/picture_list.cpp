@@ -22,7 +22,8 @@ std::filesystem::path Named(const std::filesystem::path& path, const PictureName
     const std::filesystem::path numbered = name.number ? Numbered(path, *name.number) : path;
     if (!name.camera) return numbered;
     std::string text = numbered.filename().string();
-    for (size_t at = text.find(kCameraPlace); at != text.npos; at = text.find(kCameraPlace, at))
+    for (size_t at = text.find(kCameraPlace); at != text.npos;
+         at = text.find(kCameraPlace, at + name.camera->size()))
         text.replace(at, kCameraPlace.size(), *name.camera);
     return numbered.parent_path() / text;
 }

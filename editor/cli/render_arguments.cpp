@@ -65,9 +65,16 @@ void CheckCheckpoints(const RenderArguments& arguments) {
                      arguments.frames ? "--frames" : "--camera"));
         return;
     }
+    if (arguments.seconds && isOfSeveral)
+        Refuse("--checkpoint: with --time, no picture of several is ever complete; give --spp or --error");
     if (arguments.exrType == ExrType::Half)
         Refuse("--checkpoint saves renders that can be resumed, and --exr-type half leaves out their sums");
-    for (const OutputFile& picture : PicturesOf(arguments))
+    const std::vector<OutputFile> pictures = PicturesOf(arguments);
+    if (!arguments.resume.empty() &&
+        std::ranges::none_of(pictures, [&](const OutputFile& p) { return p.path == arguments.resume; }))
+        Refuse(Text("--checkpoint: {} would never get further, as no -o writes it; give -o {}",
+                    Quoted(arguments.resume.string(), 1024), Quoted(arguments.resume.string(), 1024)));
+    for (const OutputFile& picture : pictures)
         if (picture.kind == OutputKind::Exr) return;
     Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
 }

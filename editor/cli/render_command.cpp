@@ -1,5 +1,6 @@
 // raygraph render: from the command line to the files.
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -61,9 +62,7 @@ class Pictures {
             }
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
             if (!isComplete) return true;
-            if (IsRoot() && !m_arguments.isQuiet)
-                PrintLine(Text("{} is complete: {} samples a pixel", m_resumed->path.string(),
-                               SampleCount(m_resumed->render.samples)));
+            if (IsRoot()) SayComplete();
         }
         return false;
     }
@@ -76,6 +75,18 @@ class Pictures {
 
   private:
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
+    // Files that were asked for only now are not made of it.
+    void SayComplete() {
+        const std::string resumed = m_resumed->path.string();
+        if (!m_arguments.isQuiet)
+            PrintLine(
+                Text("{} is complete: {} samples a pixel", resumed, SampleCount(m_resumed->render.samples)));
+        std::error_code ignored;
+        for (const std::filesystem::path& output : FilesOf(m_arguments, Current().name).outputs)
+            if (!std::filesystem::exists(output, ignored))
+                m_console.log.Warn(Text("{} is not written: {} is complete, and nothing is rendered",
+                                        output.string(), resumed));
+    }
 
     const RenderArguments& m_arguments;
     RenderJob& m_job;
@@ -168,7 +179,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
 
     Rendering rendering(arguments, job, used, session, signals, console, group);
     rendering.RenderPicture(pictures.Current());
-    for (pictures.Take(); !rendering.IsStopped() && pictures.FindNext(); pictures.Take()) {
+    for (pictures.Take(); !rendering.IsAskedToEnd() && pictures.FindNext(); pictures.Take()) {
         const PlannedPicture& picture = pictures.Current();
         session.StartPicture({.at = picture.at, .camera = picture.camera, .resumed = pictures.Resumed()});
         pictures.ForgetResumed();

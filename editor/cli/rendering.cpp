@@ -63,7 +63,17 @@ void Rendering::RenderPicture(const PlannedPicture& picture) {
     const uint32_t before = m_session.SampleCount();
     m_sinceSave = {};
     const RunSummary run = Run(picture, before);
-    if (m_group != nullptr && !m_group->IsRoot()) return;
+    if (m_group != nullptr) {
+        // What is invalid in any process is not written
+        if (!m_group->IsRoot()) m_console.log.RequireValid();
+        m_group->Sum(0);
+        if (!m_group->IsRoot()) return;
+    }
+    if (!m_session.HasResult() && m_isTerminated) {
+        m_isCutShort = true;
+        m_console.log.Warn("stopped while albedo and normals were restored; nothing was written");
+        return;
+    }
     if (!m_session.HasResult())
         throw MakeError(ErrorKind::Io,
                         "{}: stopped while its albedo and normals were restored; nothing was written",
@@ -72,8 +82,15 @@ void Rendering::RenderPicture(const PlannedPicture& picture) {
 }
 
 bool Rendering::IsSaveDue() const {
+    // Of one clock: that of the process that writes
+    const bool isTimed = m_arguments.checkpointMinutes && (m_group == nullptr || m_group->IsRoot());
     return m_signals.IsSaveRequested() ||
-           (m_arguments.checkpointMinutes && m_sinceSave.Seconds() >= 60.0 * *m_arguments.checkpointMinutes);
+           (isTimed && m_sinceSave.Seconds() >= 60.0 * *m_arguments.checkpointMinutes);
+}
+
+bool Rendering::IsAskedToEnd() {
+    TakeSignals();
+    return IsStopped();
 }
 
 void Rendering::TakeSignals() {
@@ -94,9 +111,8 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     StopRule rule{.samples = m_job.samplesWanted,
                   .seconds = m_arguments.seconds,
                   .relativeError = m_arguments.error,
-                  .isStopRequested = [&] {
-                      return m_signals.IsInterrupted() || m_signals.IsTerminated() || IsSaveDue();
-                  }};
+                  .isStopRequested = [&] { return m_signals.IsInterrupted() || m_signals.IsTerminated(); },
+                  .isPauseRequested = [&] { return IsSaveDue(); }};
     RunSummary whole;
     for (bool isFirst = true;; isFirst = false) {
         const RunSummary run = m_session.Run(rule, showProgress);
@@ -105,9 +121,19 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
         m_isCutShort = run.wasStopped && IsStopped();
         if (!run.wasStopped || IsStopped()) return whole;
         m_signals.ForgetSave();
-        if (m_group == nullptr || m_group->IsRoot()) Write(picture, whole, samplesBefore, false);
+        if (m_group == nullptr || m_group->IsRoot()) Save(picture, whole, samplesBefore);
         m_sinceSave = {};
         if (rule.seconds) rule.seconds = *rule.seconds - run.seconds;
+    }
+}
+
+// What cannot be written now may be written the next time: the samples are not given up for it.
+void Rendering::Save(const PlannedPicture& picture, const RunSummary& run, uint32_t samplesBefore) {
+    try {
+        Write(picture, run, samplesBefore, false);
+    } catch (const Error& error) {
+        if (error.Kind() != ErrorKind::Io) throw;
+        m_console.log.Warn(Text("not saved, rendering goes on: {}", error.what()));
     }
 }
 
@@ -149,11 +175,19 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     if (report) WriteTextFile(reportFile, ToJson(*report));
     const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
     const image::ExrThreads threads;
-    for (const bool isExr : {false, true})
-        for (const OutputFile& picture : pictures)
-            if ((picture.kind == OutputKind::Exr) == isExr) WritePicture(picture, result.render);
+    // What is gone on with comes last: where it is complete, all others are, too
+    const auto rank = [&](const OutputFile& picture) {
+        if (!m_arguments.resume.empty() && picture.path == Named(m_arguments.resume, planned.name)) return 2;
+        return picture.kind == OutputKind::Exr ? 1 : 0;
+    };
+    std::vector<OutputFile> ordered = pictures;
+    std::ranges::stable_sort(ordered, {}, rank);
+    for (const OutputFile& picture : ordered) WritePicture(picture, result.render);
     if (isEnd) Warn(run);
-    progress.ShowWritten(planned.label, FilesOf(m_arguments, planned.name).outputs);
+    std::vector<std::filesystem::path> written;
+    if (report) written.push_back(reportFile);
+    for (const OutputFile& picture : pictures) written.push_back(picture.path);
+    progress.ShowWritten(planned.label, written);
     if (!isEnd) {
         Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "saved after {} samples",
             m_session.SampleCount());

@@ -25,6 +25,8 @@ class Rendering {
 
     // The program was asked to end; the picture may have been completed all the same.
     bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
+    // The same as of now, in all processes; a call that all make.
+    bool IsAskedToEnd();
     bool IsCutShort() const { return m_isCutShort; }      // the last picture
     bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
 
@@ -33,6 +35,7 @@ class Rendering {
     // Whether this is the end, in all processes.
     void TakeSignals();
     bool IsSaveDue() const;
+    void Save(const PlannedPicture& picture, const RunSummary& run, uint32_t samplesBefore);
     // Writes all files as of now. `summary`: of the run so far.
     void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd);
     void WritePicture(const OutputFile& picture, const RenderFile& render);

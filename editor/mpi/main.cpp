@@ -52,7 +52,10 @@ ExitCode Run(MpiGroup& group, int argc, const char* const* argv) {
     if (render->shard && group.Sum(render->shard->index) != uint64_t{group.Size()} * render->shard->index)
         throw Error(ErrorKind::Usage,
                     "--shard auto is another part for each rank, and all ranks render one part; give I/N");
-    return Render(group, *render);
+    const ExitCode code = Render(group, *render);
+    // A process that ends early may end the job, and the root may be writing
+    if (code == ExitCode::Done || code == ExitCode::TryAgain) group.Sum(0);
+    return code;
 }
 
 // A rank that fails ends the job: others may be waiting for it.

@@ -122,11 +122,19 @@ void MpiGroup::Broadcast(std::span<std::byte> bytes) {
     Require(MPI_Bcast(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, 0, m_world), "MPI_Bcast");
 }
 
-uint64_t MpiGroup::Sum(uint64_t value) {
+uint64_t MpiGroup::Reduced(uint64_t value, MPI_Op op) {
     WaitForAll();
-    uint64_t sum = 0;
-    Require(MPI_Allreduce(&value, &sum, 1, MPI_UINT64_T, MPI_SUM, m_world), "MPI_Allreduce");
-    return sum;
+    uint64_t reduced = 0;
+    Require(MPI_Allreduce(&value, &reduced, 1, MPI_UINT64_T, op, m_world), "MPI_Allreduce");
+    return reduced;
+}
+
+uint64_t MpiGroup::Sum(uint64_t value) {
+    return Reduced(value, MPI_SUM);
+}
+
+uint64_t MpiGroup::Least(uint64_t value) {
+    return Reduced(value, MPI_MIN);
 }
 
 void MpiGroup::AddAtRoot(passes::ExactSums& sums) {
@@ -182,7 +190,9 @@ void MpiGroup::DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& que
             patience.Reset();
         }
         const auto wait = hasMessage != 0 ? std::chrono::microseconds(0) : patience.Next();
-        if (const auto request = queue.TakeRequest(wait)) {
+        if (queue.IsOver()) {
+            std::this_thread::sleep_for(wait);
+        } else if (const auto request = queue.TakeRequest(wait)) {
             queue.Answer(request->device, dealer.Next({0, request->device}, request->samplesPerSecond));
             patience.Reset();
         }
@@ -190,6 +200,7 @@ void MpiGroup::DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& que
         tick(isStopRequested);
         sinceTick = {};
     }
+    tick(isStopRequested);
 }
 
 void MpiGroup::AskRoot(session::BlockQueue& queue, const Tick& tick) {

@@ -26,12 +26,14 @@ class MpiGroup final : public session::ProcessGroup {
 
     void Broadcast(std::span<std::byte> bytes) override;
     uint64_t Sum(uint64_t value) override;
+    uint64_t Least(uint64_t value) override;
     void AddAtRoot(passes::ExactSums& sums) override;
     void Deal(session::BlockDealer* dealer, session::BlockQueue& queue, const Tick& tick) override;
 
   private:
     // Returns when all ranks have come here. MPI's own waiting keeps a core busy: this one sleeps.
     void WaitForAll();
+    uint64_t Reduced(uint64_t value, MPI_Op op);
     void DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& queue, const Tick& tick);
     void AskRoot(session::BlockQueue& queue, const Tick& tick);
 

@@ -21,7 +21,10 @@ class DeviceRender {
 
     DeviceScene& Scene() { return m_scene; }
     // Begins a picture.
-    void Begin(const FramePlan& plan) { m_frames = std::make_unique<SampleFrames>(m_scene, plan); }
+    void Begin(const FramePlan& plan) {
+        m_frames = std::make_unique<SampleFrames>(m_scene, plan);
+        m_errorOfOneSample = 0.0;
+    }
     SampleFrames& Frames() { return *m_frames; }
     const SampleFrames& Frames() const { return *m_frames; }
 

@@ -30,8 +30,9 @@ class RAYGRAPH_API ProcessGroup {
 
     // Replaces the bytes, as many everywhere, by those of the root.
     virtual void Broadcast(std::span<std::byte> bytes) = 0;
-    // The sum over all processes, for each of them.
+    // The sum over all processes, or the least value, for each of them.
     virtual uint64_t Sum(uint64_t value) = 0;
+    virtual uint64_t Least(uint64_t value) = 0;
     // Adds the sums of all processes, of one layout, to those of the root; elsewhere they are left undefined.
     virtual void AddAtRoot(passes::ExactSums& sums) = 0;
 

@@ -14,7 +14,9 @@ struct StopRule {
     // As of ImageStatistics; not before 64 samples. A picture that is black without any variance then has
     // none to fall, and is done.
     std::optional<double> relativeError;
-    std::function<bool()> isStopRequested;  // asked before each sample, see Session::Run; empty: never
+    std::function<bool()> isStopRequested;  // asked after each sample, see Session::Run; empty: never
+    // The same, to go on with another run: not asked before there is a sample of this one.
+    std::function<bool()> isPauseRequested;
 };
 
 // While a run is going on.
@@ -33,7 +35,7 @@ struct RunSummary {
     double seconds = 0.0;             // of sampling
     double firstSampleSeconds = 0.0;  // of these, until the first was done, pipelines and uploads included
     std::optional<double> samplesPerSecond;  // of all pixels, without the first; none for one sample
-    bool wasStopped = false;                 // before the rule's samples, because it was requested
+    bool wasStopped = false;  // before the rule's samples or error, because it or a pause was requested
 };
 
 }  // namespace raygraph::session

@@ -128,10 +128,12 @@ void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSetti
     if (m_isKeepingNormal) Keep(hits.normal, m_normal);
 }
 
+// Decisions at random, as whether a surface that is partly transparent is seen, are those of the picture's
+// first sample: whoever renders it, and however often it is finished.
 void SampleFrames::TraceSharp() {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareSharp();
-    const passes::TraceSettings settings = m_scene.SettingsFor(m_lastSample);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
     if (m_isKeepingCenter) {
         const passes::PrimaryHitIds hits =
             passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Center);
@@ -150,7 +152,7 @@ void SampleFrames::TraceSharp() {
 Readback SampleFrames::ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy) {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareInShutter(shutterPosition);
-    const passes::TraceSettings settings = m_scene.SettingsFor(m_lastSample);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
     const Readback places = m_renderer.ReadBack(
         passes::ProjectHits(m_renderer, ids, settings, MotionHits(m_renderer, settings), seenBy));
     m_renderer.Execute();
@@ -167,7 +169,10 @@ void SampleFrames::RenderSample(uint32_t index) {
         DeclareValues(ids, settings);
     if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings);
     m_pending.push_back(m_renderer.Execute());
-    m_samples = Union(m_samples, {{index, 1}});
+    if (!m_samples.empty() && m_samples.back().End() == index)
+        ++m_samples.back().count;
+    else
+        m_samples = Union(m_samples, {{index, 1}});
     m_lastSample = index;
     ++m_submitted;
     m_hasPicture = false;

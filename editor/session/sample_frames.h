@@ -22,6 +22,7 @@ namespace raygraph::session {
 struct FramePlan {
     View view = View::PathTraced;
     AovSet aovs;                            // additional outputs
+    uint32_t firstSample = 0;               // index of the picture's
     uint32_t lightGroupCount = 0;           // rendered separately; 0: none
     bool withVariance = false;              // of the radiance
     bool withSums = false;                  // returns the sums of everything accumulated
@@ -60,6 +61,7 @@ class SampleFrames {
     uint64_t NonFiniteSamples();
     // Waits until the device has done what was submitted.
     void WaitForSamples();
+    Extent2D Size() const;  // of the picture
 
     // Submits the reading back of what Take* return. More samples may follow.
     void FinishPicture();
@@ -115,7 +117,6 @@ class SampleFrames {
     void TakeMeans(RenderFile& render) const;
     void TakeZeros(RenderFile& render) const;
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
-    Extent2D Size() const;  // of the picture
 
     DeviceScene& m_scene;
     Renderer& m_renderer;

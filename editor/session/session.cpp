@@ -6,7 +6,9 @@
 #include <set>
 #include <utility>
 
+#include "base/printable.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "editor/session/error_goal.h"
 #include "editor/session/render_flaws.h"
 #include "editor/session/session_checks.h"
@@ -22,6 +24,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
     tonemap.isOpaque = !tonemap.isUnassociated;
     return {.view = desc.settings.view,
             .aovs = desc.aovs,
+            .firstSample = desc.firstSample,
             .lightGroupCount = static_cast<uint32_t>(LightGroupNames(desc.settings.lightGroups).size()),
             .withVariance = desc.withVariance,
             .withSums = desc.withSums,
@@ -66,18 +69,32 @@ struct Session::Impl {
         Begin(desc.resumed);
     }
 
+    // Another scene or environment on one computer would be mixed into the picture without a word.
+    void RequireSameInput(ProcessGroup* group) const {
+        if (group == nullptr) return;
+        const std::string content = input.hash + input.environmentHash + described.version;
+        std::string ofRoot = content;
+        ofRoot.resize(128);
+        std::string ours = ofRoot;
+        group->Broadcast(std::as_writable_bytes(std::span(ofRoot)));
+        if (ours != ofRoot)
+            throw MakeError(
+                ErrorKind::BadInput,
+                "{}: process {} has another scene, environment or program version than the first one",
+                Printable(input.file), group->Rank());
+    }
+
     // The input, if the session is possible with it.
     SceneInput& RequireInput(const SessionDesc& desc) {
         RequirePossible(desc);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
+        RequireSameInput(desc.group);
         return input;
     }
     void Begin(const ResumedRender* resumed) {
         FramePlan its = plan;
         if (resumed != nullptr) its.continues = &resumed->render;
-        shared.Begin(its, firstSample);
-        described.measuredError.reset();
-        if (resumed != nullptr) described.measuredError = resumed->render.measuredError;
+        described.measuredError = shared.Begin(its);
     }
     bool RestoreSurfaces(const StopRule& rule, const std::function<void(const ProgressState&)>& progress) {
         const auto show = [&](uint32_t restored) {
@@ -90,10 +107,14 @@ struct Session::Impl {
         };
         return shared.RestoreSurfaces([&] { return rule.isStopRequested && rule.isStopRequested(); }, show);
     }
+    // As there are no more indices.
+    uint32_t MostSamples() const {
+        const uint64_t indices = (uint64_t{1} << 32) - firstSample;
+        return static_cast<uint32_t>(std::min<uint64_t>(indices, std::numeric_limits<uint32_t>::max()));
+    }
     // Most that the picture may have for now.
     uint32_t NextPause(const StopRule& rule, const ErrorGoal& goal) const {
-        const uint64_t indices = (uint64_t{1} << 32) - firstSample;
-        const uint64_t most = std::min<uint64_t>(indices, std::numeric_limits<uint32_t>::max());
+        const uint64_t most = MostSamples();
         return static_cast<uint32_t>(std::min<uint64_t>(
             {most, rule.samples.value_or(most), goal.NextStop(shared.SampleCount()).value_or(most)}));
     }
@@ -153,8 +174,11 @@ RunSummary Session::Impl::Run(const StopRule& rule,
             }
             if (progress) progress(StateAt(watch, before, rule, summary, doneAtFirst));
         }
-        if (rule.isStopRequested && rule.isStopRequested()) return End::Stopped;
-        return rule.seconds && watch.Seconds() >= *rule.seconds ? End::Late : End::Complete;
+        if ((rule.isStopRequested && rule.isStopRequested()) ||
+            (rule.isPauseRequested && rule.isPauseRequested()))
+            return End::Stopped;
+        return shared.IsRoot() && rule.seconds && watch.Seconds() >= *rule.seconds ? End::Late
+                                                                                   : End::Complete;
     };
     for (bool isDone = false; !isDone;) {
         const End end = shared.RenderTo(NextPause(rule, goal), progress && canEstimateError, tick);
@@ -164,7 +188,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
             goal.Measured(*described.measuredError);
         }
         const bool isComplete = (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
-                                firstSample + samples == 0;  // no index left
+                                samples == MostSamples();
         isDone = end != End::Complete || isComplete;
         summary.wasStopped = end == End::Stopped && !isComplete;
     }
@@ -237,6 +261,7 @@ SessionResult Session::Result() const {
                                 static_cast<uint32_t>(session::SampleCount(render.samples)));
     result.removed = RemovedOf(render);
     KeepOnly(render, m_impl->aovs);
+    if (!m_impl->plan.withSums) render.sums = {};  // several devices need them
     return result;
 }
 

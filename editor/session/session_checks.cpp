@@ -91,7 +91,9 @@ void RequireRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bo
         Refuse(Text("a run of {} seconds has no end", *rule.seconds));
     if (rule.samples && *rule.samples <= before)
         Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
-    const uint64_t last = uint64_t{firstSample} + std::max(before + 1, rule.samples.value_or(1)) - 1;
+    const uint64_t wanted = std::max<uint64_t>(uint64_t{before} + 1, rule.samples.value_or(1));
+    if (wanted > std::numeric_limits<uint32_t>::max()) Refuse("there are as many samples as can be counted");
+    const uint64_t last = firstSample + wanted - 1;
     if (last > std::numeric_limits<uint32_t>::max())
         Refuse(Text("sample {} is beyond the last, 4294967295", last));
 }

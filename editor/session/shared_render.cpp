@@ -1,7 +1,9 @@
 #include "editor/session/shared_render.h"
 
+#include <algorithm>
 #include <cmath>
 #include <future>
+#include <limits>
 #include <thread>
 #include <utility>
 
@@ -9,6 +11,7 @@
 #include "base/stopwatch.h"
 #include "editor/session/error_goal.h"
 #include "editor/session/render_sums.h"
+#include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph::session {
 
@@ -17,6 +20,18 @@ namespace {
 // A block takes its device so long. Another process is asked by messages, which take longer than a lock.
 constexpr double kBlockSeconds = 0.1, kBlockSecondsOfGroup = 1.0;
 constexpr std::chrono::microseconds kTick = std::chrono::milliseconds(20);
+
+// All devices have textures of the same detail: where no budget is given, that of the one with the least memory.
+PictureSettings Agreed(const PictureSettings& settings, std::span<rhi::Device* const> devices,
+                       ProcessGroup* group) {
+    PictureSettings agreed = settings;
+    if (settings.textureBudget > 0 || (devices.size() == 1 && group == nullptr)) return agreed;
+    uint64_t budget = std::numeric_limits<uint64_t>::max();
+    for (const rhi::Device* device : devices) budget = std::min(budget, DefaultTextureBudget(*device));
+    if (group != nullptr) budget = group->Least(budget);
+    agreed.textureBudget = std::max<uint64_t>(budget, 1);
+    return agreed;
+}
 
 // Each on a thread of its own, with an input of its own.
 std::vector<std::unique_ptr<DeviceRender>> MakeDevices(std::span<rhi::Device* const> devices,
@@ -43,44 +58,54 @@ void DealLocally(BlockDealer& dealer, BlockQueue& queue, const ProcessGroup::Tic
         tick(false);
         sinceTick = {};
     }
+    tick(false);
 }
 
 }  // namespace
 
 SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& input,
                            const PictureSettings& settings, ProcessGroup* group)
-    : m_group(group), m_devices(MakeDevices(devices, input, settings)) {
+    : m_group(group), m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))) {
     m_deviceCount = static_cast<uint32_t>(m_devices.size());
     if (m_group != nullptr) m_deviceCount = static_cast<uint32_t>(m_group->Sum(m_deviceCount));
 }
 
-void SharedRender::Begin(const FramePlan& asked, uint32_t firstSample) {
+std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
     // What all have to know of a render that the root continues
     struct {
         uint32_t sampleCount = 0;
-        uint32_t tracedAgain = 0;  // a bit for each bias
+        uint32_t tracedAgain = 0;    // a bit for each bias
+        uint32_t measuredCount = 0;  // 0: nothing was measured
+        double measuredError = 0.0;
     } known;
-    static_assert(std::has_unique_object_representations_v<decltype(known)>);
     FramePlan plan = asked;
     plan.hasSharp = IsRoot();
-    if (plan.continues != nullptr) known.sampleCount = plan.continues->samples.front().count;
     plan.tracedAgain = BiasesTracedAgain(First().Scene().SettingsFor(0).biases, plan.continues);
+    const auto bit = [](Bias bias) { return 1u << static_cast<uint32_t>(bias); };
     for (const Bias bias : kBiases)
-        known.tracedAgain |= (plan.tracedAgain[static_cast<size_t>(bias)] ? 1u : 0u)
-                             << static_cast<uint32_t>(bias);
+        if (plan.tracedAgain[static_cast<size_t>(bias)]) known.tracedAgain |= bit(bias);
+    if (plan.continues != nullptr) {
+        known.sampleCount = plan.continues->samples.front().count;
+        const auto& measured = plan.continues->measuredError;
+        if (measured && measured->relativeError) {
+            known.measuredCount = measured->samples;
+            known.measuredError = *measured->relativeError;
+        }
+    }
     if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&known, 1)));
     for (const Bias bias : kBiases)
-        plan.tracedAgain[static_cast<size_t>(bias)] =
-            (known.tracedAgain >> static_cast<uint32_t>(bias) & 1u) != 0;
+        plan.tracedAgain[static_cast<size_t>(bias)] = (known.tracedAgain & bit(bias)) != 0;
     if (!IsAlone()) plan.withSums = true;  // of which the picture is made
-    for (size_t i = 0; i < m_devices.size(); ++i) {
-        m_devices[i]->Begin(plan);
+    for (const auto& device : m_devices) {
+        device->Begin(plan);
         plan.continues = nullptr;
         plan.hasSharp = false;
     }
-    m_firstSample = firstSample;
+    m_firstSample = plan.firstSample;
     m_sampleCount = known.sampleCount;
     m_pooled.reset();
+    if (known.measuredCount == 0) return std::nullopt;
+    return MeasuredError{known.measuredCount, known.measuredError};
 }
 
 void SharedRender::SetTime(double at) {
@@ -143,15 +168,15 @@ SharedRender::RoundEnd SharedRender::RunRound(BlockDealer* dealer, bool isEstima
     BlockQueue queue(static_cast<uint32_t>(m_devices.size()));
     {
         std::vector<std::jthread> threads;
-        for (uint32_t i = 0; i < m_devices.size(); ++i)
-            threads.emplace_back([&, i] {
-                try {
-                    m_devices[i]->RenderBlocks(queue, i, isEstimating && i == 0);
-                } catch (...) {
-                    queue.Fail(i, std::current_exception());
-                }
-            });
         try {
+            for (uint32_t i = 0; i < m_devices.size(); ++i)
+                threads.emplace_back([&, i] {
+                    try {
+                        m_devices[i]->RenderBlocks(queue, i, isEstimating && i == 0);
+                    } catch (...) {
+                        queue.Fail(i, std::current_exception());
+                    }
+                });
             if (m_group != nullptr)
                 m_group->Deal(dealer, queue, askToGoOn);
             else
@@ -191,7 +216,7 @@ SharedRender::RoundEnd SharedRender::RenderTo(uint32_t samples, bool isEstimatin
 
 MeasuredError SharedRender::MeasureError() {
     if (IsAlone()) return First().Frames().MeasureErrorNow();
-    RenderFile render;
+    RenderFile render{.size = First().Frames().Size()};
     Pool(render, true);
     MeasuredError error;
     if (IsRoot())

@@ -16,14 +16,14 @@ namespace raygraph::session {
 // Threads: one at a time; it has others of its own, for as long as a round takes.
 class SharedRender {
   public:
-    // Uploads the scene to each device, out of `input`. `group`: null, or of processes of which each makes
+    // Uploads the scene to each device, out of `input`; while it does, each has a copy. `group`: null, or of processes of which each makes
     // one of these, and makes the same calls in the same order; it outlives the object, as the devices do.
     // Errors as of DeviceScene.
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  ProcessGroup* group);
 
-    // Begins a picture. Of a render that is continued the root alone has it.
-    void Begin(const FramePlan& plan, uint32_t firstSample);
+    // Begins a picture. Of a render that is continued the root alone has it. Returns what it measured last.
+    std::optional<MeasuredError> Begin(const FramePlan& plan);
     // The scene as another picture has it.
     void SetTime(double at);
     void SetCamera(const std::string& camera);

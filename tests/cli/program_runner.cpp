@@ -6,11 +6,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
 
 #include "tests/cli/cli_test.h"
 #include "tests/support/source_file.h"
@@ -60,10 +62,14 @@ std::vector<char*> Pointers(std::vector<std::string>& words) {
     return pointers;
 }
 
+int ExitCodeIn(int status) {
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
 int ExitCodeOf(pid_t process) {
     int status = 0;
     waitpid(process, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return ExitCodeIn(status);
 }
 
 void Redirect(const char* path, int descriptor) {
@@ -75,6 +81,12 @@ void Redirect(const char* path, int descriptor) {
 }  // namespace
 
 ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line) {
+    return RunProgramBeside(folder, line, {});
+}
+
+ProgramResult RunProgramBeside(
+    const TemporaryFolder& folder, std::string_view line,
+    const std::function<void(pid_t process, const std::string& messages)>& meanwhile) {
     const TemporaryFolder outputs;
     const std::string output = outputs / "stdout", messages = outputs / "stderr";
     std::vector<std::string> words = ProgramWords(line);
@@ -87,7 +99,16 @@ ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line) {
         Become(folder, pointers);
     }
     ProgramResult result;
-    result.exitCode = ExitCodeOf(process);
+    if (meanwhile) {
+        int status = 0;
+        do {
+            meanwhile(process, TextOf(messages));
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        } while (waitpid(process, &status, WNOHANG) == 0);
+        result.exitCode = ExitCodeIn(status);
+    } else {
+        result.exitCode = ExitCodeOf(process);
+    }
     result.output = TextOf(output);
     result.messages = TextOf(messages);
     return result;

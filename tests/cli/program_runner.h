@@ -22,6 +22,12 @@ struct ProgramResult {
 // relative to; @cornell.gltf is a scene of the source tree. Its stdout and stderr are files: no terminal.
 ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line);
 
+// The same, while `meanwhile` is called again and again, at least once before the program's end is known, with
+// what stderr has so far. It may send signals to the process.
+ProgramResult RunProgramBeside(
+    const TemporaryFolder& folder, std::string_view line,
+    const std::function<void(pid_t process, const std::string& messages)>& meanwhile);
+
 // The same on a terminal of its own, so that progress is shown. `onText` is called with all that the terminal
 // has shown so far and may send signals to the process. `messages` stays empty: a terminal does not tell the
 // two apart.

@@ -127,6 +127,31 @@ TEST(RenderFile, RemovedLightNeedsItsVarianceAndCount) {
     ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "removed_clamp_indirect", "variance");
 }
 
+// A resumed render ends where this one would have.
+TEST(RenderFile, MeasuredErrorReadsBackToTheLastBit) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    RenderFile written = MakeRender(0, 130);
+    written.measuredError = {128, 0.1 + 0.2};
+    WriteRenderFile(path, written);
+    EXPECT_EQ(ReadRenderFile(path).measuredError, written.measuredError);
+    image::ExrImage file = image::ReadExr(path);
+    EXPECT_EQ(std::get<std::string>(file.attributes.at("raygraph.measuredError")), "128 0.30000000000000004");
+    for (const char* text : {"128", "128 ", " 0.3", "0 0.3", "128 -1", "128 nan", "128 0.3 4", "x 0.3"}) {
+        file.attributes["raygraph.measuredError"] = text;
+        image::WriteExr(path, file);
+        ExpectError(
+            ErrorKind::BadInput, [&] { ReadRenderFile(path); }, "a.exr", "raygraph.measuredError");
+    }
+    for (const std::optional<MeasuredError>& none :
+         {std::optional<MeasuredError>(), std::optional<MeasuredError>({128, std::nullopt})}) {
+        written.measuredError = none;
+        WriteRenderFile(path, written);
+        EXPECT_FALSE(image::ReadExr(path).attributes.contains("raygraph.measuredError"));
+        EXPECT_FALSE(ReadRenderFile(path).measuredError);
+    }
+}
+
 TEST(RenderFile, SettingThatIsNotKnownIsOfANewerVersion) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.exr";

@@ -94,5 +94,26 @@ TEST(Resume, WhatCannotBeContinuedIsBadInput) {
     EXPECT_EQ(ReadResumedRender(path).render.samples, (SampleRanges{{3, 8}}));
 }
 
+TEST(Resume, ACompleteRenderHasTheSamplesOrTheError) {
+    RenderFile render = MakeRender(5, 100);
+    EXPECT_TRUE(IsComplete(render, {.samples = 100}));
+    EXPECT_TRUE(IsComplete(render, {.samples = 99}));
+    EXPECT_FALSE(IsComplete(render, {.samples = 101}));
+    EXPECT_FALSE(IsComplete(render, {.seconds = 1.0})) << "each run takes its time";
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9})) << "nothing was measured";
+    // 0.1 at 64 samples is 0.08 at 100
+    render.measuredError = {64, 0.1};
+    EXPECT_TRUE(IsComplete(render, {.relativeError = 0.08}));
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.0799}));
+    EXPECT_TRUE(IsComplete(render, {.samples = 200, .relativeError = 0.08}));
+    EXPECT_TRUE(IsComplete(render, {.samples = 100, .relativeError = 0.01}));
+    EXPECT_FALSE(IsComplete(render, {.samples = 200, .relativeError = 0.01}));
+    render.samples = {{5, 63}};  // no render stops before the first measurement
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9}));
+    render.measuredError = {64, std::nullopt};
+    render.samples = {{5, 100}};
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9}));
+}
+
 }  // namespace
 }  // namespace raygraph::cli

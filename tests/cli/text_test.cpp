@@ -1,4 +1,3 @@
-#include "editor/cli/device_list.h"
 #include "editor/cli/scene_text.h"
 #include "tests/cli/cli_test.h"
 
@@ -39,20 +38,6 @@ TEST(SceneText, LightWithAProfileSaysHowBrightItIs) {
     data.lights.push_back({.name = "panel", .intensity = 2.0f, .profile = 0});
     const std::string text = DescribeScene("a.glb", data);
     EXPECT_NE(text.find("0  \"panel\"  profile, at most 900 cd, color 1 1 1\n"), std::string::npos) << text;
-}
-
-TEST(DeviceList, EveryRefusalIsShown) {
-    std::vector<rhi::DeviceReport> devices(2);
-    devices[0].name = "fast";
-    devices[0].apiVersion = (1u << 22) | (4u << 12) | 7u;
-    devices[1].index = 1;
-    devices[1].name = "old";
-    devices[1].refusals = {"lacks this", "lacks that"};
-    const std::string text = DescribeDevices(devices);
-    for (const char* part :
-         {"0  fast", "Vulkan 1.4", "suitable  yes", "1  old", "suitable  no", "- lacks this", "- lacks that"})
-        EXPECT_NE(text.find(part), std::string::npos) << text << "lacks " << part;
-    EXPECT_NE(DescribeDevices({}).find("no Vulkan devices"), std::string::npos);
 }
 
 }  // namespace

@@ -220,6 +220,50 @@ TEST(ExactSums, NeitherOrderNorGroupingOfSamplesShows) {
     EXPECT_THROW(passes::AddSums(parts, passes::MakeExactSums(3, true)), Error);
 }
 
+TEST(ExactSums, RecordsAddUpLikeTheSumsThatTheyAreOf) {
+    constexpr size_t kPixels = 3;
+    for (const bool withSquares : {true, false}) {
+        SCOPED_TRACE(withSquares);
+        const auto sumsOf = [&](uint32_t seed) {
+            // Any words at all, so that carries go from each word to the next
+            std::mt19937 generator(seed);
+            ExactSums sums = passes::MakeExactSums(kPixels, withSquares);
+            const auto fill = [&](auto& planes, bool hasUnused) {
+                for (auto& plane : planes)
+                    for (size_t i = 0; i < plane.size(); ++i)
+                        if (!hasUnused || i % 4 != 3 || &plane != &planes.back())
+                            plane[i] = static_cast<uint32_t>(generator());
+            };
+            fill(sums.sums, false);
+            if (withSquares) fill(sums.squares, true);
+            return sums;
+        };
+        const ExactSums others = sumsOf(2);
+        ExactSums sums = sumsOf(1);
+        const size_t words = passes::WordsOfRecord(withSquares);
+        EXPECT_EQ(words, withSquares ? 31u : 16u);
+        std::vector<uint32_t> records(kPixels * words), added(kPixels * words);
+        passes::PackSums(sums, 0, records);
+        passes::PackSums(others, 0, added);
+        ExactSums back = passes::MakeExactSums(kPixels, withSquares);
+        passes::UnpackSums(records, 0, back);
+        EXPECT_EQ(back, sums);
+
+        passes::AddRecords(records, added, withSquares);
+        passes::UnpackSums(records, 0, back);
+        passes::AddSums(sums, others);
+        EXPECT_EQ(back, sums);
+
+        // A part of the pixels, which leaves the others
+        std::vector<uint32_t> last(words);
+        passes::PackSums(others, 2, last);
+        EXPECT_EQ(last, (std::vector<uint32_t>(added.end() - static_cast<ptrdiff_t>(words), added.end())));
+        passes::UnpackSums(last, 1, back);
+        for (size_t i = 0; i < 4 * kPixels; ++i)
+            EXPECT_EQ(back.sums[1][i], i / 4 == 1 ? others.sums[1][i + 4] : sums.sums[1][i]) << i;
+    }
+}
+
 TEST(ExactSums, KeepTheMoonlightBesideTheSunForTenMillionSamples) {
     // Doubled 23 times: 8.4e6 samples
     ExactSums sums = passes::MakeExactSums(1, true);

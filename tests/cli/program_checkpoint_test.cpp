@@ -1,0 +1,248 @@
+// Renders that are saved while they run, ended by signals, and gone on with. A device is needed.
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "base/text.h"
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::ProgramResult;
+using test::RunProgram;
+using test::RunProgramBeside;
+using test::TemporaryFolder;
+
+// Complete files are the same bytes: they hold no times.
+std::string BytesOf(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string RunWell(const TemporaryFolder& folder, const std::string& line) {
+    const ProgramResult result = RunProgram(folder, line);
+    EXPECT_EQ(result.exitCode, 0) << line << "\n" << result.messages;
+    return result.output;
+}
+
+uint64_t SamplesIn(const std::filesystem::path& path) {
+    return session::SampleCount(session::ReadRenderFile(path).samples);
+}
+
+constexpr const char* kSmall = "render @cornell.gltf --size 16x16 ";
+// It would take hours.
+constexpr const char* kEndless = "render @cornell.gltf --size 16x16 --spp 100000000 --progress plain ";
+
+// `line`, which gets the signal once it shows that it renders.
+ProgramResult RunUntil(const TemporaryFolder& folder, const std::string& line, int signal) {
+    bool isSent = false;
+    return RunProgramBeside(folder, line, [&](pid_t process, const std::string& messages) {
+        if (isSent || messages.find(" samples") == std::string::npos) return;
+        isSent = true;
+        kill(process, signal);
+    });
+}
+
+void ExpectRefused(const TemporaryFolder& folder, const std::string& options, int exitCode,
+                   const std::string& text) {
+    const ProgramResult result = RunProgram(folder, "render @cornell.gltf " + options);
+    EXPECT_EQ(result.exitCode, exitCode) << options;
+    EXPECT_NE(result.messages.find(text), std::string::npos) << options << "\n" << result.messages;
+    EXPECT_EQ(std::ranges::count(result.messages, '\n'), 1) << result.messages;
+}
+
+TEST(ProgramCheckpoint, TheSameLineAfterAKillGivesTheBitsOfOneRun) {
+    // So many samples that there is a checkpoint before the end, however fast the device
+    for (uint32_t samples = 150;; samples *= 4) {
+        ASSERT_LT(samples, 10'000'000u) << "no checkpoint was written";
+        const TemporaryFolder folder;
+        const std::string options = Text("{}--spp {} --aov albedo,depth ", kSmall, samples);
+        const std::string line = options + "--checkpoint 0.001 --resume a.exr -o a.exr -o a.png";
+        const ProgramResult killed = RunProgramBeside(folder, line, [&](pid_t process, const std::string&) {
+            if (std::filesystem::exists(folder / "a.exr")) kill(process, SIGKILL);
+        });
+        if (killed.exitCode == 0) continue;  // it was faster
+        ASSERT_EQ(killed.exitCode, -1) << killed.messages;
+        const uint64_t saved = SamplesIn(folder / "a.exr");
+        if (saved == samples) continue;
+        ASSERT_LT(saved, samples);
+        EXPECT_TRUE(std::filesystem::exists(folder / "a.png")) << "the .exr is the last file";
+        EXPECT_NE(RunWell(folder, line).find(Text("{} of them new", samples - saved)), std::string::npos);
+        RunWell(folder, options + "-o whole.exr -o whole.png");
+        EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+        EXPECT_EQ(BytesOf(folder / "a.png"), BytesOf(folder / "whole.png"));
+        return;
+    }
+}
+
+TEST(ProgramCheckpoint, WhoIsToldToEndSavesAndSaysTryAgain) {
+    for (const int signal : {SIGTERM, SIGUSR2}) {
+        SCOPED_TRACE(signal);
+        const TemporaryFolder folder;
+        const ProgramResult told =
+            RunUntil(folder, std::string(kEndless) + "-o a.exr -o a.png --report a.json", signal);
+        EXPECT_EQ(told.exitCode, 75) << told.messages;
+        const uint64_t samples = SamplesIn(folder / "a.exr");
+        ASSERT_GE(samples, 1u);
+        EXPECT_NE(told.messages.find(Text("stopped after {} of 100000000 samples", samples)),
+                  std::string::npos)
+            << told.messages;
+        EXPECT_TRUE(std::filesystem::exists(folder / "a.json"));
+        RunWell(folder, Text("{}--spp {} -o whole.exr -o whole.png", kSmall, samples));
+        EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+        EXPECT_EQ(BytesOf(folder / "a.png"), BytesOf(folder / "whole.png"));
+        RunWell(folder, Text("render @cornell.gltf --resume a.exr --spp {}", samples + 3));
+        RunWell(folder, Text("{}--spp {} -o whole.exr", kSmall, samples + 3));
+        EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+    }
+}
+
+// And Ctrl-C ends a render with checkpoints as it ends others.
+TEST(ProgramCheckpoint, ASaveOnDemandDoesNotEndTheRender) {
+    const TemporaryFolder folder;
+    bool isAsked = false, isCopied = false;
+    const ProgramResult result =
+        RunProgramBeside(folder, std::string(kEndless) + "--checkpoint 60 -o a.exr",
+                         [&](pid_t process, const std::string& messages) {
+                             if (!isAsked && messages.find(" samples") != std::string::npos) {
+                                 isAsked = true;
+                                 kill(process, SIGUSR1);
+                             }
+                             if (isCopied || !std::filesystem::exists(folder / "a.exr")) return;
+                             std::filesystem::copy_file(folder / "a.exr", folder / "saved.exr");
+                             isCopied = true;
+                             kill(process, SIGINT);
+                         });
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    ASSERT_TRUE(isCopied);
+    const uint64_t saved = SamplesIn(folder / "saved.exr"), samples = SamplesIn(folder / "a.exr");
+    EXPECT_GT(samples, saved);
+    for (const auto& [name, count] : {std::pair{"saved.exr", saved}, std::pair{"a.exr", samples}}) {
+        RunWell(folder, Text("{}--spp {} -o whole.exr", kSmall, count));
+        EXPECT_EQ(BytesOf(folder / name), BytesOf(folder / "whole.exr")) << name;
+    }
+}
+
+TEST(ProgramCheckpoint, ACompleteFileIsLeftAsItIs) {
+    const TemporaryFolder folder;
+    const std::string line = std::string(kSmall) + "--spp 4 --checkpoint 60 --resume a.exr -o a.exr -o a.png";
+    RunWell(folder, line);
+    const std::string exr = BytesOf(folder / "a.exr");
+    const auto old = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+    for (const char* name : {"a.exr", "a.png"}) std::filesystem::last_write_time(folder / name, old);
+    const ProgramResult again = RunProgram(folder, line);
+    EXPECT_EQ(again.exitCode, 0);
+    EXPECT_EQ(again.output, "a.exr is complete: 4 samples a pixel\n");
+    EXPECT_EQ(again.messages, "");
+    for (const char* name : {"a.exr", "a.png"})
+        EXPECT_EQ(std::filesystem::last_write_time(folder / name), old) << name;
+    EXPECT_EQ(RunWell(folder, line + " --quiet"), "");
+
+    // A picture that nobody has asked for before is not made, but not forgotten without a word either
+    const ProgramResult other = RunProgram(folder, line + " -o b.png");
+    EXPECT_EQ(other.exitCode, 0);
+    EXPECT_NE(other.messages.find("b.png is not written: a.exr is complete"), std::string::npos)
+        << other.messages;
+    EXPECT_EQ(BytesOf(folder / "a.exr"), exr);
+
+    RunWell(folder, std::string(kSmall) + "--spp 6 --checkpoint 60 --resume a.exr -o a.exr -o a.png");
+    RunWell(folder, std::string(kSmall) + "--spp 6 -o whole.exr");
+    EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+}
+
+TEST(ProgramCheckpoint, WhileItLoadsATerminatedRenderEndsAtOnce) {
+    // Where loading was over before the signal came, the render was saved: once more, then
+    for (int attempt = 0; attempt < 10; ++attempt) {
+        const TemporaryFolder folder;
+        std::ofstream(folder / "a.exr") << "old";
+        bool isSent = false;
+        const ProgramResult result = RunProgramBeside(
+            folder, std::string(kEndless) + "-o a.exr", [&](pid_t process, const std::string& messages) {
+                if (isSent || messages.find("loading") == std::string::npos) return;
+                isSent = true;
+                kill(process, SIGTERM);
+            });
+        EXPECT_EQ(result.exitCode, 75);
+        if (BytesOf(folder / "a.exr") != "old") continue;
+        EXPECT_EQ(result.messages.find("stopped after"), std::string::npos) << result.messages;
+        EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 1);
+        return;
+    }
+    FAIL() << "the file was always replaced";
+}
+
+TEST(ProgramCheckpoint, OfASequenceWhatIsThereIsNotRenderedAgain) {
+    const TemporaryFolder folder, whole;
+    const std::string line = std::string(kSmall) + "--spp 6 --frames 0:0.08:0.04 -o f.#.exr ";
+    RunWell(whole, line);
+    RunWell(folder, std::string(kSmall) + "--spp 6 --at 0 -o f.0.exr");
+    RunWell(folder, std::string(kSmall) + "--spp 2 --at 0.04 -o f.1.exr");
+    const auto old = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+    std::filesystem::last_write_time(folder / "f.0.exr", old);
+    const std::string said = RunWell(folder, line + "--checkpoint 60 --resume f.#.exr");
+    EXPECT_EQ(said.find("f.0.exr is complete: 6 samples a pixel\nf.1.exr\n"), 0u) << said;
+    EXPECT_NE(said.find("6 samples a pixel, 4 of them new"), std::string::npos) << said;
+    EXPECT_EQ(std::filesystem::last_write_time(folder / "f.0.exr"), old);
+    for (const char* name : {"f.0.exr", "f.1.exr", "f.2.exr"})
+        EXPECT_EQ(BytesOf(folder / name), BytesOf(whole / name)) << name;
+}
+
+TEST(ProgramCheckpoint, ASequenceEndsWithTheFrameOfTheSignal) {
+    const TemporaryFolder folder;
+    const ProgramResult result =
+        RunUntil(folder, std::string(kEndless) + "--frames 0:0.08:0.04 --checkpoint 60 -o f.#.exr", SIGTERM);
+    EXPECT_EQ(result.exitCode, 75);
+    EXPECT_NE(result.messages.find("2 of 3 pictures were not begun"), std::string::npos) << result.messages;
+    EXPECT_GE(SamplesIn(folder / "f.0.exr"), 1u);
+    EXPECT_FALSE(std::filesystem::exists(folder / "f.1.exr"));
+}
+
+TEST(ProgramCheckpoint, ARenderToAnErrorEndsAtTheSameSample) {
+    const TemporaryFolder folder;
+    const std::string options = "render @cornell.gltf --size 12x12 --error 0.35 ";
+    RunWell(folder, options + "-o whole.exr");
+    const uint64_t wanted = SamplesIn(folder / "whole.exr");
+    ASSERT_GT(wanted, 65u);
+    // Once after the first measurement, and wherever the signals come
+    RunWell(folder, options + "--spp 65 -o a.exr");
+    const std::string line = options + "--checkpoint 0.001 --resume a.exr -o a.exr --progress plain";
+    for (int i = 0; i < 3; ++i) {
+        const int code = RunUntil(folder, line, SIGUSR2).exitCode;
+        EXPECT_TRUE(code == 75 || code == 0) << code;
+    }
+    RunWell(folder, line);
+    EXPECT_EQ(SamplesIn(folder / "a.exr"), wanted);
+    EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+    EXPECT_EQ(RunWell(folder, line), Text("a.exr is complete: {} samples a pixel\n", wanted));
+}
+
+TEST(ProgramCheckpoint, WhatCannotBeSavedOrGoneOnWithIsRefused) {
+    const TemporaryFolder folder;
+    ExpectRefused(folder, "--checkpoint 1 -o a.png", 2, "--checkpoint saves renders that can be resumed");
+    ExpectRefused(folder, "--checkpoint 1 -o a.exr --exr-type half", 2, "leaves out their sums");
+    ExpectRefused(folder, "--checkpoint 0 -o a.exr", 2, "--checkpoint: \"0\"");
+    ExpectRefused(folder, "--frames 0:1:1 --resume f.#.exr -o f.#.exr", 2, "only with --checkpoint");
+    ExpectRefused(folder, "--frames 0:1:1 --checkpoint 1 --resume f.exr -o f.#.exr", 2,
+                  "\"f.exr\" has no single run of #");
+    ExpectRefused(folder, "--resume a.exr -o a.exr --spp 8", 4, "a.exr");
+    EXPECT_TRUE(std::filesystem::is_empty(folder.Path()));
+
+    RunWell(folder, std::string(kSmall) + "--spp 2 -o a.exr");
+    const std::string before = BytesOf(folder / "a.exr");
+    const std::string again = "--checkpoint 1 --resume a.exr -o a.exr --spp 8 ";
+    ExpectRefused(folder, again + "--seed 4", 2, "--seed 4: a.exr was rendered with 0");
+    const ProgramResult other = RunProgram(folder, "render @furnace_row.gltf " + again + "--size 16x16");
+    EXPECT_EQ(other.exitCode, 4) << other.messages;
+    EXPECT_NE(other.messages.find("a.exr cannot be resumed"), std::string::npos) << other.messages;
+    EXPECT_EQ(BytesOf(folder / "a.exr"), before);
+    std::ofstream(folder / "a.exr") << "no render";
+    ExpectRefused(folder, again, 4, "a.exr");
+    EXPECT_EQ(BytesOf(folder / "a.exr"), "no render");
+}
+
+}  // namespace
+}  // namespace raygraph
