@@ -34,8 +34,8 @@ auto& SquareWord(Planes& squares, size_t pixel, size_t channel, size_t k) {
     return k < ExactSums::kPlanes ? squares[k][4 * pixel + channel] : squares[channel][4 * pixel + 3];
 }
 
-// Calls body(first, end) for parts of the pixels that together are all of them. A large picture's are worked on
-// by a thread for each processor.
+// Calls body(first, end) for parts of the pixels that together are all of them. A large picture's are worked
+// on by a thread for each processor.
 template <typename Body>
 void InParts(size_t pixels, const Body& body) {
     constexpr size_t kPixelsOfPart = size_t{1} << 16;

@@ -121,10 +121,6 @@ void CheckShard(const RenderArguments& arguments) {
         Refuse(
             Text("--shard is a part of a known number of samples, and {} knows none beforehand; give --spp",
                  arguments.seconds ? "--time" : "--error"));
-    const View view = SettingsFrom(arguments.given).view;
-    if (!IsMeanMeaningful(view))
-        Refuse(Text("--shard: --view {} is not averaged over samples, so that there is nothing to divide",
-                    Name(view)));
     std::vector<OutputFile> pictures = arguments.outputs;
     if (!arguments.resume.empty()) pictures = PicturesOf(arguments);
     if (std::ranges::none_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Exr; }))

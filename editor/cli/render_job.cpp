@@ -141,6 +141,10 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     CheckView(arguments, job.settings);
     RequireExrForChannels(arguments, job);
     const bool isSingle = !IsMeanMeaningful(job.settings.view);
+    if (arguments.shard && !arguments.frames && isSingle)
+        throw MakeError(ErrorKind::Usage,
+                        "--shard: --view {} is not averaged over samples, so that there is nothing to divide",
+                        Name(job.settings.view));
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
     if (!isOpenEnded)
         job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(RenderArguments::kDefaultSamples);

@@ -1,5 +1,5 @@
 // What of a scene is hashed, and how: content_hash.h. Not installed. Whoever changes what is hashed raises
-// kFormat in render_file.cpp. Threads: exclusive access.
+// kFormat in render_file_names.h. Threads: exclusive access.
 #pragma once
 
 #include <concepts>

@@ -21,7 +21,8 @@ namespace {
 constexpr double kBlockSeconds = 0.1, kBlockSecondsOfGroup = 1.0;
 constexpr std::chrono::microseconds kTick = std::chrono::milliseconds(20);
 
-// All devices have textures of the same detail: where no budget is given, that of the one with the least memory.
+// All devices have textures of the same detail: where no budget is given, that of the one with the least
+// memory.
 PictureSettings Agreed(const PictureSettings& settings, std::span<rhi::Device* const> devices,
                        ProcessGroup* group) {
     PictureSettings agreed = settings;

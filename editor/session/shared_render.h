@@ -16,9 +16,9 @@ namespace raygraph::session {
 // Threads: one at a time; it has others of its own, for as long as a round takes.
 class SharedRender {
   public:
-    // Uploads the scene to each device, out of `input`; while it does, each has a copy. `group`: null, or of processes of which each makes
-    // one of these, and makes the same calls in the same order; it outlives the object, as the devices do.
-    // Errors as of DeviceScene.
+    // Uploads the scene to each device, out of `input`; while it does, each has a copy. `group`: null, or of
+    // processes of which each makes one of these, and makes the same calls in the same order; it outlives the
+    // object, as the devices do. Errors as of DeviceScene.
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  ProcessGroup* group);
 

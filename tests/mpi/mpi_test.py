@@ -65,6 +65,16 @@ class MpiTest(unittest.TestCase):
         result = self.run_in(mpi(3, *picture, "-o", "all.exr"))
         self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"), result.stdout)
 
+    def test_error_goes_on_where_a_render_was_left(self):
+        """What was measured before is the root's to know; and at 64 samples one rank alone has a new one."""
+        picture = ["render", CORNELL, "--size", "12x12"]
+        self.run_in([PROGRAM, *map(str, picture), "--error", "0.35", "-o", "one.exr"])
+        for before in "63", "200":
+            with self.subTest(before=before):
+                self.run_in([PROGRAM, *map(str, picture), "--error", "0.35", "--spp", before, "-o", "part.exr"])
+                self.run_in(mpi(3, "render", CORNELL, "--resume", "part.exr", "--error", "0.35", "-o", "all.exr"))
+                self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
+
     def test_several_pictures_and_a_time(self):
         views = ["--camera", "0 1 3.2 0 1 0 0 1 0 40", "--camera", "0 1.5 3 0 1 0 0 1 0 40"]
         picture = ["render", CORNELL, "--size", "16x16", "--spp", "5", *views]
@@ -72,7 +82,8 @@ class MpiTest(unittest.TestCase):
         self.run_in(mpi(2, *picture, "-o", "all.{camera}.exr"))
         for camera in 0, 1:
             self.assertEqual(self.bytes_of(f"all.{camera}.exr"), self.bytes_of(f"one.{camera}.exr"))
-        self.run_in(mpi(2, "render", CORNELL, "--size", "16x16", "--time", "0.5", "-o", "timed.exr"))
+        timed = self.run_in(mpi(3, "render", CORNELL, "--size", "16x16", "--time", "0.5", "-o", "timed.exr"))
+        self.assertNotIn("stopped", timed.stderr)
         self.assertTrue(self.bytes_of("timed.exr"))
 
     def start(self, command):
