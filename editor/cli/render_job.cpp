@@ -138,13 +138,13 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);
     }
-    CheckView(arguments, job.settings);
-    RequireExrForChannels(arguments, job);
-    const bool isSingle = !IsMeanMeaningful(job.settings.view);
-    if (arguments.shard && !arguments.frames && isSingle)
+    if (arguments.shard && !arguments.frames && !IsMeanMeaningful(job.settings.view))
         throw MakeError(ErrorKind::Usage,
                         "--shard: --view {} is not averaged over samples, so that there is nothing to divide",
                         Name(job.settings.view));
+    CheckView(arguments, job.settings);
+    RequireExrForChannels(arguments, job);
+    const bool isSingle = !IsMeanMeaningful(job.settings.view);
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
     if (!isOpenEnded)
         job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(RenderArguments::kDefaultSamples);

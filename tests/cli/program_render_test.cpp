@@ -231,7 +231,7 @@ TEST(ProgramRender, InterruptWritesWhatThereIsAndSaysSo) {
     EXPECT_EQ(result.exitCode, 0) << result.output;
     EXPECT_NE(result.output.find("stopped after "), std::string::npos) << result.output;
     const uint64_t samples = session::SampleCount(session::ReadRenderFile(folder / "a.exr").samples);
-    EXPECT_GT(samples, 1u);
+    EXPECT_GE(samples, 1u);
     EXPECT_NE(result.output.find("stopped after " + std::to_string(samples) + " of 100000000"),
               std::string::npos)
         << result.output;
