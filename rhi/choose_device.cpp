@@ -52,6 +52,22 @@ std::string Describe(const DeviceReport& report, bool isSelected) {
 
 }  // namespace
 
+const char* Name(DeviceType type) {
+    switch (type) {
+        case DeviceType::Cpu:
+            return "CPU";
+        case DeviceType::Integrated:
+            return "integrated GPU";
+        case DeviceType::Discrete:
+            return "discrete GPU";
+        case DeviceType::Virtual:
+            return "virtual GPU";
+        case DeviceType::Other:
+            break;
+    }
+    return "other";
+}
+
 uint32_t ChooseDevice(const std::vector<DeviceReport>& reports, const std::string& select) {
     const DeviceReport* best = nullptr;
     for (const DeviceReport& report : reports)

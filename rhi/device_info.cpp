@@ -32,22 +32,6 @@ std::string DriverText(const VkPhysicalDeviceDriverProperties& driver) {
 
 }  // namespace
 
-const char* Name(DeviceType type) {
-    switch (type) {
-        case DeviceType::Cpu:
-            return "CPU";
-        case DeviceType::Integrated:
-            return "integrated GPU";
-        case DeviceType::Discrete:
-            return "discrete GPU";
-        case DeviceType::Virtual:
-            return "virtual GPU";
-        case DeviceType::Other:
-            break;
-    }
-    return "other";
-}
-
 std::string LackingFeatures(const OptionalFeatures& features) {
     std::string text;
     const auto add = [&](bool isThere, const char* name) {

@@ -81,9 +81,9 @@ void GoOn(rhi::Device& device, const char* scene, const char* picture) {
                            .aovs = AovsOf(before.render),
                            .firstSample = kSamples});
     bool isEnough = false;
-    const session::RunSummary run = rest.Run(
-        {.seconds = 1e6, .isStopRequested = [&] { return isEnough; }},
-        [&](const session::ProgressState&) { isEnough = rest.SampleCount() + 1 == kLater - kSamples; });
+    const session::RunSummary run =
+        rest.Run({.seconds = 1e6, .isStopRequested = [&] { return isEnough; }},
+                 [&](const session::ProgressState&) { isEnough = rest.SampleCount() == kLater - kSamples; });
     Require(run.wasStopped && rest.SampleCount() == kLater - kSamples, "a run stops when it is told to");
     const session::RenderFile merged =
         session::Merge({{"before", before.render}, {"rest", rest.Result().render}});
