@@ -1,9 +1,11 @@
 #include "passes/trace.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "base/text.h"
 #include "passes/scene_bindings.h"
+#include "passes/wavefront.h"
 
 namespace raygraph::passes {
 
@@ -53,6 +55,8 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     if (const float survival = settings.roulette.survival; !(survival > 0.0f && survival <= 1.0f))
         throw MakeError(ErrorKind::Usage, "Trace: roulette.survival is {}, must be above 0 and at most 1",
                         survival);
+    if (std::getenv("RAYGRAPH_WAVE_STEPS") != nullptr && HasWavefront(scene, settings, outputs))
+        return TraceWavefront(renderer, scene, settings, PixelQueue(renderer));
     const Extent2D traced = RegionOf(settings).Extent();
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
     if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});

@@ -37,7 +37,8 @@ void AddToGroup(vec3 value, uint light, uint triangle) {
 #endif
 
 #include "integrator/camera_media.glsl"
-#include "integrator/path.glsl"
+#include "integrator/extend_path.glsl"
+#include "pathtrace/start.glsl"
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passes/trace.h: TraceCounts
@@ -60,17 +61,6 @@ layout(set = 0, binding = 23, rgba32f) writeonly uniform image2D transmission;
 layout(set = 0, binding = 25, rgba32f) writeonly uniform image2D lightGroups;
 #endif
 
-PathSettings SettingsOf(TraceParameters from) {
-    PathSettings settings;
-    settings.maxDepth = from.maxDepth;
-    settings.rouletteStart = from.rouletteStart;
-    settings.survival = from.survival;
-    settings.frameDepth = from.frameDepth;
-    settings.clampIndirect = from.clampIndirect;
-    settings.regularize = from.regularize;
-    return settings;
-}
-
 #ifdef LIGHT_GROUPS
 void StoreGroups(ivec2 texel, ivec2 size, float alpha) {
     int columns = imageSize(lightGroups).x / size.x;
@@ -85,19 +75,6 @@ bool TakeTexel(uvec2 size, out uvec2 texel) {
     uint index = atomicAdd(pixelQueue.takenCount, 1u);
     texel = uvec2(index % size.x, index / size.x);
     return texel.y < size.y;
-}
-
-PathState PathOf(uvec2 texel) {
-#ifdef LIGHT_GROUPS
-    for (uint i = 0u; i < kMaxLightGroups; ++i) groupSums[i] = vec3(0.0f);
-#endif
-    uvec2 pixel = texel + parameters.value.regionOffset;
-    Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
-    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(parameters.value.pictureSize);
-    Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
-    if (HasTraceFeature(kTraceTextureLod))
-        ray.cone = PixelCone(parameters.value.camera, parameters.value.pictureSize, ray.direction);
-    return StartPath(ray, rng);
 }
 
 // An infinite or NaN sample is written as black, and counted: later passes need not check.
@@ -143,6 +120,9 @@ void main() {
         if (!isGoingOn) {
             if (!TakeTexel(size, texel)) return;
             path = PathOf(texel);
+#ifdef LIGHT_GROUPS
+            for (uint i = 0u; i < kMaxLightGroups; ++i) groupSums[i] = vec3(0.0f);
+#endif
             if (HasTraceFeature(kTraceProbeMedia)) {
                 // Of a pinhole camera, all rays start at one point
                 if (!isProbed || path.ray.origin != probedOrigin) cameraMedia = MediaAround(path.ray.origin);
