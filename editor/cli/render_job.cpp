@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -170,12 +171,14 @@ std::string JobText(const RenderJob& job) {
     for (const Aov aov : kAovs)
         if (job.aovs.Has(aov)) json["aovs"].push_back(Name(aov));
     if (job.samplesWanted) json["samples"] = *job.samplesWanted;
-    return json.dump();
+    // Not as text: names and patterns may be of bytes that are no UTF-8
+    const std::vector<uint8_t> bytes = nlohmann::json::to_cbor(json);
+    return {bytes.begin(), bytes.end()};
 }
 
 RenderJob JobFrom(const std::string& text) {
     try {
-        const nlohmann::json json = nlohmann::json::parse(text);
+        const nlohmann::json json = nlohmann::json::from_cbor(text);
         RenderJob job;
         job.settings = SettingsFrom(json.at("settings").get<SettingTexts>());
         for (const auto& name : json.at("aovs")) job.aovs.Set(ParseChoice<Aov>(name.get<std::string>()));

@@ -307,6 +307,29 @@ void SampleFrames::TakePicture(RenderFile& render) const {
     render.samples = m_samples;
 }
 
+void SampleFrames::DropPicture() {
+    m_hasPicture = false;
+    for (Accumulated* of : {&m_radiance, &m_albedo, &m_normal, &m_groups}) {
+        of->mean = {};
+        of->sums = {};
+    }
+    for (KeptPart& part : m_parts) {
+        part.sum.mean = {};
+        part.sum.sums = {};
+    }
+    m_variance = m_display = {};
+    m_secondTraces.DropReadbacks();
+}
+
+passes::ExactSums SampleFrames::RadianceSums() {
+    if (m_submitted == 0) return passes::MakeExactSums(PixelCount(Size()), true);
+    m_renderer.BeginFrame();
+    const passes::SumsReadback sums(m_renderer,
+                                    passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true));
+    m_renderer.Execute();
+    return sums.Values();
+}
+
 image::Image8 SampleFrames::TakeDisplay() const {
     const Extent2D size = m_display.Extent();
     return {size.width, size.height, WaitForValues<uint8_t>(m_display)};

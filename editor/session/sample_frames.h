@@ -74,6 +74,10 @@ class SampleFrames {
     image::Image8 TakeDisplay() const;
     // The same of other sums: those of `sampleCount` samples of several devices.
     image::Image8 DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount);
+    // Frees the memory of what was read back; then there is no picture, until it is finished again.
+    void DropPicture();
+    // The sums of the radiance alone, with squares; zeros without a sample.
+    passes::ExactSums RadianceSums();
 
     // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
     // Only if TracesPaths().

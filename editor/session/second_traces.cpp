@@ -66,4 +66,11 @@ void SecondTraces::Take(RenderFile& render, bool withSums) const {
     }
 }
 
+void SecondTraces::DropReadbacks() {
+    for (Kept& kept : m_kept) {
+        kept.mean = kept.variance = {};
+        kept.sums = {};
+    }
+}
+
 }  // namespace raygraph::session

@@ -34,6 +34,8 @@ class SecondTraces {
     void ReadBack(Renderer& renderer, Extent2D extent);
     // After it: fills what was removed, zeros if no sample was traced again.
     void Take(RenderFile& render, bool withSums) const;
+    // Frees the memory of what was read back.
+    void DropReadbacks();
 
   private:
     struct Kept {

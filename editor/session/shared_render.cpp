@@ -217,12 +217,14 @@ SharedRender::RoundEnd SharedRender::RenderTo(uint32_t samples, bool isEstimatin
 
 MeasuredError SharedRender::MeasureError() {
     if (IsAlone()) return First().Frames().MeasureErrorNow();
-    RenderFile render{.size = First().Frames().Size()};
-    Pool(render, true);
+    passes::ExactSums sums = First().Frames().RadianceSums();
+    for (size_t i = 1; i < m_devices.size(); ++i)
+        passes::AddSums(sums, m_devices[i]->Frames().RadianceSums());
+    if (m_group != nullptr) m_group->AddAtRoot(sums);
     MeasuredError error;
     if (IsRoot())
-        error = session::MeasureError(passes::MeanOf(render.sums.radiance, m_sampleCount),
-                                      passes::VarianceOf(render.sums.radiance, m_sampleCount), m_sampleCount);
+        error = session::MeasureError(passes::MeanOf(sums, m_sampleCount),
+                                      passes::VarianceOf(sums, m_sampleCount), m_sampleCount);
     struct {
         uint32_t samples = 0, hasError = 0;
         double relativeError = 0.0;
@@ -236,21 +238,23 @@ MeasuredError SharedRender::MeasureError() {
     return error;
 }
 
-void SharedRender::Pool(RenderFile& render, bool isOfRadiance) {
-    for (const auto& device : m_devices) device->Frames().FinishPicture();
+// One device after another, so that the memory of the host is that of two pictures, however many there are.
+void SharedRender::Pool(RenderFile& render) {
     bool isFirst = true;
     for (const auto& device : m_devices) {
+        SampleFrames& frames = device->Frames();
         RenderFile part{.size = render.size};
         RenderFile& into = std::exchange(isFirst, false) ? render : part;
-        device->Frames().TakePicture(into);
+        frames.FinishPicture();
+        frames.TakePicture(into);
+        frames.DropPicture();
         if (&into == &render) continue;
         Add(render.sums, std::move(part.sums));
         render.removedSamples += part.removedSamples;
     }
     if (m_group != nullptr) {
         for (passes::ExactSums* sums : AllOf(render.sums))
-            if (!sums->IsEmpty() && (!isOfRadiance || sums == &render.sums.radiance))
-                m_group->AddAtRoot(*sums);
+            if (!sums->IsEmpty()) m_group->AddAtRoot(*sums);
         render.removedSamples = static_cast<uint32_t>(m_group->Sum(render.removedSamples));
     }
     render.samples = {{m_firstSample, m_sampleCount}};
@@ -264,7 +268,7 @@ void SharedRender::Finish(const RenderFile& described) {
         return;
     }
     RenderFile render = described;
-    Pool(render, false);
+    Pool(render);
     if (m_group != nullptr) m_nonFiniteSamples = m_group->Sum(m_nonFiniteSamples);
     if (!IsRoot()) return;
     TakeMeans(render);

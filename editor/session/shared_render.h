@@ -64,7 +64,7 @@ class SharedRender {
 
   private:
     RoundEnd RunRound(BlockDealer* dealer, bool isEstimating, const std::function<RoundEnd()>& tick);
-    void Pool(RenderFile& render, bool isOfRadiance);
+    void Pool(RenderFile& render);
 
     ProcessGroup* m_group;
     std::vector<std::unique_ptr<DeviceRender>> m_devices;
@@ -73,7 +73,6 @@ class SharedRender {
     uint32_t m_sampleCount = 0;
     uint32_t m_samplesOfRounds = 0;         // before the round
     const BlockDealer* m_dealer = nullptr;  // of the round, on the root
-    bool m_withSums = false;
     // Of several devices, once finished
     std::optional<RenderFile> m_pooled;
     image::Image8 m_display;

@@ -65,6 +65,21 @@ TEST(ProgramCamera, EachIsRenderedInEachFrame) {
               "0.01.exr is complete: 2 samples a pixel\n1.01.exr is complete: 2 samples a pixel\n");
 }
 
+TEST(ProgramCamera, OneThatIsMissingIsRenderedAlone) {
+    const TemporaryFolder folder;
+    const std::string line = std::string("render @cornell.gltf --size 8x8 --spp 2 --camera 0 --camera ") +
+                             kAbove + " -o {camera}.exr --checkpoint 60 --resume {camera}.exr";
+    RunWell(folder, line);
+    const std::string first = BytesOf(folder / "0.exr"), second = BytesOf(folder / "1.exr");
+    EXPECT_NE(second, first);
+    for (const char* missing : {"0.exr", "1.exr"}) {
+        std::filesystem::remove(folder / missing);
+        RunWell(folder, line);
+        EXPECT_EQ(BytesOf(folder / "0.exr"), first) << "without " << missing;
+        EXPECT_EQ(BytesOf(folder / "1.exr"), second) << "without " << missing;
+    }
+}
+
 TEST(ProgramCamera, PicturesThatCannotAllBeAreNotBegun) {
     const TemporaryFolder folder;
     const auto expectRefused = [&](const std::string& options, const std::string& text) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "tests/cli/cli_test.h"
@@ -125,6 +126,69 @@ TEST(ProgramCheckpoint, ASaveOnDemandDoesNotEndTheRender) {
         RunWell(folder, Text("{}--spp {} -o whole.exr", kSmall, count));
         EXPECT_EQ(BytesOf(folder / name), BytesOf(folder / "whole.exr")) << name;
     }
+}
+
+// Of `--progress json`: how often files were written.
+size_t TimesWritten(const std::string& messages) {
+    const std::string event = R"({"event":"written")";
+    size_t count = 0;
+    for (size_t at = messages.find(event); at != std::string::npos; at = messages.find(event, at + 1))
+        ++count;
+    return count;
+}
+
+TEST(ProgramCheckpoint, MinutesAreNoSeconds) {
+    const TemporaryFolder folder;
+    const ProgramResult result = RunProgram(
+        folder, "render @cornell.gltf --size 16x16 --time 1.5 --checkpoint 1 -o a.exr --progress json");
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_EQ(TimesWritten(result.messages), 1u) << result.messages;
+}
+
+TEST(ProgramCheckpoint, ATimeLimitIsOfAllThatIsRenderedBetweenCheckpoints) {
+    const TemporaryFolder folder;
+    const ProgramResult result = RunProgram(folder,
+                                            "render @cornell.gltf --size 16x16 --time 1.5 --checkpoint 0.002 "
+                                            "-o a.exr --report a.json --progress json");
+    ASSERT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_GT(TimesWritten(result.messages), 2u) << result.messages;
+    const auto report = nlohmann::json::parse(BytesOf(folder / "a.json"));
+    EXPECT_GE(report.at("timings_ms").at("render"), 1500.0);
+    EXPECT_EQ(report.at("samples"), SamplesIn(folder / "a.exr"));
+    EXPECT_EQ(report.at("stopped"), false);
+}
+
+// A folder is in the way when the first checkpoint is due.
+TEST(ProgramCheckpoint, WhatCannotBeSavedNowIsSavedLater) {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder / "a.exr";
+    bool isBlocked = false, isFreed = false, isTold = false;
+    const ProgramResult result = RunProgramBeside(
+        folder, std::string(kEndless) + "--checkpoint 0.001 -o a.exr",
+        [&](pid_t process, const std::string& messages) {
+            std::error_code ignored;
+            if (!isBlocked && messages.find("loading") != std::string::npos)
+                isBlocked = std::filesystem::create_directory(file, ignored);
+            if (isBlocked && !isFreed && messages.find("rendering goes on") != std::string::npos)
+                isFreed = std::filesystem::remove(file);
+            if (isTold || !std::filesystem::is_regular_file(file, ignored)) return;
+            isTold = true;
+            kill(process, SIGTERM);
+        });
+    EXPECT_TRUE(isBlocked && isFreed) << result.messages;
+    EXPECT_EQ(result.exitCode, 75) << result.messages;
+    EXPECT_NE(result.messages.find("not saved, rendering goes on: a.exr: "), std::string::npos)
+        << result.messages;
+    EXPECT_GE(SamplesIn(file), 1u);
+}
+
+// The picture is of the same samples then, or of more, wherever the program is killed.
+TEST(ProgramCheckpoint, TheRenderIsWrittenAfterItsPictures) {
+    const TemporaryFolder folder;
+    RunWell(folder, "render @cornell.gltf --size 400x400 --spp 1 -o a.exr -o a.png -o a.hdr");
+    const auto written = [&](const char* name) { return std::filesystem::last_write_time(folder / name); };
+    EXPECT_GE(written("a.exr"), written("a.png"));
+    EXPECT_GE(written("a.exr"), written("a.hdr"));
 }
 
 TEST(ProgramCheckpoint, ACompleteFileIsLeftAsItIs) {

@@ -132,6 +132,7 @@ TEST(Completion, EveryShellKnowsEveryOptionOfHelp) {
         }
     }
     expect(zsh, "'--sampler[Random numbers]:SAMPLER:(sobol pcg tea)'");
+    expect(zsh, "'--max-depth[Bias\\: end paths after N bounces");
     expect(zsh, "'1:FILE:_files -g \"*.(gltf|glb)\"'");
     expect(zsh, "'*:FILES:_files -g \"*.exr\"'");
     expect(fish, " -l sampler -x -a 'sobol pcg tea' -d 'Random numbers'");

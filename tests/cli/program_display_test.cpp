@@ -256,6 +256,16 @@ TEST(ProgramDisplay, TheMapOfTheOtherRenderIsAskedFor) {
         folder, "render @furnace_sphere.gltf --settings-from model.exr --background 1,1,1 --spp 1 -o c.exr");
     EXPECT_EQ(plain.messages, "");
     EXPECT_EQ(session::ReadRenderFile(folder / "c.exr").settings.at("env-rotation"), "0");
+
+    // A map takes the place of the background of the other render
+    Render(folder, ball + "--background 0.2,0.4,0.8 -o flat.exr");
+    const ProgramResult mapped = RunProgram(
+        folder, "render @furnace_sphere.gltf --settings-from flat.exr --env sky.hdr --spp 1 -o d.exr");
+    EXPECT_EQ(mapped.messages, "");
+    Render(folder, ball + "--env sky.hdr -o e.exr");
+    const session::RenderFile d = session::ReadRenderFile(folder / "d.exr");
+    EXPECT_EQ(d.settings, session::ReadRenderFile(folder / "e.exr").settings);
+    EXPECT_EQ(d.radiance, session::ReadRenderFile(folder / "e.exr").radiance);
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 // What commands print for scripts.
+#include <algorithm>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "editor/session/image_statistics.h"
@@ -57,6 +60,39 @@ TEST(ProgramJson, NumbersOfInfoAreThoseOfTheFile) {
     EXPECT_GE(varied.at("variants").size(), 2u);
 }
 
+TEST(ProgramJson, AnglesAreInDegreesAndPlacesInMeters) {
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    const json file = json::parse(std::ifstream(test::SceneFile("terrace.gltf")));
+    const json info = OutputOf("info @terrace.gltf --json");
+    const json& lights = file.at("extensions").at("KHR_lights_punctual").at("lights");
+    size_t spots = 0;
+    for (const json& light : info.at("lights")) {
+        const auto inFile =
+            std::ranges::find_if(lights, [&](const json& one) { return one.at("type") == light.at("type"); });
+        ASSERT_NE(inFile, lights.end()) << light;
+        EXPECT_EQ(light.contains("cone_degrees"), inFile->contains("spot"));
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(light.at("color")[c], inFile->at("color")[c], 1e-6);
+        if (!inFile->contains("spot")) continue;
+        ++spots;
+        const double outer = inFile->at("spot").at("outerConeAngle");
+        EXPECT_NEAR(light.at("cone_degrees"), 2.0 * kDegrees * outer, 1e-3);
+    }
+    EXPECT_GT(spots, 0u);
+
+    const json box = json::parse(std::ifstream(test::SceneFile("cornell.gltf")));
+    const json seen = OutputOf("info @cornell.gltf --json");
+    const json& camera = seen.at("cameras").at(0);
+    EXPECT_EQ(camera.at("projection"), "perspective");
+    const double yFov = box.at("cameras")[0].at("perspective").at("yfov");
+    EXPECT_NEAR(camera.at("fov_degrees"), kDegrees * yFov, 1e-3);
+    const auto node =
+        std::ranges::find_if(box.at("nodes"), [](const json& n) { return n.contains("camera"); });
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(camera.at("eye")[c], node->at("translation")[c], 1e-5);
+    const json& bounds = seen.at("bounds_m");
+    for (int c = 0; c < 3; ++c) EXPECT_LT(bounds.at("min")[c], bounds.at("max")[c]);
+    EXPECT_NEAR(bounds["max"][1], 0.5488, 0.01) << "its height";
+}
+
 TEST(ProgramJson, ACameraOfInfoIsOneThatRenderTakes) {
     const test::TemporaryFolder folder;
     const std::string camera = OutputOf("info @cornell.gltf --json").at("cameras")[0].at("option");
@@ -96,6 +132,7 @@ TEST(ProgramJson, ThePlanOfAFrameIsThatOfTheText) {
         std::istringstream text(RunProgram(test::TemporaryFolder(), line).output);
         const json plan = OutputOf(line + " --json");
         std::vector<std::string> inText, inJson;
+        std::map<size_t, int> versions;  // of resources, which passes have written
         size_t waitsInText = 0, waitsInJson = plan.at("acquire").at("barriers").size();
         for (std::string word; std::getline(text, word);) {
             waitsInText += word.starts_with("    waits ");
@@ -111,6 +148,11 @@ TEST(ProgramJson, ThePlanOfAFrameIsThatOfTheText) {
                 for (const json& use : pass.at(uses))
                     EXPECT_EQ(plan.at("resources")[use.at("resource").get<size_t>()].at("name"),
                               use.at("name"));
+            for (const json& use : pass.at("reads")) {
+                const auto written = versions.find(use.at("resource"));
+                EXPECT_TRUE(written == versions.end() || use.at("version") == written->second) << use;
+            }
+            for (const json& use : pass.at("writes")) versions[use.at("resource")] = use.at("version");
         }
         waitsInJson += plan.at("end").at("barriers").size();
         EXPECT_EQ(inJson, inText);
@@ -133,6 +175,8 @@ TEST(ProgramJson, MergeReportsWhatWasMerged) {
     EXPECT_EQ(report["inputs"][0].at("file"), "b.exr");
     EXPECT_EQ(report["inputs"][0].at("ranges"), json::parse(R"([{"first": 32, "count": 48}])"));
     EXPECT_EQ(report["inputs"][1].at("samples"), 16);
+    EXPECT_EQ(report["inputs"][1].at("device"), "a device");
+    EXPECT_EQ(report["inputs"][1].at("driver"), "a driver");
     const json& output = report.at("output");
     EXPECT_EQ(output.at("file"), "m.exr");
     EXPECT_EQ(output.at("samples"), 64);

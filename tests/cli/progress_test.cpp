@@ -204,6 +204,15 @@ TEST(Progress, PlainLinesAreForPeopleWhoReadALog) {
     EXPECT_EQ(WrittenBy(ProgressStyle::None, ShowTwoRuns), "");
 }
 
+TEST(Progress, TheLastStateOfAStageStandsBeforeTheNext) {
+    const auto show = [](Progress& progress) {
+        for (const float fraction : {0.25f, 0.5f, 1.0f}) progress.ShowLoading("images", fraction);
+        progress.ShowStep("  building");
+    };
+    EXPECT_EQ(WrittenBy(ProgressStyle::Plain, show),
+              "raygraph: loading images, 25 %\nraygraph: loading images, 100 %\nraygraph: building\n");
+}
+
 TEST(Progress, JsonIsWrittenOnceASecond) {
     const auto start = std::chrono::steady_clock::now();
     const auto seconds = [&] {

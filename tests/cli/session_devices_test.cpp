@@ -131,6 +131,11 @@ TEST_F(SessionDevicesTest, ProgressCountsUpToAllSamples) {
     });
     EXPECT_TRUE(hasSpeed);
     EXPECT_GT(last, 100u);
+    // And from there in the next run
+    session.Run({.samples = 420}, [](const ProgressState& state) {
+        EXPECT_GE(state.samplesDone, 400u);
+        EXPECT_LE(state.samplesDone, 420u);
+    });
 }
 
 TEST_F(SessionDevicesTest, RunEndsWhenItIsAskedTo) {

@@ -247,6 +247,30 @@ TEST_F(SessionTest, TimeLeftIsThatOfTheLimitThatIsReachedFirst) {
     EXPECT_LT(*left, 1.0);
 }
 
+// Of a run that goes on with a picture, too.
+TEST_F(SessionTest, SpeedIsThatOfTheSamplesOfTheRun) {
+    SessionDesc desc = Small();
+    desc.settings.size = {4, 4};
+    Session session(Device(), Cornell(), desc);
+    session.Run({.samples = 1000});
+    double shown = 0.0;
+    const RunSummary run =
+        session.Run({.samples = 1040}, [&](const ProgressState& state) { shown = state.samplesPerSecond; });
+    ASSERT_TRUE(run.samplesPerSecond);
+    EXPECT_GT(shown, 0.1 * *run.samplesPerSecond);
+    EXPECT_LT(shown, 10.0 * *run.samplesPerSecond);
+}
+
+TEST_F(SessionTest, ProgressEstimatesTheErrorOfTheResult) {
+    Session session(Device(), Cornell(), Small());
+    std::optional<double> shown;
+    session.Run({.samples = 96}, [&](const ProgressState& state) { shown = state.relativeError; });
+    const std::optional<double> has = session.Result().statistics.relativeError;
+    ASSERT_TRUE(shown && has);
+    EXPECT_GT(*shown, 0.3 * *has);
+    EXPECT_LT(*shown, 3.0 * *has);
+}
+
 TEST_F(SessionTest, RenderThatNoReaderCheckedIsNotResumed) {
     SessionDesc desc = Small();
     Session session(Device(), Cornell(), desc);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <random>
+#include <type_traits>
 
 #include "renderer/graph/pass_harness.h"
 #include "tests/support/vulkan_test.h"
@@ -262,6 +263,43 @@ TEST(ExactSums, RecordsAddUpLikeTheSumsThatTheyAreOf) {
         for (size_t i = 0; i < 4 * kPixels; ++i)
             EXPECT_EQ(back.sums[1][i], i / 4 == 1 ? others.sums[1][i + 4] : sums.sums[1][i]) << i;
     }
+}
+
+// So large that several threads work on it, and of a number of pixels that they cannot share evenly.
+TEST(ExactSums, LargePicturesHaveTheBitsOfSmallOnes) {
+    constexpr size_t kSmall = 1009, kLarge = 3 * 65536 + 7;
+    std::mt19937 generator(1);
+    const auto sumsOf = [&](uint32_t count) {
+        ExactSums sums = passes::MakeExactSums(kSmall, true);
+        std::vector<float> sample(4 * kSmall);
+        for (uint32_t n = 0; n < count; ++n) {
+            for (float& value : sample) value = std::uniform_real_distribution<float>(-1, 1)(generator);
+            passes::AddSample(sums, sample);
+        }
+        return sums;
+    };
+    // Pixel i of the large picture is pixel i % kSmall of the small one
+    const auto repeated = [](const auto& small) {
+        std::remove_cvref_t<decltype(small)> large(4 * kLarge);
+        for (size_t i = 0; i < large.size(); ++i) large[i] = small[i % small.size()];
+        return large;
+    };
+    const auto enlarged = [&](const ExactSums& small) {
+        ExactSums large;
+        for (size_t k = 0; k < ExactSums::kPlanes; ++k) {
+            large.sums[k] = repeated(small.sums[k]);
+            large.squares[k] = repeated(small.squares[k]);
+        }
+        return large;
+    };
+    ExactSums sums = sumsOf(3);
+    const ExactSums others = sumsOf(2);
+    ExactSums large = enlarged(sums);
+    passes::AddSums(large, enlarged(others));
+    passes::AddSums(sums, others);
+    EXPECT_TRUE(large == enlarged(sums));
+    EXPECT_TRUE(passes::MeanOf(large, 5) == repeated(passes::MeanOf(sums, 5)));
+    EXPECT_TRUE(passes::VarianceOf(large, 5) == repeated(passes::VarianceOf(sums, 5)));
 }
 
 TEST(ExactSums, KeepTheMoonlightBesideTheSunForTenMillionSamples) {

@@ -262,6 +262,25 @@ TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
     std::signal(SIGTERM, before);
 }
 
+volatile std::sig_atomic_t othersSignal = 0;
+
+TEST(OsSignals, EachGoesToWhoHadItBefore) {
+    constexpr std::array kSignals{SIGINT, SIGTERM, SIGUSR1, SIGUSR2};
+    std::array<void (*)(int), kSignals.size()> before{};
+    for (size_t i = 0; i < kSignals.size(); ++i)
+        before[i] = std::signal(kSignals[i], [](int signal) { othersSignal = signal; });
+    {
+        SignalWatch watch(EndAtOnce);
+        watch.StartNoting();
+    }
+    for (const int signal : kSignals) {
+        othersSignal = 0;
+        std::raise(signal);
+        EXPECT_EQ(othersSignal, signal);
+    }
+    for (size_t i = 0; i < kSignals.size(); ++i) std::signal(kSignals[i], before[i]);
+}
+
 TEST(OsSignals, SaveIsNotedFromTheStartAndForgottenOnceItIsDone) {
     SignalWatch watch(EndAtOnce);
     EXPECT_FALSE(watch.IsSaveRequested());
