@@ -12,7 +12,7 @@ namespace raygraph::passes {
 namespace {
 
 struct Wave {
-    uint32_t step, pixelCount, width;
+    uint32_t step, pixelCount, width, isProbedOnce;
 };
 
 uint32_t Steps() {
@@ -37,7 +37,7 @@ class Wavefront {
         m_ids.hits = renderer.CreateBuffer("waveHits", {.size = (pixels + (pixels + 3) / 4) * 16});
         m_ids.shadows = renderer.CreateBuffer("waveShadows", {.size = pixels * 16 * gpu::kWaveShadowRows});
         m_ids.queue = renderer.CreateBuffer("waveQueue", {.size = pixels * 8});
-        m_ids.media = renderer.CreateBuffer("waveMedia", {.size = scene.hasVolumes ? pixels * 32 : 32});
+        m_ids.media = renderer.CreateBuffer("waveMedia", {.size = scene.hasVolumes ? (pixels + 1) * 32 : 32});
         m_ids.counts = renderer.CreateBuffer("waveCounts", {.size = 4 * (2 * Steps() + 2)});
         renderer.AddPass(
             "WaveCounts", PassKind::Transfer, [&](PassBuilder& pass) { m_ids.counts = pass.CopiesTo(m_ids.counts); },
@@ -60,15 +60,21 @@ class Wavefront {
     }
 
   private:
-    Wave At(uint32_t step) const { return {step, m_pixels, m_extent.width}; }
+    Wave At(uint32_t step) const { return {step, m_pixels, m_extent.width, IsPinhole() ? 1u : 0u}; }
+    bool IsPinhole() const { return m_settings.camera.lensRadius == 0.0f && m_settings.camera.orthographic == 0u; }
     void Tracing(PassBuilder& pass) {
         SpecializeTrace(pass, m_scene, m_settings);
         BindTracing(pass, m_scene, ParametersFor(m_scene, m_settings), AlphaTest::On);
         BindGeometry(pass, m_scene);
         BindMaterials(pass, m_scene);
     }
-    auto TracesAll() const {
-        return [extent = Extent2D{m_pixels, 1}](CommandList& commands) { commands.TraceRays(extent); };
+    // Invocations take one path after the other.
+    Extent2D LaunchOf(uint32_t step) const {
+        const uint32_t width = std::max(m_pixels >> std::min(step, 4u), std::min(m_pixels, 1u << 16));
+        return {width, 1};
+    }
+    auto TracesAll(uint32_t step) const {
+        return [extent = LaunchOf(step)](CommandList& commands) { commands.TraceRays(extent); };
     }
 
     void First() {
@@ -81,7 +87,7 @@ class Wavefront {
                 m_ids.hits = pass.Writes("waveHits", m_ids.hits);
                 m_ids.media = pass.Writes("waveMedia", m_ids.media);
             },
-            TracesAll());
+            TracesAll(0));
     }
     void Extend(uint32_t step) {
         m_renderer.AddPass(
@@ -95,7 +101,7 @@ class Wavefront {
                 m_ids.paths = pass.Updates("wavePaths", m_ids.paths);
                 m_ids.hits = pass.Writes("waveHits", m_ids.hits);
             },
-            TracesAll());
+            TracesAll(step));
     }
     void Shade(uint32_t step) {
         m_renderer.AddPass(
@@ -118,7 +124,7 @@ class Wavefront {
                 m_ids.shadows = pass.Writes("waveShadows", m_ids.shadows);
                 m_ids.radiance = step == 0 ? pass.Writes("radiance", m_ids.radiance) : pass.Updates("radiance", m_ids.radiance);
             },
-            [extent = Extent2D{m_pixels, 1}](CommandList& commands) { commands.DispatchOver(extent); });
+            [extent = LaunchOf(step)](CommandList& commands) { commands.DispatchOver(extent); });
     }
     void Shadow(uint32_t step) {
         m_renderer.AddPass(
@@ -132,7 +138,7 @@ class Wavefront {
                 m_ids.shadows = pass.Updates("waveShadows", m_ids.shadows);
                 m_ids.radiance = pass.Updates("radiance", m_ids.radiance);
             },
-            TracesAll());
+            TracesAll(step));
     }
     void Rest(uint32_t step) {
         m_renderer.AddPass(
@@ -152,7 +158,7 @@ class Wavefront {
                 m_ids.pixelQueue = pass.Updates("pixelQueue", m_ids.pixelQueue);
                 m_ids.radiance = pass.Updates("radiance", m_ids.radiance);
             },
-            [extent = Extent2D{std::min(m_pixels, 1u << 18), 1}](CommandList& commands) { commands.TraceRays(extent); });
+            [extent = Extent2D{std::min(m_pixels, 1u << 16), 1}](CommandList& commands) { commands.TraceRays(extent); });
     }
     void Finish() {
         m_renderer.AddPass(

@@ -1,7 +1,9 @@
 // A kernel of a wavefront: shades what the rays of the queue found, and queues the next rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #define NO_TLAS
+#define WAVE_QUEUES
 #include "pathtrace/wave_scene.glsl"
 
 #include "integrator/path.glsl"
@@ -21,7 +23,7 @@ void main() {
         PathState path;
         if (isFirst) {
             path = PathOf(uvec2(texel));
-            if (HasTraceFeature(kTraceProbeMedia)) path.media = LoadMedia(slot);
+            if (HasTraceFeature(kTraceProbeMedia)) path.media = LoadMedia(CameraMediaOf(slot));
         } else {
             path = LoadPath(slot);
         }
@@ -34,13 +36,16 @@ void main() {
             imageStore(radiance, texel, vec4(path.radiance, path.alpha));
         else if (path.radiance != vec3(0.0f) || path.alpha != alpha)
             imageStore(radiance, texel, vec4(imageLoad(radiance, texel).xyz + path.radiance, path.alpha));
-        if (HasTraceFeature(kTraceLightSampling) && MaxComponent(direct.radiance) > 0.0f) {
-            ++path.rayCount;
-            StoreShadow(slot, direct, AlphaSeed(path.rng, path.rayCount), depth + 1u);
+        if (HasTraceFeature(kTraceLightSampling)) {
+            bool isLit = MaxComponent(direct.radiance) > 0.0f;
+            uint at = TakePlace(2u * wave.step + 1u, isLit);
+            if (isLit) {
+                ++path.rayCount;
+                StoreShadow(at, slot, direct, AlphaSeed(path.rng, path.rayCount), depth + 1u);
+            }
         }
-        if (isGoingOn && path.rayCount < kMaxRays) {
-            StorePath(slot, path);
-            Enqueue(slot);
-        }
+        isGoingOn = isGoingOn && path.rayCount < kMaxRays;
+        if (isGoingOn) StorePath(slot, path);
+        Enqueue(slot, isGoingOn);
     }
 }

@@ -21,6 +21,7 @@ layout(push_constant) uniform Wave {
     uint step;       // rays that the paths have traced before this one
     uint pixelCount;
     uint width;      // of the traced region
+    uint isProbedOnce;  // the media of all camera rays are those of the first
 } wave;
 
 ivec2 TexelOf(uint slot) { return ivec2(slot % wave.width, slot / wave.width); }
@@ -31,10 +32,20 @@ uint SlotAt(uint i) {
 }
 uint ShadowCount() { return waveCounts.at[2u * wave.step + 1u]; }
 
-void Enqueue(uint slot) {
-    uint at = atomicAdd(waveCounts.at[2u * wave.step + 2u], 1u);
-    waveQueue.at[((wave.step + 1u) & 1u) * wave.pixelCount + at] = slot;
+#ifdef WAVE_QUEUES
+// A place of its own in a queue for each invocation that wants one; one atomic operation a subgroup.
+uint TakePlace(uint counter, bool wants) {
+    uvec4 votes = subgroupBallot(wants);
+    uint first = 0u;
+    if (subgroupElect()) first = atomicAdd(waveCounts.at[counter], subgroupBallotBitCount(votes));
+    return subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes);
 }
+
+void Enqueue(uint slot, bool wants) {
+    uint at = TakePlace(2u * wave.step + 2u, wants);
+    if (wants) waveQueue.at[((wave.step + 1u) & 1u) * wave.pixelCount + at] = slot;
+}
+#endif
 
 // ---------------------------------------------------------------------------------------------------- paths
 
@@ -51,6 +62,9 @@ void StorePath(uint slot, PathState path) {
         waveMedia.at[2u * slot + 1u] = uintBitsToFloat(uvec4(path.media.m0, path.media.m1, path.media.m2, path.media.m3));
     }
 }
+
+// Where the media around the origin of a camera ray are: behind those of all paths if they are the same.
+uint CameraMediaOf(uint slot) { return wave.isProbedOnce != 0u ? wave.pixelCount : slot; }
 
 void StoreMedia(uint slot, MediumStack media) {
     waveMedia.at[2u * slot + 1u] = uintBitsToFloat(uvec4(media.m0, media.m1, media.m2, media.m3));
@@ -127,8 +141,7 @@ Hit LoadHit(uint slot) {
 // ---------------------------------------------------------------------------------------------- shadow rays
 
 // `alphaSeed` of its any-hit shaders; `depth` at which it adds light.
-void StoreShadow(uint slot, DirectLight direct, uint alphaSeed, uint depth) {
-    uint at = atomicAdd(waveCounts.at[2u * wave.step + 1u], 1u);
+void StoreShadow(uint at, uint slot, DirectLight direct, uint alphaSeed, uint depth) {
     uint row = kWaveShadowRows * at;
     waveShadows.at[row] = vec4(direct.ray.origin, direct.distance);
     waveShadows.at[row + 1u] = vec4(direct.ray.direction, direct.ior);
