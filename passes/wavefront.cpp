@@ -1,7 +1,6 @@
 #include "passes/wavefront.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <string>
 
 #include "passes/scene_bindings.h"
@@ -11,162 +10,202 @@ namespace raygraph::passes {
 
 namespace {
 
-struct Wave {
-    uint32_t step, pixelCount, width, isProbedOnce;
-};
+constexpr auto kPathPartNames = Texts(PathPart{});
+constexpr uint32_t kRowBytes = 16;
+// Of the paths that are left for the last kernel, as many are traced at once.
+constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
-uint32_t Steps() {
-    const char* text = std::getenv("RAYGRAPH_WAVE_STEPS");
-    return text != nullptr ? static_cast<uint32_t>(std::atoi(text)) : 4;
+uint32_t PathRows(uint32_t features, bool hasParts) {
+    return gpu::kWavePathRows + (hasParts ? gpu::kWaveLobeRows : 0u) +
+           ((features & kTraceTextureLod) != 0u ? gpu::kWaveConeRows : 0u) +
+           ((features & kTraceVolumes) != 0u ? gpu::kWaveMediaRows : 0u);
 }
 
-struct WaveIds {
-    TextureId radiance;
-    BufferId paths, hits, shadows, queue, counts, media, pixelQueue;
-};
+uint32_t ShadowRows(uint32_t features, bool hasParts) {
+    return gpu::kWaveShadowRows + (hasParts ? gpu::kWaveLobeRows : 0u) +
+           ((features & kTraceMatchedMedia) != 0u ? gpu::kWaveShadowMediaRows : 0u);
+}
 
 class Wavefront {
   public:
-    Wavefront(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, BufferId counts)
-        : m_renderer(renderer), m_scene(scene), m_settings(settings), m_extent(RegionOf(settings).Extent()) {
+    Wavefront(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+              const TraceOutputs& outputs, const TraceIds& ids)
+        : m_renderer(renderer),
+          m_scene(scene),
+          m_settings(settings),
+          m_outputs(outputs),
+          m_features(TraceFeatures(scene, settings)),
+          m_extent(RegionOf(settings).Extent()),
+          m_ids(ids) {
         const uint64_t pixels = uint64_t{m_extent.width} * m_extent.height;
         m_pixels = static_cast<uint32_t>(pixels);
-        m_ids.radiance = renderer.CreateTexture("radiance", {m_extent, Format::Rgba32Float});
-        m_ids.pixelQueue = counts;
-        m_ids.paths = renderer.CreateBuffer("wavePaths", {.size = pixels * 16 * gpu::kWavePathRows});
-        m_ids.hits = renderer.CreateBuffer("waveHits", {.size = (pixels + (pixels + 3) / 4) * 16});
-        m_ids.shadows = renderer.CreateBuffer("waveShadows", {.size = pixels * 16 * gpu::kWaveShadowRows});
-        m_ids.queue = renderer.CreateBuffer("waveQueue", {.size = pixels * 8});
-        m_ids.media = renderer.CreateBuffer("waveMedia", {.size = scene.hasVolumes ? (pixels + 1) * 32 : 32});
-        m_ids.counts = renderer.CreateBuffer("waveCounts", {.size = 4 * (2 * Steps() + 2)});
-        renderer.AddPass(
-            "WaveCounts", PassKind::Transfer, [&](PassBuilder& pass) { m_ids.counts = pass.CopiesTo(m_ids.counts); },
-            [id = m_ids.counts](CommandList& commands, const PassResources& resources) {
+        const auto buffer = [&](const char* name, uint64_t size) {
+            return renderer.CreateBuffer(name, {.size = size});
+        };
+        // One record more: the media around the camera
+        m_paths = buffer("wavePaths", (pixels + 1) * PathRows(m_features, outputs.parts) * kRowBytes);
+        m_hits = buffer("waveHits", (pixels + (pixels + 3) / 4) * kRowBytes);
+        m_shadows = buffer("waveShadows", pixels * ShadowRows(m_features, outputs.parts) * kRowBytes);
+        m_queue = buffer("waveQueue", pixels * 2 * sizeof(uint32_t));
+        m_counts = buffer("waveCounts", (settings.form.steps + 1) * 2 * sizeof(uint32_t));
+    }
+
+    TraceIds Declare() {
+        const bool hasLights = (m_features & kTraceLightSampling) != 0u;
+        // Shadow rays that may take several rays come first: the next ray's number depends on how many
+        const bool isApart = (m_features & kTraceMatchedMedia) != 0u;
+        ClearCounts();
+        TraceFirst();
+        for (uint32_t step = 0; step < m_settings.form.steps; ++step) {
+            if (step > 0) {
+                if (hasLights && isApart) Trace(step, gpu::kWaveTracesShadows);
+                Trace(step, gpu::kWaveTracesPaths | (hasLights && !isApart ? gpu::kWaveTracesShadows : 0u));
+            }
+            Shade(step);
+        }
+        if (hasLights) Trace(m_settings.form.steps, gpu::kWaveTracesShadows);
+        TraceRest();
+        Finish();
+        return m_ids;
+    }
+
+  private:
+    // "pathtrace/wave_shade_parts.comp"
+    std::string Shader(const char* kernel, const char* stage) const {
+        return std::string("pathtrace/wave_") + kernel + (m_outputs.parts ? "_parts" : "") +
+               (m_outputs.lightGroups ? "_groups" : "") + stage;
+    }
+    // Paths become fewer with every step, and an invocation takes one after the other.
+    Extent2D LaunchAt(uint32_t step) const {
+        constexpr uint32_t kLeast = 1u << 16, kMostHalvings = 4;
+        return {std::max(m_pixels >> std::min(step, kMostHalvings), std::min(m_pixels, kLeast)), 1};
+    }
+    static std::string At(const char* name, uint32_t step) { return name + std::to_string(step); }
+
+    void BindScene(PassBuilder& pass) const {
+        SpecializeTrace(pass, m_scene, m_settings);
+        BindGeometry(pass, m_scene);
+        BindMaterials(pass, m_scene);
+    }
+    void BindLighting(PassBuilder& pass) const {
+        BindEnvironment(pass, m_scene);
+        BindLights(pass, m_scene);
+        pass.Reads("energyTables", m_scene.energyTables);
+    }
+    void BindRays(PassBuilder& pass) const {
+        BindTracing(pass, m_scene, ParametersFor(m_scene, m_settings), AlphaTest::On);
+    }
+    void SetConstants(PassBuilder& pass, uint32_t step, uint32_t traces = 0) const {
+        const gpu::CameraRecord& camera = m_settings.camera;
+        const bool isPinhole = camera.lensRadius == 0.0f && camera.orthographic == 0u;
+        pass.Constants(gpu::WaveConstants{.size = {m_extent.width, m_extent.height},
+                                          .step = step,
+                                          .isProbedOnce = isPinhole ? 1u : 0u,
+                                          .traces = traces});
+    }
+    // All that a sample writes; `isFirst`: nothing is there yet.
+    void BindOutputs(PassBuilder& pass, bool isFirst) {
+        const auto bind = [&](const char* name, TextureId& id) {
+            id = isFirst ? pass.Writes(name, id) : pass.Updates(name, id);
+        };
+        bind("radiance", m_ids.radiance);
+        for (size_t i = 0; m_outputs.parts && i < kPathPartCount; ++i)
+            bind(kPathPartNames[i], m_ids.parts[i]);
+        if (m_outputs.lightGroups) bind("lightGroups", m_ids.lightGroups);
+    }
+
+    void ClearCounts() {
+        m_renderer.AddPass(
+            "WaveCounts", PassKind::Transfer, [&](PassBuilder& pass) { m_counts = pass.CopiesTo(m_counts); },
+            [id = m_counts](CommandList& commands, const PassResources& resources) {
                 commands.Fill(resources.Buffer(id), 0);
             });
     }
 
-    TraceIds Declare() {
-        const uint32_t steps = Steps();
-        First();
-        for (uint32_t step = 0; step < steps; ++step) {
-            if (step > 0) Extend(step);
-            Shade(step);
-            if (m_scene.lightSet.activeCount > 0 && m_settings.lights.isOn) Shadow(step);
-        }
-        Rest(steps);
-        Finish();
-        return {.radiance = m_ids.radiance, .counts = m_ids.pixelQueue};
-    }
-
-  private:
-    Wave At(uint32_t step) const { return {step, m_pixels, m_extent.width, IsPinhole() ? 1u : 0u}; }
-    bool IsPinhole() const { return m_settings.camera.lensRadius == 0.0f && m_settings.camera.orthographic == 0u; }
-    void Tracing(PassBuilder& pass) {
-        SpecializeTrace(pass, m_scene, m_settings);
-        BindTracing(pass, m_scene, ParametersFor(m_scene, m_settings), AlphaTest::On);
-        BindGeometry(pass, m_scene);
-        BindMaterials(pass, m_scene);
-    }
-    // Invocations take one path after the other.
-    Extent2D LaunchOf(uint32_t step) const {
-        const uint32_t width = std::max(m_pixels >> std::min(step, 4u), std::min(m_pixels, 1u << 16));
-        return {width, 1};
-    }
-    auto TracesAll(uint32_t step) const {
-        return [extent = LaunchOf(step)](CommandList& commands) { commands.TraceRays(extent); };
-    }
-
-    void First() {
+    void TraceFirst() {
         m_renderer.AddPass(
             "WaveFirst", PassKind::RayTracing,
             [&](PassBuilder& pass) {
                 pass.RayGen("pathtrace/wave_first.rgen");
-                Tracing(pass);
-                pass.Constants(At(0));
-                m_ids.hits = pass.Writes("waveHits", m_ids.hits);
-                m_ids.media = pass.Writes("waveMedia", m_ids.media);
+                BindScene(pass);
+                BindRays(pass);
+                SetConstants(pass, 0);
+                m_paths = pass.Writes("wavePaths", m_paths);
+                m_hits = pass.Writes("waveHits", m_hits);
             },
-            TracesAll(0));
+            [extent = LaunchAt(0)](CommandList& commands) { commands.TraceRays(extent); });
     }
-    void Extend(uint32_t step) {
+
+    void Trace(uint32_t step, uint32_t traces) {
+        const char* name = traces == gpu::kWaveTracesShadows ? "WaveShadows" : "WaveTrace";
         m_renderer.AddPass(
-            "WaveExtend" + std::to_string(step), PassKind::RayTracing,
+            At(name, step), PassKind::RayTracing,
             [&](PassBuilder& pass) {
-                pass.RayGen("pathtrace/wave_extend.rgen");
-                Tracing(pass);
-                pass.Constants(At(step));
-                m_ids.counts = pass.Updates("waveCounts", m_ids.counts);
-                m_ids.queue = pass.Updates("waveQueue", m_ids.queue);
-                m_ids.paths = pass.Updates("wavePaths", m_ids.paths);
-                m_ids.hits = pass.Writes("waveHits", m_ids.hits);
+                pass.RayGen(Shader("trace", ".rgen"));
+                BindScene(pass);
+                BindRays(pass);
+                BindShadowRays(pass, m_scene);
+                if (m_outputs.lightGroups) BindLights(pass, m_scene);
+                pass.Reads("energyTables",
+                           m_scene.energyTables);  // of walls that light passes straight through
+                SetConstants(pass, step, traces);
+                pass.Reads("waveCounts", m_counts);
+                pass.Reads("waveQueue", m_queue);
+                pass.Reads("waveShadows", m_shadows);
+                m_paths = pass.Updates("wavePaths", m_paths);
+                m_hits = pass.Updates("waveHits", m_hits);
+                BindOutputs(pass, false);
             },
-            TracesAll(step));
+            [extent = LaunchAt(step)](CommandList& commands) { commands.TraceRays(extent); });
     }
+
     void Shade(uint32_t step) {
         m_renderer.AddPass(
-            "WaveShade" + std::to_string(step), PassKind::Compute,
+            At("WaveShade", step), PassKind::Compute,
             [&](PassBuilder& pass) {
-                pass.Compute("pathtrace/wave_shade.comp");
-                SpecializeTrace(pass, m_scene, m_settings);
+                pass.Compute(Shader("shade", ".comp"));
+                BindScene(pass);
+                BindLighting(pass);
                 pass.Uniform("parameters", ParametersFor(m_scene, m_settings));
-                BindGeometry(pass, m_scene);
-                BindMaterials(pass, m_scene);
-                BindEnvironment(pass, m_scene);
-                BindLights(pass, m_scene);
-                pass.Reads("energyTables", m_scene.energyTables);
-                pass.Constants(At(step));
-                m_ids.hits = pass.Updates("waveHits", m_ids.hits);
-                m_ids.counts = pass.Updates("waveCounts", m_ids.counts);
-                m_ids.queue = step == 0 ? pass.Writes("waveQueue", m_ids.queue) : pass.Updates("waveQueue", m_ids.queue);
-                m_ids.paths = step == 0 ? pass.Writes("wavePaths", m_ids.paths) : pass.Updates("wavePaths", m_ids.paths);
-                m_ids.media = pass.Updates("waveMedia", m_ids.media);
-                m_ids.shadows = pass.Writes("waveShadows", m_ids.shadows);
-                m_ids.radiance = step == 0 ? pass.Writes("radiance", m_ids.radiance) : pass.Updates("radiance", m_ids.radiance);
+                SetConstants(pass, step);
+                pass.Reads("waveHits", m_hits);
+                m_paths = pass.Updates("wavePaths", m_paths);
+                m_counts = pass.Updates("waveCounts", m_counts);
+                m_queue = step == 0 ? pass.Writes("waveQueue", m_queue) : pass.Updates("waveQueue", m_queue);
+                m_shadows = pass.Writes("waveShadows", m_shadows);
+                BindOutputs(pass, step == 0);
             },
-            [extent = LaunchOf(step)](CommandList& commands) { commands.DispatchOver(extent); });
+            [extent = LaunchAt(step)](CommandList& commands) { commands.DispatchOver(extent); });
     }
-    void Shadow(uint32_t step) {
-        m_renderer.AddPass(
-            "WaveShadow" + std::to_string(step), PassKind::RayTracing,
-            [&](PassBuilder& pass) {
-                pass.RayGen("pathtrace/wave_shadow.rgen");
-                Tracing(pass);
-                BindShadowRays(pass, m_scene);
-                pass.Constants(At(step));
-                m_ids.counts = pass.Updates("waveCounts", m_ids.counts);
-                m_ids.shadows = pass.Updates("waveShadows", m_ids.shadows);
-                m_ids.radiance = pass.Updates("radiance", m_ids.radiance);
-            },
-            TracesAll(step));
-    }
-    void Rest(uint32_t step) {
+
+    void TraceRest() {
         m_renderer.AddPass(
             "WaveRest", PassKind::RayTracing,
             [&](PassBuilder& pass) {
-                pass.RayGen("pathtrace/wave_rest.rgen");
-                Tracing(pass);
+                pass.RayGen(Shader("rest", ".rgen"));
+                BindScene(pass);
+                BindLighting(pass);
+                BindRays(pass);
                 BindShadowRays(pass, m_scene);
-                BindEnvironment(pass, m_scene);
-                BindLights(pass, m_scene);
-                pass.Reads("energyTables", m_scene.energyTables);
-                pass.Constants(At(step));
-                m_ids.counts = pass.Updates("waveCounts", m_ids.counts);
-                m_ids.queue = pass.Updates("waveQueue", m_ids.queue);
-                m_ids.paths = pass.Updates("wavePaths", m_ids.paths);
-                m_ids.media = pass.Updates("waveMedia", m_ids.media);
-                m_ids.pixelQueue = pass.Updates("pixelQueue", m_ids.pixelQueue);
-                m_ids.radiance = pass.Updates("radiance", m_ids.radiance);
+                SetConstants(pass, m_settings.form.steps);
+                pass.Reads("waveCounts", m_counts);
+                pass.Reads("waveQueue", m_queue);
+                pass.Reads("wavePaths", m_paths);
+                m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
+                BindOutputs(pass, false);
             },
-            [extent = Extent2D{std::min(m_pixels, 1u << 16), 1}](CommandList& commands) { commands.TraceRays(extent); });
+            [extent = Extent2D{std::min(m_pixels, kInvocationsOfRest), 1}](CommandList& commands) {
+                commands.TraceRays(extent);
+            });
     }
+
     void Finish() {
         m_renderer.AddPass(
             "WaveFinish", PassKind::Compute,
             [&](PassBuilder& pass) {
-                pass.Compute("pathtrace/wave_finish.comp");
-                m_ids.pixelQueue = pass.Updates("pixelQueue", m_ids.pixelQueue);
-                m_ids.radiance = pass.Updates("radiance", m_ids.radiance);
+                pass.Compute(Shader("finish", ".comp"));
+                m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
+                BindOutputs(pass, false);
             },
             [extent = m_extent](CommandList& commands) { commands.DispatchOver(extent); });
     }
@@ -174,21 +213,19 @@ class Wavefront {
     Renderer& m_renderer;
     const SceneIds& m_scene;
     const TraceSettings& m_settings;
+    TraceOutputs m_outputs;
+    uint32_t m_features;
     Extent2D m_extent;
     uint32_t m_pixels = 0;
-    WaveIds m_ids;
+    TraceIds m_ids;
+    BufferId m_paths, m_hits, m_shadows, m_queue, m_counts;
 };
 
 }  // namespace
 
-bool HasWavefront(const SceneIds& scene, const TraceSettings& settings, const TraceOutputs& outputs) {
-    return !outputs.rayCounts && !outputs.parts && !outputs.lightGroups &&
-           (LobeFeatures(scene, settings) & kTraceMatchedMedia) == 0;
-}
-
 TraceIds TraceWavefront(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                        BufferId counts) {
-    return Wavefront(renderer, scene, settings, counts).Declare();
+                        const TraceOutputs& outputs, const TraceIds& ids) {
+    return Wavefront(renderer, scene, settings, outputs, ids).Declare();
 }
 
 }  // namespace raygraph::passes

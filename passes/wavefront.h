@@ -1,15 +1,12 @@
-// Trace as a wavefront: the paths of all pixels, one ray at a time, by kernels that trace or shade. The same
-// integrator as the loop (passes/trace.h), and the same bits. Threads: that of the Renderer.
+// Trace as a wavefront (IntegratorForm): for passes/trace.cpp. Threads: that of the Renderer.
 #pragma once
 
 #include "passes/trace.h"
 
 namespace raygraph::passes {
 
-// Whether the form exists for that.
-bool HasWavefront(const SceneIds& scene, const TraceSettings& settings, const TraceOutputs& outputs);
-// `counts`: zeros, of TraceCounts.
+// Adds the passes that fill `ids`, which are declared and not written yet; returns their last versions.
 TraceIds TraceWavefront(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                        BufferId counts);
+                        const TraceOutputs& outputs, const TraceIds& ids);
 
 }  // namespace raygraph::passes

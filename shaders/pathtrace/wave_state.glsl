@@ -1,38 +1,57 @@
-// What the kernels of a wavefront hand on (passes/wavefront.cpp): the state of the paths, the hits of their rays, and
-// their shadow rays. A path keeps one slot, its texel's number, as long as it lives; the queues name those
-// that do. Records are rows of 16 bytes, one after the other.
+// What the kernels of a wavefront hand on (passes/wavefront.cpp): the state of the paths, the hits of their rays, their
+// shadow rays, and the queues. A path keeps one slot, its texel's number, as long as it lives; the queues name
+// the slots of those that do. Records are rows of 16 bytes, one after the other, so that a path is read by few
+// transactions wherever its slot is.
+//
+// Includers define WAVE_WRITES_PATHS, WAVE_WRITES_HITS, WAVE_WRITES_SHADOWS and WAVE_WRITES_QUEUES for what
+// they write, beside what outputs.glsl asks for.
 #ifndef RAYGRAPH_PATHTRACE_WAVE_STATE_GLSL
 #define RAYGRAPH_PATHTRACE_WAVE_STATE_GLSL
 
+#include "integrator/path.glsl"
+#include "pathtrace/start.glsl"
 #include "shared/wavefront.h"
 
-layout(set = 0, binding = 16, rgba32f) uniform image2D radiance;
-layout(set = 0, binding = 17, std430) buffer WavePaths { vec4 at[]; } wavePaths;
-layout(set = 0, binding = 18, std430) buffer WaveHits { uvec4 at[]; } waveHits;
-layout(set = 0, binding = 19, std430) buffer WaveShadows { vec4 at[]; } waveShadows;
-layout(set = 0, binding = 20, std430) buffer WaveQueue { uint at[]; } waveQueue;  // one after the other: a half for each parity
-layout(set = 0, binding = 21, std430) buffer WaveCounts { uint at[]; } waveCounts;
-layout(set = 0, binding = 22, std430) buffer WaveMedia { vec4 at[]; } waveMedia;
-layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passes/trace.h: TraceCounts
-    uint takenCount;
-    uint nonFiniteCount;
-} pixelQueue;
-layout(push_constant) uniform Wave {
-    uint step;       // rays that the paths have traced before this one
-    uint pixelCount;
-    uint width;      // of the traced region
-    uint isProbedOnce;  // the media of all camera rays are those of the first
-} wave;
+#ifdef WAVE_WRITES_PATHS
+#define WAVE_PATHS_ACCESS
+#else
+#define WAVE_PATHS_ACCESS readonly
+#endif
+#ifdef WAVE_WRITES_HITS
+#define WAVE_HITS_ACCESS
+#else
+#define WAVE_HITS_ACCESS readonly
+#endif
+#ifdef WAVE_WRITES_SHADOWS
+#define WAVE_SHADOWS_ACCESS
+#else
+#define WAVE_SHADOWS_ACCESS readonly
+#endif
+#ifdef WAVE_WRITES_QUEUES
+#define WAVE_QUEUES_ACCESS
+#else
+#define WAVE_QUEUES_ACCESS readonly
+#endif
 
-ivec2 TexelOf(uint slot) { return ivec2(slot % wave.width, slot / wave.width); }
+layout(set = 0, binding = 26, std430) WAVE_PATHS_ACCESS buffer WavePaths { vec4 at[]; } wavePaths;
+layout(set = 0, binding = 27, std430) WAVE_HITS_ACCESS buffer WaveHits { uvec4 at[]; } waveHits;
+layout(set = 0, binding = 28, std430) WAVE_SHADOWS_ACCESS buffer WaveShadows { vec4 at[]; } waveShadows;
+// Two queues of slots, which change places at each step
+layout(set = 0, binding = 29, std430) WAVE_QUEUES_ACCESS buffer WaveQueue { uint at[]; } waveQueue;
+// For each step the number of paths in its queue, and of shadow rays; starts at 0
+layout(set = 0, binding = 30, std430) WAVE_QUEUES_ACCESS buffer WaveCounts { uint at[]; } waveCounts;
+layout(push_constant) uniform Wave { WaveConstants value; } wave;
 
-uint LiveCount() { return wave.step == 0u ? wave.pixelCount : waveCounts.at[2u * wave.step]; }
+uint PixelCount() { return wave.value.size.x * wave.value.size.y; }
+ivec2 TexelOf(uint slot) { return ivec2(slot % wave.value.size.x, slot / wave.value.size.x); }
+
+// Of the step. In the first one, all texels have a path.
+uint PathCount() { return wave.value.step == 0u ? PixelCount() : waveCounts.at[2u * wave.value.step]; }
 uint SlotAt(uint i) {
-    return wave.step == 0u ? i : waveQueue.at[(wave.step & 1u) * wave.pixelCount + i];
+    return wave.value.step == 0u ? i : waveQueue.at[(wave.value.step & 1u) * PixelCount() + i];
 }
-uint ShadowCount() { return waveCounts.at[2u * wave.step + 1u]; }
 
-#ifdef WAVE_QUEUES
+#ifdef WAVE_WRITES_QUEUES
 // A place of its own in a queue for each invocation that wants one; one atomic operation a subgroup.
 uint TakePlace(uint counter, bool wants) {
     uvec4 votes = subgroupBallot(wants);
@@ -41,132 +60,196 @@ uint TakePlace(uint counter, bool wants) {
     return subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes);
 }
 
+// Into the queue of the next step.
 void Enqueue(uint slot, bool wants) {
-    uint at = TakePlace(2u * wave.step + 2u, wants);
-    if (wants) waveQueue.at[((wave.step + 1u) & 1u) * wave.pixelCount + at] = slot;
+    uint at = TakePlace(2u * wave.value.step + 2u, wants);
+    if (wants) waveQueue.at[((wave.value.step + 1u) & 1u) * PixelCount() + at] = slot;
 }
 #endif
 
 // ---------------------------------------------------------------------------------------------------- paths
 
-void StorePath(uint slot, PathState path) {
-    uint row = kWavePathRows * slot;
-    wavePaths.at[row] = vec4(path.ray.origin, uintBitsToFloat(path.rayCount));
-    wavePaths.at[row + 1u] = vec4(path.ray.direction, path.scatterPDF);
-    wavePaths.at[row + 2u] = vec4(path.throughput, path.etaScale);
-    uint packed = path.depth | (path.alpha > 0.0f ? 0x80000000u : 0u);
-    wavePaths.at[row + 3u] = vec4(path.scatter.position, uintBitsToFloat(packed));
-    wavePaths.at[row + 4u] = vec4(path.scatter.normal, path.wavelength);
-    if (HasTraceFeature(kTraceVolumes)) {
-        waveMedia.at[2u * slot] = vec4(path.start.normal, path.start.height);
-        waveMedia.at[2u * slot + 1u] = uintBitsToFloat(uvec4(path.media.m0, path.media.m1, path.media.m2, path.media.m3));
-    }
-}
+// The rows of a path: kWavePathRows, and those of features. Constant-folded.
+uint LobeRow() { return kWavePathRows; }
+uint ConeRow() { return LobeRow() + (kKeepsParts ? kWaveLobeRows : 0u); }
+uint MediaRow() { return ConeRow() + (HasTraceFeature(kTraceTextureLod) ? kWaveConeRows : 0u); }
+uint PathRows() { return MediaRow() + (HasTraceFeature(kTraceVolumes) ? kWaveMediaRows : 0u); }
 
-// Where the media around the origin of a camera ray are: behind those of all paths if they are the same.
-uint CameraMediaOf(uint slot) { return wave.isProbedOnce != 0u ? wave.pixelCount : slot; }
-
-void StoreMedia(uint slot, MediumStack media) {
-    waveMedia.at[2u * slot + 1u] = uintBitsToFloat(uvec4(media.m0, media.m1, media.m2, media.m3));
-}
-
-MediumStack LoadMedia(uint slot) {
-    uvec4 read = floatBitsToUint(waveMedia.at[2u * slot + 1u]);
+MediumStack MediaFrom(vec4 row) {
+    uvec4 materials = floatBitsToUint(row);
     MediumStack media;
-    media.m0 = read.x;
-    media.m1 = read.y;
-    media.m2 = read.z;
-    media.m3 = read.w;
+    media.m0 = materials.x;
+    media.m1 = materials.y;
+    media.m2 = materials.z;
+    media.m3 = materials.w;
     return media;
 }
+vec4 RowOf(MediumStack media) { return uintBitsToFloat(uvec4(media.m0, media.m1, media.m2, media.m3)); }
 
+vec4 RowOf(FirstLobe lobe) { return vec4(lobe.diffuse, lobe.isThrough ? 1.0f : 0.0f); }
+FirstLobe LobeFrom(vec4 row) {
+    FirstLobe lobe;
+    lobe.diffuse = row.xyz;
+    lobe.isThrough = row.w > 0.0f;
+    return lobe;
+}
+
+vec4 RowOf(SegmentStart start) { return vec4(start.normal, start.height); }
+SegmentStart StartFrom(vec4 row) {
+    SegmentStart start;
+    start.normal = row.xyz;
+    start.height = row.w;
+    return start;
+}
+
+// Where the media around the origin of a camera ray are: behind all paths if they are the same for all.
+uint CameraMediaRow(uint slot) {
+    return PathRows() * (wave.value.isProbedOnce != 0u ? PixelCount() : slot) + MediaRow();
+}
+MediumStack LoadCameraMedia(uint slot) { return MediaFrom(wavePaths.at[CameraMediaRow(slot)]); }
+
+// Its next ray.
 Ray LoadRay(uint slot, out uint rayCount) {
-    vec4 first = wavePaths.at[kWavePathRows * slot];
+    uint row = PathRows() * slot;
+    vec4 first = wavePaths.at[row];
     Ray ray;
     ray.origin = first.xyz;
     rayCount = floatBitsToUint(first.w);
-    ray.direction = wavePaths.at[kWavePathRows * slot + 1u].xyz;
+    ray.direction = wavePaths.at[row + 1u].xyz;
     ray.cone = MakeCone(0.0f, 0.0f);
     return ray;
 }
 
+// All but what it has collected (LoadOutputs).
 PathState LoadPath(uint slot) {
-    uint row = kWavePathRows * slot;
-    vec4 first = wavePaths.at[row];
-    vec4 second = wavePaths.at[row + 1u];
-    vec4 third = wavePaths.at[row + 2u];
-    vec4 fourth = wavePaths.at[row + 3u];
-    vec4 fifth = wavePaths.at[row + 4u];
-    Ray ray;
-    ray.origin = first.xyz;
-    ray.direction = second.xyz;
-    ray.cone = MakeCone(0.0f, 0.0f);
+    uint row = PathRows() * slot;
+    uint rayCount = 0u;
+    Ray ray = LoadRay(slot, rayCount);
+    if (HasTraceFeature(kTraceTextureLod)) {
+        vec4 cone = wavePaths.at[row + ConeRow()];
+        ray.cone = MakeCone(cone.x, cone.y);
+    }
     PathState path = StartPath(ray, RngOf(uvec2(TexelOf(slot))));
-    path.rayCount = floatBitsToUint(first.w);
-    path.scatterPDF = second.w;
+    path.rayCount = rayCount;
+    path.scatterPDF = wavePaths.at[row + 1u].w;
+    vec4 third = wavePaths.at[row + 2u];
     path.throughput = third.xyz;
     path.etaScale = third.w;
+    vec4 fourth = wavePaths.at[row + 3u];
     path.scatter.position = fourth.xyz;
-    uint packed = floatBitsToUint(fourth.w);
-    path.depth = packed & 0x7fffffffu;
-    path.alpha = (packed & 0x80000000u) != 0u ? 1.0f : 0.0f;
+    path.depth = floatBitsToUint(fourth.w);
+    vec4 fifth = wavePaths.at[row + 4u];
     path.scatter.normal = fifth.xyz;
     path.wavelength = fifth.w;
+    if (kKeepsParts) path.lobe = LobeFrom(wavePaths.at[row + LobeRow()]);
     if (HasTraceFeature(kTraceVolumes)) {
-        vec4 start = waveMedia.at[2u * slot];
-        path.start.normal = start.xyz;
-        path.start.height = start.w;
-        path.media = LoadMedia(slot);
+        path.media = MediaFrom(wavePaths.at[row + MediaRow()]);
+        path.start = StartFrom(wavePaths.at[row + MediaRow() + 1u]);
     }
     return path;
 }
 
-// ----------------------------------------------------------------------------------------------------- hits
-
-void StoreHit(uint slot, Hit hit) {
-    waveHits.at[slot] = uvec4(hit.instance, hit.primitive, floatBitsToUint(hit.barycentrics));
-    waveHits.at[wave.pixelCount + slot / 4u][slot % 4u] = floatBitsToUint(hit.t);
+#ifdef WAVE_WRITES_PATHS
+void StorePath(uint slot, PathState path) {
+    uint row = PathRows() * slot;
+    wavePaths.at[row] = vec4(path.ray.origin, uintBitsToFloat(path.rayCount));
+    wavePaths.at[row + 1u] = vec4(path.ray.direction, path.scatterPDF);
+    wavePaths.at[row + 2u] = vec4(path.throughput, path.etaScale);
+    wavePaths.at[row + 3u] = vec4(path.scatter.position, uintBitsToFloat(path.depth));
+    wavePaths.at[row + 4u] = vec4(path.scatter.normal, path.wavelength);
+    if (kKeepsParts) wavePaths.at[row + LobeRow()] = RowOf(path.lobe);
+    if (HasTraceFeature(kTraceTextureLod))
+        wavePaths.at[row + ConeRow()] = vec4(path.ray.cone.width, path.ray.cone.spread, 0.0f, 0.0f);
+    if (HasTraceFeature(kTraceVolumes)) {
+        wavePaths.at[row + MediaRow()] = RowOf(path.media);
+        wavePaths.at[row + MediaRow() + 1u] = RowOf(path.start);
+    }
 }
 
+void StoreRayCount(uint slot, uint rayCount) { wavePaths.at[PathRows() * slot].w = uintBitsToFloat(rayCount); }
+void StoreCameraMedia(uint slot, MediumStack media) { wavePaths.at[CameraMediaRow(slot)] = RowOf(media); }
+#endif
+
+// ----------------------------------------------------------------------------------------------------- hits
+
+#ifdef WAVE_WRITES_HITS
+void StoreHit(uint slot, Hit hit) {
+    waveHits.at[slot] = uvec4(hit.instance, hit.primitive, floatBitsToUint(hit.barycentrics));
+    waveHits.at[PixelCount() + slot / 4u][slot % 4u] = floatBitsToUint(hit.t);
+}
+#endif
+
 Hit LoadHit(uint slot) {
-    uvec4 read = waveHits.at[slot];
+    uvec4 row = waveHits.at[slot];
     Hit hit;
-    hit.instance = read.x;
-    hit.primitive = read.y;
-    hit.barycentrics = uintBitsToFloat(read.zw);
-    hit.t = uintBitsToFloat(waveHits.at[wave.pixelCount + slot / 4u][slot % 4u]);
+    hit.instance = row.x;
+    hit.primitive = row.y;
+    hit.barycentrics = uintBitsToFloat(row.zw);
+    hit.t = uintBitsToFloat(waveHits.at[PixelCount() + slot / 4u][slot % 4u]);
     return hit;
 }
 
 // ---------------------------------------------------------------------------------------------- shadow rays
 
-// `alphaSeed` of its any-hit shaders; `depth` at which it adds light.
-void StoreShadow(uint at, uint slot, DirectLight direct, uint alphaSeed, uint depth) {
-    uint row = kWaveShadowRows * at;
-    waveShadows.at[row] = vec4(direct.ray.origin, direct.distance);
-    waveShadows.at[row + 1u] = vec4(direct.ray.direction, direct.ior);
-    waveShadows.at[row + 2u] = vec4(direct.radiance, uintBitsToFloat(slot));
-    waveShadows.at[row + 3u] = uintBitsToFloat(uvec4(alphaSeed, depth, direct.light, direct.triangle));
-}
+uint ShadowLobeRow() { return kWaveShadowRows; }
+uint ShadowMediaRow() { return ShadowLobeRow() + (kKeepsParts ? kWaveLobeRows : 0u); }
+uint ShadowRows() { return ShadowMediaRow() + (HasTraceFeature(kTraceMatchedMedia) ? kWaveShadowMediaRows : 0u); }
 
-DirectLight LoadShadow(uint at, out uint slot, out uint alphaSeed, out uint depth) {
-    uint row = kWaveShadowRows * at;
+struct WaveShadow {
+    DirectLight light;
+    uint slot;
+    uint depth;     // at which the light is added
+    uint rayCount;  // of the path, this ray included
+    float wavelength;
+};
+
+#ifdef WAVE_WRITES_SHADOWS
+void StoreShadow(uint at, WaveShadow shadow) {
+    uint row = ShadowRows() * at;
+    DirectLight light = shadow.light;
+    waveShadows.at[row] = vec4(light.ray.origin, light.distance);
+    waveShadows.at[row + 1u] = vec4(light.ray.direction, light.ior);
+    waveShadows.at[row + 2u] = vec4(light.radiance, uintBitsToFloat(shadow.slot));
+    waveShadows.at[row + 3u] =
+        uintBitsToFloat(uvec4(shadow.rayCount, shadow.depth, light.light, light.triangle));
+    if (kKeepsParts) waveShadows.at[row + ShadowLobeRow()] = RowOf(light.lobe);
+    if (HasTraceFeature(kTraceMatchedMedia)) {
+        waveShadows.at[row + ShadowMediaRow()] = RowOf(light.media);
+        waveShadows.at[row + ShadowMediaRow() + 1u] = RowOf(light.start);
+        waveShadows.at[row + ShadowMediaRow() + 2u] = vec4(shadow.wavelength, vec3(0.0f));
+    }
+}
+#endif
+
+// Of the step before.
+uint ShadowCount() { return waveCounts.at[2u * wave.value.step - 1u]; }
+
+WaveShadow LoadShadow(uint at) {
+    uint row = ShadowRows() * at;
+    WaveShadow shadow;
+    shadow.light = NoDirectLight();
     vec4 first = waveShadows.at[row];
+    shadow.light.ray.origin = first.xyz;
+    shadow.light.distance = first.w;
     vec4 second = waveShadows.at[row + 1u];
+    shadow.light.ray.direction = second.xyz;
+    shadow.light.ior = second.w;
     vec4 third = waveShadows.at[row + 2u];
+    shadow.light.radiance = third.xyz;
+    shadow.slot = floatBitsToUint(third.w);
     uvec4 fourth = floatBitsToUint(waveShadows.at[row + 3u]);
-    DirectLight direct = NoDirectLight();
-    direct.ray.origin = first.xyz;
-    direct.distance = first.w;
-    direct.ray.direction = second.xyz;
-    direct.ior = second.w;
-    direct.radiance = third.xyz;
-    slot = floatBitsToUint(third.w);
-    alphaSeed = fourth.x;
-    depth = fourth.y;
-    direct.light = fourth.z;
-    direct.triangle = fourth.w;
-    return direct;
+    shadow.rayCount = fourth.x;
+    shadow.depth = fourth.y;
+    shadow.light.light = fourth.z;
+    shadow.light.triangle = fourth.w;
+    shadow.wavelength = kNoWavelength;
+    if (kKeepsParts) shadow.light.lobe = LobeFrom(waveShadows.at[row + ShadowLobeRow()]);
+    if (HasTraceFeature(kTraceMatchedMedia)) {
+        shadow.light.media = MediaFrom(waveShadows.at[row + ShadowMediaRow()]);
+        shadow.light.start = StartFrom(waveShadows.at[row + ShadowMediaRow() + 1u]);
+        shadow.wavelength = waveShadows.at[row + ShadowMediaRow() + 2u].x;
+    }
+    return shadow;
 }
 
 #endif
