@@ -100,6 +100,7 @@ class Wavefront {
         const bool isPinhole = camera.lensRadius == 0.0f && camera.orthographic == 0u;
         pass.Constants(gpu::WaveConstants{.size = {m_extent.width, m_extent.height},
                                           .step = step,
+                                          .pathRows = PathRows(m_features, m_outputs.parts),
                                           .isProbedOnce = isPinhole ? 1u : 0u,
                                           .traces = traces});
     }

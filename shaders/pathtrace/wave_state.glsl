@@ -69,11 +69,11 @@ void Enqueue(uint slot, bool wants) {
 
 // ---------------------------------------------------------------------------------------------------- paths
 
-// The rows of a path: kWavePathRows, and those of features. Constant-folded.
-uint LobeRow() { return kWavePathRows; }
-uint ConeRow() { return LobeRow() + (kKeepsParts ? kWaveLobeRows : 0u); }
+// The rows of a path beyond the first ones; those of PATH_PARTS are the last, as not all kernels know of them.
+uint ConeRow() { return kWavePathRows; }
 uint MediaRow() { return ConeRow() + (HasTraceFeature(kTraceTextureLod) ? kWaveConeRows : 0u); }
-uint PathRows() { return MediaRow() + (HasTraceFeature(kTraceVolumes) ? kWaveMediaRows : 0u); }
+uint LobeRow() { return MediaRow() + (HasTraceFeature(kTraceVolumes) ? kWaveMediaRows : 0u); }
+uint PathRows() { return wave.value.pathRows; }
 
 MediumStack MediaFrom(vec4 row) {
     uvec4 materials = floatBitsToUint(row);

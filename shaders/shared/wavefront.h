@@ -32,6 +32,7 @@ RAYGRAPH_CONSTANT uint kWaveTracesShadows = 2u;
 struct WaveConstants {
     uvec2 size;         // pixels of the traced region
     uint step;          // rays that the paths have traced before this one
+    uint pathRows;      // of a path
     uint isProbedOnce;  // the media of all camera rays are the same
     uint traces;        // kWaveTraces*
 };

@@ -76,7 +76,7 @@ class SessionFormsTest : public testing::VulkanTest, public ::testing::WithParam
 TEST_P(SessionFormsTest, AWavefrontOfAnyNumberOfStepsGivesThePictureOfTheLoop) {
     const RenderFile loop = Render(GetParam(), "loop");
     EXPECT_GT(MeanOfColors(loop.radiance), 0.0);
-    for (const char* form : {"wavefront:1", "wavefront:2", "wavefront:5"}) {
+    for (const char* form : {"wavefront:1", "wavefront:3"}) {
         SCOPED_TRACE(form);
         ExpectSame(loop, Render(GetParam(), form));
     }
@@ -84,21 +84,13 @@ TEST_P(SessionFormsTest, AWavefrontOfAnyNumberOfStepsGivesThePictureOfTheLoop) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, SessionFormsTest,
-    ::testing::Values(FormCase{"cornell.gltf", {}, true}, FormCase{"cornell.gltf", {{"nee", "off"}}},
-                      FormCase{"cornell.gltf", {{"crop", "3,2,9,5"}, {"aperture", "0.1"}}},
-                      FormCase{"cornell.gltf", {{"max-depth", "2"}, {"clamp-indirect", "0.5"}}, true},
-                      FormCase{"cornell.gltf", {{"rr", "frame:0.5"}, {"sampler", "pcg"}}},
-                      FormCase{"cornell.gltf", {{"brdf", "lafortune"}, {"background", "1,2,3"}}, true},
-                      FormCase{"material_row.gltf", {{"regularize", "0.3"}}, true},
-                      FormCase{"many_lights.gltf", {}, true}, FormCase{"nested_dielectrics.gltf", {}, true},
-                      FormCase{"scattering_grid.gltf", {}, true}, FormCase{"terrace.gltf", {}, true},
+    ::testing::Values(FormCase{"cornell.gltf", {{"max-depth", "5"}, {"clamp-indirect", "0.5"}}, true},
+                      FormCase{"cornell.gltf", {{"nee", "off"}, {"crop", "3,2,9,5"}, {"aperture", "0.1"}}},
+                      FormCase{"many_lights.gltf", {{"rr", "frame:0.5"}, {"sampler", "pcg"}}},
+                      FormCase{"nested_dielectrics.gltf", {}, true}, FormCase{"scattering_grid.gltf", {}},
                       FormCase{"terrace.gltf", {{"texture-lod", "0"}}, true},
-                      FormCase{"terrace.gltf", {{"transparent", "on"}}},
                       FormCase{"glass_sphere.gltf", {{"aperture", "0.2"}, {"background", "1,2,3"}}},
-                      FormCase{"thin_films.gltf", {{"background", "1,2,3"}}},
-                      FormCase{"layers_grid.gltf", {{"multiscatter", "walk"}}},
-                      FormCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}},
-                      FormCase{"instanced_field.gltf", {{"shadow-terminator", "on"}}, true}));
+                      FormCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}}));
 
 TEST(FormText, ReadsBack) {
     for (const char* text : {"loop", "wavefront:1", "wavefront:64"})
