@@ -182,13 +182,17 @@ void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSetti
     SpecializeModels(pass, settings, FeaturesOf(scene, direct) | levels);
 }
 
-void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
+uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings) {
     uint32_t features = FeaturesOf(scene, settings);
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
     if (settings.isEnvironmentHidden) features |= kTraceHiddenEnvironment;
     if (settings.biases.textureLod > -kInfinity) features |= LevelFeature(scene);
-    SpecializeModels(pass, settings, features);
+    return features;
+}
+
+void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
+    SpecializeModels(pass, settings, TraceFeatures(scene, settings));
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));
 }

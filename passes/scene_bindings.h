@@ -41,6 +41,8 @@ RAYGRAPH_API uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& s
 // textures are read at other levels than 0, if there are any.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
                                    bool hasTextureLevels);
+// The features of the integrator for that: bits of kTraceFeatures.
+RAYGRAPH_API uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings);
 // The choices that TraceSettings makes when a pipeline is created.
 RAYGRAPH_API void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 

@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "passes/scene_bindings.h"
+#include "passes/wavefront.h"
 
 namespace raygraph::passes {
 
@@ -53,6 +54,10 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     if (const float survival = settings.roulette.survival; !(survival > 0.0f && survival <= 1.0f))
         throw MakeError(ErrorKind::Usage, "Trace: roulette.survival is {}, must be above 0 and at most 1",
                         survival);
+    if (settings.form.steps > kMaxWaveSteps ||
+        (settings.form.kind == IntegratorForm::Wavefront && settings.form.steps == 0))
+        throw MakeError(ErrorKind::Usage, "Trace: form.steps is {}, must be 1 to {}", settings.form.steps,
+                        kMaxWaveSteps);
     const Extent2D traced = RegionOf(settings).Extent();
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
     if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});
@@ -64,6 +69,8 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
     ids.counts = PixelQueue(renderer);
+    if (settings.form.kind == IntegratorForm::Wavefront && !outputs.rayCounts)
+        return TraceWavefront(renderer, scene, settings, outputs, ids);
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {

@@ -68,6 +68,25 @@ struct RAYGRAPH_API BiasSettings {
     bool operator==(const BiasSettings&) const = default;
 };
 
+// How the integrator runs on the device. The choice is one of speed: on a device that rounds alike in both,
+// such as Mesa's CPU driver, the bits are the same.
+//   Loop:      an invocation traces and shades one path after the other, each to its end
+//   Wavefront: kernels that trace or shade do the same step of all paths
+#define RAYGRAPH_INTEGRATOR_FORMS(X, Of) \
+    X(Of, Loop, 0, "loop", "")           \
+    X(Of, Wavefront, 1, "wavefront", "")
+RAYGRAPH_CHOICE(IntegratorForm, RAYGRAPH_INTEGRATOR_FORMS)
+
+inline constexpr uint32_t kMaxWaveSteps = 64;
+struct FormSettings {
+    IntegratorForm kind = IntegratorForm::Loop;
+    // Of a wavefront: rays of each path, after which the loop goes on with those that are left. 1 to
+    // kMaxWaveSteps.
+    uint32_t steps = 4;
+
+    bool operator==(const FormSettings&) const = default;
+};
+
 // How paths are traced: what decides the samples of a picture beside its camera and extent.
 struct PathSettings {
     SamplerKind sampler = SamplerKind::Sobol;
@@ -79,6 +98,7 @@ struct PathSettings {
     // Where the camera sees no surface and no medium, the radiance is 0: the environment shines on the scene
     // and is seen through it and mirrored in it, but not behind it.
     bool isEnvironmentHidden = false;
+    FormSettings form{};
 
     bool operator==(const PathSettings&) const = default;
 };
@@ -145,7 +165,8 @@ struct TraceIds {
 
 // One sample of every pixel: the radiance, and the requested other outputs. A function of only (scene,
 // settings): the same device gives the same bits, in one piece or in regions. Unbiased but for
-// settings.biases. Error{Usage} for ray counts beside another output, and for a region outside the picture.
+// settings.biases. Ray counts are taken by the loop, and are those of any form. Error{Usage} for them beside
+// another output, for a number of steps that a wavefront cannot have, and for a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 

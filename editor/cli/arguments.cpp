@@ -21,12 +21,15 @@ namespace {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(
-        *bench, arguments.given,
-        {"size",  "camera",   "scene",     "variant",      "at",           "clips",         "points",
-         "lines", "sampler",  "brdf",      "multiscatter", "nee",          "light-sampler", "mis",
-         "rr",    "rr-start", "max-depth", "background",   "env-rotation", "env-tint",      "texture-budget"},
-        BenchDefaults());
+    AddSettings(*bench, arguments.given, {"size",           "camera",       "scene",
+                                          "variant",        "at",           "clips",
+                                          "points",         "lines",        "sampler",
+                                          "brdf",           "multiscatter", "nee",
+                                          "light-sampler",  "mis",          "rr",
+                                          "rr-start",       "max-depth",    "background",
+                                          "env-rotation",   "env-tint",     "texture-budget",
+                                          "integrator-form"},
+                BenchDefaults());
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });

@@ -94,6 +94,13 @@ double FrameMs(const PassTimes& times) {
     return sum;
 }
 
+double TraceMs(const PassTimes& times) {
+    double sum = 0.0;
+    for (const PassTime& pass : times.Summary())
+        if (pass.name == "Trace" || pass.name.starts_with("Wave")) sum += pass.gpuMsMedian;
+    return sum;
+}
+
 TracingSpeed SpeedOf(double gpuMs, double raysPerSample, double pixels) {
     return {gpuMs, raysPerSample, gpuMs > 0.0 ? raysPerSample * pixels / (gpuMs * 1e-3) : 0.0};
 }
@@ -157,7 +164,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
             costs.push_back(isCpu ? cpuOfPicture / cpu : FrameMs(ofPicture) / FrameMs(ofLimitPath));
         }
     }
-    if (times.MedianMs("Trace") <= 0.0)
+    if (TraceMs(times) <= 0.0)
         throw MakeError(ErrorKind::Vulkan, "bench: the device {} gives no GPU times (it has no timestamps)",
                         renderer.Device().Info().name);
 
@@ -177,7 +184,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     result.passes = times.Summary();
     for (const PassTime& pass : yardstickTimes.Summary())
         if (pass.name.starts_with("Limit") || pass.name.starts_with("Lambert")) result.passes.push_back(pass);
-    result.trace = SpeedOf(times.MedianMs("Trace"), traceRays, pixels);
+    result.trace = SpeedOf(TraceMs(times), traceRays, pixels);
     result.limit =
         SpeedOf(yardstickTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
     result.limitPath =

@@ -11,6 +11,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/session/form_text.h"
 #include "editor/session/parse.h"
 
 namespace raygraph::session {
@@ -229,6 +230,12 @@ const std::vector<PictureSetting>& Table() {
              settings.paths.roulette.start = ParseCount(text);
          },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
+        {"integrator-form", "FORM",
+         "How the integrator runs on the device: loop (each path to its end) or wavefront:N (the same step "
+         "of "
+         "all paths, N times, and then the loop). A choice of speed ({})",
+         [](PictureSettings& settings, std::string_view text) { settings.paths.form = ParseForm(text); },
+         [](const PictureSettings& settings) { return FormText(settings.paths.form); }},
         {"max-depth", "N",
          "Bias: end paths after N bounces, or none, without limit; this darkens the picture. Default: {}",
          [](PictureSettings& settings, std::string_view text) {

@@ -1,6 +1,8 @@
-// The path integrator: an iterative loop without resource bindings. It accesses the scene through a small
-// bridge, which the including file declares beforehand: scene/*.glsl on the device, a few analytic shapes in
-// the tests.
+// The path integrator without resource bindings: what happens where a ray has arrived (ShadeVertex). Rays are
+// traced by its includers: one after the other in integrator/extend_path.glsl, those of many paths at once in
+// pathtrace/wave_*.glsl. It accesses the scene through a small bridge, which the including file declares
+// beforehand: scene/*.glsl on the device, a few analytic shapes in the tests. Only what traces rays needs the
+// first two.
 //
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
 //     vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed)
@@ -343,33 +345,6 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     path.scatter.position = surface.position;
     path.scatter.normal = IsTransmissive(vertex.bsdf.flags) ? vec3(0.0f) : surface.geometricNormal;
     return ScatterBoth(path, vertex, settings, direct);
-}
-
-// Traces the path's next ray, and a shadow ray from where it ended. False: the path has ended, and
-// path.radiance is an unbiased estimate of the radiance along its first ray (unless a named bias is on).
-INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
-    DirectLight direct = NoDirectLight();
-    uint depth = path.depth;
-    ++path.rayCount;
-    Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
-    bool isGoingOn = ShadeVertex(path, hit, settings, direct);
-    if (HasTraceFeature(kTraceLightSampling)) {
-        // Devices run many paths in lockstep. Paths without a light sample trace a ray of no length along
-        // with the others: a branch here would make them diverge from then on
-        bool isLit = MaxComponent(direct.radiance) > 0.0f;
-        if (isLit)
-            ++path.rayCount;
-        else
-            direct = NoDirectLight();
-        vec3 share = HasTraceFeature(kTraceMatchedMedia)
-                         ? ShareThroughMedia(direct, path.wavelength, path.rng, path.rayCount)
-                         : UnblockedShare(direct.ray, direct.distance, direct.ior,
-                                          AlphaSeed(path.rng, path.rayCount));
-        if (isLit && MaxComponent(share) > 0.0f)
-            Collect(path, direct.radiance * share, depth + 1u, direct.lobe, direct.light, direct.triangle,
-                    settings);
-    }
-    return isGoingOn && path.rayCount < kMaxRays;
 }
 
 SHADING_END

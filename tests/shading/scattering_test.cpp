@@ -82,7 +82,7 @@ Medium MediumAt(uint) {
 }  // namespace raygraph::shading
 
 // The bridge is declared: now the integrator over it.
-#include "integrator/path.glsl"
+#include "integrator/extend_path.glsl"
 
 namespace raygraph::shading {
 

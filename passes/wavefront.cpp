@@ -1,0 +1,232 @@
+#include "passes/wavefront.h"
+
+#include <algorithm>
+#include <string>
+
+#include "passes/scene_bindings.h"
+#include "shaders/shared/wavefront.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+constexpr auto kPathPartNames = Texts(PathPart{});
+constexpr uint32_t kRowBytes = 16;
+// Of the paths that are left for the last kernel, as many are traced at once.
+constexpr uint32_t kInvocationsOfRest = 1u << 16;
+
+uint32_t PathRows(uint32_t features, bool hasParts) {
+    return gpu::kWavePathRows + (hasParts ? gpu::kWaveLobeRows : 0u) +
+           ((features & kTraceTextureLod) != 0u ? gpu::kWaveConeRows : 0u) +
+           ((features & kTraceVolumes) != 0u ? gpu::kWaveMediaRows : 0u);
+}
+
+uint32_t ShadowRows(uint32_t features, bool hasParts) {
+    return gpu::kWaveShadowRows + (hasParts ? gpu::kWaveLobeRows : 0u) +
+           ((features & kTraceMatchedMedia) != 0u ? gpu::kWaveShadowMediaRows : 0u);
+}
+
+class Wavefront {
+  public:
+    Wavefront(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+              const TraceOutputs& outputs, const TraceIds& ids)
+        : m_renderer(renderer),
+          m_scene(scene),
+          m_settings(settings),
+          m_outputs(outputs),
+          m_features(TraceFeatures(scene, settings)),
+          m_extent(RegionOf(settings).Extent()),
+          m_ids(ids) {
+        const uint64_t pixels = uint64_t{m_extent.width} * m_extent.height;
+        m_pixels = static_cast<uint32_t>(pixels);
+        const auto buffer = [&](const char* name, uint64_t size) {
+            return renderer.CreateBuffer(name, {.size = size});
+        };
+        // One record more: the media around the camera
+        m_paths = buffer("wavePaths", (pixels + 1) * PathRows(m_features, outputs.parts) * kRowBytes);
+        m_hits = buffer("waveHits", (pixels + (pixels + 3) / 4) * kRowBytes);
+        m_shadows = buffer("waveShadows", pixels * ShadowRows(m_features, outputs.parts) * kRowBytes);
+        m_queue = buffer("waveQueue", pixels * 2 * sizeof(uint32_t));
+        m_counts = buffer("waveCounts", (settings.form.steps + 1) * 2 * sizeof(uint32_t));
+    }
+
+    TraceIds Declare() {
+        const bool hasLights = (m_features & kTraceLightSampling) != 0u;
+        // Shadow rays that may take several rays come first: the next ray's number depends on how many
+        const bool isApart = (m_features & kTraceMatchedMedia) != 0u;
+        ClearCounts();
+        TraceFirst();
+        for (uint32_t step = 0; step < m_settings.form.steps; ++step) {
+            if (step > 0) {
+                if (hasLights && isApart) Trace(step, gpu::kWaveTracesShadows);
+                Trace(step, gpu::kWaveTracesPaths | (hasLights && !isApart ? gpu::kWaveTracesShadows : 0u));
+            }
+            Shade(step);
+        }
+        if (hasLights) Trace(m_settings.form.steps, gpu::kWaveTracesShadows);
+        TraceRest();
+        Finish();
+        return m_ids;
+    }
+
+  private:
+    // "pathtrace/wave_shade_parts.comp"
+    std::string Shader(const char* kernel, const char* stage) const {
+        return std::string("pathtrace/wave_") + kernel + (m_outputs.parts ? "_parts" : "") +
+               (m_outputs.lightGroups ? "_groups" : "") + stage;
+    }
+    // Paths become fewer with every step, and an invocation takes one after the other.
+    Extent2D LaunchAt(uint32_t step) const {
+        constexpr uint32_t kLeast = 1u << 16, kMostHalvings = 4;
+        return {std::max(m_pixels >> std::min(step, kMostHalvings), std::min(m_pixels, kLeast)), 1};
+    }
+    static std::string At(const char* name, uint32_t step) { return name + std::to_string(step); }
+
+    void BindScene(PassBuilder& pass) const {
+        SpecializeTrace(pass, m_scene, m_settings);
+        BindGeometry(pass, m_scene);
+        BindMaterials(pass, m_scene);
+    }
+    void BindLighting(PassBuilder& pass) const {
+        BindEnvironment(pass, m_scene);
+        BindLights(pass, m_scene);
+        pass.Reads("energyTables", m_scene.energyTables);
+    }
+    void BindRays(PassBuilder& pass) const {
+        BindTracing(pass, m_scene, ParametersFor(m_scene, m_settings), AlphaTest::On);
+    }
+    void SetConstants(PassBuilder& pass, uint32_t step, uint32_t traces = 0) const {
+        const gpu::CameraRecord& camera = m_settings.camera;
+        const bool isPinhole = camera.lensRadius == 0.0f && camera.orthographic == 0u;
+        pass.Constants(gpu::WaveConstants{.size = {m_extent.width, m_extent.height},
+                                          .step = step,
+                                          .pathRows = PathRows(m_features, m_outputs.parts),
+                                          .isProbedOnce = isPinhole ? 1u : 0u,
+                                          .traces = traces});
+    }
+    // All that a sample writes; `isFirst`: nothing is there yet.
+    void BindOutputs(PassBuilder& pass, bool isFirst) {
+        const auto bind = [&](const char* name, TextureId& id) {
+            id = isFirst ? pass.Writes(name, id) : pass.Updates(name, id);
+        };
+        bind("radiance", m_ids.radiance);
+        for (size_t i = 0; m_outputs.parts && i < kPathPartCount; ++i)
+            bind(kPathPartNames[i], m_ids.parts[i]);
+        if (m_outputs.lightGroups) bind("lightGroups", m_ids.lightGroups);
+    }
+
+    void ClearCounts() {
+        m_renderer.AddPass(
+            "WaveCounts", PassKind::Transfer, [&](PassBuilder& pass) { m_counts = pass.CopiesTo(m_counts); },
+            [id = m_counts](CommandList& commands, const PassResources& resources) {
+                commands.Fill(resources.Buffer(id), 0);
+            });
+    }
+
+    void TraceFirst() {
+        m_renderer.AddPass(
+            "WaveFirst", PassKind::RayTracing,
+            [&](PassBuilder& pass) {
+                pass.RayGen("pathtrace/wave_first.rgen");
+                BindScene(pass);
+                BindRays(pass);
+                SetConstants(pass, 0);
+                m_paths = pass.Writes("wavePaths", m_paths);
+                m_hits = pass.Writes("waveHits", m_hits);
+            },
+            [extent = LaunchAt(0)](CommandList& commands) { commands.TraceRays(extent); });
+    }
+
+    void Trace(uint32_t step, uint32_t traces) {
+        const char* name = traces == gpu::kWaveTracesShadows ? "WaveShadows" : "WaveTrace";
+        m_renderer.AddPass(
+            At(name, step), PassKind::RayTracing,
+            [&](PassBuilder& pass) {
+                pass.RayGen(Shader("trace", ".rgen"));
+                BindScene(pass);
+                BindRays(pass);
+                BindShadowRays(pass, m_scene);
+                if (m_outputs.lightGroups) BindLights(pass, m_scene);
+                pass.Reads("energyTables",
+                           m_scene.energyTables);  // of walls that light passes straight through
+                SetConstants(pass, step, traces);
+                pass.Reads("waveCounts", m_counts);
+                pass.Reads("waveQueue", m_queue);
+                pass.Reads("waveShadows", m_shadows);
+                m_paths = pass.Updates("wavePaths", m_paths);
+                m_hits = pass.Updates("waveHits", m_hits);
+                BindOutputs(pass, false);
+            },
+            [extent = LaunchAt(step)](CommandList& commands) { commands.TraceRays(extent); });
+    }
+
+    void Shade(uint32_t step) {
+        m_renderer.AddPass(
+            At("WaveShade", step), PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute(Shader("shade", ".comp"));
+                BindScene(pass);
+                BindLighting(pass);
+                pass.Uniform("parameters", ParametersFor(m_scene, m_settings));
+                SetConstants(pass, step);
+                pass.Reads("waveHits", m_hits);
+                m_paths = pass.Updates("wavePaths", m_paths);
+                m_counts = pass.Updates("waveCounts", m_counts);
+                m_queue = step == 0 ? pass.Writes("waveQueue", m_queue) : pass.Updates("waveQueue", m_queue);
+                m_shadows = pass.Writes("waveShadows", m_shadows);
+                BindOutputs(pass, step == 0);
+            },
+            [extent = LaunchAt(step)](CommandList& commands) { commands.DispatchOver(extent); });
+    }
+
+    void TraceRest() {
+        m_renderer.AddPass(
+            "WaveRest", PassKind::RayTracing,
+            [&](PassBuilder& pass) {
+                pass.RayGen(Shader("rest", ".rgen"));
+                BindScene(pass);
+                BindLighting(pass);
+                BindRays(pass);
+                BindShadowRays(pass, m_scene);
+                SetConstants(pass, m_settings.form.steps);
+                pass.Reads("waveCounts", m_counts);
+                pass.Reads("waveQueue", m_queue);
+                pass.Reads("wavePaths", m_paths);
+                m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
+                BindOutputs(pass, false);
+            },
+            [extent = Extent2D{std::min(m_pixels, kInvocationsOfRest), 1}](CommandList& commands) {
+                commands.TraceRays(extent);
+            });
+    }
+
+    void Finish() {
+        m_renderer.AddPass(
+            "WaveFinish", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute(Shader("finish", ".comp"));
+                m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
+                BindOutputs(pass, false);
+            },
+            [extent = m_extent](CommandList& commands) { commands.DispatchOver(extent); });
+    }
+
+    Renderer& m_renderer;
+    const SceneIds& m_scene;
+    const TraceSettings& m_settings;
+    TraceOutputs m_outputs;
+    uint32_t m_features;
+    Extent2D m_extent;
+    uint32_t m_pixels = 0;
+    TraceIds m_ids;
+    BufferId m_paths, m_hits, m_shadows, m_queue, m_counts;
+};
+
+}  // namespace
+
+TraceIds TraceWavefront(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                        const TraceOutputs& outputs, const TraceIds& ids) {
+    return Wavefront(renderer, scene, settings, outputs, ids).Declare();
+}
+
+}  // namespace raygraph::passes

@@ -1,0 +1,34 @@
+// The last kernel of a wavefront that traces: the paths that are left, each to its end.
+#define TRACES_SHADOW_RAYS
+#define OUTPUTS_ARE_READ
+#include "scene/extensions.glsl"
+
+#include "scene/camera.glsl"
+#include "scene/environment.glsl"
+#include "scene/light_bridge.glsl"
+#include "scene/surface.glsl"
+#include "scene/trace_rays.glsl"
+
+#include "pathtrace/outputs.glsl"
+#include "pathtrace/wave_state.glsl"
+
+#include "integrator/extend_path.glsl"
+
+void main() {
+    PathSettings settings = SettingsOf(parameters.value);
+    uint count = PathCount();
+    uint slot = 0u;
+    PathState path;
+    bool isGoingOn = false;
+    while (true) {
+        if (!isGoingOn) {
+            uint i = atomicAdd(pixelQueue.takenCount, 1u);
+            if (i >= count) return;
+            slot = SlotAt(i);
+            path = LoadPath(slot);
+            LoadOutputs(TexelOf(slot), path);
+        }
+        isGoingOn = ExtendPath(path, settings);
+        if (!isGoingOn) StoreOutputs(TexelOf(slot), path);
+    }
+}

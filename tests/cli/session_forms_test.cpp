@@ -1,0 +1,104 @@
+// The forms of the integrator give one picture. A device is needed.
+#include <cmath>
+
+#include "editor/session/form_text.h"
+#include "editor/session/session.h"
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::session {
+
+namespace {
+
+using test::ExpectError;
+
+struct FormCase {
+    const char* scene;
+    SettingTexts settings;
+    bool hasAll = false;  // all channels, and light groups
+};
+
+void PrintTo(const FormCase& of, std::ostream* out) {
+    *out << of.scene;
+    for (const auto& [name, text] : of.settings) *out << " " << name << "=" << text;
+    if (of.hasAll) *out << " with all channels";
+}
+
+class SessionFormsTest : public testing::VulkanTest, public ::testing::WithParamInterface<FormCase> {
+  protected:
+    static RenderFile Render(const FormCase& of, const char* form) {
+        SettingTexts texts = of.settings;
+        texts.insert({"size", "20x12"});
+        texts["integrator-form"] = form;
+        SessionDesc desc;
+        desc.settings = SettingsFrom(texts);
+        if (of.hasAll) {
+            desc.settings.lightGroups = {{"all", {"*"}}};
+            for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings));
+        }
+        Session session(
+            Device(), LoadInput(test::SceneFile(of.scene), {.pointsAndLines = desc.settings.pointsAndLines}),
+            desc);
+        session.Run({.samples = 4});
+        EXPECT_EQ(session.NonFiniteSamples(), 0u);
+        return std::move(session.Result()).render;
+    }
+    static double MeanOfColors(const Texels& texels) {
+        double sum = 0.0;
+        for (size_t i = 0; i < texels.size(); ++i)
+            if (i % 4 != 3) sum += static_cast<double>(texels[i]);
+        return sum / static_cast<double>(texels.size());
+    }
+    // Mesa's CPU driver rounds alike in all shaders. Other compilers contract expressions, each shader in its
+    // own way, so that now and then a path takes another turn.
+    static void ExpectSame(const Texels& texels, const Texels& others, const char* what) {
+        ASSERT_EQ(texels.size(), others.size()) << what;
+        if (Device().Info().type == rhi::DeviceType::Cpu)
+            EXPECT_TRUE(texels == others) << what;
+        else
+            EXPECT_NEAR(MeanOfColors(texels), MeanOfColors(others), 0.1 * MeanOfColors(texels) + 1e-6)
+                << what;
+    }
+    static void ExpectSame(const RenderFile& a, const RenderFile& b) {
+        ExpectSame(a.radiance, b.radiance, "radiance");
+        ASSERT_EQ(AovsOf(a), AovsOf(b));
+        for (const Aov aov : kAovs)
+            if (const Texels* mean = MeanOf(a, aov)) ExpectSame(*mean, *MeanOf(b, aov), Name(aov));
+        ASSERT_EQ(a.lightGroups.size(), b.lightGroups.size());
+        for (size_t i = 0; i < a.lightGroups.size(); ++i)
+            ExpectSame(a.lightGroups[i], b.lightGroups[i], "light group");
+    }
+};
+
+}  // namespace
+
+TEST_P(SessionFormsTest, AWavefrontOfAnyNumberOfStepsGivesThePictureOfTheLoop) {
+    const RenderFile loop = Render(GetParam(), "loop");
+    EXPECT_GT(MeanOfColors(loop.radiance), 0.0);
+    for (const char* form : {"wavefront:1", "wavefront:3"}) {
+        SCOPED_TRACE(form);
+        ExpectSame(loop, Render(GetParam(), form));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, SessionFormsTest,
+    ::testing::Values(FormCase{"cornell.gltf", {{"max-depth", "5"}, {"clamp-indirect", "0.5"}}, true},
+                      FormCase{"cornell.gltf", {{"nee", "off"}, {"crop", "3,2,9,5"}, {"aperture", "0.1"}}},
+                      FormCase{"many_lights.gltf", {{"rr", "frame:0.5"}, {"sampler", "pcg"}}},
+                      FormCase{"nested_dielectrics.gltf", {}, true}, FormCase{"scattering_grid.gltf", {}},
+                      FormCase{"terrace.gltf", {{"texture-lod", "0"}}, true},
+                      FormCase{"glass_sphere.gltf", {{"aperture", "0.2"}, {"background", "1,2,3"}}},
+                      FormCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}}));
+
+TEST(FormText, ReadsBack) {
+    for (const char* text : {"loop", "wavefront:1", "wavefront:64"})
+        EXPECT_EQ(FormText(ParseForm(text)), text);
+    EXPECT_EQ(FormText(ParseForm("wavefront")), "wavefront:4");
+    for (const char* text : {"", "loop:4", "wavefront:0", "wavefront:65", "wavefront:", "both"})
+        ExpectError(
+            ErrorKind::Usage, [&] { std::ignore = ParseForm(text); }, "");
+}
+
+}  // namespace raygraph::session
