@@ -96,7 +96,8 @@ concept HasFourFieldsOfItsOwn = requires {
 static_assert(HasFourFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
-    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] =
+    // All but `form`, which changes no picture: tests/cli/session_forms_test.cpp
+    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden, form] =
         static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
     auto& [isOn, lightSampler, mis] = lights;
