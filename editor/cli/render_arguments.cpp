@@ -67,6 +67,8 @@ void CheckCheckpoints(const RenderArguments& arguments) {
     }
     if (arguments.seconds && isOfSeveral)
         Refuse("--checkpoint: with --time, no picture of several is ever complete; give --spp or --error");
+    if (arguments.seconds && !arguments.samples && !arguments.error && !arguments.resume.empty())
+        Refuse("--checkpoint: with --time, a render that goes on is never complete; give --spp or --error");
     if (arguments.exrType == ExrType::Half)
         Refuse("--checkpoint saves renders that can be resumed, and --exr-type half leaves out their sums");
     const std::vector<OutputFile> pictures = PicturesOf(arguments);

@@ -160,8 +160,11 @@ std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const 
                                         const Log& log) {
     if (arguments.resume.empty()) return std::nullopt;
     const std::filesystem::path path = Named(arguments.resume, name);
-    std::error_code ignored;
-    if (arguments.checkpointMinutes && !std::filesystem::exists(path, ignored)) return std::nullopt;
+    // Only a file that is not there: one that cannot be looked at now may be the last good one
+    std::error_code error;
+    if (arguments.checkpointMinutes &&
+        std::filesystem::status(path, error).type() == std::filesystem::file_type::not_found)
+        return std::nullopt;
     return ReadResumedRender(path, log);
 }
 

@@ -279,6 +279,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.paths.isEnvironmentHidden = true;
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
+    settings.paths.form = {passes::IntegratorForm::Wavefront, 7};
     settings.raster.shadows = passes::RasterShadows::Maps;
     settings.paths.biases = {.maxDepth = 0,
                              .clampIndirect = 2.5f,

@@ -114,6 +114,7 @@ TEST(BlockQueue, ClosedOneLetsWaitingDevicesGo) {
     BlockQueue queue(1);
     std::optional<SampleRange> answer{SampleRange{1, 1}};
     std::jthread waits([&] { answer = queue.Next(0, 1.0); });
+    ASSERT_TRUE(queue.TakeRequest(std::chrono::seconds(10)));  // it waits now
     queue.Close();
     waits.join();
     EXPECT_FALSE(answer);

@@ -290,6 +290,7 @@ TEST(ProgramCheckpoint, WhatCannotBeSavedOrGoneOnWithIsRefused) {
     ExpectRefused(folder, "--checkpoint 1 -o a.exr --exr-type half", 2, "leaves out their sums");
     ExpectRefused(folder, "--checkpoint 0 -o a.exr", 2, "--checkpoint: \"0\"");
     ExpectRefused(folder, "--frames 0:1:1 --resume f.#.exr -o f.#.exr", 2, "only with --checkpoint");
+    ExpectRefused(folder, "--time 1 --checkpoint 1 --resume f.exr -o f.exr", 2, "is never complete");
     ExpectRefused(folder, "--frames 0:1:1 --checkpoint 1 --resume f.exr -o f.#.exr", 2,
                   "\"f.exr\" has no single run of #");
     ExpectRefused(folder, "--resume a.exr -o a.exr --spp 8", 4, "a.exr");

@@ -53,6 +53,13 @@ class MpiTest(unittest.TestCase):
                 self.assertEqual(self.bytes_of("all.png"), self.bytes_of("one.png"))
                 self.assertEqual(result.stdout.count("samples a pixel"), 1, result.stdout)
 
+    # Sums are sent 2^18 pixels at a time
+    def test_large_pictures_are_added_piece_by_piece(self):
+        picture = ["render", CORNELL, "--size", "600x500", "--spp", "2", "--max-depth", "1"]
+        self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
+        self.run_in(mpi(2, *picture, "-o", "all.exr"))
+        self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
+
     def test_more_ranks_than_samples(self):
         picture = ["render", CORNELL, "--size", "16x16", "--spp", "1", "--aov", "depth"]
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
