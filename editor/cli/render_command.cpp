@@ -62,7 +62,9 @@ class Pictures {
             }
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
             if (!isComplete) return true;
-            if (IsRoot()) SayComplete();
+            if (!IsRoot()) continue;
+            RequireAsked(*m_resumed, m_arguments, m_job, Current());
+            SayComplete();
         }
         return false;
     }

@@ -168,6 +168,33 @@ std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const 
     return ReadResumedRender(path, log);
 }
 
+void RequireAsked(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
+                  const PlannedPicture& picture) {
+    const RenderFile& render = complete.render;
+    const auto require = [&](bool isAsked, const std::string& difference) {
+        if (!isAsked)
+            throw MakeError(ErrorKind::BadInput,
+                            "{} is complete, but another picture than the one that is asked for: {}",
+                            complete.path.string(), Printable(difference, 1024));
+    };
+    const auto names = [](const std::string& kept, const std::filesystem::path& asked) {
+        const auto quoted = [](const std::string& name) { return name.empty() ? "none" : name; };
+        return Text("{} against {}", quoted(kept), quoted(asked.filename().string()));
+    };
+    require(render.sceneFile == arguments.scene.filename().string(),
+            "scene: " + names(render.sceneFile, arguments.scene));
+    require(render.environmentFile == arguments.environment.filename().string(),
+            "environment map: " + names(render.environmentFile, arguments.environment));
+    SettingTexts asked = Texts(job.settings);
+    if (picture.at) asked["at"] = AtText(picture.at);
+    if (picture.camera) asked["camera"] = *picture.camera;
+    const std::string difference = FirstDifference(render.settings, asked);
+    require(difference.empty(), difference);
+    const uint32_t first = render.samples.front().first;
+    require(first == job.firstSample, Text("first sample: {} against {}", first, job.firstSample));
+    require(AovsOf(render) == job.aovs, "its channels are those of other --aov");
+}
+
 std::string JobText(const RenderJob& job) {
     nlohmann::json json{{"settings", Texts(job.settings)}, {"first", job.firstSample}};
     json["aovs"] = nlohmann::json::array();

@@ -34,6 +34,11 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log);
 std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const PictureName& name,
                                         const Log& log);
 
+// Error{BadInput} naming the first difference, where a complete render is not that picture of the job. The
+// contents of scene and environment map are not compared: they are not loaded for it; the files' names are.
+void RequireAsked(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
+                  const PlannedPicture& picture);
+
 // For other processes, that have the same arguments: all but the resumed render. Error{BadInput} for a text
 // that is none.
 std::string JobText(const RenderJob& job);

@@ -255,6 +255,29 @@ TEST(ProgramCheckpoint, OfASequenceWhatIsThereIsNotRenderedAgain) {
         EXPECT_EQ(BytesOf(folder / name), BytesOf(whole / name)) << name;
 }
 
+// As without it: of a sequence, half would be of the old options.
+TEST(ProgramCheckpoint, ACompleteFileOfAnotherPictureIsNotWhatIsAskedFor) {
+    const TemporaryFolder folder;
+    const std::string frames = "--size 8x6 --frames 0:0.04:0.04 --checkpoint 60 --resume f.#.exr -o f.#.exr ";
+    RunWell(folder, "render @cornell.gltf --spp 1 " + frames);
+    const auto refuse = [&](const std::string& options, const std::string& difference) {
+        ExpectRefused(
+            folder, options, 4,
+            "f.0.exr is complete, but another picture than the one that is asked for: " + difference);
+    };
+    refuse(frames + "--spp 1 --seed 5", "seed: 0 against 5");
+    refuse(frames + "--spp 1 --aov depth", "its channels");
+    refuse(frames + "--spp 1 --sample-offset 7", "first sample: 0 against 7");
+    const ProgramResult other =
+        RunProgram(folder,
+                   "render @terrace.gltf --size 8x6 --at 0 --spp 1 --checkpoint 60 --resume f.0.exr "
+                   "-o f.0.exr");
+    EXPECT_EQ(other.exitCode, 4);
+    EXPECT_NE(other.messages.find("scene: cornell.gltf against terrace.gltf"), std::string::npos)
+        << other.messages;
+    RunWell(folder, "render @cornell.gltf --spp 1 " + frames);
+}
+
 TEST(ProgramCheckpoint, ASequenceEndsWithTheFrameOfTheSignal) {
     const TemporaryFolder folder;
     const ProgramResult result =
