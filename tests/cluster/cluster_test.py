@@ -215,6 +215,16 @@ class RequeueTest(ClusterTest):
         self.ExpectSuccess(jobs["merge"])
         self.ExpectWhole("picture.exr")
 
+    def test_a_job_that_is_cancelled_saves_and_does_not_come_back(self):
+        job = self.Submit("submit_requeue.sh", (self.PAGES, self.OPTIONS))["render"]
+        self.UntilRendering(job)
+        Run("scancel", job)
+        Until("the job has ended", lambda: JobFields(job)[0]["JobState"] == "CANCELLED")
+        Until("there is a checkpoint", lambda: (self.folder / "out.exr").exists())
+        time.sleep(3)  # by which Slurm would have requeued it
+        self.assertEqual(JobFields(job)[0]["JobState"], "CANCELLED", self.Logs())
+        self.assertEqual(self.Restarts(job), 0)
+
     # As the site's own requeueing after a crash: nobody warns the program.
     def test_a_checkpoint_on_demand_survives_a_kill(self):
         job = self.Submit("submit_requeue.sh", (self.PAGES, self.OPTIONS))["render"]
