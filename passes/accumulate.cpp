@@ -62,7 +62,8 @@ class AccumulationStep {
             m_cause = ResetCause::Resize;
         if (m_cause != ResetCause::Count) m_after.progress = {};
     }
-    void TakeTile(const Region& region) {
+    // Of so many samples; a part of the picture is of one.
+    void TakeTile(const Region& region, uint32_t sampleCount) {
         Accumulation::Progress& progress = m_after.progress;
         m_sampleCount = progress.sampleCount;
         if (!progress.cursor.IsNext(m_after.extent, region))
@@ -71,7 +72,7 @@ class AccumulationStep {
                             "is complete up to {}, {}",
                             m_accumulation.Name(), region.x, region.y, progress.cursor.X(),
                             progress.cursor.Y());
-        if (progress.cursor.Advance(m_after.extent, region)) ++progress.sampleCount;
+        if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount += sampleCount;
     }
     void TakeSamples(uint32_t sampleCount) { m_after.progress = {.sampleCount = sampleCount, .cursor = {}}; }
 
@@ -121,19 +122,22 @@ std::string NameOf(const Accumulation& accumulation, const char* what) {
     return accumulation.Name() + "." + what;
 }
 
-void DeclareSums(Renderer& renderer, TextureId tile, const Region& region, const AccumulationStep& step,
-                 AccumulatedIds& ids) {
+void DeclareSums(Renderer& renderer, TextureId tile, const SampleRows& rows, const Region& region,
+                 const AccumulationStep& step, AccumulatedIds& ids) {
     const bool withVariance = ids.squares[0].IsValid();
     struct Constants {
         uint32_t offset[2];
         uint32_t isFirst;
+        uint32_t sampleCount;
+        uint32_t sampleRows;
     };
     renderer.AddPass(
         "Accumulate", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/accumulate_variance.comp" : "post/accumulate.comp");
-            pass.Reads("newSample", tile);
-            pass.Constants(Constants{{region.x, region.y}, step.SampleCount() == 0 ? 1u : 0u});
+            pass.Reads("newSamples", tile);
+            pass.Constants(
+                Constants{{region.x, region.y}, step.SampleCount() == 0 ? 1u : 0u, rows.count, rows.height});
             for (size_t k = 0; k < ExactSums::kPlanes; ++k)
                 ids.sums[k] = pass.Updates(kSumNames[k], ids.sums[k]);
             for (size_t k = 0; k < ExactSums::kPlanes && withVariance; ++k)
@@ -229,27 +233,51 @@ void Forget(Renderer& renderer, const Accumulation& accumulation) {
     for (const char* what : kSquareNames) renderer.Forget(NameOf(accumulation, what));
 }
 
+namespace {
+
+AccumulatedIds AccumulateRows(Renderer& renderer, TextureId tile, const SampleRows& rows, Extent2D picture,
+                              const Region& region, Accumulation& accumulation, bool withVariance) {
+    AccumulatedIds ids = Kept(renderer, accumulation, picture, withVariance);
+    AccumulationStep step(renderer, accumulation, picture, withVariance);
+    step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]) ||
+                           (withVariance && renderer.IsFresh(ids.squares[0])));
+    step.TakeTile(region, rows.count);
+    DeclareSums(renderer, tile, rows, region, step, ids);
+    DeclareMean(renderer, region, step.SampleCount() + rows.count, ids, false);
+    step.Declare();
+    return ids;
+}
+
+}  // namespace
+
 AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture, const Region& region,
                               Accumulation& accumulation, bool withVariance) {
     if (!(renderer.Desc(tile).extent == region.Extent()))
         throw MakeError(ErrorKind::Usage, "accumulation \"{}\": a tile of {}x{} texels for a region of {}x{}",
                         accumulation.Name(), renderer.Desc(tile).extent.width,
                         renderer.Desc(tile).extent.height, region.width, region.height);
-    AccumulatedIds ids = Kept(renderer, accumulation, picture, withVariance);
-    AccumulationStep step(renderer, accumulation, picture, withVariance);
-    step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]) ||
-                           (withVariance && renderer.IsFresh(ids.squares[0])));
-    step.TakeTile(region);
-    DeclareSums(renderer, tile, region, step, ids);
-    DeclareMean(renderer, region, step.SampleCount() + 1, ids, false);
-    step.Declare();
-    return ids;
+    return AccumulateRows(renderer, tile, {.count = 1, .height = region.height}, picture, region,
+                          accumulation, withVariance);
+}
+
+AccumulatedIds Accumulate(Renderer& renderer, TextureId samples, const SampleRows& rows,
+                          Accumulation& accumulation, bool withVariance) {
+    Extent2D picture = renderer.Desc(samples).extent;
+    SampleRows all = rows;
+    if (all.height == 0 && all.count > 0) all.height = picture.height / all.count;
+    const uint64_t rowsOfTile = uint64_t{all.count} * all.height;
+    if (rowsOfTile == 0 || picture.height % rowsOfTile != 0)
+        throw MakeError(ErrorKind::Usage,
+                        "accumulation \"{}\": {} samples of {} rows in a texture of {} rows, which is no "
+                        "multiple of that",
+                        accumulation.Name(), rows.count, rows.height, picture.height);
+    picture.height /= all.count;
+    return AccumulateRows(renderer, samples, all, picture, WholeOf(picture), accumulation, withVariance);
 }
 
 AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
                           bool withVariance) {
-    const Extent2D extent = renderer.Desc(sample).extent;
-    return AccumulateTile(renderer, sample, extent, WholeOf(extent), accumulation, withVariance);
+    return Accumulate(renderer, sample, SampleRows{}, accumulation, withVariance);
 }
 
 namespace {

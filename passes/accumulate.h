@@ -77,6 +77,13 @@ class RAYGRAPH_API Accumulation {
     std::array<uint32_t, static_cast<size_t>(ResetCause::Count)> m_resets{};
 };
 
+// How samples lie in a texture that has several: rows of `height`, one sample below the other; where the
+// texture has tiles of samples below each other, as TraceIds::lightGroups, in each of them.
+struct SampleRows {
+    uint32_t count = 1;
+    uint32_t height = 0;  // 0: all rows of the picture
+};
+
 struct AccumulatedIds {
     TextureId mean;      // rgba32f
     TextureId variance;  // rgba32f, unbiased variance of one sample, 0 below two; invalid if not asked for
@@ -91,6 +98,10 @@ struct AccumulatedIds {
 // 0, so the bits are defined for any sample; reporting them is up to the pass that makes the samples.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId sample,
                                                      Accumulation& accumulation, bool withVariance = false);
+// The same of several samples at once.
+[[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId samples,
+                                                     const SampleRows& rows, Accumulation& accumulation,
+                                                     bool withVariance = false);
 
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are

@@ -9,11 +9,13 @@
 namespace raygraph::passes {
 
 enum class LimitKind : uint8_t {
-    CameraRays,  // Trace's camera rays in the same TLAS, one value written
-    Path,        // the same with four cosine bounces, no shading
+    CameraRays,    // Trace's camera rays in the same TLAS, one value written
+    Path,          // the same with four cosine bounces, no shading
+    PathInHit,     // the same paths, which bounce in the closest hit
+    PathByBounce,  // the same paths, by a launch for each bounce of all that are left
 };
 
-// Returns r32f, whose values have no meaning. `rayCounts` as in Trace.
+// Returns r32f, whose values have no meaning. `rayCounts` as in Trace, of the first two.
 [[nodiscard]] RAYGRAPH_API TextureId Limit(Renderer& renderer, const SceneIds& scene,
                                            const TraceSettings& settings, LimitKind kind,
                                            TextureId* rayCounts = nullptr);

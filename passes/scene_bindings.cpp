@@ -117,6 +117,7 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .regionOffset = {settings.region.x, settings.region.y},
         .seed = settings.seed,
         .sampleIndex = settings.sampleIndex,
+        .sampleRows = RegionOf(settings).height,
         .maxDepth = settings.biases.maxDepth,
         .rouletteStart = settings.roulette.start,
         .survival = settings.roulette.survival,

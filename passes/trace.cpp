@@ -1,10 +1,12 @@
 #include "passes/trace.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "base/text.h"
 #include "passes/scene_bindings.h"
 #include "passes/wavefront.h"
+#include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph::passes {
 
@@ -47,6 +49,17 @@ Extent2D LightGroupTiles(uint32_t groupCount) {
     return {columns, (groupCount + columns - 1) / columns};
 }
 
+uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings, uint32_t tileRows) {
+    constexpr uint64_t kPaths = uint64_t{1} << 22, kBytesOfPath = 256;
+    if (device.Info().type == rhi::DeviceType::Cpu || settings.roulette.kind == Roulette::Frame) return 1;
+    const Region region = RegionOf(settings);
+    const uint64_t inMemory = DefaultTextureBudget(device) / 8 / kBytesOfPath;
+    const uint64_t rows = uint64_t{tileRows} * region.height;
+    const uint64_t most = std::min({std::min(kPaths, inMemory) / region.PixelCount(),
+                                    device.Info().maxTextureExtent / rows, uint64_t{64}});
+    return std::bit_floor(std::max(static_cast<uint32_t>(most), 1u));
+}
+
 TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                TraceOutputs outputs) {
     if (outputs.rayCounts && (outputs.parts || outputs.lightGroups))
@@ -58,7 +71,11 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         (settings.form.kind == IntegratorForm::Wavefront && settings.form.steps == 0))
         throw MakeError(ErrorKind::Usage, "Trace: form.steps is {}, must be 1 to {}", settings.form.steps,
                         kMaxWaveSteps);
-    const Extent2D traced = RegionOf(settings).Extent();
+    if (settings.sampleCount == 0 || (settings.sampleCount > 1 && settings.roulette.kind == Roulette::Frame))
+        throw MakeError(ErrorKind::Usage, "Trace: sampleCount is {}, must be {}", settings.sampleCount,
+                        settings.sampleCount == 0 ? "at least 1" : "1 with Roulette::Frame");
+    Extent2D traced = RegionOf(settings).Extent();
+    traced.height *= settings.sampleCount;
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
     if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});
     for (size_t i = 0; outputs.parts && i < kPathPartCount; ++i)

@@ -111,6 +111,8 @@ struct TraceSettings : PathSettings {
     Region region{};
     gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
     uint32_t sampleIndex = 0;
+    // Trace alone: samples of every pixel, those from sampleIndex on. At least 1.
+    uint32_t sampleCount = 1;
 
     bool operator==(const TraceSettings&) const = delete;  // would be that of the paths alone
 };
@@ -154,6 +156,8 @@ struct TraceCounts {
     uint32_t nonFiniteSamples = 0;
 };
 
+// Where there are several samples, each texture has the rows of one below those of the one before; of the
+// light groups each tile has.
 struct TraceIds {
     // rgba32f, linear, finite; alpha 1 where the camera ray hit a surface, 0 where it escaped
     TextureId radiance;
@@ -163,12 +167,20 @@ struct TraceIds {
     BufferId counts;        // TraceCounts
 };
 
-// One sample of every pixel: the radiance, and the requested other outputs. A function of only (scene,
-// settings): the same device gives the same bits, in one piece or in regions. Unbiased but for
+// The samples of every pixel: the radiance, and the requested other outputs. A function of only (scene,
+// settings): the same device gives the same bits, in one piece or in regions, one sample at a time or several.
+// Several keep a device busy that one does not fill, and wait for the longest path once. Unbiased but for
 // settings.biases. Ray counts are taken by the loop, and are those of any form. Error{Usage} for them beside
-// another output, for a number of steps that a wavefront cannot have, and for a region outside the picture.
+// another output, for a number of steps that a wavefront cannot have, for several samples that share
+// Roulette::Frame, which draws the length of all paths of one, and for a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
+
+// How many samples of every pixel Trace renders best at once, a power of two up to 64: a GPU is filled by about
+// four million paths, and on a CPU one sample of few pixels is enough work. `tileRows`: of the light groups, if
+// they are asked for (LightGroupTiles).
+RAYGRAPH_API uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
+                                    uint32_t tileRows = 1);
 
 // The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per pixel.
 struct PrimaryHitIds {

@@ -35,7 +35,7 @@ class Wavefront {
           m_settings(settings),
           m_outputs(outputs),
           m_features(TraceFeatures(scene, settings)),
-          m_extent(RegionOf(settings).Extent()),
+          m_extent(renderer.Desc(ids.radiance).extent),
           m_ids(ids) {
         const uint64_t pixels = uint64_t{m_extent.width} * m_extent.height;
         m_pixels = static_cast<uint32_t>(pixels);

@@ -36,6 +36,9 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--rounds", "N",
               Text("Rounds; times are medians over all of them ({})", arguments.rounds),
               [&](const std::string& text) { arguments.rounds = ParseCount(text, 1, 1000); });
+    AddOption(*bench, "--samples-at-once", "N",
+              "Samples of every pixel in a frame, as many as a render takes unless given",
+              [&](const std::string& text) { arguments.samplesAtOnce = ParseCount(text, 1, 64); });
     AddPath(*bench, "--json", "FILE", "Write the result line to a file as well", arguments.json);
     AddPath(
         *bench, "--compare", "FILE",

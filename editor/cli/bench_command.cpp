@@ -36,6 +36,7 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
             {"driver", device.driver},
             {"settings", Texts(settings)},
             {"frames", result.frames},
+            {"samples_at_once", result.samplesAtOnce},
             {"gpu_ms_median", passes},
             {"trace", tracing(result.trace)},
             {"limit", tracing(result.limit)},
@@ -46,7 +47,7 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
              {{"loop_ms", result.recursion.loopMs},
               {"recursive_ms", orNull(result.recursion.recursiveMs)},
               {"loop_speedup", orNull(result.recursion.loopSpeedup)}}},
-            {"ms_per_sample", result.secondsPerFrame * 1e3},
+            {"ms_per_sample", result.secondsPerSample * 1e3},
             {"msamples_per_s", result.samplesPerSecond * 1e-6},
             {"msamples_per_cpu_s", result.samplesPerCpuSecond * 1e-6}};
 }
@@ -102,7 +103,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     RequireMapFor(arguments.given, input);
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
-    const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, console.progress);
+    const BenchResult result =
+        RunBench(scene, {arguments.frames, arguments.rounds, arguments.samplesAtOnce}, console.progress);
     console.progress.Clear();
 
     const Json json = ResultJson(result, settings, input, device->Info());

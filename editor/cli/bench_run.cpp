@@ -33,23 +33,26 @@ class Bench {
   public:
     explicit Bench(DeviceScene& scene) : m_scene(scene), m_renderer(scene.GraphRenderer()) {}
 
-    // `count` frames of this kind; returns with the device idle.
-    void RunFrames(const DeclareFrame& declare, uint32_t count) {
+    // `count` frames of this kind, of `samples` each; returns with the device idle.
+    void RunFrames(const DeclareFrame& declare, uint32_t count, uint32_t samples = 1) {
         uint64_t last = 0;
         for (uint32_t i = 0; i < count; ++i) {
             m_renderer.BeginFrame();
             const SceneIds ids = m_scene.Declare(m_sampleIndex);
-            declare(ids, m_scene.SettingsFor(m_sampleIndex++));
+            passes::TraceSettings settings = m_scene.SettingsFor(m_sampleIndex);
+            settings.sampleCount = samples;
+            declare(ids, settings);
+            m_sampleIndex += samples;
             last = m_renderer.Execute();
         }
         m_renderer.Device().WaitFor(last);
     }
 
     // Until shaders are compiled, the scene is built, and caches are warm; times are thrown away.
-    void WarmUp(const DeclareFrame& declare) {
-        RunFrames(declare, kWarmUpFrames);
+    void WarmUp(const DeclareFrame& declare, uint32_t samples = 1) {
+        RunFrames(declare, kWarmUpFrames, samples);
         for (uint32_t i = 0; i < kMaxFramesToSettle && !m_scene.Scene().IsSettled(); ++i)
-            RunFrames(declare, 1);
+            RunFrames(declare, 1, samples);
         std::ignore = m_renderer.TakeTimings();
     }
 
@@ -113,7 +116,8 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     passes::Accumulation accumulation("radiance");
     const DeclareFrame picture = [&](const SceneIds& ids, const passes::TraceSettings& settings) {
         const TextureId sample = passes::Trace(renderer, ids, settings).radiance;
-        const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, accumulation);
+        const passes::AccumulatedIds sums =
+            passes::Accumulate(renderer, sample, {.count = settings.sampleCount}, accumulation);
         renderer.Present(passes::Tonemap(renderer, sums.mean));
     };
     const auto limitOf = [&](passes::LimitKind kind) -> DeclareFrame {
@@ -128,11 +132,16 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     };
     constexpr size_t kLimitPath = 1;
     std::vector<DeclareFrame> yardsticks{limitOf(passes::LimitKind::CameraRays),
-                                         limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop)};
+                                         limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop),
+                                         limitOf(passes::LimitKind::PathInHit),
+                                         limitOf(passes::LimitKind::PathByBounce)};
     if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
+    const passes::TraceSettings settings = scene.SettingsFor(0);
+    const uint32_t samples =
+        plan.samplesAtOnce > 0 ? plan.samplesAtOnce : passes::SamplesAtOnce(renderer.Device(), settings);
     progress.ShowStep("warming up");
-    bench.WarmUp(picture);
+    bench.WarmUp(picture, samples);
     for (const DeclareFrame& yardstick : yardsticks) bench.WarmUp(yardstick);
 
     // On a CPU device the processor time of the process is the device's, and what else the machine does is
@@ -145,7 +154,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         progress.ShowStep(Text("round {}/{}", round + 1, plan.rounds));
         const Stopwatch watch;
         const double cpuBefore = os::ProcessCpuSeconds();
-        bench.RunFrames(picture, plan.frames);
+        bench.RunFrames(picture, plan.frames, samples);
         seconds += watch.Seconds();
         const double cpuOfPicture = os::ProcessCpuSeconds() - cpuBefore;
         cpuSeconds += cpuOfPicture;
@@ -161,7 +170,8 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
             yardstickTimes.Add(frames);
             if (i != kLimitPath) continue;
             ofLimitPath.Add(frames);
-            costs.push_back(isCpu ? cpuOfPicture / cpu : FrameMs(ofPicture) / FrameMs(ofLimitPath));
+            costs.push_back((isCpu ? cpuOfPicture / cpu : FrameMs(ofPicture) / FrameMs(ofLimitPath)) /
+                            samples);
         }
     }
     if (TraceMs(times) <= 0.0)
@@ -177,14 +187,14 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
             std::ignore = passes::Limit(renderer, ids, settings, kind, &counts);
         });
     };
-    const passes::TraceSettings settings = scene.SettingsFor(0);
     const double pixels = static_cast<double>(settings.extent.width) * settings.extent.height;
     BenchResult result;
     result.frames = plan.frames * plan.rounds;
     result.passes = times.Summary();
     for (const PassTime& pass : yardstickTimes.Summary())
         if (pass.name.starts_with("Limit") || pass.name.starts_with("Lambert")) result.passes.push_back(pass);
-    result.trace = SpeedOf(TraceMs(times), traceRays, pixels);
+    result.samplesAtOnce = samples;
+    result.trace = SpeedOf(TraceMs(times) / samples, traceRays, pixels);
     result.limit =
         SpeedOf(yardstickTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
     result.limitPath =
@@ -193,9 +203,10 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         result.traceEfficiency = result.trace.raysPerSecond / result.limitPath.raysPerSecond;
     result.cost = RelativeCostOf(isCpu ? "cpu seconds" : "gpu timestamps", costs);
     result.recursion = RecursionOf(yardstickTimes);
-    result.secondsPerFrame = seconds / result.frames;
-    result.samplesPerSecond = pixels * result.frames / seconds;
-    result.samplesPerCpuSecond = cpuSeconds > 0.0 ? pixels * result.frames / cpuSeconds : 0.0;
+    const double total = static_cast<double>(samples) * result.frames;
+    result.secondsPerSample = seconds / total;
+    result.samplesPerSecond = pixels * total / seconds;
+    result.samplesPerCpuSecond = cpuSeconds > 0.0 ? pixels * total / cpuSeconds : 0.0;
     return result;
 }
 

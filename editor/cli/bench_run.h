@@ -14,6 +14,7 @@ namespace raygraph::cli {
 struct BenchPlan {
     uint32_t frames = 1;  // timed ones of each kind in a round
     uint32_t rounds = 1;
+    uint32_t samplesAtOnce = 0;  // of every pixel in a path-traced frame; 0: as a render does
 };
 
 struct TracingSpeed {
@@ -31,15 +32,16 @@ struct RecursionSpeed {
 };
 
 struct BenchResult {
-    uint32_t frames = 0;  // behind each median
-    std::vector<session::PassTime> passes;
-    TracingSpeed trace;
-    TracingSpeed limit;            // camera rays alone
-    TracingSpeed limitPath;        // four cosine bounces more, no shading
-    double traceEfficiency = 0.0;  // rays per second of trace over those of limitPath
-    RelativeCost cost;             // of whole path-traced frames, in frames of limitPath
+    uint32_t frames = 0;                    // behind each median
+    uint32_t samplesAtOnce = 0;             // in each path-traced one
+    std::vector<session::PassTime> passes;  // of whole frames
+    TracingSpeed trace;                     // of one sample
+    TracingSpeed limit;                     // camera rays alone
+    TracingSpeed limitPath;                 // four cosine bounces more, no shading
+    double traceEfficiency = 0.0;           // rays per second of trace over those of limitPath
+    RelativeCost cost;                      // of whole path-traced frames, in frames of limitPath
     RecursionSpeed recursion;
-    double secondsPerFrame = 0.0;  // of whole path-traced frames, wall clock, mean
+    double secondsPerSample = 0.0;  // of whole path-traced frames, wall clock, mean
     double samplesPerSecond = 0.0;
     // Over the processor time of the whole process: what a CPU driver achieves per core.
     double samplesPerCpuSecond = 0.0;

@@ -7,14 +7,15 @@
 
 namespace raygraph::session {
 
-BlockDealer::BlockDealer(SampleRange samples, uint32_t workerCount, double blockSeconds)
-    : m_samples(samples), m_workerCount(workerCount), m_blockSeconds(blockSeconds) {
-    RG_CHECK(samples.count > 0 && workerCount > 0);
+BlockDealer::BlockDealer(SampleRange samples, uint32_t workerCount, double blockSeconds, uint32_t leastCount)
+    : m_samples(samples), m_workerCount(workerCount), m_blockSeconds(blockSeconds), m_leastCount(leastCount) {
+    RG_CHECK(samples.count > 0 && workerCount > 0 && std::has_single_bit(leastCount));
 }
 
 // Of a worker that was not measured yet: one sample.
 uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
-    if (m_workerCount == 1 || samplesPerSecond <= 0.0) return 1;
+    if (samplesPerSecond <= 0.0) return 1;
+    if (m_workerCount == 1) return m_leastCount;
     double ofAll = 0.0;
     uint32_t measured = 0;
     for (const auto& [id, worker] : m_workers) {
@@ -25,7 +26,7 @@ uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
     ofAll *= static_cast<double>(std::max(m_workerCount, measured)) / measured;
     const double left = m_samples.count - m_dealt;
     const double wanted = std::min(samplesPerSecond * m_blockSeconds, 0.5 * left * samplesPerSecond / ofAll);
-    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, 1.0, 2147483648.0)));
+    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, double{m_leastCount}, 2147483648.0)));
 }
 
 std::optional<SampleRange> BlockDealer::Next(BlockWorker id, double samplesPerSecond) {

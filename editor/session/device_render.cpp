@@ -1,5 +1,6 @@
 #include "editor/session/device_render.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -16,7 +17,7 @@ void DeviceRender::Estimate() {
 }
 
 void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
-                                const std::function<void()>& afterSample) {
+                                const std::function<void()>& afterSamples) {
     // Measured by what the device has finished: frames are in flight
     Stopwatch watch;
     uint32_t doneBefore = m_frames->SamplesDone();
@@ -25,8 +26,10 @@ void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEst
         return m_isWarm && samples() > 0.0 ? samples() / (m_seconds + watch.Seconds()) : 0.0;
     };
     while (const auto block = source.Next(device, speed())) {
-        for (uint32_t i = 0; i < block->count; ++i) {
-            m_frames->RenderSample(block->first + i);
+        for (uint32_t done = 0; done < block->count;) {
+            const uint32_t count = std::min(block->count - done, SamplesAtOnce());
+            m_frames->RenderSamples({block->first + done, count});
+            done += count;
             if (!m_isWarm) {
                 m_frames->WaitForSamples();
                 doneBefore = m_frames->SamplesDone();
@@ -34,7 +37,7 @@ void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEst
                 m_isWarm = true;
             }
             if (isEstimating) Estimate();
-            if (afterSample) afterSample();
+            if (afterSamples) afterSamples();
         }
     }
     m_frames->WaitForSamples();

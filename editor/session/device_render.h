@@ -28,10 +28,12 @@ class DeviceRender {
     SampleFrames& Frames() { return *m_frames; }
     const SampleFrames& Frames() const { return *m_frames; }
 
+    // A power of two: of the picture that was begun, as many as one frame renders.
+    uint32_t SamplesAtOnce() const { return m_frames->SamplesAtOnce(); }
     // Renders what `source` has for this device, and waits for the last sample. `isEstimating`: estimates the
-    // error from time to time. `afterSample` is called after each was submitted.
+    // error from time to time. `afterSamples` is called after some were submitted.
     void RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
-                      const std::function<void()>& afterSample = {});
+                      const std::function<void()>& afterSamples = {});
     // The error of one sample, from this device's samples, for progress; 0: not known. Threads: any.
     double ErrorOfOneSample() const { return m_errorOfOneSample.load(std::memory_order_relaxed); }
 

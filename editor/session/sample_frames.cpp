@@ -1,5 +1,6 @@
 #include "editor/session/sample_frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -44,6 +45,7 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
     for (size_t i = 0; i < passes::kPathPartCount; ++i)
         if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
             m_parts.push_back({i, Accumulated(Name(aov))});
+    m_samplesAtOnce = ChooseSamplesAtOnce();
     if (plan.continues != nullptr) RestoreFrom(*plan.continues);
     m_plan.continues = nullptr;
 }
@@ -90,11 +92,19 @@ Extent2D SampleFrames::Size() const {
     return passes::RegionOf(m_scene.SettingsFor(0)).Extent();
 }
 
-void SampleFrames::Keep(TextureId sample, Accumulated& into) {
-    m_renderer.Present(passes::Accumulate(m_renderer, sample, into.accumulation).sums[0]);
+uint32_t SampleFrames::ChooseSamplesAtOnce() const {
+    if (!TracesPaths() || m_scene.IsBlurred() || m_secondTraces.HasAny()) return 1;
+    const bool hasGroups = m_plan.lightGroupCount > 0;
+    return passes::SamplesAtOnce(m_renderer.Device(), m_scene.SettingsFor(0),
+                                 hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
 }
 
-passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
+void SampleFrames::Keep(TextureId samples, uint32_t count, Accumulated& into) {
+    const passes::SampleRows rows{.count = count, .height = Size().height};
+    m_renderer.Present(passes::Accumulate(m_renderer, samples, rows, into.accumulation).sums[0]);
+}
+
+passes::TraceIds SampleFrames::DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings) {
     if (TracesPaths())
         return passes::Trace(m_renderer, ids, settings,
                              {.parts = !m_parts.empty(), .lightGroups = m_plan.lightGroupCount > 0});
@@ -103,29 +113,30 @@ passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::
 }
 
 void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings) {
-    const passes::TraceIds sample = DeclareSample(ids, settings);
+    const passes::TraceIds sample = DeclareSamples(ids, settings);
+    const uint32_t count = settings.sampleCount;
     if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
-    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum);
-    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups);
+    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], count, part.sum);
+    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, count, m_groups);
     m_secondTraces.Declare(m_renderer, settings, sample.radiance,
-                           [&](const auto& others) { return DeclareSample(ids, others).radiance; });
-    const passes::AccumulatedIds sums =
-        passes::Accumulate(m_renderer, sample.radiance, m_radiance.accumulation, m_plan.withVariance);
+                           [&](const auto& others) { return DeclareSamples(ids, others).radiance; });
+    const passes::AccumulatedIds sums = passes::Accumulate(m_renderer, sample.radiance, {.count = count},
+                                                           m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.sums[0]);
 }
 
 void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::FilmPosition film =
         passes::IsMeanMeaningful(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
-    Keep(passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfacesBy::Rays),
+    Keep(passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfacesBy::Rays), 1,
          m_radiance);
 }
 
 void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo);
-    if (m_isKeepingNormal) Keep(hits.normal, m_normal);
+    if (m_isKeepingAlbedo) Keep(hits.albedo, 1, m_albedo);
+    if (m_isKeepingNormal) Keep(hits.normal, 1, m_normal);
 }
 
 // Decisions at random, as whether a surface that is partly transparent is seen, are those of the picture's
@@ -159,22 +170,25 @@ Readback SampleFrames::ProjectAt(double shutterPosition, const gpu::CameraRecord
     return places;
 }
 
-void SampleFrames::RenderSample(uint32_t index) {
+void SampleFrames::RenderSamples(SampleRange samples) {
+    RG_CHECK(samples.count > 0 && samples.count <= m_samplesAtOnce);
     m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Declare(index);
-    const passes::TraceSettings settings = m_scene.SettingsFor(index);
+    const SceneIds ids = m_scene.Declare(samples.first);
+    passes::TraceSettings settings = m_scene.SettingsFor(samples.first);
+    settings.sampleCount = samples.count;
     if (ShowsLight())
         DeclareRadiance(ids, settings);
     else
         DeclareValues(ids, settings);
-    if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings);
-    m_pending.push_back(m_renderer.Execute());
-    if (!m_samples.empty() && m_samples.back().End() == index)
-        ++m_samples.back().count;
+    for (uint32_t i = 0; i < samples.count && (m_isKeepingAlbedo || m_isKeepingNormal); ++i)
+        DeclareAverages(ids, m_scene.SettingsFor(samples.first + i));
+    m_pending.push_back({m_renderer.Execute(), samples.count});
+    if (!m_samples.empty() && m_samples.back().End() == samples.first)
+        m_samples.back().count += samples.count;
     else
-        m_samples = Union(m_samples, {{index, 1}});
-    m_lastSample = index;
-    ++m_submitted;
+        m_samples = Union(m_samples, {samples});
+    m_lastSample = static_cast<uint32_t>(samples.End() - 1);
+    m_submitted += samples.count;
     m_hasPicture = false;
     NonFiniteSamples();
     m_times.Add(m_renderer.TakeTimings());
@@ -214,8 +228,10 @@ void SampleFrames::FinishPicture() {
 
 uint32_t SampleFrames::SamplesDone() {
     const uint64_t completed = m_renderer.Device().CompletedValue();
-    while (!m_pending.empty() && m_pending.front() <= completed) m_pending.pop_front();
-    return m_submitted - static_cast<uint32_t>(m_pending.size());
+    while (!m_pending.empty() && m_pending.front().doneAt <= completed) m_pending.pop_front();
+    uint32_t pending = 0;
+    for (const PendingSamples& samples : m_pending) pending += samples.count;
+    return m_submitted - pending;
 }
 
 uint64_t SampleFrames::NonFiniteSamples() {
@@ -227,7 +243,7 @@ uint64_t SampleFrames::NonFiniteSamples() {
 }
 
 void SampleFrames::WaitForSamples() {
-    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back());
+    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back().doneAt);
 }
 
 void SampleFrames::MeasureError() {

@@ -1,4 +1,4 @@
-// Renders samples of one picture on one device, one a frame, and returns the accumulated result. For
+// Renders samples of one picture on one device, one or more a frame, and returns the accumulated result. For
 // editor/session/ alone.
 #pragma once
 
@@ -38,13 +38,15 @@ class SampleFrames {
     // `scene` outlives the object.
     SampleFrames(DeviceScene& scene, const FramePlan& plan);
 
-    // Submits the sample with this index, which is not in the picture yet; waits while as many frames are in
-    // flight as the device allows.
-    void RenderSample(uint32_t index);
+    // How many samples a frame renders best, a power of two: 1 where one keeps the device busy.
+    uint32_t SamplesAtOnce() const { return m_samplesAtOnce; }
+    // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits while
+    // as many frames are in flight as the device allows.
+    void RenderSamples(SampleRange samples);
     // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
-    // to be traced again, before the first RenderSample.
+    // to be traced again, before the first RenderSamples.
     uint32_t SamplesToRestore() const { return m_toRestore; }
-    // Submits the surfaces of the next of them; waits as RenderSample.
+    // Submits the surfaces of the next of them; waits as RenderSamples.
     void RestoreSample();
     // Samples in the picture, continued ones included: those that the device has finished, all submitted
     // ones, and which these are.
@@ -105,9 +107,10 @@ class SampleFrames {
     };
 
     void RestoreFrom(const RenderFile& render);
-    // One sample of the radiance, by the pipeline of all samples.
-    passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
-    // Adds it, and what else comes of it.
+    uint32_t ChooseSamplesAtOnce() const;
+    // Samples of the radiance, by the pipeline of all samples.
+    passes::TraceIds DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings);
+    // Adds them, and what else comes of them.
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings);
     // Of a view that shows no light.
     void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings);
@@ -115,7 +118,7 @@ class SampleFrames {
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings);
     void TraceSharp();  // what is not blurred by motion, in frames of its own
     Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
-    void Keep(TextureId sample, Accumulated& into);
+    void Keep(TextureId samples, uint32_t count, Accumulated& into);
     TextureId ReadBack(Accumulated& from, Extent2D extent, bool withVariance = false);  // the mean
     TextureId DeclareDisplay(TextureId mean);
     void TakeMeans(RenderFile& render) const;
@@ -126,14 +129,20 @@ class SampleFrames {
     Renderer& m_renderer;
     FramePlan m_plan;
     SecondTraces m_secondTraces;
+    uint32_t m_samplesAtOnce = 1;
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter, m_isKeepingMotion;
     bool m_hasPicture = false;
     bool m_wasSharpTraced = false;
-    uint32_t m_submitted = 0;        // samples in the picture, continued ones included
-    SampleRanges m_samples;          // which
-    uint32_t m_lastSample = 0;       // that was submitted
-    uint32_t m_toRestore = 0;        // the last ones of those that were continued
-    std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
+    uint32_t m_submitted = 0;   // samples in the picture, continued ones included
+    SampleRanges m_samples;     // which
+    uint32_t m_lastSample = 0;  // that was submitted
+    uint32_t m_toRestore = 0;   // the last ones of those that were continued
+    // Submitted samples that may not be done: the timeline's value when they are
+    struct PendingSamples {
+        uint64_t doneAt;
+        uint32_t count;
+    };
+    std::deque<PendingSamples> m_pending;
 
     Accumulated m_radiance{"radiance"};  // or the view's values
     Accumulated m_albedo{"albedo"}, m_normal{"normal"};

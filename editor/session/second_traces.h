@@ -23,6 +23,7 @@ class SecondTraces {
   public:
     explicit SecondTraces(const TracedAgain& biases);
 
+    bool HasAny() const { return !m_kept.empty(); }
     // In a frame of its own: continues from the sums in the file.
     void Restore(Renderer& renderer, const RenderFile& render);
     // In each frame: traces `sample` again for each bias, if it is due. It was traced with `settings`;

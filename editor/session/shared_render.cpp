@@ -202,7 +202,8 @@ SharedRender::RoundEnd SharedRender::RenderTo(uint32_t samples, bool isEstimatin
     } result;
     if (IsRoot()) {
         BlockDealer dealer({m_firstSample + m_sampleCount, samples - m_sampleCount}, m_deviceCount,
-                           m_group != nullptr ? kBlockSecondsOfGroup : kBlockSeconds);
+                           m_group != nullptr ? kBlockSecondsOfGroup : kBlockSeconds,
+                           First().SamplesAtOnce());
         m_dealer = &dealer;
         result.end = RunRound(&dealer, isEstimating, tick);
         m_dealer = nullptr;

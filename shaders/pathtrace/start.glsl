@@ -14,16 +14,20 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
-// The random numbers of a texel of the traced region.
+// The pixel of the picture that a texel of the outputs is of: they hold one sample below the other.
+uvec2 PixelOf(uvec2 texel) {
+    return uvec2(texel.x, texel.y % parameters.value.sampleRows) + parameters.value.regionOffset;
+}
+
+// The random numbers of a texel.
 Sampler RngOf(uvec2 texel) {
-    uvec2 pixel = texel + parameters.value.regionOffset;
-    return StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
+    uint sampleIndex = parameters.value.sampleIndex + texel.y / parameters.value.sampleRows;
+    return StartPixelSample(PixelOf(texel), sampleIndex, parameters.value.seed);
 }
 
 PathState PathOf(uvec2 texel) {
-    uvec2 pixel = texel + parameters.value.regionOffset;
     Sampler rng = RngOf(texel);
-    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(parameters.value.pictureSize);
+    vec2 film = (vec2(PixelOf(texel)) + Get2D(rng)) / vec2(parameters.value.pictureSize);
     Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
     if (HasTraceFeature(kTraceTextureLod))
         ray.cone = PixelCone(parameters.value.camera, parameters.value.pictureSize, ray.direction);

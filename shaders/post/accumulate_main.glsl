@@ -1,18 +1,20 @@
-// Accumulate: adds the next sample, or a tile of it, to the exact sums. Includers may define WITH_VARIANCE.
+// Accumulate: adds the next samples, or a tile of one, to the exact sums. Includers may define WITH_VARIANCE.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "post/exact_planes.glsl"
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSample;
+layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSamples;
 
 layout(push_constant) uniform Constants {
-    uvec2 offset;  // of the new sample in the picture
+    uvec2 offset;  // of the new samples in the picture
     uint isFirst;  // of its pixels: the stored contents are undefined
+    uint sampleCount;
+    uint sampleRows;  // of each sample, which lie below each other; in each tile where there are more rows
 } constants;
 
-// Adds a word and the carry from the words below to a word of each channel, and returns the new carry. The
+// Adds a word and the carry from the words below to a word of each channel, and leaves the new carry. The
 // plane is read and written only where that changes something: the highest words seldom change.
-#define ADD_TO(plane)                                                      \
+#define ADD_TO(plane, addend)                                              \
     {                                                                      \
         uvec4 fromAddend, fromSum;                                         \
         uvec4 change = uaddCarry(addend, carry, fromAddend);               \
@@ -24,27 +26,27 @@ layout(push_constant) uniform Constants {
         }                                                                  \
     }
 
+// Of the new samples
+uvec4 sums[4];
+#ifdef WITH_VARIANCE
+uvec4 squares[kSquareWords];
+#endif
+
 ExactWords words[4];  // of each channel's value
 
 uvec4 Words(int k) {
     return uvec4(WordOf(words[0], k), WordOf(words[1], k), WordOf(words[2], k), WordOf(words[3], k));
 }
 
-#ifdef WITH_VARIANCE
-// The highest word of channel c, in plane c.
-#define ADD_TO_HIGHEST(plane, channel)                                                        \
-    {                                                                                         \
-        uint change = WordOf(words[channel], kSquareWords - 1) + carry[channel];             \
-        if (change != 0u) imageStore(plane, pixel, imageLoad(plane, pixel) + uvec4(0u, 0u, 0u, change)); \
-    }
-#endif
+// The sum of three words, of which `carry` is at most 1; leaves the new carry.
+uvec4 AddWords(uvec4 a, uvec4 b, inout uvec4 carry) {
+    uvec4 first, second;
+    uvec4 sum = uaddCarry(uaddCarry(a, b, first), carry, second);
+    carry = first + second;
+    return sum;
+}
 
-void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(texel, imageSize(newSample)))) return;
-    ivec2 pixel = texel + ivec2(constants.offset);
-    bool isFirst = constants.isFirst != 0u;
-    uvec4 bits = floatBitsToUint(imageLoad(newSample, texel)), addend;
+void AddSample(uvec4 bits) {
     uvec4 carry;
     ExactValue values[4];
     for (int c = 0; c < 4; ++c) {
@@ -52,26 +54,50 @@ void main() {
         words[c] = WordsOf(values[c]);
         carry[c] = words[c].complement & 1u;
     }
-    addend = Words(0);
-    ADD_TO(sum0)
-    addend = Words(1);
-    ADD_TO(sum1)
-    addend = Words(2);
-    ADD_TO(sum2)
-    addend = Words(3);
-    ADD_TO(sum3)
+    for (int k = 0; k < kSumWords; ++k) sums[k] = AddWords(sums[k], Words(k), carry);
 #ifdef WITH_VARIANCE
     for (int c = 0; c < 3; ++c) words[c] = WordsOf(ExactSquare(values[c]));
     words[3] = WordsOf(ExactSample(0u));
     carry = uvec4(0u);
-    addend = Words(0);
-    ADD_TO(squares0)
-    addend = Words(1);
-    ADD_TO(squares1)
-    addend = Words(2);
-    ADD_TO(squares2)
-    addend = Words(3);
-    ADD_TO(squares3)
+    for (int k = 0; k < kSquareWords; ++k) squares[k] = AddWords(squares[k], Words(k), carry);
+#endif
+}
+
+#ifdef WITH_VARIANCE
+// The highest word of channel c, in plane c.
+#define ADD_TO_HIGHEST(plane, channel)                                                                        \
+    {                                                                                                         \
+        uint change = squares[kSquareWords - 1][channel] + carry[channel];                                    \
+        if (change != 0u) imageStore(plane, pixel, imageLoad(plane, pixel) + uvec4(0u, 0u, 0u, change));      \
+    }
+#endif
+
+void main() {
+    uvec2 texel = gl_GlobalInvocationID.xy;
+    uvec2 size = uvec2(imageSize(newSamples));
+    size.y /= constants.sampleCount;
+    if (any(greaterThanEqual(texel, size))) return;
+    ivec2 pixel = ivec2(texel + constants.offset);
+    bool isFirst = constants.isFirst != 0u;
+    for (int k = 0; k < kSumWords; ++k) sums[k] = uvec4(0u);
+#ifdef WITH_VARIANCE
+    for (int k = 0; k < kSquareWords; ++k) squares[k] = uvec4(0u);
+#endif
+    uint tile = texel.y / constants.sampleRows;
+    uint row = texel.y + tile * (constants.sampleCount - 1u) * constants.sampleRows;
+    for (uint i = 0u; i < constants.sampleCount; ++i, row += constants.sampleRows)
+        AddSample(floatBitsToUint(imageLoad(newSamples, ivec2(texel.x, row))));
+    uvec4 carry = uvec4(0u);
+    ADD_TO(sum0, sums[0])
+    ADD_TO(sum1, sums[1])
+    ADD_TO(sum2, sums[2])
+    ADD_TO(sum3, sums[3])
+#ifdef WITH_VARIANCE
+    carry = uvec4(0u);
+    ADD_TO(squares0, squares[0])
+    ADD_TO(squares1, squares[1])
+    ADD_TO(squares2, squares[2])
+    ADD_TO(squares3, squares[3])
     ADD_TO_HIGHEST(squares0, 0)
     ADD_TO_HIGHEST(squares1, 1)
     ADD_TO_HIGHEST(squares2, 2)

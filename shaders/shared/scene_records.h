@@ -195,7 +195,8 @@ struct TraceParameters {
     uvec2 pictureSize;   // pixels
     uvec2 regionOffset;  // pixels: of the part that is traced
     uint seed;
-    uint sampleIndex;
+    uint sampleIndex;     // of the first sample that is traced
+    uint sampleRows;      // rows of the outputs of Trace for each sample
     uint maxDepth;        // bounces; 0xFFFFFFFF: no limit
     uint rouletteStart;   // first bounce at which Russian roulette may terminate the path
     float survival;       // of a bounce, where roulette is not by throughput
@@ -215,7 +216,7 @@ static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(CapsuleRecord) == 9 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 173 * 4);
-static_assert(sizeof(TraceParameters) == 50 * 4);
+static_assert(sizeof(TraceParameters) == 51 * 4);
 }  // namespace raygraph::gpu
 #endif
 
