@@ -93,9 +93,14 @@ Extent2D SampleFrames::Size() const {
 }
 
 uint32_t SampleFrames::ChooseSamplesAtOnce() const {
-    if (!TracesPaths() || m_scene.IsBlurred() || m_secondTraces.HasAny()) return 1;
+    const passes::TraceSettings settings = m_scene.SettingsFor(0);
+    // What is another in each sample: the time, what is traced again, the length of all paths
+    if (!TracesPaths() || m_scene.IsBlurred() || m_secondTraces.HasAny() ||
+        settings.roulette.kind == Roulette::Frame)
+        return 1;
+    if (m_plan.samplesAtOnce > 0) return m_plan.samplesAtOnce;
     const bool hasGroups = m_plan.lightGroupCount > 0;
-    return passes::SamplesAtOnce(m_renderer.Device(), m_scene.SettingsFor(0),
+    return passes::SamplesAtOnce(m_renderer.Device(), settings,
                                  hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
 }
 

@@ -26,6 +26,7 @@ struct FramePlan {
     uint32_t lightGroupCount = 0;           // rendered separately; 0: none
     bool withVariance = false;              // of the radiance
     bool withSums = false;                  // returns the sums of everything accumulated
+    uint32_t samplesAtOnce = 0;             // as SessionDesc's
     passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
     bool hasSharp = true;                   // depth, ids and motion, of those that are asked for
@@ -38,7 +39,7 @@ class SampleFrames {
     // `scene` outlives the object.
     SampleFrames(DeviceScene& scene, const FramePlan& plan);
 
-    // How many samples a frame renders best, a power of two: 1 where one keeps the device busy.
+    // How many samples a frame renders at most, a power of two: 1 where one keeps the device busy.
     uint32_t SamplesAtOnce() const { return m_samplesAtOnce; }
     // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits while
     // as many frames are in flight as the device allows.

@@ -28,6 +28,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .lightGroupCount = static_cast<uint32_t>(LightGroupNames(desc.settings.lightGroups).size()),
             .withVariance = desc.withVariance,
             .withSums = desc.withSums,
+            .samplesAtOnce = desc.samplesAtOnce,
             .raster = desc.settings.raster,
             .tonemap = tonemap};
 }

@@ -43,9 +43,12 @@ namespace raygraph::session {
 struct SessionDesc {
     PictureSettings settings;
     AovSet aovs;
-    uint32_t firstSample = 0;                // index: renders of disjoint ranges of samples can be merged
-    bool withVariance = true;                // of the radiance
-    bool withSums = true;                    // without them the render can be neither resumed nor merged
+    uint32_t firstSample = 0;  // index: renders of disjoint ranges of samples can be merged
+    bool withVariance = true;  // of the radiance
+    bool withSums = true;      // without them the render can be neither resumed nor merged
+    // A power of two up to 64: samples that a frame traces at once, where the picture allows several; 0: as many
+    // as fill the device. Of no influence on the bits.
+    uint32_t samplesAtOnce = 0;
     passes::TonemapSettings tonemap{};       // of Session::Display
     const ResumedRender* resumed = nullptr;  // its samples come first; not kept
     // Other processes that render the picture, too; null: none. It outlives the session. Each process has a

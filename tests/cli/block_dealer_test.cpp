@@ -67,6 +67,15 @@ TEST(BlockDealer, LoneWorkerGetsSampleBySample) {
     EXPECT_FALSE(dealer.Next(0, 1e6));
 }
 
+TEST(BlockDealer, BlocksHaveTheSamplesThatADeviceRendersAtOnce) {
+    for (const uint32_t workers : {1u, 3u}) {
+        BlockDealer dealer({0, 100}, workers, 1e-9, 8);
+        std::vector<uint32_t> counts;
+        while (const auto block = dealer.Next(0, counts.empty() ? 0.0 : 10.0)) counts.push_back(block->count);
+        EXPECT_EQ(counts, (std::vector<uint32_t>{1, 1, 2, 4, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 4})) << workers;
+    }
+}
+
 TEST(BlockDealer, StoppedOneDealsTheFirstBlockAndNoMore) {
     BlockDealer dealer({0, 100}, 2, 1.0);
     dealer.Stop();

@@ -27,11 +27,13 @@ void PrintTo(const FormCase& of, std::ostream* out) {
 
 class SessionFormsTest : public testing::VulkanTest, public ::testing::WithParamInterface<FormCase> {
   protected:
-    static RenderFile Render(const FormCase& of, const char* form) {
+    static RenderFile Render(const FormCase& of, const char* form, uint32_t samples = 4,
+                             uint32_t samplesAtOnce = 1) {
         SettingTexts texts = of.settings;
         texts.insert({"size", "20x12"});
         texts["integrator-form"] = form;
         SessionDesc desc;
+        desc.samplesAtOnce = samplesAtOnce;
         desc.settings = SettingsFrom(texts);
         if (of.hasAll) {
             desc.settings.lightGroups = {{"all", {"*"}}};
@@ -40,7 +42,7 @@ class SessionFormsTest : public testing::VulkanTest, public ::testing::WithParam
         Session session(
             Device(), LoadInput(test::SceneFile(of.scene), {.pointsAndLines = desc.settings.pointsAndLines}),
             desc);
-        session.Run({.samples = 4});
+        session.Run({.samples = samples});
         EXPECT_EQ(session.NonFiniteSamples(), 0u);
         return std::move(session.Result()).render;
     }
@@ -80,6 +82,19 @@ TEST_P(SessionFormsTest, AWavefrontOfAnyNumberOfStepsGivesThePictureOfTheLoop) {
         SCOPED_TRACE(form);
         ExpectSame(loop, Render(GetParam(), form));
     }
+}
+
+// With 1, 1, 2, 4, 4 and 1 of them in a frame: as the first of a picture and those at its end are rendered.
+TEST_P(SessionFormsTest, SeveralSamplesAtOnceGiveTheBitsOfOneAfterTheOther) {
+    const bool isWavefront = GetParam().hasAll;
+    const char* form = isWavefront ? "wavefront:2" : "loop";
+    const RenderFile one = Render(GetParam(), form, 13, 1);
+    const RenderFile several = Render(GetParam(), form, 13, 4);
+    EXPECT_EQ(one.sums.radiance, several.sums.radiance);
+    EXPECT_EQ(one.sums.albedo, several.sums.albedo);
+    EXPECT_EQ(one.sums.parts, several.sums.parts);
+    EXPECT_EQ(one.sums.lightGroups, several.sums.lightGroups);
+    EXPECT_TRUE(one.variance == several.variance);
 }
 
 INSTANTIATE_TEST_SUITE_P(
