@@ -43,6 +43,10 @@ BufferId PixelQueue(Renderer& renderer) {
 
 }  // namespace
 
+bool IsOfTrace(std::string_view pass) {
+    return pass == "Trace" || pass.starts_with("Wave");
+}
+
 Extent2D LightGroupTiles(uint32_t groupCount) {
     uint32_t columns = 1;
     while (columns * columns < groupCount) ++columns;

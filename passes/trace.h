@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string_view>
 
 #include "base/api.h"
 #include "passes/tiles.h"
@@ -70,16 +71,18 @@ struct RAYGRAPH_API BiasSettings {
 
 // How the integrator runs on the device. The choice is one of speed: on a device that rounds alike in both,
 // such as Mesa's CPU driver, the bits are the same.
+//   Auto:      the fastest, if somebody measures which that is, as a session does; Trace takes it for Loop
 //   Loop:      an invocation traces and shades one path after the other, each to its end
 //   Wavefront: kernels that trace or shade do the same step of all paths
 #define RAYGRAPH_INTEGRATOR_FORMS(X, Of) \
-    X(Of, Loop, 0, "loop", "")           \
-    X(Of, Wavefront, 1, "wavefront", "")
+    X(Of, Auto, 0, "auto", "")           \
+    X(Of, Loop, 1, "loop", "")           \
+    X(Of, Wavefront, 2, "wavefront", "")
 RAYGRAPH_CHOICE(IntegratorForm, RAYGRAPH_INTEGRATOR_FORMS)
 
 inline constexpr uint32_t kMaxWaveSteps = 64;
 struct FormSettings {
-    IntegratorForm kind = IntegratorForm::Loop;
+    IntegratorForm kind = IntegratorForm::Auto;
     // Of a wavefront: rays of each path, after which the loop goes on with those that are left. 1 to
     // kMaxWaveSteps.
     uint32_t steps = 4;
@@ -181,6 +184,9 @@ struct TraceIds {
 // they are asked for (LightGroupTiles).
 RAYGRAPH_API uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
                                     uint32_t tileRows = 1);
+
+// Whether a pass of that name is one of Trace, in any form.
+RAYGRAPH_API bool IsOfTrace(std::string_view pass);
 
 // The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per pixel.
 struct PrimaryHitIds {

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
+#include "base/cache_folder.h"
 #include "base/read_file.h"
 #include "base/text.h"
 #include "rhi/checksum.h"
@@ -40,12 +41,7 @@ std::string Hex(uint32_t value) {
 
 std::filesystem::path PipelineCacheFolder(const std::filesystem::path& configured) {
     if (!configured.empty()) return configured;
-    // The XDG specification: a relative path in the variable counts as unset.
-    const char* cache = std::getenv("XDG_CACHE_HOME");
-    if (cache && std::filesystem::path(cache).is_absolute()) return std::filesystem::path(cache) / "raygraph";
-    const char* home = std::getenv("HOME");
-    if (home && *home) return std::filesystem::path(home) / ".cache" / "raygraph";
-    return {};
+    return CacheFolder();
 }
 
 PipelineCacheFile::PipelineCacheFile(const std::filesystem::path& folder,

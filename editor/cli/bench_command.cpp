@@ -11,6 +11,7 @@
 #include "editor/cli/report.h"
 #include "editor/cli/version.h"
 #include "editor/session/as_input.h"
+#include "editor/session/form_choice.h"
 #include "passes/recursion.h"
 
 namespace raygraph::cli {
@@ -90,7 +91,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         stored.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     }
     CheckWritable(FilesOf(arguments));
-    const PictureSettings settings = SettingsFrom(arguments.given, BenchDefaults());
+    PictureSettings settings = SettingsFrom(arguments.given, BenchDefaults());
 
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
@@ -103,6 +104,10 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     RequireMapFor(arguments.given, input);
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
+    if (settings.paths.form.kind == passes::IntegratorForm::Auto) {
+        settings.paths.form = ChooseForm(scene, FormMemory(FormMemoryFile()));
+        scene.SetForm(settings.paths.form);
+    }
     const BenchResult result =
         RunBench(scene, {arguments.frames, arguments.rounds, arguments.samplesAtOnce}, console.progress);
     console.progress.Clear();

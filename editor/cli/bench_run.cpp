@@ -100,7 +100,7 @@ double FrameMs(const PassTimes& times) {
 double TraceMs(const PassTimes& times) {
     double sum = 0.0;
     for (const PassTime& pass : times.Summary())
-        if (pass.name == "Trace" || pass.name.starts_with("Wave")) sum += pass.gpuMsMedian;
+        if (passes::IsOfTrace(pass.name)) sum += pass.gpuMsMedian;
     return sum;
 }
 
@@ -137,9 +137,9 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
                                          limitOf(passes::LimitKind::PathByBounce)};
     if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
-    const passes::TraceSettings settings = scene.SettingsFor(0);
+    const passes::TraceSettings traced = scene.SettingsFor(0);
     const uint32_t samples =
-        plan.samplesAtOnce > 0 ? plan.samplesAtOnce : passes::SamplesAtOnce(renderer.Device(), settings);
+        plan.samplesAtOnce > 0 ? plan.samplesAtOnce : passes::SamplesAtOnce(renderer.Device(), traced);
     progress.ShowStep("warming up");
     bench.WarmUp(picture, samples);
     for (const DeclareFrame& yardstick : yardsticks) bench.WarmUp(yardstick);
@@ -187,7 +187,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
             std::ignore = passes::Limit(renderer, ids, settings, kind, &counts);
         });
     };
-    const double pixels = static_cast<double>(settings.extent.width) * settings.extent.height;
+    const double pixels = static_cast<double>(traced.extent.width) * traced.extent.height;
     BenchResult result;
     result.frames = plan.frames * plan.rounds;
     result.passes = times.Summary();

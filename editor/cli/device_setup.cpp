@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "base/cache_folder.h"
 #include "base/text.h"
 #include "editor/cli/device_list.h"
 
@@ -34,6 +35,11 @@ std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& l
         if (message.find(Text("'{}'", variable)) == message.npos) throw;  // no device would do
         throw Error(error.Kind(), "RAYGRAPH_DEVICE: " + message, error.Result());
     }
+}
+
+std::filesystem::path FormMemoryFile() {
+    const std::filesystem::path folder = CacheFolder();
+    return folder.empty() ? folder : folder / "forms.txt";
 }
 
 std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arguments,

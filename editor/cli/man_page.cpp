@@ -23,7 +23,9 @@ constexpr Entry kEnvironment[] = {
      "Levels of messages, for all or by category: info, or warning,shaders=debug,cache=off. Levels are "
      "debug, "
      "info, warning, error and off."},
-    {"XDG_CACHE_HOME", "Where the folder raygraph with compiled pipelines is; without it in ~/.cache."},
+    {"XDG_CACHE_HOME",
+     "Where the folder raygraph is, with compiled pipelines and which form of the integrator is the fastest; "
+     "without it in ~/.cache."},
     {"XDG_CONFIG_HOME",
      "Where the folder raygraph with the settings of the editor is; without it in ~/.config."},
 };

@@ -26,7 +26,7 @@ uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
     ofAll *= static_cast<double>(std::max(m_workerCount, measured)) / measured;
     const double left = m_samples.count - m_dealt;
     const double wanted = std::min(samplesPerSecond * m_blockSeconds, 0.5 * left * samplesPerSecond / ofAll);
-    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, double{m_leastCount}, 2147483648.0)));
+    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, 1.0 * m_leastCount, 2147483648.0)));
 }
 
 std::optional<SampleRange> BlockDealer::Next(BlockWorker id, double samplesPerSecond) {

@@ -135,6 +135,11 @@ void DeviceScene::SetCamera(const std::string& camera) {
     m_scene.SetViewpoint(EyeOf(m_traced.camera));
 }
 
+void DeviceScene::SetForm(const passes::FormSettings& form) {
+    m_settings.paths.form = form;
+    m_traced.form = form;
+}
+
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {
     passes::TraceSettings settings = m_traced;
     settings.sampleIndex = sampleIndex;

@@ -38,6 +38,8 @@ class DeviceScene {
     // As PictureSettings::camera. Throws as the constructor, and changes nothing.
     void SetCamera(const std::string& camera);
     void RequireCamera(const std::string& camera) const;
+    // Of the integrator, from the next frame on.
+    void SetForm(const passes::FormSettings& form);
 
   private:
     scene::CameraView ViewAtRest(const std::string& camera) const;

@@ -1,4 +1,4 @@
-// The form of the integrator as text: "loop", "wavefront:4".
+// The form of the integrator as text: "auto", "loop", "wavefront:4".
 #pragma once
 
 #include <string>

@@ -25,7 +25,9 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
 }
 
 void RequireCompatible(const NamedRender& first, const NamedRender& other) {
-    const std::string mismatch = FirstMismatch(first.render, other.render);
+    // Two devices may have chosen different ones; the samples are the same but for rounding
+    constexpr bool kIsOfOneForm = false;
+    const std::string mismatch = FirstMismatch(first.render, other.render, kIsOfOneForm);
     if (!mismatch.empty())
         throw MakeError(ErrorKind::BadInput, "{} and {} differ: {}", first.name, other.name,
                         Printable(mismatch, 1024));

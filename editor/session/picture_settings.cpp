@@ -18,6 +18,8 @@ namespace raygraph::session {
 
 namespace {
 
+const std::string kOpenForm = FormText({.kind = passes::IntegratorForm::Auto});
+
 // One of a choice. `field` gives it of settings: [](auto& settings) -> auto& { ... }.
 template <typename Field>
 PictureSetting Choice(const char* name, const char* operand, const std::string& what, Field field) {
@@ -230,10 +232,11 @@ const std::vector<PictureSetting>& Table() {
              settings.paths.roulette.start = ParseCount(text);
          },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
-        {"integrator-form", "FORM",
-         "How the integrator runs on the device: loop (each path to its end) or wavefront:N (the same step "
-         "of "
-         "all paths, N times, and then the loop). A choice of speed ({})",
+        {kFormSetting.data(), "FORM",
+         "How the integrator runs on the device: loop (each path to its end), wavefront:N (the same step of "
+         "all "
+         "paths, N times, and then the loop), or auto, the fastest, which is measured once on each device "
+         "({})",
          [](PictureSettings& settings, std::string_view text) { settings.paths.form = ParseForm(text); },
          [](const PictureSettings& settings) { return FormText(settings.paths.form); }},
         {"max-depth", "N",
@@ -384,6 +387,8 @@ std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
     for (const PictureSetting& setting : Table()) {
         const std::string &inA = textsA.at(setting.name), &inB = textsB.at(setting.name);
         if (inA == inB) continue;
+        // A form that was left open may have become any
+        if (setting.name == kFormSetting && (inA == kOpenForm || inB == kOpenForm)) continue;
         const auto quoted = [](const std::string& text) { return text.empty() ? "the default" : text; };
         return Text("{}: {} against {}", setting.name, quoted(inA), quoted(inB));
     }

@@ -79,6 +79,9 @@ class RAYGRAPH_API SettingError : public Error {
     using Error::Error;
 };
 
+// The name of the setting paths.form.
+inline constexpr std::string_view kFormSetting = "integrator-form";
+
 // Settings as texts by their names: "seed" is "1". Names are those of the options of `raygraph render`.
 using SettingTexts = std::map<std::string, std::string, std::less<>>;
 

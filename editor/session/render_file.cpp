@@ -283,11 +283,14 @@ RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
     }
 }
 
-std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
+std::string FirstMismatch(const RenderFile& a, const RenderFile& b, bool isOfOneForm) {
     const auto differ = [](const char* what, const std::string& inA, const std::string& inB) {
         return Text("{}: {} against {}", what, inA.empty() ? "none" : inA, inB.empty() ? "none" : inB);
     };
-    if (std::string difference = FirstDifference(a.settings, b.settings); !difference.empty())
+    SettingTexts settings = b.settings;
+    if (const std::string form(kFormSetting); !isOfOneForm && a.settings.contains(form))
+        settings[form] = a.settings.at(form);
+    if (std::string difference = FirstDifference(a.settings, settings); !difference.empty())
         return difference;
     if (a.sceneFile != b.sceneFile) return differ("scene", a.sceneFile, b.sceneFile);
     if (a.environmentFile != b.environmentFile)

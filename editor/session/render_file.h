@@ -120,6 +120,6 @@ RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path, const 
 
 // "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in
 // one picture, apart from which samples they are; empty when they do belong together.
-RAYGRAPH_API std::string FirstMismatch(const RenderFile& a, const RenderFile& b);
+RAYGRAPH_API std::string FirstMismatch(const RenderFile& a, const RenderFile& b, bool isOfOneForm = true);
 
 }  // namespace raygraph::session

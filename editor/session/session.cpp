@@ -10,6 +10,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/session/error_goal.h"
+#include "editor/session/form_text.h"
 #include "editor/session/render_flaws.h"
 #include "editor/session/session_checks.h"
 #include "editor/session/shared_render.h"
@@ -67,6 +68,7 @@ struct Session::Impl {
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
           shared(devices, RequireInput(desc), desc.settings, desc.group) {
+        FixForm(desc);
         Begin(desc.resumed);
     }
 
@@ -91,6 +93,13 @@ struct Session::Impl {
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
         return input;
+    }
+    void FixForm(const SessionDesc& desc) {
+        using Form = passes::IntegratorForm;
+        if (desc.settings.paths.form.kind != Form::Auto || plan.view != View::PathTraced) return;
+        std::optional<passes::FormSettings> known;
+        if (desc.resumed != nullptr) known = {.kind = Form::Loop};  // files from before there were others
+        described.settings[std::string(kFormSetting)] = FormText(shared.FixForm(known, desc.formMemory));
     }
     void Begin(const ResumedRender* resumed) {
         FramePlan its = plan;

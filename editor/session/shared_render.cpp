@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/stopwatch.h"
 #include "editor/session/error_goal.h"
+#include "editor/session/form_choice.h"
 #include "editor/session/render_sums.h"
 #include "renderer/gpu_scene/texture_upload.h"
 
@@ -69,6 +70,15 @@ SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& in
     : m_group(group), m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))) {
     m_deviceCount = static_cast<uint32_t>(m_devices.size());
     if (m_group != nullptr) m_deviceCount = static_cast<uint32_t>(m_group->Sum(m_deviceCount));
+}
+
+passes::FormSettings SharedRender::FixForm(const std::optional<passes::FormSettings>& known,
+                                           const std::filesystem::path& memory) {
+    passes::FormSettings form;
+    if (IsRoot()) form = known ? *known : ChooseForm(First().Scene(), FormMemory(memory));
+    if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&form, 1)));
+    for (const auto& device : m_devices) device->Scene().SetForm(form);
+    return form;
 }
 
 std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
