@@ -9,13 +9,11 @@
 namespace raygraph::passes {
 
 enum class LimitKind : uint8_t {
-    CameraRays,    // Trace's camera rays in the same TLAS, one value written
-    Path,          // the same with four cosine bounces, no shading
-    PathInHit,     // the same paths, which bounce in the closest hit
-    PathByBounce,  // the same paths, by a launch for each bounce of all that are left
+    CameraRays,  // Trace's camera rays in the same TLAS, one value written
+    Path,        // the same with four cosine bounces, no shading
 };
 
-// Returns r32f, whose values have no meaning. `rayCounts` as in Trace, of the first two.
+// Returns r32f, whose values have no meaning. `rayCounts` as in Trace.
 [[nodiscard]] RAYGRAPH_API TextureId Limit(Renderer& renderer, const SceneIds& scene,
                                            const TraceSettings& settings, LimitKind kind,
                                            TextureId* rayCounts = nullptr);

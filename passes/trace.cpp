@@ -54,10 +54,10 @@ Extent2D LightGroupTiles(uint32_t groupCount) {
 }
 
 uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings, uint32_t tileRows) {
-    constexpr uint64_t kPaths = uint64_t{1} << 22, kBytesOfPath = 256;
+    constexpr uint64_t kPaths = uint64_t{1} << 24, kBytesOfPath = 512;
     if (device.Info().type == rhi::DeviceType::Cpu || settings.roulette.kind == Roulette::Frame) return 1;
     const Region region = RegionOf(settings);
-    const uint64_t inMemory = DefaultTextureBudget(device) / 8 / kBytesOfPath;
+    const uint64_t inMemory = DefaultTextureBudget(device) / 4 / kBytesOfPath;
     const uint64_t rows = uint64_t{tileRows} * region.height;
     const uint64_t most = std::min({std::min(kPaths, inMemory) / region.PixelCount(),
                                     device.Info().maxTextureExtent / rows, uint64_t{64}});

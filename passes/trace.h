@@ -179,9 +179,10 @@ struct TraceIds {
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 
-// How many samples of every pixel Trace renders best at once, a power of two up to 64: a GPU is filled by about
-// four million paths, and on a CPU one sample of few pixels is enough work. `tileRows`: of the light groups, if
-// they are asked for (LightGroupTiles).
+// How many samples of every pixel Trace renders best at once, a power of two up to 64. On a GPU so many paths
+// that the wait for the longest of them hardly counts, as far as an eighth of its memory holds them; on a CPU
+// one sample of few pixels is enough work. `tileRows`: of the light groups, if they are asked for
+// (LightGroupTiles).
 RAYGRAPH_API uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
                                     uint32_t tileRows = 1);
 

@@ -132,9 +132,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     };
     constexpr size_t kLimitPath = 1;
     std::vector<DeclareFrame> yardsticks{limitOf(passes::LimitKind::CameraRays),
-                                         limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop),
-                                         limitOf(passes::LimitKind::PathInHit),
-                                         limitOf(passes::LimitKind::PathByBounce)};
+                                         limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop)};
     if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
     const passes::TraceSettings traced = scene.SettingsFor(0);

@@ -23,7 +23,8 @@ using passes::IntegratorForm;
 
 constexpr std::array kMeasured{
     FormSettings{IntegratorForm::Loop, 4}, FormSettings{IntegratorForm::Wavefront, 2},
-    FormSettings{IntegratorForm::Wavefront, 4}, FormSettings{IntegratorForm::Wavefront, 8}};
+    FormSettings{IntegratorForm::Wavefront, 4}, FormSettings{IntegratorForm::Wavefront, 8},
+    FormSettings{IntegratorForm::Wavefront, 16}};
 constexpr uint32_t kWarmUpFrames = 2, kMaxFramesToSettle = 64, kTimedFrames = 5;
 
 // "KEY<tab>FORM" as a choice.

@@ -16,11 +16,11 @@
 
 layout(local_size_x = 64) in;
 
-void Shade(uint slot, PathSettings settings) {
+// Shades the path and stores what it has collected. False: it ends here. `light` becomes what a shadow ray must
+// confirm, at `depth`.
+bool Shade(uint slot, PathSettings settings, out PathState path, inout DirectLight light, out uint depth) {
     ivec2 texel = TexelOf(slot);
-    bool isFirst = wave.value.step == 0u;
-    PathState path;
-    if (isFirst) {
+    if (wave.value.step == 0u) {
         path = PathOf(uvec2(texel));
         if (HasTraceFeature(kTraceProbeMedia)) path.media = LoadCameraMedia(slot);
         ClearGroups();
@@ -28,33 +28,44 @@ void Shade(uint slot, PathSettings settings) {
         path = LoadPath(slot);
         LoadOutputs(texel, path);
     }
-    DirectLight light = NoDirectLight();
-    uint depth = path.depth;
+    depth = path.depth + 1u;
     ++path.rayCount;
     bool isGoingOn = ShadeVertex(path, LoadHit(slot), settings, light);
     StoreOutputs(texel, path);
-    if (HasTraceFeature(kTraceLightSampling)) {
-        bool isLit = MaxComponent(light.radiance) > 0.0f;
-        uint at = TakePlace(2u * wave.value.step + 1u, isLit);
-        if (isLit) {
-            ++path.rayCount;
-            WaveShadow shadow;
-            shadow.light = light;
-            shadow.slot = slot;
-            shadow.depth = depth + 1u;
-            shadow.rayCount = path.rayCount;
-            shadow.wavelength = path.wavelength;
-            StoreShadow(at, shadow);
-        }
-    }
-    isGoingOn = isGoingOn && path.rayCount < kMaxRays;
-    if (isGoingOn) StorePath(slot, path);
-    Enqueue(slot, isGoingOn);
+    return isGoingOn;
 }
 
 void main() {
     PathSettings settings = SettingsOf(parameters.value);
     uint count = PathCount();
     uint total = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
-    for (uint i = gl_GlobalInvocationID.x; i < count; i += total) Shade(SlotAt(i), settings);
+    // As often for all invocations of a group
+    for (uint first = gl_WorkGroupID.x * gl_WorkGroupSize.x; first < count; first += total) {
+        uint i = first + gl_LocalInvocationIndex;
+        uint slot = 0u, depth = 0u;
+        PathState path;
+        DirectLight light = NoDirectLight();
+        bool isGoingOn = false;
+        if (i < count) {
+            slot = SlotAt(i);
+            isGoingOn = Shade(slot, settings, path, light, depth);
+        }
+        bool isLit = HasTraceFeature(kTraceLightSampling) && MaxComponent(light.radiance) > 0.0f;
+        if (isLit) ++path.rayCount;
+        isGoingOn = isGoingOn && path.rayCount < kMaxRays;
+        uvec2 place = TakePlaces(isGoingOn, isLit);
+        if (isLit) {
+            WaveShadow shadow;
+            shadow.light = light;
+            shadow.slot = slot;
+            shadow.depth = depth;
+            shadow.rayCount = path.rayCount;
+            shadow.wavelength = path.wavelength;
+            StoreShadow(place.y, shadow);
+        }
+        if (isGoingOn) {
+            StorePath(slot, path);
+            Enqueue(slot, place.x);
+        }
+    }
 }

@@ -1,6 +1,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_KHR_shader_subgroup_ballot : require
 #define PATH_PARTS
 #define LIGHT_GROUPS
 #include "pathtrace/wave_shade_main.glsl"

@@ -52,18 +52,31 @@ uint SlotAt(uint i) {
 }
 
 #ifdef WAVE_WRITES_QUEUES
-// A place of its own in a queue for each invocation that wants one; one atomic operation a subgroup.
-uint TakePlace(uint counter, bool wants) {
-    uvec4 votes = subgroupBallot(wants);
-    uint first = 0u;
-    if (subgroupElect()) first = atomicAdd(waveCounts.at[counter], subgroupBallotBitCount(votes));
-    return subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes);
+// What the invocations of a group want of the queue of paths and of that of shadow rays, and where the group's
+// places begin. One atomic operation a group: all invocations take part, and none relies on which of them a
+// device runs in lockstep.
+shared uint wantedPlaces[2];
+shared uint firstPlaces[2];
+
+// A place of its own in both queues for each invocation that wants one. Called in uniform control flow.
+uvec2 TakePlaces(bool wantsPath, bool wantsShadow) {
+    if (gl_LocalInvocationIndex < 2u) wantedPlaces[gl_LocalInvocationIndex] = 0u;
+    barrier();
+    uvec2 place = uvec2(0u);
+    if (wantsPath) place.x = atomicAdd(wantedPlaces[0], 1u);
+    if (wantsShadow) place.y = atomicAdd(wantedPlaces[1], 1u);
+    barrier();
+    uint queue = gl_LocalInvocationIndex;
+    if (queue < 2u)
+        firstPlaces[queue] =
+            atomicAdd(waveCounts.at[2u * wave.value.step + (queue == 0u ? 2u : 1u)], wantedPlaces[queue]);
+    barrier();
+    return place + uvec2(firstPlaces[0], firstPlaces[1]);
 }
 
 // Into the queue of the next step.
-void Enqueue(uint slot, bool wants) {
-    uint at = TakePlace(2u * wave.value.step + 2u, wants);
-    if (wants) waveQueue.at[((wave.value.step + 1u) & 1u) * PixelCount() + at] = slot;
+void Enqueue(uint slot, uint place) {
+    waveQueue.at[((wave.value.step + 1u) & 1u) * PixelCount() + place] = slot;
 }
 #endif
 

@@ -22,7 +22,8 @@ bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentri
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, primitive)];
     MaterialRecord material = materials.at[geometry.material];
     if (isBack && IsBackCulled(material)) return false;
-    float opacity = Opacity(geometry, material, TriangleAt(instance, primitive, barycentrics));
+    Triangle triangle = WithTexCoords(TriangleAt(instance, primitive, barycentrics), geometry);
+    float opacity = Opacity(geometry, material, triangle);
     // The two sides of a capsule are one primitive, but stop light independently
     if (IsRound(instance) && isBack) alphaSeed = MixBits(alphaSeed);
     return BitsToUnit(MixBits(alphaSeed ^ MixBits(instanceIndex * 0x9e3779b9u + primitive))) < opacity;

@@ -41,7 +41,7 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     InstanceRecord instance = instances.at[light.instance];
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];
     MaterialRecord material = materials.at[geometry.material];
-    Triangle triangle = TriangleAt(instance, light.primitive, barycentrics);
+    Triangle triangle = WithTexCoords(TriangleAt(instance, light.primitive, barycentrics), geometry);
     vec3 emission = EmissionAt(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
         emission *= EmissionPassed(CoatAt(instance, geometry, material, triangle, toViewer), toViewer);

@@ -13,6 +13,7 @@
 struct Triangle {
     uvec3 vertices;
     vec3 weights;
+    vec2 uv0, uv1;  // texture coordinates, if WithTexCoords has read them: once for all textures
 #ifdef PIXEL_FOOTPRINT
     vec3 weightsAcross, weightsDown;  // from this pixel to the next
 #else
@@ -90,6 +91,16 @@ vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
+// 0 in a set that the geometry has not.
+Triangle WithTexCoords(Triangle triangle, GeometryRecord geometry) {
+    triangle.uv0 = vec2(0.0f);
+    triangle.uv1 = vec2(0.0f);
+    if (!HasTraceFeature(kTraceTextures)) return triangle;
+    if (IsPresent(geometry.uv0)) triangle.uv0 = InterpolateVec2(Vec2Stream(geometry.uv0), triangle);
+    if (IsPresent(geometry.uv1)) triangle.uv1 = InterpolateVec2(Vec2Stream(geometry.uv1), triangle);
+    return triangle;
+}
+
 // A material's texture of the name as SampleTexture takes it.
 #define TEXTURE_OF(material, name) material.name##Texture, material.name##Transform
 
@@ -118,11 +129,12 @@ vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle tr
 #endif
 }
 
-// One texture of a material; white where it has none.
+// One texture of a material, at the triangle's texture coordinates; white where it has none.
 vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangle triangle) {
     if (!HasTraceFeature(kTraceTextures) || slot == kNoTexture) return vec4(1.0f);
-    uvec2 stream = (slot & kSecondTexCoord) != 0u ? geometry.uv1 : geometry.uv0;
-    vec2 uv = IsPresent(stream) ? InterpolateVec2(Vec2Stream(stream), triangle) : vec2(0.0f);
+    bool isSecond = (slot & kSecondTexCoord) != 0u;
+    uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
+    vec2 uv = isSecond ? triangle.uv1 : triangle.uv0;
     if (HasTraceFeature(kTraceTextureTransforms)) uv = transform * vec3(uv, 1.0f);
     return ReadTexture(slot, transform, stream, uv, triangle);
 }

@@ -251,7 +251,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     InstanceRecord instance = instances.at[hit.instance];
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, hit.primitive)];
     MaterialRecord material = materials.at[geometry.material];
-    Triangle triangle = TriangleAt(instance, hit.primitive, hit.barycentrics);
+    Triangle triangle = WithTexCoords(TriangleAt(instance, hit.primitive, hit.barycentrics), geometry);
 
     // Position from the vertices, so that its error does not grow with the ray's length
     vec3 p0, e1, e2, p;

@@ -28,6 +28,16 @@ TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
                    MakeRender(0, 64));
 }
 
+// Nodes of a cluster may find another form the fastest.
+TEST(Merge, PartsOfAnyFormOfTheIntegratorGoTogether) {
+    RenderFile a = MakeRender(0, 2), b = MakeRender(2, 3);
+    a.settings[std::string(kFormSetting)] = "wavefront:4";
+    b.settings[std::string(kFormSetting)] = "loop";
+    const RenderFile merged = Merge({{"a", a}, {"b", b}});
+    EXPECT_EQ(merged.sums.radiance, MakeRender(0, 5).sums.radiance);
+    EXPECT_EQ(merged.settings.at(std::string(kFormSetting)), "wavefront:4");
+}
+
 TEST(Merge, APartThatIsRefusedLeavesTheOthers) {
     Merger merger;
     ExpectError(

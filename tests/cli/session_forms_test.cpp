@@ -108,10 +108,10 @@ INSTANTIATE_TEST_SUITE_P(
                       FormCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}}));
 
 TEST(FormText, ReadsBack) {
-    for (const char* text : {"loop", "wavefront:1", "wavefront:64"})
+    for (const char* text : {"auto", "loop", "wavefront:1", "wavefront:64"})
         EXPECT_EQ(FormText(ParseForm(text)), text);
     EXPECT_EQ(FormText(ParseForm("wavefront")), "wavefront:4");
-    for (const char* text : {"", "loop:4", "wavefront:0", "wavefront:65", "wavefront:", "both"})
+    for (const char* text : {"", "auto:4", "loop:4", "wavefront:0", "wavefront:65", "wavefront:", "both"})
         ExpectError(
             ErrorKind::Usage, [&] { std::ignore = ParseForm(text); }, "");
 }

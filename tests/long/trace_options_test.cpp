@@ -85,18 +85,18 @@ const Option kOfPaths[] = {
 };
 
 // Structured bindings name the fields of a class or of its base, not both: a field that TraceSettings has beside
-// the four that FieldsOf names makes one more initializer valid.
+// the five, of which FieldsOf names all but `sampleCount`, makes one more initializer valid.
 template <typename Settings>
-concept HasFourFieldsOfItsOwn = requires {
-    Settings{PathSettings{}, {}, {}, {}, {}};
+concept HasFiveFieldsOfItsOwn = requires {
+    Settings{PathSettings{}, {}, {}, {}, {}, {}};
 }
 &&!requires {
-    Settings{PathSettings{}, {}, {}, {}, {}, {}};
+    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}};
 };
-static_assert(HasFourFieldsOfItsOwn<TraceSettings>);
+static_assert(HasFiveFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
-    // All but `form`, which changes no picture: tests/cli/session_forms_test.cpp
+    // All but `form` and `sampleCount`, which change no picture: tests/cli/session_forms_test.cpp
     auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden, form] =
         static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;

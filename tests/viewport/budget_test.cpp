@@ -203,7 +203,7 @@ TEST_F(ViewportBudget, RasterPictures_AreNotCoarseForWhatTheHostAdds) {
     // A first frame that compiled shaders, or one that was delayed, makes the next ones coarse, and each frame
     // halves that: counting what the host adds would make all of them coarse.
     EXPECT_GE(std::ranges::count(samples, 1u), std::ssize(samples) / 2)
-        << "samples of each frame, 0 for a coarse picture: " << PrintToString(samples);
+        << "samples of each frame, 0 for a coarse picture: " << ::testing::PrintToString(samples);
 }
 
 TEST_F(ViewportBudget, WithoutTimes_AFrameStillAddsSomething) {

@@ -55,6 +55,7 @@ const Row<PathSettings> kOfPaths[] = {
     {"shadow terminator", [](PathSettings& s) { s.biases.shadowTerminator = true; }},
     {"texture levels", [](PathSettings& s) { s.biases.textureLod = 0.5f; }},
     {"hidden environment", [](PathSettings& s) { s.isEnvironmentHidden = true; }},
+    {"loop", [](PathSettings& s) { s.form.kind = passes::IntegratorForm::Loop; }},
     {"wavefront", [](PathSettings& s) { s.form.kind = passes::IntegratorForm::Wavefront; }},
     {"steps", [](PathSettings& s) { s.form.steps = 2; }},
 };
