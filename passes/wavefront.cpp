@@ -12,6 +12,7 @@ namespace {
 
 constexpr auto kPathPartNames = Texts(PathPart{});
 constexpr uint32_t kRowBytes = 16;
+constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl
 // Of the paths that are left for the last kernel, as many are traced at once.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
@@ -79,6 +80,11 @@ class Wavefront {
     Extent2D LaunchAt(uint32_t step) const {
         constexpr uint32_t kLeast = 1u << 16, kMostHalvings = 4;
         return {std::max(m_pixels >> std::min(step, kMostHalvings), std::min(m_pixels, kLeast)), 1};
+    }
+    // The same of a kernel that shades, as far as the device has groups for it.
+    Extent2D DispatchAt(uint32_t step) const {
+        const uint64_t most = uint64_t{m_renderer.Device().Info().maxGroupCounts[0]} * kGroupSize;
+        return {static_cast<uint32_t>(std::min<uint64_t>(LaunchAt(step).width, most)), 1};
     }
     static std::string At(const char* name, uint32_t step) { return name + std::to_string(step); }
 
@@ -176,7 +182,7 @@ class Wavefront {
                 m_shadows = pass.Writes("waveShadows", m_shadows);
                 BindOutputs(pass, step == 0);
             },
-            [extent = LaunchAt(step)](CommandList& commands) { commands.DispatchOver(extent); });
+            [extent = DispatchAt(step)](CommandList& commands) { commands.DispatchOver(extent); });
     }
 
     void TraceRest() {

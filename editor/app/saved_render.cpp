@@ -21,6 +21,9 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene
         settings.focusDistance = picture.lens.focusDistance;
     }
     settings.paths = picture.paths;
+    // What a viewport takes where the form is open
+    if (settings.paths.form.kind == passes::IntegratorForm::Auto)
+        settings.paths.form.kind = passes::IntegratorForm::Loop;
     settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;
