@@ -12,10 +12,14 @@ BlockDealer::BlockDealer(SampleRange samples, uint32_t workerCount, double block
     RG_CHECK(samples.count > 0 && workerCount > 0 && std::has_single_bit(leastCount));
 }
 
-// Of a worker that was not measured yet: one sample.
+// Of a worker that was not measured yet: one sample. What a device renders at once, if it takes it no longer
+// than a block is to take: nothing ends a block early.
 uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
     if (samplesPerSecond <= 0.0) return 1;
-    if (m_workerCount == 1) return m_leastCount;
+    const uint32_t inTime = std::bit_floor(
+        static_cast<uint32_t>(std::clamp(samplesPerSecond * m_blockSeconds, 1.0, 2147483648.0)));
+    const uint32_t least = std::min(m_leastCount, inTime);
+    if (m_workerCount == 1) return least;
     double ofAll = 0.0;
     uint32_t measured = 0;
     for (const auto& [id, worker] : m_workers) {
@@ -26,7 +30,7 @@ uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
     ofAll *= static_cast<double>(std::max(m_workerCount, measured)) / measured;
     const double left = m_samples.count - m_dealt;
     const double wanted = std::min(samplesPerSecond * m_blockSeconds, 0.5 * left * samplesPerSecond / ofAll);
-    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, 1.0 * m_leastCount, 2147483648.0)));
+    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, 1.0 * least, 2147483648.0)));
 }
 
 std::optional<SampleRange> BlockDealer::Next(BlockWorker id, double samplesPerSecond) {

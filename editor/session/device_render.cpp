@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "base/stopwatch.h"
 
 namespace raygraph::session {
 
 void DeviceRender::Estimate() {
-    if (std::has_single_bit(m_frames->SamplesSubmitted())) m_frames->MeasureError();
+    // At the first count from each power of two on
+    const int width = std::bit_width(m_frames->SamplesSubmitted());
+    if (std::exchange(m_estimatedWidth, width) != width) m_frames->MeasureError();
     const std::optional<MeasuredError>& error = m_frames->NewestError();
     if (error && error->relativeError)
         m_errorOfOneSample.store(*error->relativeError * std::sqrt(static_cast<double>(error->samples)),

@@ -24,6 +24,7 @@ class DeviceRender {
     void Begin(const FramePlan& plan) {
         m_frames = std::make_unique<SampleFrames>(m_scene, plan);
         m_errorOfOneSample = 0.0;
+        m_estimatedWidth = 0;
     }
     SampleFrames& Frames() { return *m_frames; }
     const SampleFrames& Frames() const { return *m_frames; }
@@ -44,6 +45,7 @@ class DeviceRender {
     std::unique_ptr<SampleFrames> m_frames;
     bool m_isWarm = false;                    // the first sample, which compiles the pipelines, is done
     double m_seconds = 0.0, m_samples = 0.0;  // of the others, of rounds that have ended
+    int m_estimatedWidth = 0;                 // of the count of samples at the last estimate, in bits
     std::atomic<double> m_errorOfOneSample{0.0};
 };
 

@@ -51,12 +51,19 @@ std::vector<Line> ReadLines(const std::filesystem::path& file) {
     return lines;
 }
 
-std::string KeyOf(const rhi::DeviceInfo& device, const SceneIds& ids, const passes::TraceSettings& settings) {
+// As a frame of a render has.
+uint32_t SamplesOf(DeviceScene& scene) {
+    return scene.IsBlurred() ? 1
+                             : passes::SamplesAtOnce(scene.GraphRenderer().Device(), scene.SettingsFor(0));
+}
+
+std::string KeyOf(const rhi::DeviceInfo& device, uint32_t samples, const SceneIds& ids,
+                  const passes::TraceSettings& settings) {
     const Version version = LibraryVersion();
     const uint64_t pixels = passes::RegionOf(settings).PixelCount();
-    std::string key =
-        Text("{} | {} | {}.{}.{} | features {:x} | 2^{} pixels", device.name, device.driver, version.major,
-             version.minor, version.patch, passes::TraceFeatures(ids, settings), std::bit_width(pixels) - 1);
+    std::string key = Text("{} | {} | {}.{}.{} | features {:x} | 2^{} pixels | {} at once", device.name,
+                           device.driver, version.major, version.minor, version.patch,
+                           passes::TraceFeatures(ids, settings), std::bit_width(pixels) - 1, samples);
     std::ranges::replace_if(
         key, [](char c) { return c == '\t' || c == '\n'; }, ' ');
     return key;
@@ -103,6 +110,7 @@ void FormMemory::Remember(std::string_view key, const FormSettings& form) const 
 std::vector<FormTime> MeasureForms(DeviceScene& scene, std::span<const FormSettings> forms) {
     Renderer& renderer = scene.GraphRenderer();
     if (renderer.Device().Info().timestampPeriodNs <= 0.0) return {};
+    const uint32_t samples = SamplesOf(scene);
     const auto run = [&](const FormSettings& form, uint32_t count) {
         uint64_t last = 0;
         for (uint32_t i = 0; i < count; ++i) {
@@ -110,7 +118,7 @@ std::vector<FormTime> MeasureForms(DeviceScene& scene, std::span<const FormSetti
             const SceneIds ids = scene.Declare(i);
             passes::TraceSettings settings = scene.SettingsFor(i);
             settings.form = form;
-            settings.sampleCount = passes::SamplesAtOnce(renderer.Device(), settings);
+            settings.sampleCount = samples;
             renderer.Present(passes::Trace(renderer, ids, settings).radiance);
             last = renderer.Execute();
         }
@@ -124,8 +132,7 @@ std::vector<FormTime> MeasureForms(DeviceScene& scene, std::span<const FormSetti
         run(form, kTimedFrames);
         PassTimes ofForm;
         ofForm.Add(renderer.TakeTimings());
-        times.push_back(
-            {form, MsOfTrace(ofForm) / passes::SamplesAtOnce(renderer.Device(), scene.SettingsFor(0))});
+        times.push_back({form, MsOfTrace(ofForm) / samples});
     }
     return times;
 }
@@ -133,7 +140,7 @@ std::vector<FormTime> MeasureForms(DeviceScene& scene, std::span<const FormSetti
 FormSettings ChooseForm(DeviceScene& scene, const FormMemory& memory) {
     const rhi::Device& device = scene.GraphRenderer().Device();
     if (device.Info().type == rhi::DeviceType::Cpu) return {.kind = IntegratorForm::Loop};
-    const std::string key = KeyOf(device.Info(), DeclareOnce(scene), scene.SettingsFor(0));
+    const std::string key = KeyOf(device.Info(), SamplesOf(scene), DeclareOnce(scene), scene.SettingsFor(0));
     std::optional<FormSettings> form = memory.Find(key);
     std::string how = "remembered";
     if (!form) {

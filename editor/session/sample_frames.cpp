@@ -94,19 +94,23 @@ Extent2D SampleFrames::Size() const {
 
 uint32_t SampleFrames::ChooseSamplesAtOnce() const {
     const passes::TraceSettings settings = m_scene.SettingsFor(0);
-    // What is another in each sample: the time, what is traced again, the length of all paths
+    // What differs from sample to sample: the time, what is traced again, the length of all paths
     if (!TracesPaths() || m_scene.IsBlurred() || m_secondTraces.HasAny() ||
         settings.roulette.kind == Roulette::Frame)
         return 1;
     if (m_plan.samplesAtOnce > 0) return m_plan.samplesAtOnce;
     const bool hasGroups = m_plan.lightGroupCount > 0;
-    return passes::SamplesAtOnce(m_renderer.Device(), settings,
-                                 hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
+    const uint32_t most =
+        passes::SamplesAtOnce(m_renderer.Device(), settings,
+                              hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
+    // Albedo and normal have passes for each sample
+    return m_isKeepingAlbedo || m_isKeepingNormal ? std::min(most, 16u) : most;
 }
 
-void SampleFrames::Keep(TextureId samples, uint32_t count, Accumulated& into) {
+void SampleFrames::Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast) {
     const passes::SampleRows rows{.count = count, .height = Size().height};
-    m_renderer.Present(passes::Accumulate(m_renderer, samples, rows, into.accumulation).sums[0]);
+    const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, samples, rows, into.accumulation);
+    if (isLast) m_renderer.Present(ids.sums[0]);
 }
 
 passes::TraceIds SampleFrames::DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -137,11 +141,11 @@ void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSetting
          m_radiance);
 }
 
-void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings) {
+void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    if (m_isKeepingAlbedo) Keep(hits.albedo, 1, m_albedo);
-    if (m_isKeepingNormal) Keep(hits.normal, 1, m_normal);
+    if (m_isKeepingAlbedo) Keep(hits.albedo, 1, m_albedo, isLast);
+    if (m_isKeepingNormal) Keep(hits.normal, 1, m_normal, isLast);
 }
 
 // Decisions at random, as whether a surface that is partly transparent is seen, are those of the picture's
@@ -186,7 +190,7 @@ void SampleFrames::RenderSamples(SampleRange samples) {
     else
         DeclareValues(ids, settings);
     for (uint32_t i = 0; i < samples.count && (m_isKeepingAlbedo || m_isKeepingNormal); ++i)
-        DeclareAverages(ids, m_scene.SettingsFor(samples.first + i));
+        DeclareAverages(ids, m_scene.SettingsFor(samples.first + i), i + 1 == samples.count);
     m_pending.push_back({m_renderer.Execute(), samples.count});
     if (!m_samples.empty() && m_samples.back().End() == samples.first)
         m_samples.back().count += samples.count;

@@ -116,10 +116,11 @@ class SampleFrames {
     // Of a view that shows no light.
     void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings);
     // Adds surfaces to the means over the samples.
-    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings);
+    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast = true);
     void TraceSharp();  // what is not blurred by motion, in frames of its own
     Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
-    void Keep(TextureId samples, uint32_t count, Accumulated& into);
+    // `isLast`: of the frame.
+    void Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast = true);
     TextureId ReadBack(Accumulated& from, Extent2D extent, bool withVariance = false);  // the mean
     TextureId DeclareDisplay(TextureId mean);
     void TakeMeans(RenderFile& render) const;

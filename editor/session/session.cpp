@@ -98,8 +98,26 @@ struct Session::Impl {
         using Form = passes::IntegratorForm;
         if (desc.settings.paths.form.kind != Form::Auto || plan.view != View::PathTraced) return;
         std::optional<passes::FormSettings> known;
-        if (desc.resumed != nullptr) known = {.kind = Form::Loop};  // files from before there were others
-        described.settings[std::string(kFormSetting)] = FormText(shared.FixForm(known, desc.formMemory));
+        if (desc.resumed != nullptr) known = FormOf(*desc.resumed);
+        openForm = shared.FixForm(known, desc.formMemory);
+        described.settings[std::string(kFormSetting)] = FormText(*openForm);
+    }
+    // Files without one are from before there were others.
+    static passes::FormSettings FormOf(const ResumedRender& resumed) {
+        const SettingTexts& settings = resumed.render.settings;
+        const auto found = settings.find(kFormSetting);
+        const passes::FormSettings form =
+            found != settings.end() ? ParseForm(found->second) : passes::FormSettings{};
+        return form.kind == passes::IntegratorForm::Auto
+                   ? passes::FormSettings{.kind = passes::IntegratorForm::Loop}
+                   : form;
+    }
+    // Another picture that is gone on with keeps its form, too. A call that all processes make.
+    void FixFormOf(const ResumedRender* resumed) {
+        if (!openForm) return;
+        const passes::FormSettings form =
+            shared.FixForm(resumed != nullptr ? FormOf(*resumed) : *openForm, {});
+        described.settings[std::string(kFormSetting)] = FormText(form);
     }
     void Begin(const ResumedRender* resumed) {
         FramePlan its = plan;
@@ -138,6 +156,7 @@ struct Session::Impl {
     bool isSingle, canEstimateError;
     RenderFile described;
     FramePlan plan;
+    std::optional<passes::FormSettings> openForm;  // what was chosen, where the settings left it open
     SharedRender shared;
 };
 
@@ -176,7 +195,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
     uint32_t doneAtFirst = 0;  // samples of this run, when there were some for the first time
     const auto tick = [&] {
         if (shared.IsRoot()) {
-            if (doneAtFirst == 0 && shared.SampleCount() == before + 1) shared.WaitForSamples();
+            if (doneAtFirst == 0 && shared.SampleCount() > before) shared.WaitForSamples();
             const uint32_t done = shared.SamplesDone() - before;
             if (doneAtFirst == 0 && done > 0) {
                 doneAtFirst = done;
@@ -231,6 +250,7 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
 
 void Session::StartPicture(const NextPicture& next) {
     RenderFile described = m_impl->described;
+    if (m_impl->openForm) described.settings[std::string(kFormSetting)] = FormText({});  // any
     if (next.at) {
         if (!m_impl->input.isAnimated) Refuse("a picture at another time, of a scene without one");
         PictureSettings checked;
@@ -252,6 +272,7 @@ void Session::StartPicture(const NextPicture& next) {
     m_impl->described = std::move(described);
     if (next.camera) m_impl->shared.SetCamera(*next.camera);
     if (next.at) m_impl->shared.SetTime(*next.at);
+    m_impl->FixFormOf(next.resumed);
     m_impl->Begin(next.resumed);
 }
 

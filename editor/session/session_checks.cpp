@@ -65,6 +65,8 @@ void RequirePossible(const SessionDesc& desc) {
     if (settings.crop && !CanCrop(settings.view))
         throw SettingError(ErrorKind::Usage,
                            Text("crop: the view {} is drawn as a whole", Name(settings.view)));
+    if (const uint32_t samples = desc.samplesAtOnce; samples > 64 || (samples & (samples - 1)) != 0)
+        Refuse(Text("{} samples at once: a power of two up to 64", samples));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
         Refuse(Text("the view {} has no light by groups", Name(settings.view)));
     if (desc.resumed == nullptr) return;

@@ -69,10 +69,21 @@ TEST(BlockDealer, LoneWorkerGetsSampleBySample) {
 
 TEST(BlockDealer, BlocksHaveTheSamplesThatADeviceRendersAtOnce) {
     for (const uint32_t workers : {1u, 3u}) {
-        BlockDealer dealer({0, 100}, workers, 1e-9, 8);
+        BlockDealer dealer({0, 100}, workers, 1.0, 8);
         std::vector<uint32_t> counts;
         while (const auto block = dealer.Next(0, counts.empty() ? 0.0 : 10.0)) counts.push_back(block->count);
         EXPECT_EQ(counts, (std::vector<uint32_t>{1, 1, 2, 4, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 4})) << workers;
+    }
+}
+
+// Or whoever asks it to stop waits for minutes.
+TEST(BlockDealer, SlowWorkersGetFewerSamplesThanADeviceRendersAtOnce) {
+    for (const uint32_t workers : {1u, 2u}) {
+        BlockDealer dealer({0, 1000}, workers, 1.0, 64);
+        EXPECT_EQ(dealer.Next(0, 0.5)->count, 1u);
+        EXPECT_EQ(dealer.Next(0, 3.0)->count, 1u) << "aligned";
+        EXPECT_EQ(dealer.Next(0, 3.0)->count, 2u);
+        EXPECT_EQ(dealer.Next(0, 5.0)->count, 4u);
     }
 }
 

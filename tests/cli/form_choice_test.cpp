@@ -116,6 +116,8 @@ TEST_F(FormChoiceTest, ARenderRecordsItsFormAndKeepsItWhenItGoesOn) {
     const ResumedRender begun{.path = "begun.exr", .render = Render({.settings = Small("wavefront:2")}, 2)};
     EXPECT_EQ(FormOf(Render(Resuming(begun), 3)), "wavefront:2");
     SessionDesc open = Resuming(begun);
+    open.settings.paths.form = {};
+    EXPECT_EQ(FormOf(Render(open, 3)), "wavefront:2");
     open.settings.paths.form = ParseForm("loop");
     ExpectError(
         ErrorKind::BadInput, [&] { const Session session(Device(), Cornell(), open); },
@@ -125,6 +127,20 @@ TEST_F(FormChoiceTest, ARenderRecordsItsFormAndKeepsItWhenItGoesOn) {
     ResumedRender old{.path = "old.exr", .render = Render({.settings = Small("loop")}, 2)};
     old.render.settings.erase(std::string(kFormSetting));
     EXPECT_EQ(FormOf(Render(Resuming(old), 3)), "loop");
+}
+
+// As of an animation that was stopped in one of its frames, on another device.
+TEST_F(FormChoiceTest, EachPictureOfASeriesKeepsItsForm) {
+    const ResumedRender second{.path = "second.exr", .render = Render({.settings = Small("wavefront:2")}, 2)};
+    Session session(Device(), Cornell(), {.settings = Small()});
+    session.Run({.samples = 1});
+    const std::string chosen = FormOf(session.Result().render);
+    session.StartPicture({.resumed = &second});
+    session.Run({.samples = 3});
+    EXPECT_EQ(FormOf(session.Result().render), "wavefront:2");
+    session.StartPicture({});
+    session.Run({.samples = 1});
+    EXPECT_EQ(FormOf(session.Result().render), chosen);
 }
 
 TEST(FormSetting, OneThatWasLeftOpenIsAnyForm) {
