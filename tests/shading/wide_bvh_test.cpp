@@ -130,7 +130,9 @@ TEST(WideBvh, EveryPrimitiveIsInOneLeafAndStoredBoxesContainIt) {
         const WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
         ExpectEachOnce(CheckWide(tree, boxes, 0), boxes.size());
         // Nodes have six children in the mean, and more where there are many
-        if (boxes.size() >= 1000) { EXPECT_LT(tree.nodes.size(), boxes.size() / 4); }
+        if (boxes.size() >= 1000) {
+            EXPECT_LT(tree.nodes.size(), boxes.size() / 4);
+        }
     }
 }
 

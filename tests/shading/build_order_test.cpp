@@ -1,0 +1,62 @@
+// Orders of primitives for builders that keep them.
+#include "renderer/bvh/build_order.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <numeric>
+
+#include "tests/support/triangle_soup.h"
+
+namespace raygraph {
+namespace {
+
+// The cost of the tree that joins neighbors, then pairs of them, and so on.
+double CostOfPairs(std::span<const Box> boxes, const std::vector<uint32_t>& order) {
+    std::vector<Box> level;
+    for (const uint32_t i : order) level.push_back(boxes[i]);
+    double cost = 0.0;
+    while (level.size() > 1) {
+        std::vector<Box> above((level.size() + 1) / 2);
+        for (size_t i = 0; i < level.size(); ++i) above[i / 2].Extend(level[i]);
+        level = std::move(above);
+        for (const Box& box : level) cost += double{box.HalfArea()};
+    }
+    return cost / double{level[0].HalfArea()};
+}
+
+TEST(BuildOrder, HasEachPrimitiveOnce) {
+    for (const uint32_t count : {1u, 2u, 3u, 5u, 64u, 1001u}) {
+        const std::vector<Box> boxes = TriangleBoxes(testing::TriangleSoup(count, 0.1f, count));
+        for (const BuildOrder order : Values<BuildOrder>()) {
+            std::vector<uint32_t> found = OrderBoxes(boxes, order);
+            std::ranges::sort(found);
+            ASSERT_EQ(found.size(), count) << Name(order);
+            for (uint32_t i = 0; i < count; ++i) ASSERT_EQ(found[i], i) << Name(order);
+        }
+    }
+}
+
+TEST(BuildOrder, BetterOnesCostLessWherePairsAreJoined) {
+    const std::vector<Box> boxes = TriangleBoxes(testing::TriangleSoup(5000, 0.05f, 1));
+    const auto cost = [&](BuildOrder order) { return CostOfPairs(boxes, OrderBoxes(boxes, order)); };
+    const double file = cost(BuildOrder::File), morton = cost(BuildOrder::Morton);
+    EXPECT_LT(morton, 0.2 * file);
+    EXPECT_LT(cost(BuildOrder::Hilbert), morton);
+    EXPECT_LT(cost(BuildOrder::Halves), 0.95 * morton);
+}
+
+// The curve goes to a neighbor with every step: of the cells of a grid, each is beside the one before.
+TEST(BuildOrder, HilbertVisitsNeighbors) {
+    constexpr uint32_t kSide = 8;
+    std::vector<Box> cells;
+    for (uint32_t z = 0; z < kSide; ++z)
+        for (uint32_t y = 0; y < kSide; ++y)
+            for (uint32_t x = 0; x < kSide; ++x) cells.emplace_back().Extend(glm::vec3(x, y, z));
+    const std::vector<uint32_t> order = OrderBoxes(cells, BuildOrder::Hilbert);
+    for (size_t i = 1; i < order.size(); ++i)
+        ASSERT_EQ(glm::distance(cells[order[i]].min, cells[order[i - 1]].min), 1.0f) << i;
+}
+
+}  // namespace
+}  // namespace raygraph
