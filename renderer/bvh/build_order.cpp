@@ -120,20 +120,16 @@ class Halving {
 
 std::vector<uint32_t> OrderBoxes(std::span<const Box> boxes, BuildOrder order) {
     switch (order) {
-        case BuildOrder::File:
-            break;
         case BuildOrder::Morton:
-            return SpatialOrder(Centers(boxes));
+            break;
         case BuildOrder::Hilbert:
             return HilbertOrder(boxes);
         case BuildOrder::Tree:
             return BuildBinaryBvh(boxes).order;
         case BuildOrder::Halves:
-            return Halving(boxes).Take();
+            return boxes.empty() ? std::vector<uint32_t>() : Halving(boxes).Take();
     }
-    std::vector<uint32_t> same(boxes.size());
-    std::iota(same.begin(), same.end(), 0u);
-    return same;
+    return SpatialOrder(Centers(boxes));
 }
 
 }  // namespace raygraph

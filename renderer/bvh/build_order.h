@@ -11,12 +11,13 @@
 
 namespace raygraph {
 
-#define RAYGRAPH_BUILD_ORDERS(X, Of)                                                                    \
-    X(Of, File, 0, "file", "as they come")                                                              \
-    X(Of, Morton, 1, "morton", "along a Morton curve through their centers, as GpuScene has triangles") \
-    X(Of, Hilbert, 2, "hilbert", "along a Hilbert curve")                                               \
-    X(Of, Tree, 3, "tree", "from left to right in a tree by the surface area heuristic")                \
-    X(Of, Halves, 4, "halves", "of such a tree whose left parts have a power of two of the primitives")
+// clang-format off
+#define RAYGRAPH_BUILD_ORDERS(X, Of) \
+    X(Of, Morton, 0, "morton", "along a Morton curve through their centers, as GpuScene has them") \
+    X(Of, Hilbert, 1, "hilbert", "along a Hilbert curve") \
+    X(Of, Tree, 2, "tree", "from left to right in a tree by the surface area heuristic") \
+    X(Of, Halves, 3, "halves", "of such a tree whose left parts have a power of two of the primitives")
+// clang-format on
 RAYGRAPH_CHOICE(BuildOrder, RAYGRAPH_BUILD_ORDERS)
 
 // The primitives in that order.
