@@ -1,5 +1,5 @@
-// TraceBuffer and TraverseBuffer: the rays of a buffer by the driver and by a compute shader, for measuring one
-// against the other. Threads: that of the Renderer.
+// TraceBuffer and TraverseBuffer: the rays of a buffer by the driver and by a compute shader, for
+// measuring one against the other. Threads: that of the Renderer.
 #pragma once
 
 #include "base/api.h"
@@ -12,8 +12,8 @@ enum class RayQuestion : uint8_t {
     Any,      // its t alone: negative where nothing is on the ray
 };
 
-// `rays` holds `count` gpu::BenchRays; returns as many gpu::BenchHits. The passes are called "DriverNearest",
-// "DriverAny", "WideNearest" and "WideAny", and are never culled.
+// `rays` holds `count` gpu::BenchRays; returns as many gpu::BenchHits. The passes are called
+// "DriverNearest", "DriverAny", "WideNearest" and "WideAny", and are never culled.
 [[nodiscard]] RAYGRAPH_API BufferId TraceBuffer(Renderer& renderer, const DriverScene::Ids& scene,
                                                 BufferId rays, uint32_t count, RayQuestion question);
 

@@ -1,5 +1,5 @@
-// Times the driver's tracing against wide trees in a compute shader, on the same rays, and counts where their
-// answers differ.
+// Times the driver's tracing against wide trees in a compute shader, on the same rays, and counts where
+// their answers differ.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace raygraph::cli {
 
 struct HitDifferences {
     uint32_t all = 0;
-    // Of the first ones, by rays in double precision: they are within rounding of an edge or of another hit;
-    // otherwise one side is wrong.
+    // Of the first ones, by rays in double precision: they are within rounding of an edge or of another
+    // hit; otherwise one side is wrong.
     uint32_t atEdges = 0, wideIsWrong = 0, driverIsWrong = 0, unchecked = 0;
 };
 

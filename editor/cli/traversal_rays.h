@@ -1,5 +1,5 @@
-// Rays of a scene by which ways of tracing are compared: what the camera sees, and where light goes from there.
-// Threads: pure functions.
+// Rays of a scene by which ways of tracing are compared: what the camera sees, and where light goes from
+// there. Threads: pure functions.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// What a ray hits, by all triangles one after the other in double precision: decides who is wrong where two ways
-// of tracing disagree. Threads: pure functions.
+// What a ray hits, by all triangles one after the other in double precision: decides who is wrong where
+// two ways of tracing disagree. Threads: pure functions.
 #pragma once
 
 #include "base/api.h"
@@ -11,8 +11,8 @@ struct ExactHit {
     double t = -1.0;  // negative: nothing
     uint32_t instance = gpu::kWideNoInstance;
     uint32_t primitive = 0;
-    // Another answer is within the rounding of floats: the ray passes by an edge, two triangles are equally far,
-    // or the hit is at an end of the ray.
+    // Another answer is within the rounding of floats: the ray passes by an edge, two triangles are
+    // equally far, or the hit is at an end of the ray.
     bool isDoubtful = false;
 };
 

@@ -1,5 +1,5 @@
-// Placed meshes on a device twice: as the driver's acceleration structures, and as wide trees that a compute
-// shader traverses. For measuring one against the other. Threads: that of the Renderer.
+// Placed meshes on a device twice: as the driver's acceleration structures, and as wide trees that a
+// compute shader traverses. For measuring one against the other. Threads: that of the Renderer.
 #pragma once
 
 #include <deque>

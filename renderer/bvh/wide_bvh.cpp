@@ -13,12 +13,12 @@ using gpu::WideNode;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// What the wide tree is made of, by the paper's section 3: cost[i] of a binary node is that of its subtree as at
-// most i + 1 wide children of one node.
+// What the wide tree is made of, by the paper's section 3: cost[i] of a binary node is that of its subtree
+// as at most i + 1 wide children of one node.
 struct Choice {
     std::array<float, kWideChildren - 1> cost{};
-    // Of at most i + 1 children, how many come from the left child; 0: as with one fewer. The last entry is of
-    // this node as a wide one.
+    // Of at most i + 1 children, how many come from the left child; 0: as with one fewer. The last entry
+    // is of this node as a wide one.
     std::array<uint8_t, kWideChildren> left{};
     bool isLeaf = false;
 };
@@ -111,8 +111,8 @@ class Collapse {
         Gather(m_tree.nodes[index].right, count - left, children);
     }
 
-    // The slot of each child, so that slots are as far in their octant's direction as can be: by a table over
-    // all sets of slots that the first children may take.
+    // The slot of each child, so that slots are as far in their octant's direction as can be: by a table
+    // over all sets of slots that the first children may take.
     std::array<uint32_t, kWideChildren> Slots(const Box& box, const std::vector<uint32_t>& children) const {
         constexpr uint32_t kSets = 1u << kWideChildren;
         std::array<float, kSets> best;

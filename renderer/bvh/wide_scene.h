@@ -1,4 +1,5 @@
-// Placed meshes, and the wide trees over them as bench/wide_bvh.glsl traverses them. Threads: pure functions.
+// Placed meshes, and the wide trees over them as bench/wide_bvh.glsl traverses them. Threads: pure
+// functions.
 #pragma once
 
 #include <cstdint>

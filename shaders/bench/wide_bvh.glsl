@@ -1,13 +1,13 @@
-// Traversal of the compressed wide tree of shared/wide_bvh.h, over placed meshes. In the common subset of GLSL
-// and C++ (core/glue.h): the tests run this text on the CPU. Ylitie, Karras and Laine 2017, section 4.
+// Traversal of the compressed wide tree of shared/wide_bvh.h, over placed meshes. In the common subset of
+// GLSL and C++ (core/glue.h): the tests run this text on the CPU. Ylitie, Karras and Laine 2017, section 4.
 //
 // Bridge: whoever includes this declares, before it,
 //     uvec4 WideNodeWord(uint at), WideTriangleWord(uint at), WideInstanceWord(uint at)   16 bytes each
-//     void PushGroup(uint at, uvec2 group), uvec2 GroupAt(uint at)                         kWideStackSize of them
+//     void PushGroup(uint at, uvec2 group), uvec2 GroupAt(uint at)                    kWideStackSize of them
 //
-// A group is (x) the first of some nodes or primitives and (y) which of them are still to come. Of nodes: a bit for
-// each from bit 24 on, in the order of the ray's octant, the highest first, and in the lowest byte which slots
-// are nodes. Of primitives: a bit for each below bit 24.
+// A group is (x) the first of some nodes or primitives and (y) which of them are still to come. Of nodes: a
+// bit for each from bit 24 on, in the order of the ray's octant, the highest first, and in the lowest byte
+// which slots are nodes. Of primitives: a bit for each below bit 24.
 #ifndef RAYGRAPH_BENCH_WIDE_BVH_GLSL
 #define RAYGRAPH_BENCH_WIDE_BVH_GLSL
 
@@ -43,14 +43,16 @@ struct WideRay {
     uint octant;  // bit 0: towards greater x; bit 1: y; bit 2: z. The slot of that number is the farthest one
 };
 
-INLINE float AwayFromZero(float x) { return abs(x) < kLeastDirection ? (x < 0.0f ? -kLeastDirection : kLeastDirection) : x; }
+INLINE float AwayFromZero(float x) {
+    return abs(x) < kLeastDirection ? (x < 0.0f ? -kLeastDirection : kLeastDirection) : x;
+}
 
 INLINE WideRay MakeWideRay(vec3 origin, vec3 direction) {
     WideRay ray;
     ray.origin = origin;
     ray.direction = direction;
-    ray.inverse =
-        vec3(1.0f / AwayFromZero(direction.x), 1.0f / AwayFromZero(direction.y), 1.0f / AwayFromZero(direction.z));
+    ray.inverse = vec3(1.0f / AwayFromZero(direction.x), 1.0f / AwayFromZero(direction.y),
+                       1.0f / AwayFromZero(direction.z));
     ray.octant = (ray.inverse.x > 0.0f ? 1u : 0u) | (ray.inverse.y > 0.0f ? 2u : 0u) |
                  (ray.inverse.z > 0.0f ? 4u : 0u);
     return ray;
@@ -61,8 +63,8 @@ INLINE float ByteOf(uint word, uint byte) { return float((word >> (8u * byte)) &
 
 // The bits of the four children in these words that the ray meets: where they are in a group of nodes, or of
 // primitives.
-INLINE uint MeetChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY, uint nearZ, uint farZ, vec3 scale,
-                         vec3 offset, float tMax, uint octant) {
+INLINE uint MeetChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY, uint nearZ, uint farZ,
+                         vec3 scale, vec3 offset, float tMax, uint octant) {
     // Per byte: all ones for a node, whose place depends on the octant
     uint isNode = ((meta & (meta << 1u)) & 0x10101010u) >> 4u;
     uint places = (meta ^ (octant * 0x01010101u & (isNode * 0xFFu))) & 0x1F1F1F1Fu;
@@ -87,22 +89,23 @@ INLINE void VisitWideNode(WideRay ray, float tMax, uint node, OUT(uvec2) nodes, 
     uvec4 b = WideNodeWord(at + 3u);
     uvec4 c = WideNodeWord(at + 4u);
     vec3 origin = vec3(uintBitsToFloat(head.x), uintBitsToFloat(head.y), uintBitsToFloat(head.z));
-    vec3 scale = vec3(WideStep(head.w & 0xFFu), WideStep((head.w >> 8u) & 0xFFu), WideStep((head.w >> 16u) & 0xFFu)) *
+    vec3 scale = vec3(WideStep(head.w & 0xFFu), WideStep((head.w >> 8u) & 0xFFu),
+                      WideStep((head.w >> 16u) & 0xFFu)) *
                  ray.inverse;
     vec3 offset = (origin - ray.origin) * ray.inverse;
     bool isUpX = (ray.octant & 1u) != 0u;
     bool isUpY = (ray.octant & 2u) != 0u;
     bool isUpZ = (ray.octant & 4u) != 0u;
-    uint met = MeetChildren(firsts.z, isUpX ? a.x : b.z, isUpX ? b.z : a.x, isUpY ? a.z : c.x, isUpY ? c.x : a.z,
-                            isUpZ ? b.x : c.z, isUpZ ? c.z : b.x, scale, offset, tMax, ray.octant) |
-               MeetChildren(firsts.w, isUpX ? a.y : b.w, isUpX ? b.w : a.y, isUpY ? a.w : c.y, isUpY ? c.y : a.w,
-                            isUpZ ? b.y : c.w, isUpZ ? c.w : b.y, scale, offset, tMax, ray.octant);
+    uint met = MeetChildren(firsts.z, isUpX ? a.x : b.z, isUpX ? b.z : a.x, isUpY ? a.z : c.x,
+                            isUpY ? c.x : a.z, isUpZ ? b.x : c.z, isUpZ ? c.z : b.x, scale, offset, tMax, ray.octant) |
+               MeetChildren(firsts.w, isUpX ? a.y : b.w, isUpX ? b.w : a.y, isUpY ? a.w : c.y,
+                            isUpY ? c.y : a.w, isUpZ ? b.y : c.w, isUpZ ? c.w : b.y, scale, offset, tMax, ray.octant);
     nodes = uvec2(firsts.x, (met & 0xFF000000u) | (head.w >> 24u));
     leaves = uvec2(firsts.y, met & 0x00FFFFFFu);
 }
 
-// Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"; both sides. Sets all of `hit` but
-// the instance.
+// Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"; both sides. Sets all of `hit`
+// but the instance.
 INLINE bool MeetTriangle(WideRay ray, float tMax, uint triangle, INOUT(BenchHit) hit) {
     uint at = kWideTriangleWords * triangle;
     uvec4 a = WideTriangleWord(at);

@@ -4,7 +4,7 @@
 // bench/wide_bvh.glsl.
 //
 // One array of nodes holds the tree of the instances, whose root is node 0, and those of the meshes. The
-// primitives of a tree of instances are WideInstances, of a mesh WideTriangles; both in the order of the leaves.
+// primitives of a tree of instances are WideInstances, of a mesh WideTriangles; both in the leaves' order.
 #ifndef RAYGRAPH_SHARED_WIDE_BVH_H
 #define RAYGRAPH_SHARED_WIDE_BVH_H
 
@@ -35,8 +35,9 @@ RAYGRAPH_CONSTANT uint kWideNoInstance = 0xFFFFFFFFu;
 // A child is in one of eight slots. Bit 0 of the slot's number is set where it is on the side of greater x,
 // bit 1 of y, bit 2 of z: so (slot xor the ray's octant) is an order from the far to the near ones.
 //
-// A byte of `meta` a slot: 0: empty. A node: 001 in the highest three bits, 24 + slot in the others. Primitives:
-// as many ones in the highest three bits as there are, and their first one's place after firstPrimitive.
+// A byte of `meta` a slot: 0: empty. A node: 001 in the highest three bits, 24 + slot in the others.
+// Primitives: as many ones in the highest three bits as there are, and their first one's place after
+// firstPrimitive.
 struct WideNode {
     vec3 origin;  // of the coordinates of the boxes
     // Exponents of x, y, z, biased as those of a float: a step is 2^e. Highest byte: bit s: slot s is a node
