@@ -97,9 +97,11 @@ INLINE void VisitWideNode(WideRay ray, float tMax, uint node, OUT(uvec2) nodes, 
     bool isUpY = (ray.octant & 2u) != 0u;
     bool isUpZ = (ray.octant & 4u) != 0u;
     uint met = MeetChildren(firsts.z, isUpX ? a.x : b.z, isUpX ? b.z : a.x, isUpY ? a.z : c.x,
-                            isUpY ? c.x : a.z, isUpZ ? b.x : c.z, isUpZ ? c.z : b.x, scale, offset, tMax, ray.octant) |
+                            isUpY ? c.x : a.z, isUpZ ? b.x : c.z, isUpZ ? c.z : b.x,
+                            scale, offset, tMax, ray.octant) |
                MeetChildren(firsts.w, isUpX ? a.y : b.w, isUpX ? b.w : a.y, isUpY ? a.w : c.y,
-                            isUpY ? c.y : a.w, isUpZ ? b.y : c.w, isUpZ ? c.w : b.y, scale, offset, tMax, ray.octant);
+                            isUpY ? c.y : a.w, isUpZ ? b.y : c.w, isUpZ ? c.w : b.y,
+                            scale, offset, tMax, ray.octant);
     nodes = uvec2(firsts.x, (met & 0xFF000000u) | (head.w >> 24u));
     leaves = uvec2(firsts.y, met & 0x00FFFFFFu);
 }
