@@ -28,12 +28,13 @@ class RAYGRAPH_API BlockSource {
 
 // Blocks are aligned: their size is a power of two, and their first index a multiple of it. A block takes its
 // worker about `blockSeconds` by the speed that was measured, and less towards the end: half of its share of
-// what is left; but it has `leastCount` samples, which a device renders at once, where there are as many and its
-// worker does them in that time. Where there is one worker, a block is no larger. A worker's first block is one
-// sample. Blocks are dealt in order.
+// what is left; but it has `leastCount` samples, which a device renders at once, where there are as many and
+// its worker does them in that time. Where there is one worker, a block is no larger. A worker's first block
+// is one sample. Blocks are dealt in order.
 class RAYGRAPH_API BlockDealer : public BlockSource {
   public:
-    // `workerCount`: of those who will ask, at least 1. `samples` are not empty. `leastCount` is a power of two.
+    // `workerCount`: of those who will ask, at least 1. `samples` are not empty. `leastCount` is a power of
+    // two.
     BlockDealer(SampleRange samples, uint32_t workerCount, double blockSeconds, uint32_t leastCount = 1);
 
     std::optional<SampleRange> Next(uint32_t device, double samplesPerSecond) override {

@@ -41,8 +41,8 @@ class SampleFrames {
 
     // How many samples a frame renders at most, a power of two: 1 where one keeps the device busy.
     uint32_t SamplesAtOnce() const { return m_samplesAtOnce; }
-    // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits while
-    // as many frames are in flight as the device allows.
+    // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits
+    // while as many frames are in flight as the device allows.
     void RenderSamples(SampleRange samples);
     // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
     // to be traced again, before the first RenderSamples.

@@ -47,14 +47,14 @@ struct SessionDesc {
     uint32_t firstSample = 0;  // index: renders of disjoint ranges of samples can be merged
     bool withVariance = true;  // of the radiance
     bool withSums = true;      // without them the render can be neither resumed nor merged
-    // A power of two up to 64: samples that a frame traces at once, where the picture allows several; 0: as many
-    // as fill the device. Of no influence on the bits.
+    // A power of two up to 64: samples that a frame traces at once, where the picture allows several; 0: as
+    // many as fill the device. Of no influence on the bits.
     uint32_t samplesAtOnce = 0;
     passes::TonemapSettings tonemap{};       // of Session::Display
     const ResumedRender* resumed = nullptr;  // its samples come first; not kept
-    // Where the settings leave the form of the integrator open (IntegratorForm::Auto), a session of path-traced
-    // pictures begins by choosing the fastest, which the render records. Measured choices are remembered in this
-    // file; empty: measured each time. A render that is continued keeps the form it has.
+    // Where the settings leave the form of the integrator open (IntegratorForm::Auto), a session of
+    // path-traced pictures begins by choosing the fastest, which the render records. Measured choices are
+    // remembered in this file; empty: measured each time. A render that is continued keeps the form it has.
     std::filesystem::path formMemory;
     // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
     // session of the same settings, first sample and AOVs, on devices of its own, and makes the same calls in

@@ -23,8 +23,8 @@ class SharedRender {
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  ProcessGroup* group);
 
-    // Before the first picture: fixes the form of the integrator, the same for all devices: the root's `known`
-    // one, or the fastest (ChooseForm). Returns it.
+    // Before the first picture: fixes the form of the integrator, the same for all devices: the root's
+    // `known` one, or the fastest (ChooseForm). Returns it.
     passes::FormSettings FixForm(const std::optional<passes::FormSettings>& known,
                                  const std::filesystem::path& memory);
     // Begins a picture. Of a render that is continued the root alone has it. Returns what it measured last.

@@ -16,8 +16,8 @@
 
 layout(local_size_x = 64) in;
 
-// Shades the path and stores what it has collected. False: it ends here. `light` becomes what a shadow ray must
-// confirm, at `depth`.
+// Shades the path and stores what it has collected. False: it ends here. `light` becomes what a shadow ray
+// must confirm, at `depth`.
 bool Shade(uint slot, PathSettings settings, out PathState path, inout DirectLight light, out uint depth) {
     ivec2 texel = TexelOf(slot);
     if (wave.value.step == 0u) {

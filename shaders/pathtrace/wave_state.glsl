@@ -52,9 +52,9 @@ uint SlotAt(uint i) {
 }
 
 #ifdef WAVE_WRITES_QUEUES
-// What the invocations of a group want of the queue of paths and of that of shadow rays, and where the group's
-// places begin. One atomic operation a group: all invocations take part, and none relies on which of them a
-// device runs in lockstep.
+// What the invocations of a group want of the queue of paths and of that of shadow rays, and where the
+// group's places begin. One atomic operation a group: all invocations take part, and none relies on which of
+// them a device runs in lockstep.
 shared uint wantedPlaces[2];
 shared uint firstPlaces[2];
 

@@ -65,10 +65,11 @@ void AddSample(uvec4 bits) {
 
 #ifdef WITH_VARIANCE
 // The highest word of channel c, in plane c.
-#define ADD_TO_HIGHEST(plane, channel)                                                                        \
-    {                                                                                                         \
-        uint change = squares[kSquareWords - 1][channel] + carry[channel];                                    \
-        if (change != 0u) imageStore(plane, pixel, imageLoad(plane, pixel) + uvec4(0u, 0u, 0u, change));      \
+#define ADD_TO_HIGHEST(plane, channel) \
+    { \
+        uint change = squares[kSquareWords - 1][channel] + carry[channel]; \
+        if (change != 0u)                                                          \
+            imageStore(plane, pixel, imageLoad(plane, pixel) + uvec4(0u, 0u, 0u, change)); \
     }
 #endif
 
