@@ -6,6 +6,7 @@
 #include "base/os/process.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "editor/session/form_choice.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
 #include "passes/recursion.h"
@@ -97,13 +98,6 @@ double FrameMs(const PassTimes& times) {
     return sum;
 }
 
-double TraceMs(const PassTimes& times) {
-    double sum = 0.0;
-    for (const PassTime& pass : times.Summary())
-        if (passes::IsOfTrace(pass.name)) sum += pass.gpuMsMedian;
-    return sum;
-}
-
 TracingSpeed SpeedOf(double gpuMs, double raysPerSample, double pixels) {
     return {gpuMs, raysPerSample, gpuMs > 0.0 ? raysPerSample * pixels / (gpuMs * 1e-3) : 0.0};
 }
@@ -172,7 +166,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
                             samples);
         }
     }
-    if (TraceMs(times) <= 0.0)
+    if (MsOfTrace(times) <= 0.0)
         throw MakeError(ErrorKind::Vulkan, "bench: the device {} gives no GPU times (it has no timestamps)",
                         renderer.Device().Info().name);
 
@@ -192,7 +186,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     for (const PassTime& pass : yardstickTimes.Summary())
         if (pass.name.starts_with("Limit") || pass.name.starts_with("Lambert")) result.passes.push_back(pass);
     result.samplesAtOnce = samples;
-    result.trace = SpeedOf(TraceMs(times) / samples, traceRays, pixels);
+    result.trace = SpeedOf(MsOfTrace(times) / samples, traceRays, pixels);
     result.limit =
         SpeedOf(yardstickTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
     result.limitPath =

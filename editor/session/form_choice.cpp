@@ -11,7 +11,6 @@
 #include "base/text.h"
 #include "base/version.h"
 #include "editor/session/form_text.h"
-#include "editor/session/pass_times.h"
 #include "passes/scene_bindings.h"
 
 namespace raygraph::session {
@@ -76,12 +75,6 @@ SceneIds DeclareOnce(DeviceScene& scene) {
     return ids;
 }
 
-double MsOfTrace(const PassTimes& times) {
-    double sum = 0.0;
-    for (const PassTime& pass : times.Summary()) sum += passes::IsOfTrace(pass.name) ? pass.gpuMsMedian : 0.0;
-    return sum;
-}
-
 }  // namespace
 
 std::optional<FormSettings> FormMemory::Find(std::string_view key) const {
@@ -105,6 +98,12 @@ void FormMemory::Remember(std::string_view key, const FormSettings& form) const 
     } catch (const std::exception&) {
         // It is measured again
     }
+}
+
+double MsOfTrace(const PassTimes& times) {
+    double sum = 0.0;
+    for (const PassTime& pass : times.Summary()) sum += passes::IsOfTrace(pass.name) ? pass.gpuMsMedian : 0.0;
+    return sum;
 }
 
 std::vector<FormTime> MeasureForms(DeviceScene& scene, std::span<const FormSettings> forms) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "editor/session/device_scene.h"
+#include "editor/session/pass_times.h"
 
 namespace raygraph::session {
 
@@ -33,6 +34,9 @@ struct FormTime {
     passes::FormSettings form;
     double msPerSample = 0.0;  // of the device, for a sample of every pixel
 };
+
+// Of the passes of Trace in a frame, in any form: the sum of their medians.
+double MsOfTrace(const PassTimes& times);
 
 // Renders a few frames of each; the samples are lost. A form of several frames has its median. None of a
 // device without timestamps.
