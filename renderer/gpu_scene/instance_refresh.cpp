@@ -39,7 +39,7 @@ void InstanceSet::PlaceAdded() {
     std::ranges::sort(m_added);
     m_added.erase(std::unique(m_added.begin(), m_added.end()), m_added.end());
     if (m_added.empty()) return;
-    const std::vector<uint32_t> order = FineSpatialOrder(Centers(m_added));
+    const std::vector<uint32_t> order = SpatialOrder(Centers(m_added));
     ReserveChanges(m_added.size());
     const auto count = static_cast<uint32_t>(m_unplacedSlots);
     uint32_t slot = m_slots.Allocate(count);
@@ -211,7 +211,7 @@ void InstanceSet::Order() {
     slots.Allocate(m_slots.TakenCount());
     m_isSlotTaken.reserve(m_slots.TakenCount());
     uint32_t slot = 0;
-    for (const uint32_t i : FineSpatialOrder(Centers(placed))) {
+    for (const uint32_t i : SpatialOrder(Centers(placed))) {
         Instance& instance = m_instances[placed[i]];
         instance.firstSlot = slot;
         slot += m_meshes[instance.mesh].groupCount;

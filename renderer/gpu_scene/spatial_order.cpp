@@ -1,7 +1,5 @@
 #include "renderer/gpu_scene/spatial_order.h"
 
-#include <meshoptimizer.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -10,8 +8,10 @@
 namespace raygraph {
 namespace {
 
-constexpr double kFineSteps = (1 << 21) - 1;
-constexpr int kDigitBits = 9;  // seven digits
+constexpr uint32_t kAxisBits = 21;
+constexpr double kLastStep = (1u << kAxisBits) - 1;
+constexpr uint32_t kDigitBits = 9;  // seven digits
+constexpr size_t kBlock = 64;       // of points whose places are computed at once
 
 struct Keyed {
     uint64_t key = 0;
@@ -27,39 +27,83 @@ uint64_t SpreadBits(uint64_t bits) {
     return (bits | bits << 2) & 0x1249249249249249ull;
 }
 
+// The cube of all finite points, in 2^21 steps an axis.
+class Grid {
+  public:
+    explicit Grid(std::span<const glm::vec3> points) {
+        glm::dvec3 highest = -m_lowest;
+        for (const glm::vec3& point : points) {
+            if (!glm::all(glm::lessThan(glm::abs(point), glm::vec3(std::numeric_limits<float>::infinity()))))
+                continue;
+            m_lowest = glm::min(m_lowest, glm::dvec3(point));
+            highest = glm::max(highest, glm::dvec3(point));
+        }
+        const glm::dvec3 size = highest - m_lowest;
+        const double extent = std::max({size.x, size.y, size.z, 0.0});
+        m_scale = extent > 0.0 ? kLastStep / extent : 0.0;
+    }
+
+    uint32_t Step(const glm::vec3& point, int axis) const {
+        const double step = (double(point[axis]) - m_lowest[axis]) * m_scale;
+        return step >= 0.0 && step <= kLastStep ? static_cast<uint32_t>(step) : 0u;
+    }
+
+  private:
+    glm::dvec3 m_lowest{std::numeric_limits<double>::infinity()};
+    double m_scale = 0.0;
+};
+
+// Coordinates become bits of places along a Hilbert curve, as SpreadBits interleaves them, x first: Skilling
+// 2004, "Programming the Hilbert curve". All points of a block at once, without branches.
+struct Block {
+    std::array<std::array<uint32_t, kBlock>, 3> x{};  // by axis
+
+    void ToCurve() {
+        for (uint32_t bit = kAxisBits - 1; bit > 0; --bit) {
+            const uint32_t below = (1u << bit) - 1u;
+            for (auto& its : x)
+                for (size_t i = 0; i < kBlock; ++i) {
+                    const uint32_t isSet = 0u - (its[i] >> bit & 1u);  // all ones, or none
+                    const uint32_t swapped = (x[0][i] ^ its[i]) & below & ~isSet;
+                    x[0][i] ^= swapped | (below & isSet);
+                    its[i] ^= swapped;
+                }
+        }
+        for (size_t i = 0; i < kBlock; ++i) {
+            x[1][i] ^= x[0][i];
+            x[2][i] ^= x[1][i];
+            // Each bit of the last coordinate flips all bits below it
+            uint32_t flips = x[2][i] >> 1;
+            for (uint32_t shift = 1; shift < kAxisBits; shift *= 2) flips ^= flips >> shift;
+            for (auto& its : x) its[i] ^= flips;
+        }
+    }
+    uint64_t Key(size_t i) const {
+        return SpreadBits(x[0][i]) << 2 | SpreadBits(x[1][i]) << 1 | SpreadBits(x[2][i]);
+    }
+};
+
+std::vector<Keyed> KeysOf(std::span<const glm::vec3> points) {
+    const Grid grid(points);
+    std::vector<Keyed> keyed(points.size());
+    Block block;
+    for (size_t first = 0; first < points.size(); first += kBlock) {
+        const size_t count = std::min(kBlock, points.size() - first);
+        for (int axis = 0; axis < 3; ++axis)
+            for (size_t i = 0; i < count; ++i) block.x[axis][i] = grid.Step(points[first + i], axis);
+        block.ToCurve();
+        for (size_t i = 0; i < count; ++i)
+            keyed[first + i] = {block.Key(i), static_cast<uint32_t>(first + i)};
+    }
+    return keyed;
+}
+
 }  // namespace
 
 std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points) {
-    std::vector<uint32_t> order(points.size());
-    if (points.empty()) return order;
-    std::vector<uint32_t> remap(points.size());
-    meshopt_spatialSortRemap(remap.data(), &points[0].x, points.size(), sizeof(glm::vec3));
-    for (uint32_t i = 0; i < points.size(); ++i) order[remap[i]] = i;
-    return order;
-}
-
-std::vector<uint32_t> FineSpatialOrder(std::span<const glm::vec3> points) {
-    glm::dvec3 lowest(std::numeric_limits<double>::infinity()), highest = -lowest;
-    for (const glm::vec3& point : points) {
-        if (!glm::all(glm::lessThan(glm::abs(point), glm::vec3(std::numeric_limits<float>::infinity()))))
-            continue;
-        lowest = glm::min(lowest, glm::dvec3(point));
-        highest = glm::max(highest, glm::dvec3(point));
-    }
-    const glm::dvec3 size = highest - lowest;
-    const double extent = std::max({size.x, size.y, size.z, 0.0});
-    const double scale = extent > 0.0 ? kFineSteps / extent : 0.0;
-    std::vector<Keyed> keyed(points.size()), sorted(points.size());
-    for (uint32_t i = 0; i < keyed.size(); ++i) {
-        uint64_t key = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double step = (double(points[i][axis]) - lowest[axis]) * scale;
-            if (step >= 0.0 && step <= kFineSteps) key |= SpreadBits(static_cast<uint64_t>(step)) << axis;
-        }
-        keyed[i] = {key, i};
-    }
+    std::vector<Keyed> keyed = KeysOf(points), sorted(points.size());
     // By the digits of the keys, the lowest one first
-    for (int shift = 0; shift < 63; shift += kDigitBits) {
+    for (uint32_t shift = 0; shift < 3 * kAxisBits; shift += kDigitBits) {
         const auto digit = [shift](const Keyed& k) { return (k.key >> shift) % (uint64_t{1} << kDigitBits); };
         std::array<size_t, (1u << kDigitBits) + 1> begins{};
         for (const Keyed& k : keyed) ++begins[digit(k) + 1];

@@ -9,12 +9,10 @@
 
 namespace raygraph {
 
-// order[k] is the index of the point that comes k-th along a space-filling curve.
+// order[k] is the index of the point that comes k-th along a Hilbert curve through a grid of 2^21 steps an
+// axis: some points may be very far from the others. Those at one step keep their order. Coordinates that are
+// not finite count as the lowest ones.
 std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points);
-
-// The same for points of which some may be very far from the others: it tells 2^21 steps an axis apart, not
-// 2^10. Points that are not finite count as the nearest ones.
-std::vector<uint32_t> FineSpatialOrder(std::span<const glm::vec3> points);
 
 // Reorders the triangles of an index list by their centroids, in place. Returns for each triangle of the new
 // order its index in the old one; empty when the order is unchanged.

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
-#include <numeric>
 #include <random>
 
 #include "renderer/gpu_scene/spatial_order.h"
@@ -28,7 +26,7 @@ struct World {
         Build();
     }
     void Build() {
-        order = FineSpatialOrder(places);
+        order = SpatialOrder(places);
         std::vector<scene::Bounds> boxes;
         for (const uint32_t i : order) boxes.push_back(BoxAt(places[i]));
         tree.Assign(boxes);
@@ -168,24 +166,6 @@ TEST(BoxTree, CostForgetsWhatHasBeenThere) {
     world.places[7] = place;
     world.Follow();
     EXPECT_EQ(world.tree.Cost(), before);
-}
-
-TEST(SpatialOrder, OneThatIsFarAwayLeavesTheOrderOfTheOthers) {
-    std::vector<vec3> places;
-    for (uint32_t i = 0; i < 1000; ++i)
-        places.emplace_back(float(i * 37 % 10), float(i * 37 / 10 % 10), float(i * 37 / 100 % 10));
-    places.emplace_back(1e5f, -1e5f, 3e5f);
-    const std::vector<uint32_t> order = FineSpatialOrder(places);
-    std::vector<uint32_t> sorted = order;
-    std::ranges::sort(sorted);
-    for (uint32_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i);
-    double way = 0.0;
-    for (size_t i = 1; i < order.size(); ++i)
-        if (order[i] != 1000 && order[i - 1] != 1000)
-            way += glm::distance(places[order[i]], places[order[i - 1]]);
-    EXPECT_LT(way / 1000.0, 2.0) << "from each to the next";
-    places.back() = vec3(std::numeric_limits<float>::quiet_NaN());
-    EXPECT_EQ(FineSpatialOrder(places).size(), places.size());
 }
 
 TEST(TlasQuality, ABuildWithOneFarAwayIsForgottenWhenItComesBack) {
