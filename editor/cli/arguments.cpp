@@ -48,6 +48,8 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--tolerance", "SHARE",
               Text("With --compare: by how much the cost may rise ({})", BenchArguments::kDefaultTolerance),
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
+    bench->add_flag("--traversal", arguments.isTraversal,
+                    "Instead, time the driver's tracing against compressed wide trees in a compute shader");
     AddDevice(*bench, arguments.device);
     AddProgress(*bench, arguments);
     AddOutput(*bench, arguments);
@@ -146,6 +148,12 @@ void CheckBench(const BenchArguments& arguments) {
     CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (arguments.tolerance && arguments.compare.empty())
         Refuse("--tolerance is of a comparison: it needs --compare");
+    if (!arguments.isTraversal) return;
+    if (!arguments.compare.empty()) Refuse("--traversal has no costs that --compare could compare");
+    if (!arguments.environment.empty()) Refuse("--traversal traces triangles alone: --env has no effect");
+    for (const auto& [name, text] : arguments.given)
+        if (name != "size" && name != "camera" && name != "scene" && name != "variant")
+            Refuse(Text("--traversal traces triangles alone: --{} has no effect", name));
 }
 
 void CheckMerge(const MergeArguments& arguments) {

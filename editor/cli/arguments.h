@@ -75,6 +75,7 @@ struct BenchArguments : OutputArguments {
     std::filesystem::path json;       // "": stdout alone
     std::filesystem::path compare;    // results to compare with; "": none
     std::optional<double> tolerance;  // that a cost may rise relative to the stored one
+    bool isTraversal = false;         // times ways of tracing (bench_traversal.h) instead of passes
 };
 
 struct InfoArguments : OutputArguments {

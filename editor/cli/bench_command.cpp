@@ -4,11 +4,13 @@
 #include "base/read_file.h"
 #include "editor/cli/bench_compare.h"
 #include "editor/cli/bench_run.h"
+#include "editor/cli/bench_traversal.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
 #include "editor/cli/report.h"
+#include "editor/cli/traversal_report.h"
 #include "editor/cli/version.h"
 #include "editor/session/as_input.h"
 #include "editor/session/form_choice.h"
@@ -82,6 +84,28 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
                  result.samplesPerSecond * 1e-6, result.samplesPerCpuSecond * 1e-6);
 }
 
+// Prints the line, and stores it where it is asked for.
+void Deliver(const BenchArguments& arguments, const Json& json) {
+    const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (!arguments.json.empty()) WriteTextFile(arguments.json, line + "\n");
+    PrintLine(line);
+}
+
+void RunTraversal(const BenchArguments& arguments, const SceneInput& input, const PictureSettings& settings,
+                  rhi::Device& device, Progress& progress) {
+    const TraversalResult result =
+        BenchTraversal(device, input.data, settings, {arguments.frames, arguments.rounds}, progress);
+    progress.Clear();
+    if (!arguments.isQuiet) PrintForPeople(result);
+    Json json{{"schema", 1},
+              {"version", kVersion},
+              {"scene", input.file},
+              {"device", device.Info().name},
+              {"driver", device.Info().driver}};
+    json.update(ToJson(result));
+    Deliver(arguments, json);
+}
+
 }  // namespace
 
 ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
@@ -103,6 +127,10 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .log = log});
     RequireMapFor(arguments.given, input);
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
+    if (arguments.isTraversal) {
+        RunTraversal(arguments, input, settings, *device, console.progress);
+        return ExitCode::Done;
+    }
     DeviceScene scene(*device, input, settings);
     if (settings.paths.form.kind == passes::IntegratorForm::Auto) {
         settings.paths.form = ChooseForm(scene, FormMemory(FormMemoryFile()));
@@ -113,10 +141,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     console.progress.Clear();
 
     const Json json = ResultJson(result, settings, input, device->Info());
-    const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (!arguments.json.empty()) WriteTextFile(arguments.json, line + "\n");
     if (!arguments.isQuiet) PrintForPeople(result, device->Info());
-    PrintLine(line);
+    Deliver(arguments, json);
     if (arguments.compare.empty()) return ExitCode::Done;
     const BenchChange change = CompareBench(arguments.compare, stored, json,
                                             arguments.tolerance.value_or(BenchArguments::kDefaultTolerance));

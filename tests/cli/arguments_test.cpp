@@ -141,6 +141,9 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --max-depth -1", "--max-depth");
     ExpectUsage("bench a.gltf --spp 4", "--spp");
     ExpectUsage("bench a.gltf --tolerance 0.1", "--tolerance", "--compare");
+    ExpectUsage("bench a.gltf --traversal --compare b.json", "--traversal", "--compare");
+    ExpectUsage("bench a.gltf --traversal --env b.hdr", "--traversal", "--env");
+    ExpectUsage("bench a.gltf --traversal --nee off", "--traversal", "--nee");
     ExpectUsage("bench a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");

@@ -354,6 +354,25 @@ TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
     EXPECT_NE(changed.messages.find("sky.hdr has changed"), std::string::npos) << changed.messages;
 }
 
+TEST(ProgramBench, ComparesOwnTraversalWithTheDrivers) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result = RunProgram(
+        folder, "bench @cornell.gltf --traversal --size 32x18 --frames 1 --rounds 1 --json b.json");
+    ASSERT_EQ(result.exitCode, 0) << result.messages;
+    const nlohmann::json json = nlohmann::json::parse(result.output);
+    EXPECT_EQ(json, JsonOf(folder / "b.json"));
+    ASSERT_EQ(json.at("kinds").size(), 7u);
+    EXPECT_EQ(json.at("kinds")[0].at("count"), 32 * 18);
+    for (const nlohmann::json& kind : json.at("kinds")) {
+        const double ratio = kind.at("ratio"), driver = kind.at("driver_ms");
+        const double wide = kind.at("wide_ms"), shared = kind.at("wide_shared_ms");
+        EXPECT_NEAR(ratio, driver / std::min(wide, shared), 1e-6);
+        EXPECT_GT(kind.at("nodes_per_ray"), 1.0);
+        EXPECT_EQ(kind.at("driver_orders").at("hilbert"), 1.0);
+        EXPECT_EQ(kind.at("differences").at("wide_is_wrong"), 0);
+    }
+}
+
 TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     const test::TemporaryFolder folder;
     const ProgramResult result =

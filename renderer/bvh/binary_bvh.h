@@ -1,0 +1,32 @@
+// A binary tree of boxes by the surface area heuristic, the input of renderer/bvh/wide_bvh.h. Threads: pure
+// functions; they use threads of their own, and the tree does not depend on how many.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "renderer/bvh/box.h"
+
+namespace raygraph {
+
+struct BinaryNode {
+    Box box;
+    uint32_t left = 0;   // a node; of a leaf: its place in BinaryBvh::order
+    uint32_t right = 0;  // a node; 0: this is a leaf, of one primitive
+    bool IsLeaf() const { return right == 0; }
+};
+
+// Node 0 is the root, and children come after their parents.
+struct BinaryBvh {
+    std::vector<BinaryNode> nodes;  // empty without primitives
+    std::vector<uint32_t> order;    // primitives in the order of the leaves from left to right
+
+    // Expected cost of a ray that meets the root, where a node costs 1 and a primitive 1.
+    double SahCost() const;
+};
+
+// By bins of centers of boxes.
+BinaryBvh BuildBinaryBvh(std::span<const Box> boxes);
+
+}  // namespace raygraph

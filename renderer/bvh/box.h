@@ -1,0 +1,31 @@
+// Axis-aligned boxes of primitives, and the tree over them. Threads: plain values.
+#pragma once
+
+#include <algorithm>
+#include <glm/glm.hpp>
+#include <limits>
+
+namespace raygraph {
+
+// Empty by default: min above max.
+struct Box {
+    glm::vec3 min{std::numeric_limits<float>::infinity()};
+    glm::vec3 max{-std::numeric_limits<float>::infinity()};
+
+    void Extend(const glm::vec3& point) {
+        min = glm::min(min, point);
+        max = glm::max(max, point);
+    }
+    void Extend(const Box& other) {
+        min = glm::min(min, other.min);
+        max = glm::max(max, other.max);
+    }
+    glm::vec3 Center() const { return 0.5f * min + 0.5f * max; }
+    // 0 for an empty box.
+    float HalfArea() const {
+        const glm::vec3 size = max - min;
+        return size.x >= 0.0f ? size.x * size.y + size.y * size.z + size.z * size.x : 0.0f;
+    }
+};
+
+}  // namespace raygraph

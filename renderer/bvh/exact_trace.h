@@ -1,0 +1,22 @@
+// What a ray hits, by all triangles one after the other in double precision: decides who is wrong where
+// two ways of tracing disagree. Threads: pure functions.
+#pragma once
+
+#include "base/api.h"
+#include "renderer/bvh/wide_scene.h"
+
+namespace raygraph {
+
+struct ExactHit {
+    double t = -1.0;  // negative: nothing
+    uint32_t instance = gpu::kWideNoInstance;
+    uint32_t primitive = 0;
+    // Another answer is within the rounding of floats: the ray passes by an edge, two triangles are
+    // equally far, or the hit is at an end of the ray.
+    bool isDoubtful = false;
+};
+
+// The nearest triangle between 0 and the ray's tMax.
+RAYGRAPH_API ExactHit TraceExactly(const BvhScene& scene, const gpu::BenchRay& ray);
+
+}  // namespace raygraph

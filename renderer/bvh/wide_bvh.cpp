@@ -1,0 +1,244 @@
+#include "renderer/bvh/wide_bvh.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace raygraph {
+namespace {
+
+using gpu::kWideChildren;
+using gpu::kWideLeafPrimitives;
+using gpu::WideNode;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// What the wide tree is made of, by the paper's section 3: cost[i] of a binary node is that of its subtree
+// as at most i + 1 wide children of one node.
+struct Choice {
+    std::array<float, kWideChildren - 1> cost{};
+    // Of at most i + 1 children, how many come from the left child; 0: as with one fewer. The last entry
+    // is of this node as a wide one.
+    std::array<uint8_t, kWideChildren> left{};
+    bool isLeaf = false;
+};
+
+class Collapse {
+  public:
+    explicit Collapse(const BinaryBvh& tree)
+        : m_tree(tree), m_choices(tree.nodes.size()), m_ranges(tree.nodes.size()) {
+        for (size_t i = tree.nodes.size(); i-- > 0;) Choose(static_cast<uint32_t>(i));
+    }
+
+    WideBvh Emit() {
+        m_wide.nodes.emplace_back();
+        if (m_tree.nodes.empty()) return std::move(m_wide);
+        m_wide.primitives.reserve(m_tree.order.size());
+        struct Pending {
+            uint32_t wide, binary, depth;
+        };
+        std::vector<Pending> stack{{0, 0, 1}};
+        while (!stack.empty()) {
+            const Pending next = stack.back();
+            stack.pop_back();
+            m_wide.depth = std::max(m_wide.depth, next.depth);
+            const std::vector<uint32_t> inner = EmitNode(next.wide, next.binary);
+            const uint32_t first = m_wide.nodes[next.wide].firstChild;
+            for (size_t i = inner.size(); i-- > 0;)
+                stack.push_back({first + static_cast<uint32_t>(i), inner[i], next.depth + 1});
+        }
+        m_wide.sahCost = m_cost / double{std::max(m_tree.nodes[0].box.HalfArea(), 1e-30f)};
+        return std::move(m_wide);
+    }
+
+  private:
+    struct Range {
+        uint32_t first = 0;  // in order
+        uint32_t count = 0;
+    };
+
+    void Choose(uint32_t index) {
+        const BinaryNode& node = m_tree.nodes[index];
+        Choice& choice = m_choices[index];
+        const float area = node.box.HalfArea();
+        if (node.IsLeaf()) {
+            m_ranges[index] = {node.left, 1};
+            choice.isLeaf = true;
+            choice.cost.fill(area * kWidePrimitiveCost);
+            return;
+        }
+        const Choice &left = m_choices[node.left], &right = m_choices[node.right];
+        m_ranges[index] = {m_ranges[node.left].first, m_ranges[node.left].count + m_ranges[node.right].count};
+        const uint32_t count = m_ranges[index].count;
+        const auto distribute = [&](uint32_t children) {
+            float least = kInfinity;  // stays so where areas are beyond a float
+            choice.left[children - 1] = 1;
+            for (uint32_t k = 1; k < children; ++k) {
+                const float cost = left.cost[k - 1] + right.cost[children - k - 1];
+                if (!(cost < least)) continue;
+                least = cost;
+                choice.left[children - 1] = static_cast<uint8_t>(k);
+            }
+            return least;
+        };
+        const float asNode = distribute(kWideChildren) + area;
+        const float asLeaf =
+            count <= kWideLeafPrimitives ? area * static_cast<float>(count) * kWidePrimitiveCost : kInfinity;
+        choice.isLeaf = asLeaf <= asNode;
+        choice.cost[0] = std::min(asLeaf, asNode);
+        for (uint32_t children = 2; children < kWideChildren; ++children) {
+            choice.cost[children - 1] = distribute(children);
+            if (choice.cost[children - 2] <= choice.cost[children - 1]) {
+                choice.cost[children - 1] = choice.cost[children - 2];
+                choice.left[children - 1] = 0;
+            }
+        }
+    }
+
+    // Appends the at most `count` wide children that the subtree becomes.
+    void Gather(uint32_t index, uint32_t count, std::vector<uint32_t>& children) const {
+        const BinaryNode& node = m_tree.nodes[index];
+        while (count > 1 && (node.IsLeaf() || m_choices[index].left[count - 1] == 0)) --count;
+        if (count == 1) {
+            children.push_back(index);
+            return;
+        }
+        GatherBoth(index, count, children);
+    }
+    void GatherBoth(uint32_t index, uint32_t count, std::vector<uint32_t>& children) const {
+        const uint32_t left = m_choices[index].left[count - 1];
+        Gather(m_tree.nodes[index].left, left, children);
+        Gather(m_tree.nodes[index].right, count - left, children);
+    }
+
+    // The slot of each child, so that slots are as far in their octant's direction as can be: by a table
+    // over all sets of slots that the first children may take.
+    std::array<uint32_t, kWideChildren> Slots(const Box& box, const std::vector<uint32_t>& children) const {
+        constexpr uint32_t kSets = 1u << kWideChildren;
+        std::array<float, kSets> best;
+        std::array<uint8_t, kSets> last{};
+        best.fill(-kInfinity);
+        best[0] = 0.0f;
+        const glm::vec3 center = box.Center();
+        for (uint32_t i = 0; i < children.size(); ++i) {
+            const glm::vec3 d = m_tree.nodes[children[i]].box.Center() - center;
+            std::array<float, kWideChildren> gains;
+            for (uint32_t slot = 0; slot < kWideChildren; ++slot)
+                gains[slot] = (slot & 1u ? d.x : -d.x) + (slot & 2u ? d.y : -d.y) + (slot & 4u ? d.z : -d.z);
+            for (uint32_t set = 0; set < kSets; ++set) {
+                if (static_cast<uint32_t>(std::popcount(set)) != i + 1) continue;
+                for (uint32_t slot = 0; slot < kWideChildren; ++slot) {
+                    if ((set >> slot & 1u) == 0u) continue;
+                    const float sum = best[set ^ (1u << slot)] + gains[slot];
+                    if (!(sum > best[set])) continue;
+                    best[set] = sum;
+                    last[set] = static_cast<uint8_t>(slot);
+                }
+            }
+        }
+        uint32_t set = 0;
+        for (uint32_t other = 0; other < kSets; ++other)
+            if (static_cast<size_t>(std::popcount(other)) == children.size() &&
+                (set == 0 || best[other] > best[set]))
+                set = other;
+        std::array<uint32_t, kWideChildren> slots{};
+        for (size_t i = children.size(); i-- > 0;) {
+            slots[i] = last[set];
+            set ^= 1u << slots[i];
+        }
+        return slots;
+    }
+
+    // Returns the binary nodes of the children that are nodes, by slot.
+    std::vector<uint32_t> EmitNode(uint32_t wideIndex, uint32_t index) {
+        std::vector<uint32_t> children;
+        if (m_tree.nodes[index].IsLeaf())
+            children.push_back(index);
+        else
+            GatherBoth(index, kWideChildren, children);
+        const Box& box = m_tree.nodes[index].box;
+        const std::array<uint32_t, kWideChildren> slots = Slots(box, children);
+        std::array<int64_t, kWideChildren> bySlot;
+        bySlot.fill(-1);
+        for (size_t i = 0; i < children.size(); ++i) bySlot[slots[i]] = children[i];
+
+        WideNode node{};
+        node.origin = box.min;
+        for (int axis = 0; axis < 3; ++axis)
+            node.exponents |= BiasedExponent(box.max[axis], box.min[axis]) << (8 * axis);
+        node.firstPrimitive = static_cast<uint32_t>(m_wide.primitives.size());
+        std::vector<uint32_t> inner;
+        m_cost += double{box.HalfArea()};
+        for (uint32_t slot = 0; slot < kWideChildren; ++slot) {
+            if (bySlot[slot] < 0) continue;
+            const uint32_t child = static_cast<uint32_t>(bySlot[slot]);
+            const Range& range = m_ranges[child];
+            uint32_t meta = 0;
+            if (m_choices[child].isLeaf) {
+                meta = ((1u << range.count) - 1u) << 5 |
+                       (static_cast<uint32_t>(m_wide.primitives.size()) - node.firstPrimitive);
+                for (uint32_t i = 0; i < range.count; ++i)
+                    m_wide.primitives.push_back(m_tree.order[range.first + i]);
+            } else {
+                meta = 1u << 5 | (24 + slot);
+                node.exponents |= 1u << (24 + slot);
+                inner.push_back(child);
+            }
+            const auto put = [slot](uint32_t* words, uint32_t byte) {
+                words[slot / 4] |= byte << (8 * (slot % 4));
+            };
+            put(node.meta, meta);
+            for (int axis = 0; axis < 3; ++axis) {
+                const double step =
+                    std::ldexp(1.0, static_cast<int>(node.exponents >> (8 * axis) & 0xFFu) - 127);
+                const auto steps = [&](float at) { return (double{at} - double{node.origin[axis]}) / step; };
+                const Box& childBox = m_tree.nodes[child].box;
+                put(node.low + 2 * axis, static_cast<uint32_t>(std::floor(steps(childBox.min[axis]))));
+                put(node.high + 2 * axis, static_cast<uint32_t>(std::ceil(steps(childBox.max[axis]))));
+            }
+            if (m_choices[child].isLeaf)
+                m_cost += double{WideChildBox(node, slot).HalfArea() * static_cast<float>(range.count)} *
+                          double{kWidePrimitiveCost};
+        }
+        node.firstChild = static_cast<uint32_t>(m_wide.nodes.size());
+        m_wide.nodes.resize(m_wide.nodes.size() + inner.size());
+        m_wide.nodes[wideIndex] = node;
+        return inner;
+    }
+
+    // The least exponent whose 255 steps reach from low to high.
+    static uint32_t BiasedExponent(float high, float low) {
+        const double size = double{high} - double{low};
+        int exponent = size > 0.0 ? static_cast<int>(std::ceil(std::log2(size / 255.0))) : -100;
+        while (std::ldexp(255.0, exponent) < size) ++exponent;
+        return static_cast<uint32_t>(std::clamp(exponent, -100, 127) + 127);
+    }
+
+    const BinaryBvh& m_tree;
+    std::vector<Choice> m_choices;
+    std::vector<Range> m_ranges;
+    WideBvh m_wide;
+    double m_cost = 0.0;
+};
+
+}  // namespace
+
+Box WideChildBox(const WideNode& node, uint32_t slot) {
+    Box box;
+    if (WideMeta(node, slot) == 0u) return box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float step = std::ldexp(1.0f, static_cast<int>(node.exponents >> (8 * axis) & 0xFFu) - 127);
+        const auto at = [&](const uint32_t* words) {
+            return node.origin[axis] + step * static_cast<float>(words[slot / 4] >> (8 * (slot % 4)) & 0xFFu);
+        };
+        box.min[axis] = at(node.low + 2 * axis);
+        box.max[axis] = at(node.high + 2 * axis);
+    }
+    return box;
+}
+
+WideBvh CollapseToWide(const BinaryBvh& tree) {
+    return Collapse(tree).Emit();
+}
+
+}  // namespace raygraph

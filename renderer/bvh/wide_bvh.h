@@ -1,0 +1,38 @@
+// The compressed wide tree (shaders/shared/wide_bvh.h) of a binary one. Threads: pure functions.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "renderer/bvh/binary_bvh.h"
+#include "shaders/shared/wide_bvh.h"
+
+namespace raygraph {
+
+struct WideBvh {
+    std::vector<gpu::WideNode> nodes;  // 0 is the root
+    std::vector<uint32_t> primitives;  // in the order of the leaves
+    uint32_t depth = 0;                // nodes from the root to the deepest one, both included
+    // Expected cost of a ray that meets the root's box, by the boxes as they are stored: a node costs 1
+    // and a primitive kWidePrimitiveCost.
+    double sahCost = 0.0;
+};
+
+inline constexpr float kWidePrimitiveCost = 0.3f;  // as in the paper
+
+// Which nodes of the binary tree become nodes and leaves is chosen by dynamic programming, so that the
+// cost is the least one. Without primitives, one node without children.
+WideBvh CollapseToWide(const BinaryBvh& tree);
+
+// The box of a child, as the shader has it; empty for an empty slot. For tests.
+Box WideChildBox(const gpu::WideNode& node, uint32_t slot);
+// Its byte of `meta`.
+inline uint32_t WideMeta(const gpu::WideNode& node, uint32_t slot) {
+    return node.meta[slot / 4] >> (8 * (slot % 4)) & 0xFFu;
+}
+inline bool IsWideNode(const gpu::WideNode& node, uint32_t slot) {
+    return (node.exponents >> (24 + slot) & 1u) != 0u;
+}
+
+}  // namespace raygraph

@@ -1,0 +1,220 @@
+// Traversal of the compressed wide tree of shared/wide_bvh.h, over placed meshes. In the common subset of
+// GLSL and C++ (core/glue.h): the tests run this text on the CPU. Ylitie, Karras and Laine 2017, section 4.
+//
+// Bridge: whoever includes this declares, before it,
+//     uvec4 WideNodeWord(uint at), WideTriangleWord(uint at), WideInstanceWord(uint at)   16 bytes each
+//     void PushGroup(uint at, uvec2 group), uvec2 GroupAt(uint at)                    kWideStackSize of them
+//
+// A group is (x) the first of some nodes or primitives and (y) which of them are still to come. Of nodes: a
+// bit for each from bit 24 on, in the order of the ray's octant, the highest first, and in the lowest byte
+// which slots are nodes. Of primitives: a bit for each below bit 24.
+#ifndef RAYGRAPH_BENCH_WIDE_BVH_GLSL
+#define RAYGRAPH_BENCH_WIDE_BVH_GLSL
+
+#include "core/glue.h"
+#include "shared/wide_bvh.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+using glm::bitCount;
+using glm::findMSB;
+using gpu::BenchCounts;
+using gpu::BenchHit;
+using gpu::kWideInstanceWords;
+using gpu::kWideNodeWords;
+using gpu::kWideNoInstance;
+using gpu::kWideTriangleWords;
+}  // namespace raygraph::shading
+#define WIDE_UNROLL
+#else
+#define WIDE_UNROLL [[unroll]]
+#endif
+
+SHADING_BEGIN
+
+CONST uint kLowestNodeBit = 0x01000000u;
+CONST float kLeastDirection = 1e-20f;  // of a component: its inverse is finite
+
+// A ray in the space of a tree.
+struct WideRay {
+    vec3 origin;
+    vec3 direction;
+    vec3 inverse;
+    uint octant;  // bit 0: towards greater x; bit 1: y; bit 2: z. The slot of that number is the farthest one
+};
+
+INLINE float AwayFromZero(float x) {
+    return abs(x) < kLeastDirection ? (x < 0.0f ? -kLeastDirection : kLeastDirection) : x;
+}
+
+INLINE WideRay MakeWideRay(vec3 origin, vec3 direction) {
+    WideRay ray;
+    ray.origin = origin;
+    ray.direction = direction;
+    ray.inverse = vec3(1.0f / AwayFromZero(direction.x), 1.0f / AwayFromZero(direction.y),
+                       1.0f / AwayFromZero(direction.z));
+    ray.octant = (ray.inverse.x > 0.0f ? 1u : 0u) | (ray.inverse.y > 0.0f ? 2u : 0u) |
+                 (ray.inverse.z > 0.0f ? 4u : 0u);
+    return ray;
+}
+
+INLINE float WideStep(uint biasedExponent) { return uintBitsToFloat(biasedExponent << 23u); }
+INLINE float ByteOf(uint word, uint byte) { return float((word >> (8u * byte)) & 0xFFu); }
+
+// The bits of the four children in these words that the ray meets: where they are in a group of nodes, or of
+// primitives.
+INLINE uint MeetChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY, uint nearZ, uint farZ,
+                         vec3 scale, vec3 offset, float tMax, uint octant) {
+    // Per byte: all ones for a node, whose place depends on the octant
+    uint isNode = ((meta & (meta << 1u)) & 0x10101010u) >> 4u;
+    uint places = (meta ^ (octant * 0x01010101u & (isNode * 0xFFu))) & 0x1F1F1F1Fu;
+    uint ones = (meta >> 5u) & 0x07070707u;
+    uint met = 0u;
+    WIDE_UNROLL for (uint i = 0u; i < 4u; ++i) {
+        float tNear = max(max(ByteOf(nearX, i) * scale.x + offset.x, ByteOf(nearY, i) * scale.y + offset.y),
+                          max(ByteOf(nearZ, i) * scale.z + offset.z, 0.0f));
+        float tFar = min(min(ByteOf(farX, i) * scale.x + offset.x, ByteOf(farY, i) * scale.y + offset.y),
+                         min(ByteOf(farZ, i) * scale.z + offset.z, tMax));
+        if (tNear <= tFar) met |= ((ones >> (8u * i)) & 0xFFu) << ((places >> (8u * i)) & 0x1Fu);
+    }
+    return met;
+}
+
+// The two groups that a node's children make.
+INLINE void VisitWideNode(WideRay ray, float tMax, uint node, OUT(uvec2) nodes, OUT(uvec2) leaves) {
+    uint at = kWideNodeWords * node;
+    uvec4 head = WideNodeWord(at);
+    uvec4 firsts = WideNodeWord(at + 1u);
+    uvec4 a = WideNodeWord(at + 2u);
+    uvec4 b = WideNodeWord(at + 3u);
+    uvec4 c = WideNodeWord(at + 4u);
+    vec3 origin = vec3(uintBitsToFloat(head.x), uintBitsToFloat(head.y), uintBitsToFloat(head.z));
+    vec3 scale = vec3(WideStep(head.w & 0xFFu), WideStep((head.w >> 8u) & 0xFFu),
+                      WideStep((head.w >> 16u) & 0xFFu)) *
+                 ray.inverse;
+    vec3 offset = (origin - ray.origin) * ray.inverse;
+    bool isUpX = (ray.octant & 1u) != 0u;
+    bool isUpY = (ray.octant & 2u) != 0u;
+    bool isUpZ = (ray.octant & 4u) != 0u;
+    uint met = MeetChildren(firsts.z, isUpX ? a.x : b.z, isUpX ? b.z : a.x, isUpY ? a.z : c.x,
+                            isUpY ? c.x : a.z, isUpZ ? b.x : c.z, isUpZ ? c.z : b.x,
+                            scale, offset, tMax, ray.octant) |
+               MeetChildren(firsts.w, isUpX ? a.y : b.w, isUpX ? b.w : a.y, isUpY ? a.w : c.y,
+                            isUpY ? c.y : a.w, isUpZ ? b.y : c.w, isUpZ ? c.w : b.y,
+                            scale, offset, tMax, ray.octant);
+    nodes = uvec2(firsts.x, (met & 0xFF000000u) | (head.w >> 24u));
+    leaves = uvec2(firsts.y, met & 0x00FFFFFFu);
+}
+
+// Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"; both sides. Sets all of `hit`
+// but the instance.
+INLINE bool MeetTriangle(WideRay ray, float tMax, uint triangle, INOUT(BenchHit) hit) {
+    uint at = kWideTriangleWords * triangle;
+    uvec4 a = WideTriangleWord(at);
+    uvec4 b = WideTriangleWord(at + 1u);
+    uvec4 c = WideTriangleWord(at + 2u);
+    vec3 p0 = vec3(uintBitsToFloat(a.x), uintBitsToFloat(a.y), uintBitsToFloat(a.z));
+    vec3 e1 = vec3(uintBitsToFloat(b.x), uintBitsToFloat(b.y), uintBitsToFloat(b.z));
+    vec3 e2 = vec3(uintBitsToFloat(c.x), uintBitsToFloat(c.y), uintBitsToFloat(c.z));
+    vec3 p = cross(ray.direction, e2);
+    float inverse = 1.0f / dot(e1, p);
+    vec3 s = ray.origin - p0;
+    vec3 q = cross(s, e1);
+    float u = dot(s, p) * inverse;
+    float v = dot(ray.direction, q) * inverse;
+    float t = dot(e2, q) * inverse;
+    // Also false for what is not a number
+    if (!(u >= 0.0f && v >= 0.0f && u + v <= 1.0f && t >= 0.0f && t < tMax)) return false;
+    hit.t = t;
+    hit.primitive = a.w;
+    hit.barycentrics = vec2(u, v);
+    return true;
+}
+
+INLINE WideRay ToInstance(vec3 origin, vec3 direction, uvec4 x, uvec4 y, uvec4 z) {
+    vec3 rowX = vec3(uintBitsToFloat(x.x), uintBitsToFloat(x.y), uintBitsToFloat(x.z));
+    vec3 rowY = vec3(uintBitsToFloat(y.x), uintBitsToFloat(y.y), uintBitsToFloat(y.z));
+    vec3 rowZ = vec3(uintBitsToFloat(z.x), uintBitsToFloat(z.y), uintBitsToFloat(z.z));
+    vec3 moved = vec3(dot(rowX, origin) + uintBitsToFloat(x.w), dot(rowY, origin) + uintBitsToFloat(y.w),
+                      dot(rowZ, origin) + uintBitsToFloat(z.w));
+    return MakeWideRay(moved, vec3(dot(rowX, direction), dot(rowY, direction), dot(rowZ, direction)));
+}
+
+// The nearest triangle below tMax, or any, where `isAny`. The direction may have any length, t is in it.
+INLINE BenchHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny, INOUT(BenchCounts) counts) {
+    BenchHit hit;
+    hit.t = -1.0f;
+    hit.instance = kWideNoInstance;
+    hit.primitive = 0u;
+    hit.barycentrics = vec2(0.0f, 0.0f);
+    WideRay ray = MakeWideRay(origin, direction);
+    uvec2 nodes = uvec2(0u, 0x80000000u);
+    uint stackSize = 0u;
+    uint stackBase = 0u;                     // of the mesh's tree
+    uint instancePlace = kWideNoInstance;    // in whose mesh's tree the ray is
+    uint instance = 0u;
+    for (;;) {
+        uvec2 leaves = nodes;
+        if (nodes.y >= kLowestNodeBit) {
+            // Take the nearest node of the group; the rest waits
+            uint bit = uint(findMSB(nodes.y));
+            uint slot = (bit - 24u) ^ ray.octant;
+            uint place = uint(bitCount(nodes.y & ((1u << slot) - 1u)));
+            uint node = nodes.x + place;
+            nodes.y &= ~(1u << bit);
+            if (nodes.y >= kLowestNodeBit) {
+                PushGroup(stackSize, nodes);
+                ++stackSize;
+            }
+            VisitWideNode(ray, tMax, node, nodes, leaves);
+            ++counts.nodes;
+        } else {
+            nodes = uvec2(0u, 0u);
+        }
+        while (leaves.y != 0u) {
+            uint bit = uint(findMSB(leaves.y));
+            leaves.y &= ~(1u << bit);
+            if (instancePlace == kWideNoInstance) {
+                // Go down into the tree of a mesh; the rest of this one waits
+                if (nodes.y >= kLowestNodeBit) {
+                    PushGroup(stackSize, nodes);
+                    ++stackSize;
+                }
+                if (leaves.y != 0u) {
+                    PushGroup(stackSize, leaves);
+                    ++stackSize;
+                }
+                stackBase = stackSize;
+                instancePlace = leaves.x + bit;
+                uint at = kWideInstanceWords * instancePlace;
+                uvec4 numbers = WideInstanceWord(at + 3u);
+                ray = ToInstance(origin, direction, WideInstanceWord(at), WideInstanceWord(at + 1u),
+                                 WideInstanceWord(at + 2u));
+                instance = numbers.y;
+                nodes = uvec2(numbers.x, 0x80000000u);
+                leaves.y = 0u;
+                ++counts.instances;
+            } else {
+                ++counts.triangles;
+                if (MeetTriangle(ray, tMax, leaves.x + bit, hit)) {
+                    hit.instance = instance;
+                    if (isAny) return hit;
+                    tMax = hit.t;
+                }
+            }
+        }
+        if (nodes.y >= kLowestNodeBit) continue;
+        if (stackSize == stackBase && instancePlace != kWideNoInstance) {
+            instancePlace = kWideNoInstance;
+            stackBase = 0u;
+            ray = MakeWideRay(origin, direction);
+        }
+        if (stackSize == 0u) return hit;
+        --stackSize;
+        nodes = GroupAt(stackSize);
+    }
+}
+
+SHADING_END
+
+#endif

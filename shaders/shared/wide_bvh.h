@@ -1,0 +1,101 @@
+// A compressed tree of boxes with up to eight children a node, over the triangles of meshes and over the
+// placed meshes: one source for C++ and GLSL, scalar layout. Ylitie, Karras and Laine 2017, "Efficient
+// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs". Built by renderer/bvh/, traversed by
+// bench/wide_bvh.glsl.
+//
+// One array of nodes holds the tree of the instances, whose root is node 0, and those of the meshes. The
+// primitives of a tree of instances are WideInstances, of a mesh WideTriangles; both in the leaves' order.
+#ifndef RAYGRAPH_SHARED_WIDE_BVH_H
+#define RAYGRAPH_SHARED_WIDE_BVH_H
+
+#ifdef __cplusplus
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+namespace raygraph::gpu {
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#else
+#define RAYGRAPH_CONSTANT const
+#endif
+
+RAYGRAPH_CONSTANT uint kWideChildren = 8u;
+RAYGRAPH_CONSTANT uint kWideLeafPrimitives = 3u;  // of a child, at most
+RAYGRAPH_CONSTANT uint kWideNodeWords = 5u;       // of 16 bytes; likewise below
+RAYGRAPH_CONSTANT uint kWideTriangleWords = 3u;
+RAYGRAPH_CONSTANT uint kWideInstanceWords = 4u;
+// Groups of nodes or primitives that wait while a ray is traversed; builders refuse deeper trees.
+RAYGRAPH_CONSTANT uint kWideStackSize = 32u;
+RAYGRAPH_CONSTANT uint kWideNoInstance = 0xFFFFFFFFu;
+
+// A child is in one of eight slots. Bit 0 of the slot's number is set where it is on the side of greater x,
+// bit 1 of y, bit 2 of z: so (slot xor the ray's octant) is an order from the far to the near ones.
+//
+// A byte of `meta` a slot: 0: empty. A node: 001 in the highest three bits, 24 + slot in the others.
+// Primitives: as many ones in the highest three bits as there are, and their first one's place after
+// firstPrimitive.
+struct WideNode {
+    vec3 origin;  // of the coordinates of the boxes
+    // Exponents of x, y, z, biased as those of a float: a step is 2^e. Highest byte: bit s: slot s is a node
+    uint exponents;
+    uint firstChild;  // those that are nodes are one after another, by slot
+    uint firstPrimitive;
+    uint meta[2];  // a byte a slot; likewise below
+    uint low[6];   // of boxes, in steps: two of x, two of y, two of z
+    uint high[6];
+};
+
+struct WideTriangle {
+    vec3 p0;
+    uint primitive;  // number in its mesh
+    vec3 e1;         // p1 - p0
+    float padding1;
+    vec3 e2;
+    float padding2;
+};
+
+struct WideInstance {
+    vec4 toObject[3];  // rows
+    uint root;         // of its mesh's tree
+    uint instance;     // its number
+    uint padding[2];
+};
+
+// What both ways of tracing take and give.
+struct BenchRay {
+    vec3 origin;
+    float tMax;  // of any hit; a closest hit may be as far as it is
+    vec3 direction;
+    uint padding;
+};
+struct BenchHit {
+    float t;  // negative: nothing was hit; of any hit only the sign counts
+    uint instance;
+    uint primitive;
+    vec2 barycentrics;
+};
+struct BenchCounts {
+    uint nodes;
+    uint triangles;
+    uint instances;
+};
+struct BenchConstants {
+    uint rayCount;
+};
+
+#undef RAYGRAPH_CONSTANT
+
+#ifdef __cplusplus
+static_assert(sizeof(WideNode) == 16 * kWideNodeWords);
+static_assert(sizeof(WideTriangle) == 16 * kWideTriangleWords);
+static_assert(sizeof(WideInstance) == 16 * kWideInstanceWords);
+static_assert(sizeof(BenchRay) == 32);
+static_assert(sizeof(BenchHit) == 20);
+}  // namespace raygraph::gpu
+#endif
+
+#endif

@@ -1,0 +1,123 @@
+// Both ways of tracing a buffer of rays: the driver's, however its triangles are ordered, and the wide trees',
+// against all triangles one after the other in double precision.
+#include "passes/traversal.h"
+
+#include "renderer/bvh/exact_trace.h"
+#include "renderer/graph/readback_values.h"
+#include "tests/support/triangle_soup.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+namespace {
+
+using passes::RayQuestion;
+
+class TraversalTest : public VulkanTest {
+  protected:
+    TraversalTest() {
+        for (uint32_t i = 0; i < m_rays.size(); i += 2) m_rays[i].tMax = 1.0f;
+        m_buffer = UploadRecords(Device(), "rays", std::as_bytes(std::span(m_rays)), m_state);
+        for (const gpu::BenchRay& ray : m_rays) m_exact.push_back(TraceExactly(m_scene, ray));
+    }
+
+    template <typename Declare>
+    std::vector<gpu::BenchHit> Run(Declare&& declare) {
+        m_renderer.BeginFrame();
+        const Readback hits = m_renderer.ReadBack(declare(m_renderer.Import("rays", m_buffer, m_state)));
+        m_renderer.Execute();
+        return WaitForValues<gpu::BenchHit>(hits);
+    }
+    uint32_t RayCount() const { return static_cast<uint32_t>(m_rays.size()); }
+
+    // Hits as they are exactly, but for rays that are in doubt, of which there are few.
+    void Check(const std::vector<gpu::BenchHit>& hits, RayQuestion question) {
+        ASSERT_EQ(hits.size(), m_exact.size());
+        uint32_t checked = 0, hitCount = 0;
+        for (size_t i = 0; i < hits.size(); ++i) {
+            const ExactHit& exact = m_exact[i];
+            if (exact.isDoubtful) continue;
+            ++checked;
+            ASSERT_EQ(hits[i].t >= 0.0f, exact.t >= 0.0) << i;
+            if (exact.t < 0.0) continue;
+            ++hitCount;
+            if (question == RayQuestion::Any) continue;
+            ASSERT_EQ(hits[i].instance, exact.instance) << i;
+            ASSERT_EQ(hits[i].primitive, exact.primitive) << i;
+            EXPECT_NEAR(double{hits[i].t}, exact.t, 1e-4 * exact.t);
+            EXPECT_LT(glm::length(PointOf(hits[i]) - (m_rays[i].origin + hits[i].t * m_rays[i].direction)),
+                      1e-4f);
+        }
+        EXPECT_GT(checked, RayCount() * 9 / 10);
+        EXPECT_GT(hitCount, RayCount() / 8);
+        EXPECT_LT(hitCount, checked);
+    }
+
+    // By the barycentrics.
+    glm::vec3 PointOf(const gpu::BenchHit& hit) const {
+        const BvhInstance& instance = m_scene.instances[hit.instance];
+        const BvhMesh& mesh = m_scene.meshes[instance.mesh];
+        const auto corner = [&](uint32_t i) { return mesh.positions[mesh.indices[3 * hit.primitive + i]]; };
+        const glm::vec2 b = hit.barycentrics;
+        return instance.objectToWorld *
+               glm::vec4((1.0f - b.x - b.y) * corner(0) + b.x * corner(1) + b.y * corner(2), 1.0f);
+    }
+
+    const BvhScene m_scene = SoupWithInstances();
+    std::vector<gpu::BenchRay> m_rays = RandomRays(2000, 21);
+    std::vector<ExactHit> m_exact;
+    ResourceState m_state;
+    rhi::Buffer m_buffer;
+    Renderer m_renderer{Device()};
+};
+
+TEST_F(TraversalTest, Driver_FindsTheSameInEveryOrder) {
+    for (const BuildOrder order : Values<BuildOrder>()) {
+        SCOPED_TRACE(Name(order));
+        DriverScene driver(Device(), m_scene, order);
+        for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any}) {
+            std::vector<gpu::BenchHit> hits = Run([&](BufferId rays) {
+                return passes::TraceBuffer(m_renderer, driver.Declare(m_renderer), rays, RayCount(),
+                                           question);
+            });
+            if (question == RayQuestion::Nearest) driver.NumberTriangles(hits);
+            Check(hits, question);
+        }
+    }
+}
+
+TEST_F(TraversalTest, WideTrees_FindTheSameWhereverTheStackIs) {
+    WideDeviceScene wide(Device(), BuildWideScene(m_scene));
+    for (const uint32_t sharedGroups : {0u, 2u, 8u})
+        for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any}) {
+            SCOPED_TRACE(sharedGroups);
+            Check(Run([&](BufferId rays) {
+                      return passes::TraverseBuffer(m_renderer, wide.Declare(m_renderer), rays, RayCount(),
+                                                    {.question = question, .sharedGroups = sharedGroups});
+                  }),
+                  question);
+        }
+}
+
+// A ray that misses the root's children visits the root alone; others more.
+TEST_F(TraversalTest, WideTrees_CountWhatTheyVisit) {
+    WideDeviceScene wide(Device(), BuildWideScene(m_scene));
+    m_renderer.BeginFrame();
+    BufferId counts;
+    std::ignore =
+        passes::TraverseBuffer(m_renderer, wide.Declare(m_renderer),
+                               m_renderer.Import("rays", m_buffer, m_state), RayCount(), {.counts = &counts});
+    const Readback readback = m_renderer.ReadBack(counts);
+    m_renderer.Execute();
+    const std::vector<gpu::BenchCounts> taken = WaitForValues<gpu::BenchCounts>(readback);
+    ASSERT_EQ(taken.size(), m_rays.size());
+    for (size_t i = 0; i < taken.size(); ++i) {
+        EXPECT_GE(taken[i].nodes, 1 + taken[i].instances) << i;
+        if (m_exact[i].isDoubtful || m_exact[i].t < 0.0) continue;
+        EXPECT_GE(taken[i].instances, 1u) << i;
+        EXPECT_GE(taken[i].triangles, 1u) << i;
+        EXPECT_LT(taken[i].triangles, 100u) << i;
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::testing

@@ -1,0 +1,20 @@
+// Random triangles, placed, and rays among them, with what the rays hit, in double precision.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/bvh/exact_trace.h"
+#include "renderer/bvh/wide_scene.h"
+#include "shaders/shared/wide_bvh.h"
+
+namespace raygraph::testing {
+
+// Triangles of about this size around points in [-1, 1]^3.
+BvhMesh TriangleSoup(uint32_t count, float size, uint32_t seed);
+// Two meshes, placed in several ways, some of them mirrored and of another scale on each axis.
+BvhScene SoupWithInstances();
+// From points in [-2, 2]^3, most of them through [-1, 1]^3, of different lengths.
+std::vector<gpu::BenchRay> RandomRays(uint32_t count, uint32_t seed);
+
+}  // namespace raygraph::testing
