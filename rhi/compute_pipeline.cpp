@@ -22,6 +22,7 @@ ComputePipeline::ComputePipeline(Device& device, const ComputePipelineDesc& desc
     create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
     create.stage = stages.Infos()[0];
     create.layout = m_layout;
+    create.flags = device.PipelineFlags();
     const Stopwatch stopwatch;
     device.Check(device.Vk().vkCreateComputePipelines(device.Handle(), device.PipelineCache(), 1, &create,
                                                       device.AllocationCallbacks(), &m_pipeline),

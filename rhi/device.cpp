@@ -210,6 +210,10 @@ VmaAllocator Device::Allocator() const {
 VkPipelineCache Device::PipelineCache() const {
     return m_impl->pipelineCache;
 }
+VkPipelineCreateFlags Device::PipelineFlags() const {
+    const bool captures = m_impl->capturesStatistics && m_impl->info.optional.pipelineStatistics;
+    return captures ? VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR : 0;
+}
 uint32_t Device::FramesInFlight() const {
     return m_impl->framesInFlight;
 }

@@ -55,6 +55,8 @@ struct DeviceDesc {
     std::optional<std::chrono::milliseconds> hangLimit = {};
     bool savePipelineCache = true;              // keep the pipeline cache on disk between runs
     std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
+    // Pipelines are made so that rhi/pipeline_statistics.h can tell of them, where the device can.
+    bool capturesStatistics = false;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
@@ -183,6 +185,7 @@ class RAYGRAPH_API Device {
     uint32_t QueueFamily() const;
     VmaAllocator Allocator() const;
     VkPipelineCache PipelineCache() const;
+    VkPipelineCreateFlags PipelineFlags() const;  // of all pipelines
     uint32_t FramesInFlight() const;
     std::chrono::milliseconds HangLimit() const;  // 0: none
     const VkAllocationCallbacks* AllocationCallbacks() const;

@@ -146,6 +146,7 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
     impl->isOwned = true;
     impl->framesInFlight = std::max(desc.framesInFlight, 1u);
     impl->savesPipelineCache = desc.savePipelineCache;
+    impl->capturesStatistics = desc.capturesStatistics;
 
     const VkDebugUtilsMessengerCreateInfoEXT messenger = impl->messages.MessengerInfo();
     const CreatedInstance created = CreateInstance(

@@ -136,6 +136,7 @@ struct Device::Impl {
     std::shared_ptr<LastPassReports> lastPassReports = std::make_shared<LastPassReports>();
 
     bool savesPipelineCache = false;
+    bool capturesStatistics = false;
     std::mutex pipelineCacheMutex;
     PipelineCacheFile pipelineCacheFile;
     VkPipelineCache pipelineCache = VK_NULL_HANDLE;

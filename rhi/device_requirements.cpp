@@ -24,6 +24,7 @@ struct FeatureStructs {
     VkPhysicalDeviceShaderClockFeaturesKHR clock{};
     VkPhysicalDeviceRayTracingInvocationReorderFeaturesNV reorder{};
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap{};
+    VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
 #ifdef VK_KHR_ray_tracing_position_fetch  // Vulkan headers 1.3.249 or later
     VkPhysicalDeviceRayTracingPositionFetchFeaturesKHR positionFetch{};
 #endif
@@ -154,6 +155,10 @@ const std::array kFeatures{
                  VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
                  RAYGRAPH_FLAG_(micromap.micromap),
                  &OptionalFeatures::opacityMicromap},
+    FeatureEntry{{"pipelineExecutableInfo", false, "registers and memory that programs take"},
+                 VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME,
+                 RAYGRAPH_FLAG_(executables.pipelineExecutableInfo),
+                 &OptionalFeatures::pipelineStatistics},
 #ifdef VK_KHR_ray_tracing_position_fetch
     FeatureEntry{{"rayTracingPositionFetch", false, "vertex positions out of the acceleration structure"},
                  VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME,
@@ -248,6 +253,8 @@ class Probe {
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_INVOCATION_REORDER_FEATURES_NV);
         addIf(VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME, structs.micromap,
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
+        addIf(VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME, structs.executables,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR);
 #ifdef VK_KHR_ray_tracing_position_fetch
         addIf(VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME, structs.positionFetch,
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_POSITION_FETCH_FEATURES_KHR);

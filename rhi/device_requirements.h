@@ -64,7 +64,8 @@ struct OptionalFeatures {
     bool bufferInt64Atomics = false;    // shaderBufferInt64Atomics
     bool textureCompressionBc = false;  // textureCompressionBC
     bool samplerAnisotropy = false;
-    bool memoryBudget = false;  // VK_EXT_memory_budget, an extension without a feature to enable
+    bool pipelineStatistics = false;  // pipelineExecutableInfo
+    bool memoryBudget = false;        // VK_EXT_memory_budget, an extension without a feature to enable
 
     bool operator==(const OptionalFeatures&) const = default;
 };

@@ -146,6 +146,11 @@
     X(vkAcquireNextImageKHR)                            \
     X(vkQueuePresentKHR)
 
+// With VK_KHR_pipeline_executable_properties only: null without it.
+#define RAYGRAPH_STATISTICS_FUNCTIONS(X)                \
+    X(vkGetPipelineExecutablePropertiesKHR)             \
+    X(vkGetPipelineExecutableStatisticsKHR)
+
 // clang-format on
 
 namespace raygraph::rhi {
@@ -166,6 +171,7 @@ struct DeviceFunctions {
     RAYGRAPH_DEVICE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
     RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
     RAYGRAPH_SWAPCHAIN_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+    RAYGRAPH_STATISTICS_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
 };
 
 #undef RAYGRAPH_DECLARE_FUNCTION_

@@ -158,6 +158,7 @@ RasterPipeline::RasterPipeline(Device& device, const RasterPipelineDesc& desc)
     create.pColorBlendState = &blend;
     create.pDynamicState = &dynamic;
     create.layout = m_layout;
+    create.flags = device.PipelineFlags();
     const Stopwatch stopwatch;
     device.Check(device.Vk().vkCreateGraphicsPipelines(device.Handle(), device.PipelineCache(), 1, &create,
                                                        device.AllocationCallbacks(), &m_pipeline),

@@ -145,6 +145,7 @@ RayTracingPipeline::RayTracingPipeline(Device& device, const RayTracingPipelineD
     create.pGroups = groups.Groups().data();
     create.maxPipelineRayRecursionDepth = desc.maxRecursion;
     create.layout = m_layout;
+    create.flags = device.PipelineFlags();
     const Stopwatch stopwatch;
     device.Check(
         device.Vk().vkCreateRayTracingPipelinesKHR(device.Handle(), VK_NULL_HANDLE, device.PipelineCache(), 1,

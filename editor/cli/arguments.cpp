@@ -39,6 +39,9 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--samples-at-once", "N",
               "Samples of every pixel in a frame, as many as a render takes unless given",
               [&](const std::string& text) { arguments.samplesAtOnce = ParseCount(text, 1, 64); });
+    bench->add_flag("--pipelines", arguments.isListingPipelines,
+                    "Also tell what each pipeline took to create, and what the driver says of its programs: "
+                    "registers, memory");
     AddPath(*bench, "--json", "FILE", "Write the result line to a file as well", arguments.json);
     AddPath(
         *bench, "--compare", "FILE",

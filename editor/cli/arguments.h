@@ -71,6 +71,7 @@ struct BenchArguments : OutputArguments {
     uint32_t frames = 8;  // timed ones of each kind in a round
     uint32_t rounds = 5;
     uint32_t samplesAtOnce = 0;  // 0: as a render
+    bool isListingPipelines = false;
     std::string device;
     std::filesystem::path json;       // "": stdout alone
     std::filesystem::path compare;    // results to compare with; "": none

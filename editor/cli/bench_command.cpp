@@ -55,6 +55,39 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
             {"msamples_per_cpu_s", result.samplesPerCpuSecond * 1e-6}};
 }
 
+Json PipelinesJson(const std::vector<PipelineReport>& pipelines) {
+    Json all = Json::array();
+    for (const PipelineReport& pipeline : pipelines) {
+        Json programs = Json::array();
+        for (const rhi::ProgramStatistics& program : pipeline.programs) {
+            Json statistics = Json::object();
+            for (const rhi::ProgramStatistic& statistic : program.statistics)
+                statistics[statistic.name] = statistic.value;
+            programs.push_back({{"name", program.name},
+                                {"subgroup_size", program.subgroupSize},
+                                {"statistics", statistics}});
+        }
+        all.push_back(
+            {{"name", pipeline.name}, {"creation_ms", pipeline.creationMs}, {"programs", programs}});
+    }
+    return all;
+}
+
+void PrintPipelines(const std::vector<PipelineReport>& pipelines) {
+    for (const PipelineReport& pipeline : pipelines) {
+        std::fprintf(stderr, "  %-40s made in %9.1f ms\n", pipeline.name.c_str(), pipeline.creationMs);
+        for (const rhi::ProgramStatistics& program : pipeline.programs) {
+            std::fprintf(stderr, "    %s", program.name.c_str());
+            const char* separator = ": ";
+            for (const rhi::ProgramStatistic& statistic : program.statistics) {
+                std::fprintf(stderr, "%s%s %.10g", separator, statistic.name.c_str(), statistic.value);
+                separator = ", ";
+            }
+            std::fprintf(stderr, "\n");
+        }
+    }
+}
+
 void PrintRecursion(const RecursionSpeed& speed, const rhi::DeviceInfo& device) {
     std::fprintf(stderr, "  recursion: loop %.3f ms, ", speed.loopMs);
     if (speed.recursiveMs)
@@ -126,7 +159,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .environment = arguments.environment,
                                                    .log = log});
     RequireMapFor(arguments.given, input);
-    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
+    const std::unique_ptr<rhi::Device> device =
+        OpenDevice({.select = arguments.device, .capturesStatistics = arguments.isListingPipelines}, log);
     if (arguments.isTraversal) {
         RunTraversal(arguments, input, settings, *device, console.progress);
         return ExitCode::Done;
@@ -140,8 +174,17 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         RunBench(scene, {arguments.frames, arguments.rounds, arguments.samplesAtOnce}, console.progress);
     console.progress.Clear();
 
-    const Json json = ResultJson(result, settings, input, device->Info());
+    Json json = ResultJson(result, settings, input, device->Info());
     if (!arguments.isQuiet) PrintForPeople(result, device->Info());
+    if (arguments.isListingPipelines) {
+        const std::vector<PipelineReport> pipelines = scene.GraphRenderer().PipelineReports();
+        json["pipelines"] = PipelinesJson(pipelines);
+        if (!arguments.isQuiet) PrintPipelines(pipelines);
+        if (!device->Info().optional.pipelineStatistics)
+            Say(log, LogLevel::Warning, log_category::kShaders,
+                "{} says nothing of its programs: it lacks VK_KHR_pipeline_executable_properties",
+                device->Info().name);
+    }
     Deliver(arguments, json);
     if (arguments.compare.empty()) return ExitCode::Done;
     const BenchChange change = CompareBench(arguments.compare, stored, json,

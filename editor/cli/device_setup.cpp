@@ -23,7 +23,8 @@ std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& l
         return rhi::Device::Create({.select = select,
                                     .validation = choice.isValidating,
                                     .log = log,
-                                    .surfaceExtensions = choice.surfaceExtensions});
+                                    .surfaceExtensions = choice.surfaceExtensions,
+                                    .capturesStatistics = choice.capturesStatistics});
     };
     if (!choice.select.empty()) return open(choice.select);
     const std::string variable = DeviceVariable();

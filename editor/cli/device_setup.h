@@ -15,7 +15,8 @@ namespace raygraph::cli {
 struct DeviceChoice {
     std::string select;  // index or part of the name; "": RAYGRAPH_DEVICE, else the best suitable
     bool isValidating = false;
-    std::vector<std::string> surfaceExtensions = {};  // as of rhi::DeviceDesc
+    std::vector<std::string> surfaceExtensions = {};  // as of rhi::DeviceDesc, likewise the next
+    bool capturesStatistics = false;
 };
 
 // Error{NoDevice} as of Device::Create; it names the variable, if the choice is that of the variable.

@@ -248,6 +248,22 @@ void ProgramCache::Take(Program& program, ProgramPipeline&& made) {
     program.m_hasPipeline = true;
 }
 
+std::vector<PipelineReport> ProgramCache::Reports() {
+    WaitForPipelines();
+    std::vector<PipelineReport> reports;
+    for (const auto& [key, program] : m_programs) {
+        if (program->m_coming.valid()) EnsurePipeline(*program);
+        if (!program->m_hasPipeline) continue;
+        const ProgramPipeline& made = program->m_pipeline;
+        const rhi::Pipeline* pipeline = &made.compute;
+        if (program->Kind() == PassKind::Raster) pipeline = &made.raster;
+        if (program->Kind() == PassKind::RayTracing) pipeline = &made.rayTracing;
+        reports.push_back({program->Name(), made.creationMs, rhi::StatisticsOf(m_device, *pipeline)});
+    }
+    std::ranges::stable_sort(reports, {}, &PipelineReport::name);
+    return reports;
+}
+
 std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> changed) {
     std::vector<std::string> messages;
     for (auto& [key, program] : m_programs) {

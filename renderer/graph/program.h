@@ -17,6 +17,7 @@
 
 #include "renderer/graph/access.h"
 #include "renderer/graph/pass_builder.h"
+#include "renderer/graph/pipeline_report.h"
 #include "renderer/graph/shader_library.h"
 #include "rhi/compute_pipeline.h"
 #include "rhi/raster_pipeline.h"
@@ -105,6 +106,9 @@ class ProgramCache {
     // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
     // messages say why. After WaitForPipelines, and the change.
     std::vector<std::string> Rebuild(std::span<const Shader* const> changed);
+
+    // Of the pipelines that are there, by name, after WaitForPipelines.
+    std::vector<PipelineReport> Reports();
 
     double CreationMs() const { return m_creationMs; }
     uint32_t PipelineCount() const { return m_pipelineCount; }

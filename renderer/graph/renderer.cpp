@@ -175,6 +175,10 @@ uint32_t Renderer::PipelineCount() const {
     return m_impl->programs.PipelineCount();
 }
 
+std::vector<PipelineReport> Renderer::PipelineReports() {
+    return m_impl->programs.Reports();
+}
+
 std::vector<std::string> Renderer::ReloadShaders() {
     if (m_impl->openFrame)
         throw Error(ErrorKind::Usage,

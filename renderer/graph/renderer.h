@@ -21,6 +21,7 @@
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
 #include "renderer/graph/pass_builder.h"
+#include "renderer/graph/pipeline_report.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
 #include "rhi/resources.h"
@@ -237,6 +238,9 @@ class RAYGRAPH_API Renderer {
     // Milliseconds spent creating pipelines so far, and how many.
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
+    // What the driver tells of each of them, by name: see rhi/pipeline_statistics.h. Waits for those that are
+    // being created.
+    std::vector<PipelineReport> PipelineReports();
     // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile
     // leaves its last good pipeline in use; the messages ("file:line: text") are returned. Error{Usage} while
     // a frame is open: its passes were checked against the shaders as they are.

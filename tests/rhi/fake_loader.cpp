@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
+#include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -34,6 +37,9 @@ struct State {
     PFN_vkGetDeviceBufferMemoryRequirements deviceBufferRequirements = nullptr;
     PFN_vkGetDeviceImageMemoryRequirements deviceImageRequirements = nullptr;
     PFN_vkAllocateMemory allocateMemory = nullptr;
+    PFN_vkCreateDevice createDevice = nullptr;
+    PFN_vkCreateComputePipelines createCompute = nullptr;
+    std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
     // The real memory types: what they are, and which of them all resources asked about so far can use.
     VkPhysicalDeviceMemoryProperties realMemory{};
     uint32_t usableTypes = ~0u;
@@ -56,6 +62,10 @@ VKAPI_ATTR VkResult VKAPI_CALL EnumerateExtensions(VkPhysicalDevice device, cons
     std::erase_if(kept, [](const VkExtensionProperties& e) {
         return activeState->lies.hiddenExtension == e.extensionName;
     });
+    if (activeState->lies.hasStatistics) {
+        VkExtensionProperties& added = kept.emplace_back();
+        std::strcpy(added.extensionName, VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+    }
     if (properties) std::copy_n(kept.begin(), std::min<size_t>(*count, kept.size()), properties);
     *count = static_cast<uint32_t>(kept.size());
     return VK_SUCCESS;
@@ -72,6 +82,9 @@ VKAPI_ATTR void VKAPI_CALL Features(VkPhysicalDevice device, VkPhysicalDeviceFea
                                                       f.scalarBlockLayout = VK_FALSE;
                                                   if (lies.cannotDraw) f.shaderBufferInt64Atomics = VK_FALSE;
                                               });
+    ForEach<VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR>(
+        features, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR,
+        [&](auto& f) { f.pipelineExecutableInfo = lies.hasStatistics ? VK_TRUE : VK_FALSE; });
 }
 
 VKAPI_ATTR void VKAPI_CALL Properties(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
@@ -237,6 +250,70 @@ VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice device, const VkMemoryAll
     return activeState->allocateMemory(device, &real, allocation, memory);
 }
 
+// Without the extension, which the real device may not have.
+VKAPI_ATTR VkResult VKAPI_CALL CreateDevice(VkPhysicalDevice device, const VkDeviceCreateInfo* info,
+                                            const VkAllocationCallbacks* allocation, VkDevice* created) {
+    if (!activeState->lies.hasStatistics)
+        return activeState->createDevice(device, info, allocation, created);
+    std::vector<const char*> extensions;
+    for (const char* name : std::span(info->ppEnabledExtensionNames, info->enabledExtensionCount))
+        if (std::string_view(name) != VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME)
+            extensions.push_back(name);
+    VkDeviceCreateInfo real = *info;
+    real.ppEnabledExtensionNames = extensions.data();
+    real.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+    ForEach<VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR>(
+        const_cast<void*>(real.pNext),
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR,
+        [](auto& f) { f.pipelineExecutableInfo = VK_FALSE; });
+    return activeState->createDevice(device, &real, allocation, created);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL CreateCompute(VkDevice device, VkPipelineCache cache, uint32_t count,
+                                             const VkComputePipelineCreateInfo* infos,
+                                             const VkAllocationCallbacks* allocation, VkPipeline* pipelines) {
+    std::vector<VkComputePipelineCreateInfo> real(infos, infos + count);
+    for (VkComputePipelineCreateInfo& info : real)
+        info.flags &= ~VkPipelineCreateFlags{VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR};
+    const VkResult result =
+        activeState->createCompute(device, cache, count, real.data(), allocation, pipelines);
+    for (uint32_t i = 0; i < count; ++i)
+        if ((infos[i].flags & VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR) != 0)
+            activeState->capturing.insert(pipelines[i]);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL Executables(VkDevice, const VkPipelineInfoKHR*, uint32_t* count,
+                                           VkPipelineExecutablePropertiesKHR* programs) {
+    if (programs) {
+        RG_CHECK_EQ(*count, 2u);
+        std::strcpy(programs[0].name, "main");
+        programs[0].subgroupSize = 8;
+        std::strcpy(programs[1].name, "other");
+        programs[1].subgroupSize = 0;
+    }
+    *count = 2;
+    return VK_SUCCESS;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL Statistics(VkDevice, const VkPipelineExecutableInfoKHR* info, uint32_t* count,
+                                          VkPipelineExecutableStatisticKHR* statistics) {
+    RG_CHECK(activeState->capturing.contains(info->pipeline));
+    const uint32_t known = info->executableIndex == 0 ? 2 : 0;
+    if (statistics && known > 0) {
+        RG_CHECK_EQ(*count, known);
+        std::strcpy(statistics[0].name, "Register Count");
+        std::strcpy(statistics[0].description, "How many registers an invocation has.");
+        statistics[0].format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR;
+        statistics[0].value.u64 = 40;
+        std::strcpy(statistics[1].name, "Spills");
+        statistics[1].format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_BOOL32_KHR;
+        statistics[1].value.b32 = VK_TRUE;
+    }
+    *count = known;
+    return VK_SUCCESS;
+}
+
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, const char* name) {
     const PFN_vkVoidFunction real = activeState->getDeviceProcAddr(device, name);
     if (std::strcmp(name, "vkQueueSubmit2") == 0) return Replaced(real, activeState->submit, Submit);
@@ -250,6 +327,14 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     if (is("vkGetAccelerationStructureBuildSizesKHR"))
         return Replaced(real, activeState->buildSizes, BuildSizes);
     if (is("vkCmdBuildAccelerationStructuresKHR")) return Replaced(real, activeState->build, Build);
+    if (activeState->lies.hasStatistics) {
+        if (is("vkCreateComputePipelines"))
+            return Replaced(real, activeState->createCompute, CreateCompute);
+        if (is("vkGetPipelineExecutablePropertiesKHR"))
+            return reinterpret_cast<PFN_vkVoidFunction>(Executables);
+        if (is("vkGetPipelineExecutableStatisticsKHR"))
+            return reinterpret_cast<PFN_vkVoidFunction>(Statistics);
+    }
     if (is("vkAllocateMemory")) return Replaced(real, activeState->allocateMemory, AllocateMemory);
     if (is("vkGetBufferMemoryRequirements2"))
         return Replaced(real, activeState->bufferRequirements, BufferRequirements);
@@ -268,6 +353,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstanceProcAddr(VkInstance instance
     if (is("vkGetDeviceProcAddr")) return Replaced(real, activeState->getDeviceProcAddr, GetDeviceProcAddr);
     if (is("vkEnumerateDeviceExtensionProperties"))
         return Replaced(real, activeState->enumerateExtensions, EnumerateExtensions);
+    if (is("vkCreateDevice")) return Replaced(real, activeState->createDevice, CreateDevice);
     if (is("vkGetPhysicalDeviceFeatures2")) return Replaced(real, activeState->features, Features);
     if (is("vkGetPhysicalDeviceFormatProperties2")) return Replaced(real, activeState->formats, Formats);
     if (is("vkGetPhysicalDeviceMemoryProperties")) return Replaced(real, activeState->memory, Memory);

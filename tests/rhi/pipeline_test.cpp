@@ -8,9 +8,11 @@
 #include "rhi/command_list.h"
 #include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
+#include "rhi/pipeline_statistics.h"
 #include "rhi/raster_pipeline.h"
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
+#include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
@@ -28,6 +30,33 @@ class PipelineTest : public testing::VulkanTest {
 };
 
 using ComputePipelineTest = PipelineTest;
+
+TEST_F(ComputePipelineTest, StatisticsAreThoseOfThePrograms_WhereTheyAreCaptured) {
+    const ShaderStage shader = Compile("empty.comp", "void main() {}");
+    testing::FakeLoader fake;
+    fake.Tell().hasStatistics = true;
+    for (const bool captures : {true, false}) {
+        const std::unique_ptr<rhi::Device> device =
+            rhi::Device::Create({.savePipelineCache = false,
+                                 .capturesStatistics = captures,
+                                 .getInstanceProcAddr = fake.Entry()});
+        ASSERT_TRUE(device->Info().optional.pipelineStatistics);
+        const ComputePipeline pipeline = CreateComputePipeline(*device, {.name = "empty", .shader = shader});
+        const std::vector<ProgramStatistics> told = StatisticsOf(*device, pipeline);
+        EXPECT_TRUE(StatisticsOf(*device, ComputePipeline()).empty());
+        ASSERT_EQ(told.size(), captures ? 2u : 0u);
+        if (!captures) continue;
+        EXPECT_EQ(told[0].name, "main");
+        EXPECT_EQ(told[0].subgroupSize, 8u);
+        ASSERT_EQ(told[0].statistics.size(), 2u);
+        EXPECT_EQ(told[0].statistics[0].name, "Register Count");
+        EXPECT_EQ(told[0].statistics[0].description, "How many registers an invocation has.");
+        EXPECT_EQ(told[0].statistics[0].value, 40.0);
+        EXPECT_EQ(told[0].statistics[1].value, 1.0);
+        EXPECT_EQ(told[1].name, "other");
+        EXPECT_TRUE(told[1].statistics.empty());
+    }
+}
 
 TEST_F(ComputePipelineTest, SpecializationSetsConstantsAndWorkgroupSize) {
     const ShaderStage shader = Compile("sum.comp", R"(

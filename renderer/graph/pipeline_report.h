@@ -1,0 +1,17 @@
+// What is known of a pipeline of the graph. Threads: plain values.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rhi/pipeline_statistics.h"
+
+namespace raygraph {
+
+struct PipelineReport {
+    std::string name;         // of its first shader; there are several with different specializations
+    double creationMs = 0.0;  // wall time that the driver took
+    std::vector<rhi::ProgramStatistics> programs;
+};
+
+}  // namespace raygraph

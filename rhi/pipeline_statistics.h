@@ -1,0 +1,31 @@
+// What a driver tells of the programs that it made of a pipeline's shaders: registers, memory on the stack,
+// occupancy. Names and units are the driver's. Threads: any.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/api.h"
+namespace raygraph::rhi {
+
+class Device;
+class Pipeline;
+
+struct ProgramStatistic {
+    std::string name;         // "Register Count"
+    std::string description;  // a sentence
+    double value = 0.0;       // 1 or 0 for a truth value
+};
+
+struct ProgramStatistics {
+    std::string name;           // of the program, as the driver says: "RAY GENERATION"
+    uint32_t subgroupSize = 0;  // 0: not told
+    std::vector<ProgramStatistic> statistics;
+};
+
+// Empty unless DeviceDesc::capturesStatistics was set and the device has OptionalFeatures::pipelineStatistics,
+// and for an empty pipeline. Error{Vulkan} or {OutOfMemory} from the driver.
+RAYGRAPH_API std::vector<ProgramStatistics> StatisticsOf(const Device& device, const Pipeline& pipeline);
+
+}  // namespace raygraph::rhi
