@@ -153,6 +153,7 @@ void CheckBench(const BenchArguments& arguments) {
         Refuse("--tolerance is of a comparison: it needs --compare");
     if (!arguments.isTraversal) return;
     if (!arguments.compare.empty()) Refuse("--traversal has no costs that --compare could compare");
+    if (arguments.isListingPipelines) Refuse("--traversal lists no pipelines: --pipelines has no effect");
     if (!arguments.environment.empty()) Refuse("--traversal traces triangles alone: --env has no effect");
     for (const auto& [name, text] : arguments.given)
         if (name != "size" && name != "camera" && name != "scene" && name != "variant")

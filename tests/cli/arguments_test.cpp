@@ -144,6 +144,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("bench a.gltf --traversal --compare b.json", "--traversal", "--compare");
     ExpectUsage("bench a.gltf --traversal --env b.hdr", "--traversal", "--env");
     ExpectUsage("bench a.gltf --traversal --nee off", "--traversal", "--nee");
+    ExpectUsage("bench a.gltf --traversal --pipelines", "--traversal", "--pipelines");
     ExpectUsage("bench a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");
