@@ -124,18 +124,17 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     LightSample light = NoLightSample();
     vec3 toLight = vec3(0.0f);
     if (HasTraceFeature(kTraceLightSampling)) {
-        float choice = Get1D(path.rng);
-        vec2 u = Get2D(path.rng);
-        if (IsNonSpecular(vertex.bsdf.flags)) light = SampleLight(path.scatter, choice, u);
+        vec3 u = Get3D(path.rng);
+        if (IsNonSpecular(vertex.bsdf.flags)) light = SampleLight(path.scatter, u.z, vec2(u));
         toLight = ToLocal(vertex.frame, light.wi);
         // No light where the shading normal would leak
         if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
     } else {
         path.rng.dimension += 3u;
     }
-    float choice = Get1D(path.rng);
+    vec3 u = Get3D(path.rng);
     bool isEvaluated = false;
-    BSDFSample scattered = SampleDirection(vertex.bsdf, choice, Get2D(path.rng), isEvaluated);
+    BSDFSample scattered = SampleDirection(vertex.bsdf, u.z, vec2(u), isEvaluated);
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
 
     if (!HasTraceFeature(kTraceLightSampling)) {
@@ -226,8 +225,8 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
     if (kKeepsParts && path.depth == 0u) path.lobe = FirstLobeOf(vec3(1.0f), vec3(1.0f), false);
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
     if (HasTraceFeature(kTraceLightSampling)) {
-        float choice = Get1D(path.rng);
-        LightSample light = SampleLight(path.scatter, choice, Get2D(path.rng));
+        vec3 u = Get3D(path.rng);
+        LightSample light = SampleLight(path.scatter, u.z, vec2(u));
         if (light.pdf > 0.0f) {
             float phase = PhaseHG(g, dot(forward, light.wi));
             direct.ray = ShadowRayFrom(path.ray.origin, light, direct.distance);
