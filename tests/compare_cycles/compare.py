@@ -50,7 +50,8 @@ class Raygraph:
         seconds = []
         for picture in pictures:
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            command = self.command + ["--spp", str(picture["samples"]), "--seed", str(picture["seed"]), "-o", picture["output"]]
+            command = self.command + ["--spp", str(picture["samples"]), "--seed", str(picture["seed"]),
+                                      "-o", picture["output"]]
             subprocess.run(command, check=True, env=os.environ | {"LP_NUM_THREADS": str(THREADS)})
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             seconds.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
@@ -63,7 +64,8 @@ class Cycles:
     def __init__(self, case, arguments):
         self.work = arguments.work
         self.job = dict(scene=located(case["scene"]), environment=located(case.get("environment")),
-                        camera=case.get("camera"), size=case["size"], lambert=case.get("lambert", False), pattern=arguments.pattern, threads=THREADS)
+                        camera=case.get("camera"), size=case["size"], lambert=case.get("lambert", False),
+                        pattern=arguments.pattern, threads=THREADS)
 
     def render(self, pictures):
         path = self.work / "job.json"
