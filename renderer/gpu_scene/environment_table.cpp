@@ -48,8 +48,8 @@ class TexelMeans {
     std::vector<glm::dvec3> m_column, m_row;
 };
 
-// Deals the kEnvironmentSteps steps of u to the entries in proportion to their weights, one at least to each of
-// a weight above 0. Returns the sum of the weights.
+// Deals the kEnvironmentSteps steps of u to the entries in proportion to their weights, one at least to each
+// of a weight above 0. Returns the sum of the weights.
 double DealSteps(std::span<const double> weights, std::span<gpu::EnvironmentEntry> entries) {
     const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
     const auto count = static_cast<uint32_t>(weights.size());

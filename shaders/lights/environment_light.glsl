@@ -1,6 +1,6 @@
-// Directions to the environment, by a table over the cells of its equirectangular map: a row, a cell of the row,
-// then uniform in solid angle within the cell. A cell's probability comes from the interpolated
-// map: where there is radiance there is density.
+// Directions to the environment, by a table over the cells of its equirectangular map: a row, a cell of the
+// row, then uniform in solid angle within the cell. A cell's probability comes from the interpolated map: where
+// there is radiance there is density.
 //
 // The bridge: EnvironmentEntry EnvironmentEntryAt(uint), LightSetRecord LightSet().
 #ifndef RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL
@@ -24,7 +24,8 @@ struct EnvironmentSample {
     float pdf;  // per solid angle
 };
 
-// The entry that u chooses of `count` from `first`; the rest of u is uniform in it, as `fine` fills up its digits.
+// The entry that u chooses of `count` from `first`; the rest of u is uniform in it, as `fine` fills up its
+// digits.
 INLINE uint InvertEnvironmentTable(uint first, uint count, float fine, INOUT(float) u) {
     uint slot = min(uint(u * float(count)), count - 1u);
     uint low = EnvironmentEntryAt(first + slot).guide;

@@ -1,5 +1,6 @@
 // The table by which directions to the environment are chosen, as the shaders read it: one source for C++ and
-// GLSL, scalar layout. The buffer holds an entry for each row of the map's cells, then those of each row's cells.
+// GLSL, scalar layout. The buffer holds an entry for each row of the map's cells, then those of each row's
+// cells.
 #ifndef RAYGRAPH_SHARED_ENVIRONMENT_ENTRIES_H
 #define RAYGRAPH_SHARED_ENVIRONMENT_ENTRIES_H
 
