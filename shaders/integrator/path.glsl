@@ -25,8 +25,8 @@
 // remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
-// decision uses the same dimension on every path. Straight crossings and flights
-// through media have dimensions by the ray's number, and the path's wavelength has one.
+// decision uses the same dimension on every path. Straight crossings, flights through media and the choice
+// among candidates for a light have dimensions by the ray's number, and the path's wavelength has one.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
@@ -51,6 +51,7 @@ CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
 CONST uint kWavelengthDimension = 0x3fffffffu;
 CONST uint kFlightDimensions = 0x20000000u;  // 2 for each ray
+CONST uint kCandidateDimensions = 0x30000000u;
 
 // A surface as the path meets it.
 struct Vertex {
@@ -125,6 +126,12 @@ INLINE uint LightCandidates(Vertex vertex) {
                : 1u;
 }
 
+// Which of them is chosen, for each ray; the next dimension stays.
+INLINE float DrawOfCandidates(PathState path) {
+    path.rng.dimension = kCandidateDimensions + path.rayCount;
+    return Get1D(path.rng);
+}
+
 // Draws a direction to a light and one from the BSDF, and follows both. False: the path ends here.
 //
 // The light is chosen of several candidates by what they would contribute (Talbot et al. 2005, "Importance
@@ -156,7 +163,8 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     FirstLobe chosenLobe = path.lobe;
     float sum = 0.0f;
     float chosenShare = 1.0f;
-    float choice = fract(toLightU.z * 4096.0f);
+    // Of few bits, unlikely candidates would not have their chance
+    float choice = candidates > 1u ? DrawOfCandidates(path) : 0.0f;
     // Evaluate the BSDF for all at one call site: a device compiles it for each
     DONT_UNROLL
     for (uint turn = 0u; turn <= candidates; ++turn) {
