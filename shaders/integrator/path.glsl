@@ -126,6 +126,19 @@ INLINE uint LightCandidates(Vertex vertex) {
                : 1u;
 }
 
+// u, moved on by `shift` and around the end. Exact: values that were equally likely stay so, which the table
+// of the environment relies on.
+INLINE float MoveAround(float u, float shift) {
+    return u < 1.0f - shift ? u + shift : u - (1.0f - shift);
+}
+
+// The numbers of each candidate are uniform; those of all are spread over each of their ranges.
+INLINE vec3 NumbersOfCandidate(vec3 u, uint candidate) {
+    float shift = float(candidate) / float(kLightCandidates);
+    float backward = candidate > 0u ? 1.0f - shift : 0.0f;
+    return vec3(MoveAround(u.x, shift), MoveAround(u.y, shift), MoveAround(u.z, backward));
+}
+
 // Which of them is chosen, for each ray; the next dimension stays.
 INLINE float DrawOfCandidates(PathState path) {
     path.rng.dimension = kCandidateDimensions + path.rayCount;
@@ -172,9 +185,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         LightSample light = NoLightSample();
         vec3 toLight = vec3(0.0f);
         if (isLight) {
-            // Each candidate's number is uniform; together they are spread over the lights
-            float shift = float(turn) / float(candidates);
-            vec3 v = fract(toLightU + shift * vec3(1.0f, 1.0f, 3.0f));
+            vec3 v = NumbersOfCandidate(toLightU, turn);
             light = SampleLight(path.scatter, v.z, vec2(v));
             toLight = ToLocal(vertex.frame, light.wi);
             // No light where the shading normal would leak
@@ -194,7 +205,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         float weight = LightWeight(light, pdf / float(candidates)) / (light.pdf * float(candidates));
         vec3 radiance = value * light.radiance * (abs(toLight.z) * weight);
         float share = MaxComponent(radiance);
-        if (!(share > 0.0f)) continue;
+        if (share == 0.0f) continue;  // NaN stays: it shall be found
         sum += share;
         if (candidates == 1u || Decide(choice, share / sum)) {
             chosen = light;
@@ -204,7 +215,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
                 chosenLobe = FirstLobeOf(value, part, !SameHemisphere(vertex.bsdf.wo, toLight));
         }
     }
-    if (sum > 0.0f) {
+    if (sum != 0.0f) {
         direct = ScatterLight(path, vertex, chosen, chosenRadiance * (sum / chosenShare));
         direct.lobe = chosenLobe;
     }

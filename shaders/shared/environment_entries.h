@@ -15,14 +15,15 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-RAYGRAPH_CONSTANT uint kEnvironmentSteps =
-    0x1000000u;  // ends are multiples of 1 / this: u is one of these steps
+// u is a multiple of 1 / this, and so are the ends
+RAYGRAPH_CONSTANT uint kEnvironmentSteps = 0x1000000u;
 
 // u chooses the first entry whose `end` is above it. So neighbors of u choose neighbors, and samples that are
 // spread evenly stay so; those of an alias table do not.
 struct EnvironmentEntry {
     float end;
-    uint guide;  // entry i of n: no u of the i-th nth, nor one that rounds to it, chooses one before this
+    // Of entry i of n: no u in the i-th nth, nor one that rounds to it, chooses an entry before this
+    uint guide;
     float probability;  // of this row; of this cell in the whole map
 };
 

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "rhi/shader_compiler.h"
+#include "shared/environment_entries.h"
 #include "shared/light_samplers.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"

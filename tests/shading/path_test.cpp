@@ -87,6 +87,22 @@ TEST_F(Path, LightSamplingFindsTheLightThatChanceFinds) {
     }
 }
 
+// Else the table of the environment would choose its smallest cells too seldom or too often.
+TEST_F(Path, NumbersOfCandidatesAreMovedByExactlyAQuarterEach) {
+    constexpr int kSteps = 1 << 24;
+    for (const int step : {0, 1, kSteps / 4 - 1, kSteps / 4, kSteps / 2 + 1, 3 * kSteps / 4, kSteps - 1}) {
+        const auto u = static_cast<float>(std::ldexp(double(step), -24));
+        for (uint candidate = 0; candidate < kLightCandidates; ++candidate) {
+            const vec3 v = NumbersOfCandidate(vec3(u), candidate);
+            const int moved = kSteps / int(kLightCandidates) * int(candidate);
+            const int across = (step + moved) % kSteps, back = (step + kSteps - moved) % kSteps;
+            EXPECT_EQ(double(v.x), std::ldexp(double(across), -24)) << step << ", " << candidate;
+            EXPECT_EQ(double(v.y), std::ldexp(double(across), -24)) << step << ", " << candidate;
+            EXPECT_EQ(double(v.z), std::ldexp(double(back), -24)) << step << ", " << candidate;
+        }
+    }
+}
+
 // Where the light is chosen of several candidates.
 TEST_F(Path, GlossySurfacesChooseAmongLightsWithoutBias) {
     for (const float metallic : {0.0f, 1.0f}) {
