@@ -44,9 +44,8 @@ struct LightSamplingSettings {
 
 struct RouletteSettings {
     Roulette kind = Roulette::Throughput;
-    // First bounce at which Russian roulette may terminate a path. In the Cornell box 1, 2 and 3 are equally
-    // efficient within 2 %; from 2 on, the first bounce is never thinned, which matters on dark surfaces
-    // under a sky.
+    // First bounce at which Russian roulette may terminate a path. From 2 on, the first bounce is never
+    // thinned, which matters on dark surfaces under a sky.
     uint32_t start = 2;
     float survival = 0.8f;  // of each bounce, for Constant and Frame; in (0, 1]
 

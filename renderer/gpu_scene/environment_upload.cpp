@@ -14,12 +14,12 @@ rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const ch
     return texture;
 }
 
-rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentAlias& alias) {
-    RequireBindable(device, "entries of the environment's table", alias.entries.size(),
-                    sizeof(alias.entries[0]));
-    const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
+rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentTable& table) {
+    RequireBindable(device, "entries of the environment's table", table.entries.size(),
+                    sizeof(table.entries[0]));
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(table.entries));
     rhi::Buffer buffer =
-        device.CreateBuffer({.name = "environment alias",
+        device.CreateBuffer({.name = "environment table",
                              .size = bytes.size(),
                              .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
                                       rhi::BufferUsage::CopyDestination});
@@ -40,11 +40,11 @@ EnvironmentOnDevice UploadEnvironment(rhi::Device& device, rhi::Uploader& upload
     EnvironmentOnDevice result;
     result.map = device.CreateTexture(
         {.name = "environment map", .extent = {map.width, map.height}, .format = rhi::Format::Rgba32Float});
-    const EnvironmentAlias alias = BuildEnvironmentAlias(map);
-    result.alias = UploadAlias(device, uploader, alias);
+    const EnvironmentTable table = BuildEnvironmentTable(map);
+    result.alias = UploadTable(device, uploader, table);
     uploader.UploadTexture(result.map, std::as_bytes(std::span(map.rgba)));
-    result.cells = {alias.width, alias.height};
-    result.meanRadiance = alias.meanRadiance;
+    result.cells = {table.width, table.height};
+    result.meanRadiance = table.meanRadiance;
     return result;
 }
 
@@ -53,7 +53,7 @@ EnvironmentOnDevice BlankEnvironment(rhi::Device& device, rhi::Uploader& uploade
     EnvironmentOnDevice result;
     result.map = SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
                               std::as_bytes(std::span(&black, 1)));
-    result.alias = UploadAlias(device, uploader, ConstantEnvironmentAlias());
+    result.alias = UploadTable(device, uploader, ConstantEnvironmentTable());
     return result;
 }
 

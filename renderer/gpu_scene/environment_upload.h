@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "renderer/gpu_scene/environment_alias.h"
+#include "renderer/gpu_scene/environment_table.h"
 #include "renderer/graph/access.h"
 #include "rhi/device.h"
 #include "rhi/upload.h"

@@ -4,8 +4,10 @@
 //     Sampler rng = StartPixelSample(pixel, sampleIndex, seed);
 //     vec2 film = Get2D(rng);       // dimensions 0 and 1
 //     float choice = Get1D(rng);    // dimension 2
+//     vec3 u = Get3D(rng);          // dimensions 3 to 5
 //
-// Values are in [0, 1) with 24 bits: 1.0 never occurs, 0.0 does. Get1D advances `dimension` by 1, Get2D by 2.
+// Values are in [0, 1) with 24 bits: 1.0 never occurs, 0.0 does. Get1D advances `dimension` by 1, Get2D by 2,
+// Get3D by 3.
 // The numbers drawn depend on the value of `dimension` at the call, so a caller that sets it to a fixed base
 // at each bounce gets the same dimension for the same decision on every path; two draws at the same dimension
 // of one sample return the same numbers. Pixel coordinates are below 65536. All 2^32 sample indices, seeds
@@ -15,7 +17,7 @@
 //
 // Sobol: shuffled, Owen-scrambled, padded (0,2)-sequences. Every draw is a sequence of its own over the
 // sample index, independent of other draws and pixels; each aligned block of 2^k samples of a pixel is a
-// (0,k,2)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4).
+// (0,k,2)-net, of Get3D a (1,k,3)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4).
 //
 // Pcg: PCG4D, independent numbers. Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3).
 //
@@ -45,7 +47,9 @@ struct Sampler {
 };
 
 // The top 24 bits as a float in [0, 1). Through int: that conversion is one instruction on CPUs.
-INLINE float BitsToUnit(uint bits) { return float(int(bits >> 8u)) * 5.9604644775390625e-8f; }
+INLINE float BitsToUnit(uint bits) {
+    return float(int(bits >> 8u)) * 5.9604644775390625e-8f;
+}
 
 // Nested uniform (Owen) scrambling of a number whose bits are reversed: each bit is flipped by a hash of the
 // bits below it and the seed. Laine-Karras construction with the constants of N. Vegdahl, "Building a Better
@@ -72,8 +76,23 @@ INLINE uint SobolSecondReversed(uint index) {
     return index;
 }
 
+// A third dimension, with which blocks of 2^k points are (1,k,3)-nets. The index is read as a polynomial over
+// the field of two elements, and its digits in the base of another polynomial are written lowest first (S.
+// Tezuka 1993, "Polynomial Arithmetic Analogue of Halton Sequences"). Dimension 2 is that of x + 1; this is
+// that of x^2 + x + 1, whose digits have two bits. Its powers by 2^n have three terms, so that each step
+// divides all parts by one: by x^16 + x^8 + 1, x^8 + x^4 + 1, ...
+INLINE uint SobolThirdReversed(uint index) {
+    index ^= ((index >> 8u) & 0x00ffff00u) ^ ((index >> 16u) & 0x000000ffu) ^ (index >> 24u);
+    index ^= ((index >> 4u) & 0x0ff00ff0u) ^ ((index >> 8u) & 0x000f000fu) ^ ((index >> 12u) & 0x000f000fu);
+    index ^= ((index >> 2u) & 0x3c3c3c3cu) ^ ((index >> 4u) & 0x03030303u) ^ ((index >> 6u) & 0x03030303u);
+    index ^= ((index >> 1u) & 0x66666666u) ^ ((index >> 2u) & 0x11111111u) ^ ((index >> 3u) & 0x11111111u);
+    return index;
+}
+
 // The seed of a draw, from which the seeds of its three scramblings are derived.
-INLINE uint SobolDrawSeed(Sampler rng) { return MixBits(rng.pixelSeed ^ (rng.dimension * 0x9e3779b9u)); }
+INLINE uint SobolDrawSeed(Sampler rng) {
+    return MixBits(rng.pixelSeed ^ (rng.dimension * 0x9e3779b9u));
+}
 
 INLINE uint SobolSubSeed(uint drawSeed, uint factor) {
     uint x = drawSeed * factor;
@@ -99,6 +118,16 @@ INLINE vec2 SobolDraw2D(Sampler rng) {
     return vec2(BitsToUnit(bitfieldReverse(first)), BitsToUnit(bitfieldReverse(second)));
 }
 
+INLINE vec3 SobolDraw3D(Sampler rng) {
+    uint seed = SobolDrawSeed(rng);
+    uint index = SobolShuffledIndex(rng, seed);
+    uint first = OwenScrambleReversed(index, SobolSubSeed(seed, 0x2c1b3c6du));
+    uint second = OwenScrambleReversed(SobolSecondReversed(index), SobolSubSeed(seed, 0x297a2d39u));
+    uint third = OwenScrambleReversed(SobolThirdReversed(index), SobolSubSeed(seed, 0x1b56c4e9u));
+    return vec3(BitsToUnit(bitfieldReverse(first)), BitsToUnit(bitfieldReverse(second)),
+                BitsToUnit(bitfieldReverse(third)));
+}
+
 INLINE uvec4 Pcg4d(uvec4 v) {
     v = v * 1664525u + 1013904223u;
     v.x += v.y * v.w;
@@ -113,10 +142,10 @@ INLINE uvec4 Pcg4d(uvec4 v) {
     return v;
 }
 
-INLINE vec2 PcgDraw(Sampler rng) {
+INLINE vec3 PcgDraw(Sampler rng) {
     // The fourth word is free: the seed is in pixelSeed.
     uvec4 bits = Pcg4d(uvec4(rng.pixelSeed, rng.index, rng.dimension, 0u));
-    return vec2(BitsToUnit(bits.x), BitsToUnit(bits.y));
+    return vec3(BitsToUnit(bits.x), BitsToUnit(bits.y), BitsToUnit(bits.z));
 }
 
 // Encrypts (pixel, sample) with the dimension in the key.
@@ -150,7 +179,7 @@ INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
 INLINE vec2 Get2D(INOUT(Sampler) rng) {
     vec2 u = vec2(0.0f, 0.0f);
     if (ActiveSamplerKind() == kSamplerKindPcg)
-        u = PcgDraw(rng);
+        u = vec2(PcgDraw(rng));
     else if (ActiveSamplerKind() == kSamplerKindTea)
         u = TeaDraw(rng);
     else
@@ -169,6 +198,18 @@ INLINE float Get1D(INOUT(Sampler) rng) {
         u = SobolDraw1D(rng);
     rng.dimension += 1u;
     return u;
+}
+
+// For a decision and what follows from it: z decides, and x and y of those samples that decide alike are
+// about as even as all are.
+INLINE vec3 Get3D(INOUT(Sampler) rng) {
+    if (ActiveSamplerKind() == kSamplerKindSobol || ActiveSamplerKind() == kSamplerKindPcg) {
+        vec3 u = ActiveSamplerKind() == kSamplerKindPcg ? PcgDraw(rng) : SobolDraw3D(rng);
+        rng.dimension += 3u;
+        return u;
+    }
+    float z = Get1D(rng);
+    return vec3(Get2D(rng), z);
 }
 
 SHADING_END

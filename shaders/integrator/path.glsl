@@ -25,8 +25,8 @@
 // remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
-// decision uses the same dimension on every path. Straight crossings and flights
-// through media have dimensions by the ray's number, and the path's wavelength has one.
+// decision uses the same dimension on every path. Straight crossings, flights through media and the choice
+// among candidates for a light have dimensions by the ray's number, and the path's wavelength has one.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
@@ -51,6 +51,7 @@ CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
 CONST uint kWavelengthDimension = 0x3fffffffu;
 CONST uint kFlightDimensions = 0x20000000u;  // 2 for each ray
+CONST uint kCandidateDimensions = 0x30000000u;
 
 // A surface as the path meets it.
 struct Vertex {
@@ -60,18 +61,15 @@ struct Vertex {
     Frame frame;
 };
 
-// The contribution of a light, with `scattered` = f |cos| towards it and `scatterPDF` the density of
-// its direction.
-INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 scattered,
-                                float scatterPDF) {
+// The contribution of a light that is `radiance` at the vertex.
+INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 radiance) {
     DirectLight direct;
     float side = dot(light.wi, vertex.surface.geometricNormal);
     direct.ray = ShadowRayTo(vertex.surface, light, direct.distance);
     direct.lobe = path.lobe;
     direct.light = light.light;
     direct.triangle = light.triangle;
-    direct.radiance =
-        path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
+    direct.radiance = path.throughput * radiance;
     direct.ior = 1.0f;
     if (HasTraceFeature(kTraceMatchedMedia)) {
         direct.media = side > 0.0f ? path.media : vertex.beyond;
@@ -91,9 +89,10 @@ INLINE RayCone ScatteredCone(RayCone cone, float curvature, BSDFSample scattered
     return IsSpecular(scattered.flags) ? cone : WidenCone(cone, scattered.pdf);
 }
 
-// Gives the path its next ray. `diffuse` is the diffuse part of scattered.f. False: there is none.
+// Gives the path its next ray. `diffuse` is the diffuse part of scattered.f; `lightSamples` directions to
+// lights were drawn here. False: there is none.
 INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, vec3 diffuse,
-                    PathSettings settings) {
+                    float lightSamples, PathSettings settings) {
     if (!(scattered.pdf > 0.0f)) return false;
     if (kKeepsParts && path.depth == 0u)
         path.lobe = FirstLobeOf(scattered.f, diffuse, IsTransmissive(scattered.flags));
@@ -102,7 +101,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     if (side * scattered.wi.z <= 0.0f) return false;  // light leak of the shading normal
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
     if (!(MaxComponent(path.throughput) > 0.0f)) return false;
-    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
+    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf / lightSamples;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
     if (HasTraceFeature(kTraceTextureLod))
@@ -117,53 +116,110 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     return true;
 }
 
+// Of how many directions to lights one is chosen. Facets scatter into few directions, and of those to a sky
+// few are among them.
+CONST uint kLightCandidates = 4u;
+
+INLINE uint LightCandidates(Vertex vertex) {
+    return HasTraceFeature(kTraceEnvironmentLight) && (vertex.bsdf.flags & kBxDFGlossy) != 0u
+               ? kLightCandidates
+               : 1u;
+}
+
+// u, moved on by `shift` and around the end. Exact: values that were equally likely stay so, which the table
+// of the environment relies on.
+INLINE float MoveAround(float u, float shift) {
+    return u < 1.0f - shift ? u + shift : u - (1.0f - shift);
+}
+
+// The numbers of each candidate are uniform; those of all are spread over each of their ranges.
+INLINE vec3 NumbersOfCandidate(vec3 u, uint candidate) {
+    float shift = float(candidate) / float(kLightCandidates);
+    float backward = candidate > 0u ? 1.0f - shift : 0.0f;
+    return vec3(MoveAround(u.x, shift), MoveAround(u.y, shift), MoveAround(u.z, backward));
+}
+
+// Which of them is chosen, for each ray; the next dimension stays.
+INLINE float DrawOfCandidates(PathState path) {
+    path.rng.dimension = kCandidateDimensions + path.rayCount;
+    return Get1D(path.rng);
+}
+
 // Draws a direction to a light and one from the BSDF, and follows both. False: the path ends here.
+//
+// The light is chosen of several candidates by what they would contribute (Talbot et al. 2005, "Importance
+// Resampling for Global Illumination"): the mean is that of all of them, for one shadow ray. Their number
+// counts in the weights of multiple importance sampling as that of light samples does.
 INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings,
                         INOUT(DirectLight) direct) {
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
-    LightSample light = NoLightSample();
-    vec3 toLight = vec3(0.0f);
+    vec3 toLightU = vec3(0.0f);
+    uint candidates = 0u;
     if (HasTraceFeature(kTraceLightSampling)) {
-        float choice = Get1D(path.rng);
-        vec2 u = Get2D(path.rng);
-        if (IsNonSpecular(vertex.bsdf.flags)) light = SampleLight(path.scatter, choice, u);
-        toLight = ToLocal(vertex.frame, light.wi);
-        // No light where the shading normal would leak
-        if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
+        toLightU = Get3D(path.rng);
+        if (IsNonSpecular(vertex.bsdf.flags)) candidates = LightCandidates(vertex);
     } else {
         path.rng.dimension += 3u;
     }
-    float choice = Get1D(path.rng);
+    vec3 u = Get3D(path.rng);
     bool isEvaluated = false;
-    BSDFSample scattered = SampleDirection(vertex.bsdf, choice, Get2D(path.rng), isEvaluated);
+    BSDFSample scattered = SampleDirection(vertex.bsdf, u.z, vec2(u), isEvaluated);
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
 
     if (!HasTraceFeature(kTraceLightSampling)) {
         if (!isEvaluated)
-            scattered.f =
-                Evaluate(vertex.bsdf, scattered.wi, IsDelta(scattered), scattered.pdf, diffuse);
-        return Scatter(path, vertex, scattered, diffuse, settings);
+            scattered.f = Evaluate(vertex.bsdf, scattered.wi, IsDelta(scattered), scattered.pdf, diffuse);
+        return Scatter(path, vertex, scattered, diffuse, 1.0f, settings);
     }
-    // Evaluate the BSDF for both at one call site: a device compiles it for each
+    LightSample chosen = NoLightSample();
+    vec3 chosenRadiance = vec3(0.0f);
+    FirstLobe chosenLobe = path.lobe;
+    float sum = 0.0f;
+    float chosenShare = 1.0f;
+    // Of few bits, unlikely candidates would not have their chance
+    float choice = candidates > 1u ? DrawOfCandidates(path) : 0.0f;
+    // Evaluate the BSDF for all at one call site: a device compiles it for each
     DONT_UNROLL
-    for (uint turn = 0u; turn < 2u; ++turn) {
-        bool isLight = turn == 0u;
+    for (uint turn = 0u; turn <= candidates; ++turn) {
+        bool isLight = turn < candidates;
+        LightSample light = NoLightSample();
+        vec3 toLight = vec3(0.0f);
+        if (isLight) {
+            vec3 v = NumbersOfCandidate(toLightU, turn);
+            light = SampleLight(path.scatter, v.z, vec2(v));
+            toLight = ToLocal(vertex.frame, light.wi);
+            // No light where the shading normal would leak
+            if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
+        }
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
         vec3 part = vec3(0.0f);
         bool isDelta = !isLight && IsDelta(scattered);
         vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, isDelta, pdf, part);
-        if (isLight) {
-            direct = ScatterLight(path, vertex, light, value * abs(toLight.z), pdf);
-            if (kKeepsParts && path.depth == 0u)
-                direct.lobe = FirstLobeOf(value, part, !SameHemisphere(vertex.bsdf.wo, toLight));
-        } else {
+        if (!isLight) {
             scattered.f = value;
             scattered.pdf = pdf;
             diffuse = part;
+            continue;
+        }
+        float weight = LightWeight(light, pdf / float(candidates)) / (light.pdf * float(candidates));
+        vec3 radiance = value * light.radiance * (abs(toLight.z) * weight);
+        float share = MaxComponent(radiance);
+        if (share == 0.0f) continue;  // NaN stays: it shall be found
+        sum += share;
+        if (candidates == 1u || Decide(choice, share / sum)) {
+            chosen = light;
+            chosenRadiance = radiance;
+            chosenShare = share;
+            if (kKeepsParts && path.depth == 0u)
+                chosenLobe = FirstLobeOf(value, part, !SameHemisphere(vertex.bsdf.wo, toLight));
         }
     }
-    return Scatter(path, vertex, scattered, diffuse, settings);
+    if (sum != 0.0f) {
+        direct = ScatterLight(path, vertex, chosen, chosenRadiance * (sum / chosenShare));
+        direct.lobe = chosenLobe;
+    }
+    return Scatter(path, vertex, scattered, diffuse, float(max(candidates, 1u)), settings);
 }
 
 // Moves the path's ray to the other side of the surface it has found.
@@ -226,8 +282,8 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
     if (kKeepsParts && path.depth == 0u) path.lobe = FirstLobeOf(vec3(1.0f), vec3(1.0f), false);
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
     if (HasTraceFeature(kTraceLightSampling)) {
-        float choice = Get1D(path.rng);
-        LightSample light = SampleLight(path.scatter, choice, Get2D(path.rng));
+        vec3 u = Get3D(path.rng);
+        LightSample light = SampleLight(path.scatter, u.z, vec2(u));
         if (light.pdf > 0.0f) {
             float phase = PhaseHG(g, dot(forward, light.wi));
             direct.ray = ShadowRayFrom(path.ray.origin, light, direct.distance);

@@ -28,17 +28,18 @@ struct PathSettings {
 struct PathState {
     Ray ray;  // the next one
     Sampler rng;
-    vec3 radiance;         // collected so far: the estimate, once the path has ended
-    vec3 throughput;       // share of the light at the path's end that reaches the camera
-    float wavelength;      // nm; kNoWavelength: all colors
-    float etaScale;        // square of the index of refraction along the path, which roulette must not count
-    float scatterPDF;      // of the ray's direction; 0: light sampling cannot make this path
+    vec3 radiance;     // collected so far: the estimate, once the path has ended
+    vec3 throughput;   // share of the light at the path's end that reaches the camera
+    float wavelength;  // nm; kNoWavelength: all colors
+    float etaScale;    // square of the index of refraction along the path, which roulette must not count
+    float scatterPDF;  // of the ray's direction, over the number of candidates for light where it left; 0:
+                       // light sampling cannot make this path
     LightContext scatter;  // where the ray left, for light sampling
     SegmentStart start;    // where the ray left, for media
     MediumStack media;
-    uint depth;     // bounces so far
-    uint rayCount;  // rays traced
-    float alpha;    // 1: the camera ray hit a surface
+    uint depth;       // bounces so far
+    uint rayCount;    // rays traced
+    float alpha;      // 1: the camera ray hit a surface
     PathParts parts;  // of radiance; these two if kKeepsParts
     FirstLobe lobe;   // of the first bounce
 };
@@ -88,8 +89,8 @@ INLINE void AddToGroup(vec3, uint, uint) {}
 
 // Adds the contribution `value` of light at vertex `depth` of the path, through `lobe`. `light` is the number
 // of the light that it comes from, or kNoLight; `triangle` that within it if it is a mesh.
-INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
-                    uint triangle, PathSettings settings) {
+INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light, uint triangle,
+                    PathSettings settings) {
     if (depth > 1u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
@@ -109,8 +110,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, uint 
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, triangle, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, triangle,
-            settings);
+    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, triangle, settings);
 }
 
 // Russian roulette. False: the path is terminated; the weight of survivors keeps the mean.
@@ -118,7 +118,7 @@ INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     float survival = 1.0f;
     if (path.depth + 1u < settings.rouletteStart) return true;
     if (ActiveRoulette() == kRouletteThroughput) {
-        survival = min(MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
+        survival = min(sqrt(MaxComponent(path.throughput) * path.etaScale), kMaxSurvival);
         if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
     } else if (ActiveRoulette() == kRouletteConstant) {
         survival = settings.survival;

@@ -1,8 +1,8 @@
-// Directions to the environment, by an alias table over the cells of its equirectangular map: a row, a cell
-// of the row, then uniform in solid angle within the cell. A cell's probability comes from the interpolated
-// map: where there is radiance there is density.
+// Directions to the environment, by a table over the cells of its equirectangular map: a row, a cell of the
+// row, then uniform in solid angle within the cell. A cell's probability comes from the interpolated map:
+// where there is radiance there is density.
 //
-// The bridge: AliasEntry EnvironmentAliasAt(uint), LightSetRecord LightSet().
+// The bridge: EnvironmentEntry EnvironmentEntryAt(uint), LightSetRecord LightSet().
 #ifndef RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL
 #define RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL
 
@@ -24,18 +24,32 @@ struct EnvironmentSample {
     float pdf;  // per solid angle
 };
 
-// u selects the cell and the position in it; `choice` decides between slots and aliases.
-INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float choice, vec2 u) {
-    uint row = ChooseUniformly(u.y, lights.environmentHeight);
-    AliasEntry entry = EnvironmentAliasAt(row);
-    if (!Decide(choice, entry.keep)) row = entry.alias;
-    uint firstCell = lights.environmentHeight + row * lights.environmentWidth;
-    uint column = ChooseUniformly(u.x, lights.environmentWidth);
-    entry = EnvironmentAliasAt(firstCell + column);
-    if (!Decide(choice, entry.keep)) {
-        column = entry.alias;
-        entry = EnvironmentAliasAt(firstCell + column);
+// The entry that u chooses of `count` from `first`; the rest of u is uniform in it, as `fine` fills up its
+// digits.
+INLINE uint InvertEnvironmentTable(uint first, uint count, float fine, INOUT(float) u) {
+    uint slot = min(uint(u * float(count)), count - 1u);
+    uint low = EnvironmentEntryAt(first + slot).guide;
+    uint high = slot + 1u < count ? EnvironmentEntryAt(first + slot + 1u).guide : count - 1u;
+    while (low < high) {
+        uint middle = (low + high) >> 1u;
+        if (u < EnvironmentEntryAt(first + middle).end)
+            high = middle;
+        else
+            low = middle + 1u;
     }
+    float begin = low > 0u ? EnvironmentEntryAt(first + low - 1u).end : 0.0f;
+    float size = EnvironmentEntryAt(first + low).end - begin;
+    u = clamp((u - begin + fine / float(kEnvironmentSteps)) / size, 0.0f, kOneMinusEpsilon);
+    return low;
+}
+
+// u selects the cell and the position in it; `fine` is uniform, too, and decides no more than the digits that
+// u has not.
+INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float fine, vec2 u) {
+    uint row = InvertEnvironmentTable(0u, lights.environmentHeight, fine, u.y);
+    uint firstCell = lights.environmentHeight + row * lights.environmentWidth;
+    uint column = InvertEnvironmentTable(firstCell, lights.environmentWidth, fract(fine * 4096.0f), u.x);
+    float probability = EnvironmentEntryAt(firstCell + column).probability;
 
     // Uniform in cos theta = 1 - 2 s, with s counted from the nearer pole: near it s is tiny and 1 - 2 s
     // is not
@@ -52,7 +66,7 @@ INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float cho
     vec2 azimuth = CosSinTurn(fract(turn));
     EnvironmentSample result;
     result.wi = vec3(sinTheta * azimuth.x, cosTheta, sinTheta * azimuth.y);
-    result.pdf = entry.probability / EnvironmentCellSolidAngle(lights, row);
+    result.pdf = probability / EnvironmentCellSolidAngle(lights, row);
     return result;
 }
 
@@ -62,7 +76,7 @@ INLINE float EnvironmentLightPDF(LightSetRecord lights, vec3 wi) {
     uint column = min(uint(uv.x * float(lights.environmentWidth)), lights.environmentWidth - 1u);
     uint row = min(uint(uv.y * float(lights.environmentHeight)), lights.environmentHeight - 1u);
     uint cell = lights.environmentHeight + row * lights.environmentWidth + column;
-    return EnvironmentAliasAt(cell).probability / EnvironmentCellSolidAngle(lights, row);
+    return EnvironmentEntryAt(cell).probability / EnvironmentCellSolidAngle(lights, row);
 }
 
 SHADING_END

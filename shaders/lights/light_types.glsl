@@ -5,6 +5,7 @@
 #include "core/math.glsl"
 #include "core/option.h"
 #include "core/trace_options.glsl"
+#include "shared/environment_entries.h"
 #include "shared/light_records.h"
 #include "shared/light_samplers.h"
 
@@ -12,6 +13,8 @@
 namespace raygraph::shading {
 using glm::unpackSnorm2x16;
 using gpu::AliasEntry;
+using gpu::EnvironmentEntry;
+using gpu::kEnvironmentSteps;
 using gpu::kLightDirectional;
 using gpu::kLightDoubleSided;
 using gpu::kLightMesh;
@@ -54,10 +57,10 @@ struct LightSample {
     float distance;  // kInfinity: directional, environment
     vec3 target;     // where the light leaves from, off its surface; if distance is not kInfinity
     vec3 radiance;   // delta lights: irradiance at normal incidence, I / d^2 or E
-    float pdf;     // per solid angle, times that of the light; delta lights: only the latter. 0: no sample
-    uint isDelta;  // 1: no other strategy can find this light
-    uint light;    // its number
-    uint triangle;  // of a mesh: within it
+    float pdf;       // per solid angle, times that of the light; delta lights: only the latter. 0: no sample
+    uint isDelta;    // 1: no other strategy can find this light
+    uint light;      // its number
+    uint triangle;   // of a mesh: within it
 };
 
 INLINE LightSample NoLightSample() {

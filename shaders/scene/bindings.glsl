@@ -3,6 +3,7 @@
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
+#include "shared/environment_entries.h"
 #include "shared/light_records.h"
 #include "shared/scene_records.h"
 
@@ -18,7 +19,9 @@ layout(set = 0, binding = 6, std430) readonly buffer EnergyTables { uvec4 at[]; 
 layout(set = 0, binding = 7, scalar) readonly buffer Lights { LightRecord at[]; } lights;
 layout(set = 0, binding = 8, scalar) readonly buffer LightNodes { LightNode at[]; } lightNodes;
 layout(set = 0, binding = 9, scalar) readonly buffer LightAlias { AliasEntry at[]; } lightAlias;
-layout(set = 0, binding = 10, scalar) readonly buffer EnvironmentAlias { AliasEntry at[]; } environmentAlias;
+layout(set = 0, binding = 10, scalar) readonly buffer EnvironmentAlias {
+    EnvironmentEntry at[];
+} environmentAlias;
 layout(set = 0, binding = 11, scalar) readonly buffer LightProfiles { float at[]; } lightProfiles;
 layout(set = 0, binding = 12, scalar) readonly buffer LightMeshes { LightMeshRecord at[]; } lightMeshes;
 // 13 to 15 are free; 16 and up are the pass's own.

@@ -12,7 +12,7 @@ AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
 LightMeshRecord LightMeshAt(uint index) { return lightMeshes.at[index]; }
 mat4x3 LightPlacement(uint index) { return instances.at[index].objectToWorld; }
 float LightProfileAt(uint index) { return lightProfiles.at[index]; }
-AliasEntry EnvironmentAliasAt(uint index) { return environmentAlias.at[index]; }
+EnvironmentEntry EnvironmentEntryAt(uint index) { return environmentAlias.at[index]; }
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 
 #include "bxdf/clearcoat.glsl"

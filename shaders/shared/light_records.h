@@ -15,8 +15,7 @@
 // and goes on, where LightMeshRecord::firstAlias says, with two tables a mesh, likewise of its triangles:
 //   power       triangleCount entries
 //   active      activeCount entries
-// The environment's buffer holds one table over its rows, then one a row over the row's cells; `probability`
-// is that of the row, and that of the cell in the whole map.
+// The environment has a table of its own kind: shared/environment_entries.h.
 #ifndef RAYGRAPH_SHARED_LIGHT_RECORDS_H
 #define RAYGRAPH_SHARED_LIGHT_RECORDS_H
 

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "rhi/shader_compiler.h"
+#include "shared/environment_entries.h"
 #include "shared/light_samplers.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"
@@ -27,7 +28,8 @@ class LightSetTest : public VulkanTest {
         gpu::LightSetRecord set;
         std::vector<gpu::LightRecord> lights;
         std::vector<gpu::LightNode> nodes;
-        std::vector<gpu::AliasEntry> alias, environment;
+        std::vector<gpu::AliasEntry> alias;
+        std::vector<gpu::EnvironmentEntry> environment;
         std::vector<gpu::InstanceRecord> instances;
     };
     Tables Frame() {
@@ -43,7 +45,7 @@ class LightSetTest : public VulkanTest {
                 Records<gpu::LightRecord>(lights),
                 Records<gpu::LightNode>(nodes),
                 Records<gpu::AliasEntry>(alias),
-                Records<gpu::AliasEntry>(environment),
+                Records<gpu::EnvironmentEntry>(environment),
                 Records<gpu::InstanceRecord>(instances)};
     }
     uint64_t Rebuilds() const { return render.scene.Statistics().lightRebuilds; }
@@ -82,7 +84,7 @@ layout(binding = 2, scalar) readonly buffer Nodes { LightNode at[]; } lightNodes
 layout(binding = 3, scalar) readonly buffer Alias { AliasEntry at[]; } lightAlias;
 layout(binding = 7, scalar) readonly buffer Meshes { LightMeshRecord at[]; } lightMeshes;
 layout(binding = 8, scalar) readonly buffer Instances { InstanceRecord at[]; } instances;
-layout(binding = 4, scalar) readonly buffer EnvironmentAlias { AliasEntry at[]; } environmentAlias;
+layout(binding = 4, scalar) readonly buffer EnvironmentAlias { EnvironmentEntry at[]; } environmentAlias;
 layout(binding = 5, scalar) uniform Set { LightSetRecord value; } lightSet;
 layout(binding = 6) uniform sampler2D environmentMap;
 
@@ -93,7 +95,7 @@ AliasEntry LightAliasAt(uint slot) { return lightAlias.at[slot]; }
 LightMeshRecord LightMeshAt(uint mesh) { return lightMeshes.at[mesh]; }
 mat4x3 LightPlacement(uint instance) { return instances.at[instance].objectToWorld; }
 float LightProfileAt(uint word) { return 0.0f; }
-AliasEntry EnvironmentAliasAt(uint slot) { return environmentAlias.at[slot]; }
+EnvironmentEntry EnvironmentEntryAt(uint slot) { return environmentAlias.at[slot]; }
 vec3 EnvironmentRadiance(vec3 d) {
     vec2 uv = EquirectFromDirection(d, LightSet().environmentRotation);
     return 0.2f * textureLod(environmentMap, uv, 0.0f).xyz;

@@ -317,7 +317,7 @@ TEST(EnvironmentLight, DirectionsFollowTheDensityOfTheCells) {
     for (uint row = 0; row < kRows; ++row)
         for (uint column = 0; column < kColumns; ++column)
             expected[row * kColumns + column] =
-                0.25e6 * double(EnvironmentAliasAt(8u + row / 2u * 16u + column / 2u).probability);
+                0.25e6 * double(EnvironmentEntryAt(8u + row / 2u * 16u + column / 2u).probability);
     for (int i = 0; i < 1'000'000; ++i) {
         const float choice = Uniform(random);
         const EnvironmentSample s =
@@ -330,6 +330,74 @@ TEST(EnvironmentLight, DirectionsFollowTheDensityOfTheCells) {
         ASSERT_NEAR(length(s.wi), 1.0f, 1e-5f);
     }
     EXPECT_GT(test::ChiSquareTest(observed, expected).pValue, 0.01);
+}
+
+// A choice of the table by the definition: the first entry whose end is above u.
+uint ChosenByDefinition(uint first, uint count, float u) {
+    uint entry = 0;
+    while (entry + 1u < count && !(u < EnvironmentEntryAt(first + entry).end)) ++entry;
+    return entry;
+}
+
+TEST(EnvironmentLight, EachStepOfTheNumberChoosesTheEntryThatItsProbabilityCounts) {
+    std::mt19937 random(18);
+    for (const uvec2 size : {uvec2(1u, 1u), uvec2(16u, 8u), uvec2(7u, 5u), uvec2(301u, 3u), uvec2(13u, 6u)}) {
+        testLights = {};
+        image::ImageF map = RandomMap(size.x, size.y, random);
+        // A sun, and half of the rest black. The last map is even, so that entries end where slots do, but for
+        // three black rows, of which no light reaches the middle
+        for (size_t i = 0; i < map.rgba.size(); i += 4)
+            for (size_t c = 0; c < 3; ++c)
+                if (size.x == 13u)
+                    map.rgba[i + c] = float((i / 4 / 13 + 1) / 3 != 1);
+                else
+                    map.rgba[i + c] *= i == 0 ? 1e6f : float(i / 4 % 16 < 8);
+        testLights.SetEnvironment(map, vec3(1.0f));
+        testLights.Build();
+        const auto expectRow = [](uint first, uint count, float share) {
+            double sum = 0.0;
+            for (uint i = 0; i < count; ++i) {
+                const float begin = i > 0u ? EnvironmentEntryAt(first + i - 1u).end : 0.0f;
+                const float end = EnvironmentEntryAt(first + i).end;
+                ASSERT_NEAR(EnvironmentEntryAt(first + i).probability, share * (end - begin),
+                            1e-6f * share * (end - begin));
+                sum += double(end - begin);
+                for (const float u : {begin, begin + 0x1p-24f, 0.5f * (begin + end), end - 0x1p-24f, end,
+                                      float(i) / float(count), float(i + 1u) / float(count) - 0x1p-24f}) {
+                    if (u < 0.0f || u > kOneMinusEpsilon) continue;
+                    float rest = u;
+                    ASSERT_EQ(InvertEnvironmentTable(first, count, 0.0f, rest),
+                              ChosenByDefinition(first, count, u))
+                        << u << " of " << count;
+                    ASSERT_TRUE(rest >= 0.0f && rest < 1.0f);
+                }
+            }
+            ASSERT_EQ(sum, 1.0);
+        };
+        expectRow(0u, size.y, 1.0f);
+        for (uint row = 0; row < size.y; ++row)
+            if (const float share = EnvironmentEntryAt(row).probability; share > 0.0f)
+                expectRow(size.y + row * size.x, size.x, share);
+        if (HasFatalFailure()) return;
+    }
+}
+
+TEST(EnvironmentLight, EvenNumbersGiveEvenDirections) {
+    std::mt19937 random(19);
+    testLights = {};
+    testLights.SetEnvironment(RandomMap(16, 8, random), vec3(1.0f));
+    testLights.Build();
+    constexpr int kCount = 1024;
+    std::vector<double> rows(8, 0.0);
+    for (uint i = 0; i < kCount; ++i) {
+        Sampler rng = StartPixelSample(uvec2(2u, 3u), i, 4u);
+        const vec3 u = Get3D(rng);
+        const vec3 wi = SampleEnvironmentLight(LightSet(), u.z, vec2(u)).wi;
+        rows[min(uint(EquirectFromDirection(wi, 0.0f).y * 8.0f), 7u)] += 1.0;
+    }
+    // Independent numbers, or an alias table, would miss by about the root of the number
+    for (uint row = 0; row < 8; ++row)
+        EXPECT_NEAR(rows[row], kCount * double(EnvironmentEntryAt(row).probability), 2.0) << row;
 }
 
 TEST(EnvironmentLight, PDFIntegratesToOne) {

@@ -7,7 +7,7 @@
 
 #include "core/frame.glsl"
 #include "lights/light_types.glsl"
-#include "renderer/gpu_scene/environment_alias.h"
+#include "renderer/gpu_scene/environment_table.h"
 #include "renderer/gpu_scene/light_table.h"
 
 namespace raygraph::shading {
@@ -22,7 +22,7 @@ struct TestLights {
     LightTable table;
     image::ImageF map{.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}};
     vec3 environmentTint{0.0f};
-    EnvironmentAlias environment = ConstantEnvironmentAlias();
+    EnvironmentTable environment = ConstantEnvironmentTable();
 
     void AddTriangle(vec3 p0, vec3 p1, vec3 p2, vec3 radiance, bool isDoubleSided = false) {
         const auto number = static_cast<uint32_t>(scene.emission.size());
@@ -47,7 +47,7 @@ struct TestLights {
     }
     void SetEnvironment(image::ImageF image, vec3 tint, float rotation = 0.0f) {
         map = std::move(image);
-        environment = BuildEnvironmentAlias(map);
+        environment = BuildEnvironmentTable(map);
         environmentTint = tint;
         scene.environmentRotation = rotation;
     }
@@ -84,7 +84,7 @@ inline float LightProfileAt(uint word) {
 inline AliasEntry LightAliasAt(uint slot) {
     return testLights.table.AliasAt(slot);
 }
-inline AliasEntry EnvironmentAliasAt(uint slot) {
+inline EnvironmentEntry EnvironmentEntryAt(uint slot) {
     return testLights.environment.entries.at(slot);
 }
 inline vec3 TriangleEmission(LightRecord light, vec2, vec3) {

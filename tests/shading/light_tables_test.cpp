@@ -58,7 +58,7 @@ void SetTexel(image::ImageF& map, uint32_t x, uint32_t y, vec3 color) {
     for (int c = 0; c < 3; ++c) map.rgba[4 * (y * map.width + x) + size_t(c)] = color[c];
 }
 
-TEST(EnvironmentAlias, WhereInterpolationLeavesLightThereIsDensity) {
+TEST(EnvironmentTable, WhereInterpolationLeavesLightThereIsDensity) {
     // One bright texel at the seam, in the top row, in the middle: its light reaches the cells around it
     for (const uvec2 bright : {uvec2(0u, 3u), uvec2(7u, 0u), uvec2(4u, 6u), uvec2(15u, 7u)}) {
         testLights = {};
@@ -81,21 +81,21 @@ TEST(EnvironmentAlias, WhereInterpolationLeavesLightThereIsDensity) {
     }
 }
 
-TEST(EnvironmentAlias, MeanRadianceIsThatOverTheSphere) {
+TEST(EnvironmentTable, MeanRadianceIsThatOverTheSphere) {
     image::ImageF map = BlackMap(64, 32);
     for (uint32_t y = 0; y < 16; ++y)
         for (uint32_t x = 0; x < 64; ++x) SetTexel(map, x, y, vec3(2.0f, 4.0f, 100'000.0f));
-    const EnvironmentAlias alias = BuildEnvironmentAlias(map);
-    EXPECT_NEAR(alias.meanRadiance.x, 1.0f, 1e-4f);
-    EXPECT_NEAR(alias.meanRadiance.z, 50'000.0f, 5.0f) << "beyond half floats";
+    const EnvironmentTable table = BuildEnvironmentTable(map);
+    EXPECT_NEAR(table.meanRadiance.x, 1.0f, 1e-4f);
+    EXPECT_NEAR(table.meanRadiance.z, 50'000.0f, 5.0f) << "beyond half floats";
 }
 
-TEST(EnvironmentAlias, LargeMapsShareCells) {
+TEST(EnvironmentTable, LargeMapsShareCells) {
     image::ImageF map = BlackMap(64, 32);
     std::mt19937 random(3);
     for (float& value : map.rgba) value = float(random() % 100);
-    const EnvironmentAlias fine = BuildEnvironmentAlias(map);
-    const EnvironmentAlias coarse = BuildEnvironmentAlias(map, 200);
+    const EnvironmentTable fine = BuildEnvironmentTable(map);
+    const EnvironmentTable coarse = BuildEnvironmentTable(map, 200);
     ASSERT_EQ(coarse.width, 16u);
     ASSERT_EQ(coarse.height, 8u);
     double sum = 0.0;

@@ -21,6 +21,8 @@ namespace {
 struct SphereScene {
     float radius = 1.0f;
     vec3 albedo{0.0f};
+    float metallic = 0.0f;
+    float roughness = 0.0f;
     vec3 emission{0.0f};
     std::vector<float> walls{};  // heights
     bool hasLamp = false;
@@ -119,6 +121,8 @@ inline SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.isFront = normal == outward;
     surface.curvature = (surface.isFront ? 1.0f : -1.0f) / scene.radius;
     surface.material.baseColor = scene.albedo;
+    surface.material.metallic = scene.metallic;
+    surface.material.roughness = scene.roughness;
     surface.material.ior = 1.5f;
     if (scene.isMedium) {
         surface.material = paper;

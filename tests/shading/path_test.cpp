@@ -59,14 +59,19 @@ TEST_F(Path, MissSeesTheEnvironmentWithoutAlpha) {
     EXPECT_EQ(path.alpha, 0.0f);
 }
 
-TEST_F(Path, LightSamplingFindsTheLightThatChanceFinds) {
-    SetScene({.albedo = vec3(0.7f)});
+// Even but for one texel.
+image::ImageF SkyWithALamp() {
     image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
     for (uint32_t texel = 0; texel < 16 * 8; ++texel) {
         const float value = texel % 16 == 3 && texel / 16 == 2 ? 40.0f : 0.2f;
         sky.rgba.insert(sky.rgba.end(), {value, value, value, 1.0f});
     }
-    testLights.SetEnvironment(sky, vec3(1.0f));
+    return sky;
+}
+
+TEST_F(Path, LightSamplingFindsTheLightThatChanceFinds) {
+    SetScene({.albedo = vec3(0.7f)});
+    testLights.SetEnvironment(SkyWithALamp(), vec3(1.0f));
     testLights.Build();
     const Ray ray{.origin = vec3(0.2f, 4.0f, 3.0f), .direction = normalize(vec3(0.0f, -4.0f, -3.0f))};
     PathSettings settings = Unbiased(kNoLimit, 100u);
@@ -79,6 +84,45 @@ TEST_F(Path, LightSamplingFindsTheLightThatChanceFinds) {
         const double error = std::hypot(sampled.standardError, byChance.standardError);
         EXPECT_NEAR(sampled.radiance, byChance.radiance, 4.0 * error) << "heuristic " << int(mis);
         EXPECT_LT(sampled.standardError, 0.02 * sampled.radiance) << "too noisy to prove anything";
+    }
+}
+
+// Else the table of the environment would choose its smallest cells too seldom or too often.
+TEST_F(Path, NumbersOfCandidatesAreMovedByExactlyAQuarterEach) {
+    constexpr int kSteps = 1 << 24;
+    for (const int step : {0, 1, kSteps / 4 - 1, kSteps / 4, kSteps / 2 + 1, 3 * kSteps / 4, kSteps - 1}) {
+        const auto u = static_cast<float>(std::ldexp(double(step), -24));
+        for (uint candidate = 0; candidate < kLightCandidates; ++candidate) {
+            const vec3 v = NumbersOfCandidate(vec3(u), candidate);
+            const int moved = kSteps / int(kLightCandidates) * int(candidate);
+            const int across = (step + moved) % kSteps, back = (step + kSteps - moved) % kSteps;
+            EXPECT_EQ(double(v.x), std::ldexp(double(across), -24)) << step << ", " << candidate;
+            EXPECT_EQ(double(v.y), std::ldexp(double(across), -24)) << step << ", " << candidate;
+            EXPECT_EQ(double(v.z), std::ldexp(double(back), -24)) << step << ", " << candidate;
+        }
+    }
+}
+
+// Where the light is chosen of several candidates.
+TEST_F(Path, GlossySurfacesChooseAmongLightsWithoutBias) {
+    for (const float metallic : {0.0f, 1.0f}) {
+        SetScene({.albedo = vec3(0.7f), .metallic = metallic, .roughness = 0.5f});
+        testLights.SetEnvironment(SkyWithALamp(), vec3(1.0f));
+        testLights.Build();
+        const Ray ray{.origin = vec3(0.2f, 4.0f, 3.0f), .direction = normalize(vec3(0.0f, -4.0f, -3.0f))};
+        const PathSettings settings = Unbiased(kNoLimit, 100u);
+        UseOptions(0u);
+        const Mean byChance = MeanRadiance(ray, settings, 1u << 18);
+        ASSERT_LT(byChance.standardError, 0.01 * byChance.radiance);
+        UseOptions(kTraceLightSampling | kTraceEnvironmentLight);
+        for (const MisHeuristic mis : {MisHeuristic::Off, MisHeuristic::Balance, MisHeuristic::Power}) {
+            threadMisHeuristic = mis;
+            const Mean sampled = MeanRadiance(ray, settings, 1u << 16);
+            const double error = std::hypot(sampled.standardError, byChance.standardError);
+            EXPECT_NEAR(sampled.radiance, byChance.radiance, 4.0 * error)
+                << "heuristic " << int(mis) << ", metallic " << metallic;
+            EXPECT_LT(sampled.standardError, 0.02 * sampled.radiance) << "too noisy to prove anything";
+        }
     }
 }
 

@@ -111,6 +111,37 @@ TEST(Sobol, AlignedPowersOfTwoAreNetsAfterScrambling) {
     }
 }
 
+TEST(Sobol, ThreeDimensionsTogetherAreNets) {
+    // Every elementary box of volume 2 / 2^k holds exactly two of the 2^k points
+    for (uint seed = 0; seed < 4; ++seed) {
+        for (int k = 1; k <= 11; ++k) {
+            const uint count = 1u << k;
+            for (uint first : {0u, 5u * count, 0u - count}) {
+                std::vector<vec3> points;
+                for (uint i = 0; i < count; ++i) {
+                    Sampler rng = StartPixelSample(uvec2(seed * 7u, 3u), first + i, seed);
+                    rng.dimension = seed * 5u;
+                    points.push_back(Get3D(rng));
+                    ASSERT_EQ(rng.dimension, seed * 5u + 3u);
+                }
+                for (int p = 0; p < k; ++p) {
+                    for (int q = 0; p + q < k; ++q) {
+                        const int r = k - 1 - p - q;
+                        std::vector<int> hits(count / 2, 0);
+                        for (vec3 u : points) {
+                            const auto a = static_cast<size_t>(std::ldexp(u.x, p));
+                            const auto b = static_cast<size_t>(std::ldexp(u.y, q));
+                            const auto c = static_cast<size_t>(std::ldexp(u.z, r));
+                            ++hits[(((a << q) + b) << r) + c];
+                        }
+                        for (int hit : hits) ASSERT_EQ(hit, 2) << "k = " << k << ", " << p << ", " << q;
+                    }
+                }
+            }
+        }
+    }
+}
+
 TEST(Sobol, OneDimensionalDrawsAreStratified) {
     for (uint dimension = 0; dimension < 20; ++dimension) {
         for (int k = 0; k <= 12; ++k) {

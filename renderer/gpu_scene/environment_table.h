@@ -1,18 +1,20 @@
-// The environment's importance: an alias table over the cells of its equirectangular map.
+// The environment's importance: a table over the cells of its equirectangular map, to be inverted.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <vector>
 
 #include "renderer/image/image.h"
-#include "shaders/shared/light_records.h"
+#include "shaders/shared/environment_entries.h"
 
 namespace raygraph {
 
-struct EnvironmentAlias {
-    uint32_t width = 1, height = 1;        // cells
-    std::vector<gpu::AliasEntry> entries;  // over the rows, then over the cells of each row
-    glm::vec3 meanRadiance{1.0f};          // of the map over the sphere, linear Rec. 709
+struct EnvironmentTable {
+    uint32_t width = 1, height = 1;              // cells
+    std::vector<gpu::EnvironmentEntry> entries;  // the rows, then the cells of each row
+    glm::vec3 meanRadiance{1.0f};                // of the map over the sphere, linear Rec. 709
 };
 
 inline constexpr uint64_t kMaxEnvironmentCells = uint64_t{1} << 22;
@@ -24,9 +26,9 @@ void RequireRadiance(const image::ImageF& map);
 // Its weight is the integral of the luminance of the map as a sampler interpolates it (bilinear, repeated in
 // u, clamped in v) times solid angle: it is 0 only where the interpolated map is black all over the cell.
 // Values of the map are finite and not negative. Linear time; needs no device.
-EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCells = kMaxEnvironmentCells);
+EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCells = kMaxEnvironmentCells);
 
 // The table of an environment without a map: one cell, uniform over all directions.
-EnvironmentAlias ConstantEnvironmentAlias();
+EnvironmentTable ConstantEnvironmentTable();
 
 }  // namespace raygraph

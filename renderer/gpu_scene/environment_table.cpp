@@ -1,13 +1,14 @@
-#include "renderer/gpu_scene/environment_alias.h"
+#include "renderer/gpu_scene/environment_table.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <span>
 
 #include "base/check.h"
 #include "base/text.h"
-#include "renderer/gpu_scene/alias_table.h"
 
 namespace raygraph {
 
@@ -47,6 +48,39 @@ class TexelMeans {
     std::vector<glm::dvec3> m_column, m_row;
 };
 
+// Deals the kEnvironmentSteps steps of u to the entries in proportion to their weights, one at least to each
+// of a weight above 0. Returns the sum of the weights.
+double DealSteps(std::span<const double> weights, std::span<gpu::EnvironmentEntry> entries) {
+    const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+    const auto count = static_cast<uint32_t>(weights.size());
+    if (!(sum > 0.0)) {
+        std::fill(entries.begin(), entries.end(), gpu::EnvironmentEntry{});
+        return 0.0;
+    }
+    const auto litCount = static_cast<uint32_t>(
+        std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0.0; }));
+    RG_CHECK_LE(litCount, gpu::kEnvironmentSteps);
+    const double rest = gpu::kEnvironmentSteps - litCount;
+    uint32_t first = 0, lit = 0, slot = 0;
+    double before = 0.0;
+    for (uint32_t i = 0; i < count; ++i) {
+        before += weights[i];
+        lit += weights[i] > 0.0;
+        const uint32_t end = lit == litCount
+                                 ? gpu::kEnvironmentSteps
+                                 : lit + static_cast<uint32_t>(rest * std::min(before / sum, 1.0));
+        entries[i].end = static_cast<float>(end) / gpu::kEnvironmentSteps;
+        entries[i].probability = static_cast<float>(end - first) / gpu::kEnvironmentSteps;
+        // The slots that begin here: their first step but one, which rounding may count among them
+        const auto lastBefore = [&](uint32_t s) {
+            return s == 0 ? 0 : (uint64_t{s} * gpu::kEnvironmentSteps - 1) / count;
+        };
+        for (; slot < count && lastBefore(slot) < end; ++slot) entries[slot].guide = i;
+        first = end;
+    }
+    return sum;
+}
+
 }  // namespace
 
 void RequireRadiance(const image::ImageF& map) {
@@ -62,15 +96,15 @@ void RequireRadiance(const image::ImageF& map) {
                 i / 4 % map.width, i / 4 / map.width, map.rgba[i]);
 }
 
-EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCells) {
+EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCells) {
     RG_CHECK(map.width > 0 && map.height > 0);
     uint32_t step = 1;
     while (uint64_t{map.width / step} * (map.height / step) > maxCells && map.width % (2 * step) == 0 &&
            map.height % (2 * step) == 0)
         step *= 2;
-    EnvironmentAlias result{.width = map.width / step, .height = map.height / step, .entries = {}};
+    EnvironmentTable result{.width = map.width / step, .height = map.height / step, .entries = {}};
     result.entries.resize(size_t{result.height} * (result.width + 1));
-    const std::span<gpu::AliasEntry> rows = std::span(result.entries).first(result.height);
+    const std::span<gpu::EnvironmentEntry> rows = std::span(result.entries).first(result.height);
 
     TexelMeans means(map);
     glm::dvec3 flux(0.0);  // integral over the sphere
@@ -90,12 +124,12 @@ EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCel
             }
         }
         const size_t first = result.height + size_t{row} * result.width;
-        rowWeights[row] = BuildAliasTable(weights, std::span(result.entries).subspan(first, result.width));
+        rowWeights[row] = DealSteps(weights, std::span(result.entries).subspan(first, result.width));
     }
-    BuildAliasTable(rowWeights, rows);
+    DealSteps(rowWeights, rows);
     for (uint32_t row = 0; row < result.height; ++row) {
         const size_t first = result.height + size_t{row} * result.width;
-        for (gpu::AliasEntry& cell : std::span(result.entries).subspan(first, result.width))
+        for (gpu::EnvironmentEntry& cell : std::span(result.entries).subspan(first, result.width))
             if (cell.probability > 0.0f)
                 cell.probability =
                     std::max(cell.probability * rows[row].probability, std::numeric_limits<float>::min());
@@ -104,9 +138,9 @@ EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCel
     return result;
 }
 
-EnvironmentAlias ConstantEnvironmentAlias() {
-    const gpu::AliasEntry all{.keep = 1.0f, .alias = 0, .probability = 1.0f};
-    EnvironmentAlias result;
+EnvironmentTable ConstantEnvironmentTable() {
+    const gpu::EnvironmentEntry all{.end = 1.0f, .guide = 0, .probability = 1.0f};
+    EnvironmentTable result;
     result.entries.assign(2, all);
     return result;
 }
