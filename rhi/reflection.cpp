@@ -161,7 +161,8 @@ class Reflector {
 
     // The block that a buffer reference is to; null: the type is none.
     const spirv_cross::SPIRType* Referenced(const spirv_cross::SPIRType& type) const {
-        if (!type.pointer || type.storage != spv::StorageClassPhysicalStorageBufferEXT) return nullptr;
+        const bool isPointer = type.pointer && type.array.empty();
+        if (!isPointer || type.storage != spv::StorageClassPhysicalStorageBufferEXT) return nullptr;
         return &m_compiler.get_type(type.parent_type);
     }
 
@@ -172,6 +173,8 @@ class Reflector {
     }
 
     void AddAddresses(const Resource& resource) {
+        if (!m_compiler.get_type(resource.type_id).array.empty())
+            Fail("'{}' is an array of tables of addresses, which cannot be bound", NameOf(resource));
         const spirv_cross::SPIRType& table = m_compiler.get_type(resource.base_type_id);
         std::unordered_set<uint32_t> used;
         for (const auto& range : m_compiler.get_active_buffer_ranges(resource.id)) used.insert(range.index);

@@ -121,12 +121,18 @@ TEST(Reflection, BlockOfBufferReferencesIsATableOfAddresses) {
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_scalar_block_layout : require
 layout(local_size_x = 1) in;
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { uint head; vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials {
+    uint head;
+    vec3 at[];
+};
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Sums { float at[]; };
 layout(set = 0, binding = 3, scalar) uniform Tables { Materials materials; Materials unused; Sums sums; };
 layout(set = 0, binding = 4, scalar) uniform Mixed { Materials first; uint count; } mixed;
-void main() { sums.at[0] = materials.at[mixed.count].x + mixed.first.at[0].y; })");
-    ASSERT_EQ(reflection.bindings.size(), 4u) << "a block with anything else is a uniform buffer";
+layout(set = 0, binding = 5, scalar) uniform Several { Materials each[2]; } several;
+void main() {
+    sums.at[0] = materials.at[mixed.count].x + mixed.first.at[0].y + several.each[1].at[0].y;
+})");
+    ASSERT_EQ(reflection.bindings.size(), 5u) << "a block with anything else is a uniform buffer";
     struct Expected {
         const char* name;
         uint32_t offset;
@@ -149,6 +155,17 @@ void main() { sums.at[0] = materials.at[mixed.count].x + mixed.first.at[0].y; })
         EXPECT_EQ(binding.elementBytes, expected[i].elementBytes) << binding.name;
     }
     EXPECT_EQ(reflection.bindings[3].kind, BindingKind::UniformBuffer);
+    EXPECT_EQ(reflection.bindings[4].kind, BindingKind::UniformBuffer);
+}
+
+TEST(Reflection, ArrayOfTablesOfAddressesIsRefused) {
+    EXPECT_EQ(RefusalOf(StageKind::Compute, R"(#version 460
+#extension GL_EXT_buffer_reference : require
+layout(local_size_x = 1) in;
+layout(buffer_reference, std430) buffer Sums { float at[]; };
+layout(set = 0, binding = 3) uniform Tables { Sums sums; } tables[2];
+void main() { tables[1].sums.at[0] = 1.0; })"),
+              "test: 'tables' is an array of tables of addresses, which cannot be bound");
 }
 
 TEST(Reflection, ImageFormatsAndBlockSizesAreKnown) {
