@@ -41,11 +41,13 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     InstanceRecord instance = instances.at[light.instance];
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];
     MaterialRecord material = materials.at[geometry.material];
+    if (!HasTraceFeature(kTraceTextures | kTraceClearcoat | kTraceAnyHit)) return material.emission;
     Triangle triangle = WithTexCoords(TriangleAt(instance, light.primitive, barycentrics), geometry);
     vec3 emission = EmissionAt(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
         emission *= EmissionPassed(CoatAt(instance, geometry, material, triangle, toViewer), toViewer);
-    if (material.alphaMode != kAlphaOpaque) emission *= Opacity(geometry, material, triangle);
+    if (HasTraceFeature(kTraceAnyHit) && material.alphaMode != kAlphaOpaque)
+        emission *= Opacity(geometry, material, triangle);
     return emission;
 }
 

@@ -39,6 +39,7 @@
 //   MeshLights:       some triangle lights are those of a mesh that is placed often
 //   Textures:         materials have textures
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
+//   VertexColors:     some vertices have a color
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
 //                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen
 //   Smooth:           some materials or coats reflect in a single direction
@@ -89,6 +90,7 @@
     X(Capsules, 33554432)          \
     X(Smooth, 67108864)            \
     X(MeshLights, 134217728)       \
+    X(VertexColors, 536870912)     \
     X(HiddenEnvironment, 268435456)
 
 #ifdef __cplusplus
