@@ -24,7 +24,7 @@ TextureId FilterEnvironment(Renderer& renderer, const SceneIds& scene, FilteredE
             pass.Compute("raster/filter_environment.comp");
             pass.Uniform("parameters", parameters);
             BindEnvironment(pass, scene);
-            pass.Reads("environmentAlias", scene.environmentAlias);
+            pass.Reads("environmentTable", scene.environmentTable);
             filtered = pass.Writes("filtered", filtered);
         },
         [&state, version = scene.environmentVersion](CommandList& commands) {

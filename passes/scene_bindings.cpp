@@ -147,6 +147,16 @@ void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     BindHits(pass, scene, RayType::Shadow, scene.hasThinWalls || scene.hasAlpha ? tested : kOpaqueShadow);
 }
 
+void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,
+                  const TraceSettings& settings) {
+    const uint32_t features = TraceFeatures(scene, settings);
+    const bool hasOneTrace = device.Info().type == rhi::DeviceType::Cpu &&
+                             (features & kTraceLightSampling) != 0 &&
+                             (features & (kTraceThinWalls | kTraceMatchedMedia)) == 0;
+    pass.Specialize("kLoopOptions", hasOneTrace ? kLoopOneTrace : 0u);
+    if (!hasOneTrace) BindShadowRays(pass, scene);
+}
+
 void BindInstances(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("instances", scene.instances);
     if (scene.deformedStreams.IsValid()) pass.ReadsByAddress(scene.deformedStreams);
@@ -172,7 +182,7 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("lightAlias", scene.lightAlias);
     pass.Reads("lightMeshes", scene.lightMeshes);
     pass.Reads("lightProfiles", scene.lightProfiles);
-    pass.Reads("environmentAlias", scene.environmentAlias);
+    pass.Reads("environmentTable", scene.environmentTable);
 }
 
 void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,

@@ -27,6 +27,10 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 // Those of shadow rays; beside BindTracing. Where the scene has alpha, thin walls or round primitives, needs
 // BindGeometry and BindMaterials.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
+// What the integrator's loop needs to trace shadow rays; beside BindTracing and SpecializeTrace. On a CPU
+// device, where no walls and media let light through, that is no shader more.
+RAYGRAPH_API void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,
+                               const TraceSettings& settings);
 // Instance records, and the vertices of deformed meshes, which they address.
 RAYGRAPH_API void BindInstances(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.

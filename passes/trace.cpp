@@ -98,7 +98,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
             pass.RayGen(RayGenOf(outputs));
             SpecializeTrace(pass, scene, settings);
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
-            BindShadowRays(pass, scene);
+            BindLoopRays(pass, renderer.Device(), scene, settings);
             BindGeometry(pass, scene);
             BindMaterials(pass, scene);
             BindEnvironment(pass, scene);

@@ -193,7 +193,7 @@ class Wavefront {
                 BindScene(pass);
                 BindLighting(pass);
                 BindRays(pass);
-                BindShadowRays(pass, m_scene);
+                BindLoopRays(pass, m_renderer.Device(), m_scene, m_settings);
                 SetConstants(pass, m_settings.form.steps);
                 pass.Reads("waveCounts", m_counts);
                 pass.Reads("waveQueue", m_queue);

@@ -25,6 +25,12 @@ VkDescriptorSetLayout CreatePassSetLayout(Device& device, const std::string& pip
     std::vector<VkDescriptorSetLayoutBinding> bindings;
     uint32_t descriptorCount = 0;
     for (const BindingInfo& info : interface.bindings) {
+        // Of a table of addresses each is listed; the block is one binding
+        if (info.kind == BindingKind::BufferAddress && !bindings.empty() &&
+            bindings.back().binding == info.binding) {
+            bindings.back().stageFlags |= info.stages;
+            continue;
+        }
         VkDescriptorSetLayoutBinding binding{};
         binding.binding = info.binding;
         binding.descriptorType = ToVk(info.kind);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <spirv_cross.hpp>
+#include <tuple>
 #include <unordered_set>
 
 #include "base/text.h"
@@ -95,7 +96,7 @@ class Reflector {
         ReadSpecialization();
         if (m_result.stage == StageKind::Compute) ReadWorkgroupSize();
         std::sort(m_result.bindings.begin(), m_result.bindings.end(), [](const Binding& a, const Binding& b) {
-            return a.set != b.set ? a.set < b.set : a.binding < b.binding;
+            return std::tie(a.set, a.binding, a.offset) < std::tie(b.set, b.binding, b.offset);
         });
         return std::move(m_result);
     }
@@ -158,7 +159,52 @@ class Reflector {
         binding.imageFormat = *format;
     }
 
+    // The block that a buffer reference is to; null: the type is none.
+    const spirv_cross::SPIRType* Referenced(const spirv_cross::SPIRType& type) const {
+        const bool isPointer = type.pointer && type.array.empty();
+        if (!isPointer || type.storage != spv::StorageClassPhysicalStorageBufferEXT) return nullptr;
+        return &m_compiler.get_type(type.parent_type);
+    }
+
+    bool IsTableOfAddresses(const spirv_cross::SPIRType& block) const {
+        return std::all_of(
+            block.member_types.begin(), block.member_types.end(),
+            [&](spirv_cross::TypeID member) { return Referenced(m_compiler.get_type(member)) != nullptr; });
+    }
+
+    void AddAddresses(const Resource& resource) {
+        if (!m_compiler.get_type(resource.type_id).array.empty())
+            Fail("'{}' is an array of tables of addresses, which cannot be bound", NameOf(resource));
+        const spirv_cross::SPIRType& table = m_compiler.get_type(resource.base_type_id);
+        std::unordered_set<uint32_t> used;
+        for (const auto& range : m_compiler.get_active_buffer_ranges(resource.id)) used.insert(range.index);
+        for (uint32_t i = 0; i < table.member_types.size(); ++i) {
+            const spirv_cross::SPIRType& block = *Referenced(m_compiler.get_type(table.member_types[i]));
+            const auto isAll = [&](spv::Decoration decoration) {
+                for (uint32_t member = 0; member < block.member_types.size(); ++member)
+                    if (!m_compiler.has_member_decoration(block.self, member, decoration)) return false;
+                return true;
+            };
+            const size_t fixed = m_compiler.get_declared_struct_size_runtime_array(block, 0);
+            const size_t withOne = m_compiler.get_declared_struct_size_runtime_array(block, 1);
+            Binding& binding = m_result.bindings.emplace_back();
+            binding.name = m_compiler.get_member_name(resource.base_type_id, i);
+            binding.set = m_compiler.get_decoration(resource.id, spv::DecorationDescriptorSet);
+            binding.binding = m_compiler.get_decoration(resource.id, spv::DecorationBinding);
+            binding.offset = m_compiler.type_struct_member_offset(table, i);
+            binding.kind = BindingKind::BufferAddress;
+            binding.isReadable = !isAll(spv::DecorationNonReadable);
+            binding.isWritable = !isAll(spv::DecorationNonWritable);
+            binding.isUsed = used.contains(i);
+            binding.blockBytes = static_cast<uint32_t>(fixed);
+            binding.elementBytes = static_cast<uint32_t>(withOne - fixed);
+        }
+    }
+
     void AddBuffer(const Resource& resource, BindingKind kind) {
+        if (kind == BindingKind::UniformBuffer &&
+            IsTableOfAddresses(m_compiler.get_type(resource.base_type_id)))
+            return AddAddresses(resource);
         Binding& binding = Add(resource, kind);
         const spirv_cross::SPIRType& type = m_compiler.get_type(resource.base_type_id);
         const size_t fixed = m_compiler.get_declared_struct_size_runtime_array(type, 0);
@@ -241,6 +287,7 @@ VkDescriptorType ToVk(BindingKind kind) {
         case BindingKind::StorageBuffer:
             return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
         case BindingKind::UniformBuffer:
+        case BindingKind::BufferAddress:
             return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
         case BindingKind::AccelerationStructure:
             return VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
@@ -260,6 +307,8 @@ const char* Name(BindingKind kind) {
             return "uniform buffer";
         case BindingKind::AccelerationStructure:
             return "acceleration structure";
+        case BindingKind::BufferAddress:
+            return "buffer address";
     }
     return "?";
 }

@@ -28,7 +28,7 @@ void CheckTextureTable(const std::string& shader, const Binding& binding) {
 }
 
 void CheckAgree(const BindingInfo& first, const std::string& shader, const Binding& second) {
-    const bool sameSlot = first.binding == second.binding;
+    const bool sameSlot = first.binding == second.binding && first.offset == second.offset;
     const bool sameName = first.name == second.name;
     if (sameSlot && sameName && first.kind == second.kind && first.count == second.count &&
         first.shape == second.shape &&
@@ -44,6 +44,12 @@ void CheckAgree(const BindingInfo& first, const std::string& shader, const Bindi
     Fail("shaders disagree: " + side(first.firstShader, first) + ", " + side(shader, second));
 }
 
+// Whether no pipeline can have both but as one: they have a name or a place in common.
+bool Collide(const Binding& a, const Binding& b) {
+    if (a.name == b.name) return true;
+    return a.binding == b.binding && (a.offset == b.offset || a.kind != b.kind);
+}
+
 void MergeBinding(ShaderInterface& merged, const NamedReflection& stage, const Binding& binding) {
     const VkShaderStageFlags bit = ToVk(stage.reflection.stage);
     if (binding.set == kTextureTableSet) {
@@ -57,7 +63,7 @@ void MergeBinding(ShaderInterface& merged, const NamedReflection& stage, const B
     if (binding.count == 0)
         Fail(stage.name + ": '" + binding.name + "' is a runtime array in set 0; give it a size");
     for (BindingInfo& known : merged.bindings) {
-        if (known.binding != binding.binding && known.name != binding.name) continue;
+        if (!Collide(known, binding)) continue;
         CheckAgree(known, stage.name, binding);
         known.stages |= bit;
         known.isReadable |= binding.isReadable;
@@ -99,8 +105,9 @@ ShaderInterface MergeInterface(std::span<const NamedReflection> stages) {
             if (!isKnown) merged.specialization.push_back(constant);
         }
     }
-    std::sort(merged.bindings.begin(), merged.bindings.end(),
-              [](const Binding& a, const Binding& b) { return a.binding < b.binding; });
+    std::sort(merged.bindings.begin(), merged.bindings.end(), [](const Binding& a, const Binding& b) {
+        return a.binding != b.binding ? a.binding < b.binding : a.offset < b.offset;
+    });
     std::sort(merged.specialization.begin(), merged.specialization.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     return merged;

@@ -41,7 +41,7 @@ EnvironmentOnDevice UploadEnvironment(rhi::Device& device, rhi::Uploader& upload
     result.map = device.CreateTexture(
         {.name = "environment map", .extent = {map.width, map.height}, .format = rhi::Format::Rgba32Float});
     const EnvironmentTable table = BuildEnvironmentTable(map);
-    result.alias = UploadTable(device, uploader, table);
+    result.table = UploadTable(device, uploader, table);
     uploader.UploadTexture(result.map, std::as_bytes(std::span(map.rgba)));
     result.cells = {table.width, table.height};
     result.meanRadiance = table.meanRadiance;
@@ -53,7 +53,7 @@ EnvironmentOnDevice BlankEnvironment(rhi::Device& device, rhi::Uploader& uploade
     EnvironmentOnDevice result;
     result.map = SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
                               std::as_bytes(std::span(&black, 1)));
-    result.alias = UploadTable(device, uploader, ConstantEnvironmentTable());
+    result.table = UploadTable(device, uploader, ConstantEnvironmentTable());
     return result;
 }
 

@@ -19,8 +19,8 @@ rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader);
 struct EnvironmentOnDevice {
     rhi::Texture map;
     ResourceState mapState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-    rhi::Buffer alias;
-    ResourceState aliasState;
+    rhi::Buffer table;
+    ResourceState tableState;
     glm::uvec2 cells{1};
     glm::vec3 meanRadiance{1.0f};
 };

@@ -73,7 +73,7 @@ struct SceneIds {
     BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
     BufferId lightMeshes;             // "lightMeshes": gpu::LightMeshRecord[]
     BufferId lightProfiles;           // "lightProfiles": float[], see shaders/lights/light_profile.glsl
-    BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
+    BufferId environmentTable;        // "environmentTable": gpu::EnvironmentEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;          // "energyTables": float[], see shaders/shared/energy_tables.h
     bool hasAlpha = false;          // an any-hit shader decides whether rays hit some surfaces

@@ -182,7 +182,7 @@ struct GpuScene::Impl {
         ids.environment = {.radiance = radiance, .rotation = environment.rotation, .hasMap = map ? 1u : 0u};
         ids.environmentVersion = environmentVersion;
         ids.environmentMap = r.Import("environmentMap", shown.map, shown.mapState);
-        ids.environmentAlias = r.Import("environmentAlias", shown.alias, shown.aliasState);
+        ids.environmentTable = r.Import("environmentTable", shown.table, shown.tableState);
         lights->SetEnvironment(radiance * shown.meanRadiance, environment.rotation, shown.cells);
     }
 

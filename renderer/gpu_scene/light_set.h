@@ -92,7 +92,7 @@ class LightSet {
     void SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells);
 
     // Brings the tables up to date, declares their upload, and sets the fields of `ids` that have to do with
-    // lights but for environmentAlias. An upload that is culled, or whose frame is dropped, stays pending.
+    // lights but for environmentTable. An upload that is culled, or whose frame is dropped, stays pending.
     // `instances`, which are declared after this, tell what infinite lights shine on, and are told the
     // numbers of their lights.
     void Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances);

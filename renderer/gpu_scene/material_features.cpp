@@ -92,11 +92,12 @@ uint32_t LobeFeatures(const SceneResources& resources) {
 }
 
 uint32_t TextureFeatures(const SceneResources& resources) {
-    if (!resources.textures || resources.textures->Count() == 0) return 0;
+    const uint32_t colors = resources.hasVertexColors ? kTraceVertexColors : 0u;
+    if (!resources.textures || resources.textures->Count() == 0) return colors;
     const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
         return HasTextureTransform(resources.materialRecords[used]);
     });
-    return kTraceTextures | (areTransformed ? kTraceTextureTransforms : 0u);
+    return colors | kTraceTextures | (areTransformed ? kTraceTextureTransforms : 0u);
 }
 
 bool HasVolumes(const SceneResources& resources) {

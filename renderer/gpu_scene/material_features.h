@@ -15,7 +15,8 @@ bool MayBeSmooth(float roughness, uint32_t texture);
 // What lobes the materials in use may have at some point of them (shaders/bxdf/gltf_lobes.glsl): bits of
 // kTraceFeatures. Unlit ones have none.
 uint32_t LobeFeatures(const SceneResources& resources);
-// Whether there are textures, and whether some are transformed: bits of kTraceFeatures.
+// Whether there are textures, whether some are transformed, and whether vertices have colors: bits of
+// kTraceFeatures.
 uint32_t TextureFeatures(const SceneResources& resources);
 // Whether surfaces of some material in use bound a medium.
 bool HasVolumes(const SceneResources& resources);

@@ -68,6 +68,7 @@ uint32_t SceneResources::AddMesh(UploadedMesh&& mesh) {
         added.triangleCount += group.triangleCount;
     }
     std::ranges::copy(mesh.records, geometryRecords.begin() + firstGeometry);
+    for (const gpu::GeometryRecord& record : mesh.records) hasVertexColors |= record.colors != 0;
     geometries.Mark(firstGeometry, geometryCount);
     geometryBytes += mesh.bytes;
     CountParts(added, 1);

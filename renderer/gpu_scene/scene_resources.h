@@ -135,6 +135,7 @@ struct SceneResources {
     GrowingTable materials;                   // gpu::MaterialRecord[]
     std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
     uint64_t geometryBytes = 0;
+    bool hasVertexColors = false;  // some mesh has or had them: pipelines differ by it
 
   private:
     void CountParts(const MeshResources& mesh, int uses) noexcept;

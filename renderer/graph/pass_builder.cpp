@@ -206,12 +206,9 @@ void PassBuilder::ConstantBytes(std::span<const std::byte> bytes, size_t alignme
 }
 
 void PassBuilder::UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment) {
-    std::vector<std::byte>& all = m_renderer.m_impl->uniformBytes;
-    const uint64_t offsetAlignment =
-        std::max<uint64_t>(m_renderer.m_impl->device.Info().uniformAlignment, 16);
-    const uint64_t offset = (all.size() + offsetAlignment - 1) / offsetAlignment * offsetAlignment;
-    all.resize(offset + bytes.size());
-    std::copy(bytes.begin(), bytes.end(), all.begin() + static_cast<ptrdiff_t>(offset));
+    const uint64_t offset = m_renderer.m_impl->TakeUniform(bytes.size());
+    std::copy(bytes.begin(), bytes.end(),
+              m_renderer.m_impl->uniformBytes.begin() + static_cast<ptrdiff_t>(offset));
     DeclaredBinding& bound = m_pass.bindings.emplace_back();
     bound.name = name;
     bound.verb = BindVerb::Uniform;

@@ -32,7 +32,8 @@ const char* Verb(BindVerb verb) {
 // "storage image, write"
 std::string KindText(const rhi::BindingInfo& info) {
     std::string text = rhi::Name(info.kind);
-    if (info.kind == rhi::BindingKind::StorageImage || info.kind == rhi::BindingKind::StorageBuffer)
+    if (info.kind == rhi::BindingKind::StorageImage || info.kind == rhi::BindingKind::StorageBuffer ||
+        info.kind == rhi::BindingKind::BufferAddress)
         text += !info.isWritable ? ", read" : info.isReadable ? ", read+write" : ", write";
     return text;
 }
@@ -72,6 +73,7 @@ bool FitsKind(const DeclaredBinding& bound, rhi::BindingKind kind) {
         case rhi::BindingKind::AccelerationStructure:
             return bound.kind == ResourceKind::Tlas;
         case rhi::BindingKind::StorageBuffer:
+        case rhi::BindingKind::BufferAddress:
             return bound.kind == ResourceKind::Buffer && bound.verb != BindVerb::Uniform;
         case rhi::BindingKind::UniformBuffer:
             return bound.kind == ResourceKind::Buffer;
@@ -154,7 +156,8 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
                  info->firstShader);
         if (bound.use != kNone) graph.uses[bound.use].access = Access::Uniform;
     } else if (info->kind == rhi::BindingKind::StorageBuffer ||
-               info->kind == rhi::BindingKind::StorageImage) {
+               info->kind == rhi::BindingKind::StorageImage ||
+               info->kind == rhi::BindingKind::BufferAddress) {
         CheckWritability(pass, bound, *info);
     }
     CheckContents(graph, pass, bound, *info, maxStorageBytes);
@@ -166,6 +169,19 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
     }
     bound.binding = info->binding;
     bound.type = rhi::ToVk(info->kind);
+    bound.isAddress = info->kind == rhi::BindingKind::BufferAddress;
+    bound.addressOffset = info->offset;
+}
+
+// Those of the shaders; all of a block is given, also what the pass has no need of.
+void ListAddressTables(const rhi::ShaderInterface& interface, std::vector<AddressTable>& tables) {
+    tables.clear();
+    for (const rhi::BindingInfo& info : interface.bindings) {
+        if (info.kind != rhi::BindingKind::BufferAddress) continue;
+        if (tables.empty() || tables.back().binding != info.binding)
+            tables.push_back({.binding = info.binding});
+        tables.back().bytes = info.offset + static_cast<uint32_t>(sizeof(VkDeviceAddress));
+    }
 }
 
 void CheckConstants(const GraphPass& pass, const PassDeclaration& declared,
@@ -191,7 +207,7 @@ void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
     std::string missing;
     for (const rhi::BindingInfo& info : interface.bindings) {
         if (!info.isUsed) continue;
-        const auto isBound = [&](const DeclaredBinding& bound) { return bound.binding == info.binding; };
+        const auto isBound = [&](const DeclaredBinding& bound) { return bound.name == info.name; };
         if (std::ranges::none_of(declared.bindings, isBound))
             missing += Text("{}{} ({}, in {})", missing.empty() ? "" : ", ", info.name, KindText(info),
                             info.firstShader);
@@ -206,6 +222,7 @@ void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
 void PassDeclaration::Clear(PassKind kind) {
     request.Clear(kind);
     bindings.clear();
+    addressTables.clear();
     textureSet = kNone;
     colors.clear();
     depth = kNone;
@@ -259,6 +276,7 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
                 Fail(pass, "binds {} twice", Quoted(bound.name));
         ResolveBinding(graph, pass, bound, *interface, maxStorageBytes);
     }
+    ListAddressTables(*interface, declared.addressTables);
     CheckComplete(pass, declared, *interface);
     CheckConstants(pass, declared, *interface);
 }

@@ -36,6 +36,15 @@ struct DeclaredBinding {
     rhi::ImageShape shape = rhi::ImageShape::Plain;
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
+    bool isAddress = false;      // the buffer is bound by its address, in a uniform block
+    uint32_t addressOffset = 0;  // in the block
+};
+
+// A uniform block of the addresses of buffers, which the graph fills in.
+struct AddressTable {
+    uint32_t binding = 0;
+    uint32_t bytes = 0;
+    uint64_t uniformOffset = 0;  // in the frame's uniform memory
 };
 
 struct DeclaredColor {
@@ -48,6 +57,7 @@ struct DeclaredColor {
 struct PassDeclaration {
     ProgramRequest request;
     std::vector<DeclaredBinding> bindings;
+    std::vector<AddressTable> addressTables;
     uint32_t textureSet = kNone;        // index into FrameGraph::resources
     std::vector<DeclaredColor> colors;  // sorted by index when resolved
     uint32_t depth = kNone;             // index into FrameGraph::resources
@@ -80,7 +90,8 @@ ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::strin
 }
 
 // Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
-// and fills in what the shaders declare: binding numbers, and whether a buffer is read as storage or uniform.
+// and fills in what the shaders declare: binding numbers, whether a buffer is read as storage or uniform, and
+// tables of addresses.
 // Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or the limit of the
 // device: storage buffers of at most `maxStorageBytes`.
 void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface,

@@ -280,7 +280,16 @@ void Renderer::Impl::FinishPass(PassDeclaration& pass) {
     }
     ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr,
                     device.Info().maxStorageBufferBytes);
+    for (AddressTable& table : pass.addressTables) table.uniformOffset = TakeUniform(table.bytes);
     NoteUsages(info);
+}
+
+// Room of zeros in the frame's uniform memory: its offset there.
+uint64_t Renderer::Impl::TakeUniform(uint64_t bytes) {
+    const uint64_t alignment = std::max<uint64_t>(device.Info().uniformAlignment, 16);
+    const uint64_t offset = (uniformBytes.size() + alignment - 1) / alignment * alignment;
+    uniformBytes.resize(offset + bytes);
+    return offset;
 }
 
 // Collects the usage flags of resources; existing objects must have been created with them.

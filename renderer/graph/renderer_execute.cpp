@@ -109,7 +109,19 @@ void Renderer::Impl::Prepare() {
     }
     for (const PlannedPass& planned : plan.passes)
         if (Program* program = passes[planned.pass].program) programs.EnsurePipeline(*program);
+    for (const PlannedPass& planned : plan.passes) FillAddresses(passes[planned.pass]);
     UploadUniforms();
+}
+
+void Renderer::Impl::FillAddresses(const PassDeclaration& pass) {
+    for (const AddressTable& table : pass.addressTables) {
+        for (const DeclaredBinding& binding : pass.bindings) {
+            if (!binding.isAddress || binding.binding != table.binding) continue;
+            const VkDeviceAddress address = resources[binding.resource].buffer->Address();
+            std::memcpy(uniformBytes.data() + table.uniformOffset + binding.addressOffset, &address,
+                        sizeof(address));
+        }
+    }
 }
 
 void Renderer::Impl::UploadUniforms() {
@@ -225,12 +237,20 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration&
             break;
     }
     bound.clear();
+    const rhi::Buffer& uniforms = uniformBuffers[frameNumber % uniformBuffers.size()];
+    for (const AddressTable& table : pass.addressTables)
+        bound.push_back({.binding = table.binding,
+                         .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,
+                         .buffer = &uniforms,
+                         .offset = table.uniformOffset,
+                         .size = table.bytes});
     for (const DeclaredBinding& binding : pass.bindings) {
+        if (binding.isAddress) continue;
         rhi::BoundResource& target = bound.emplace_back();
         target.binding = binding.binding;
         target.type = binding.type;
         if (binding.resource == kNone) {
-            target.buffer = &uniformBuffers[frameNumber % uniformBuffers.size()];
+            target.buffer = &uniforms;
             target.offset = binding.uniformOffset;
             target.size = binding.uniformBytes;
             continue;

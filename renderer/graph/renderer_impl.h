@@ -94,6 +94,8 @@ struct Renderer::Impl {
     // --- Executing (renderer_execute.cpp) ---
     void CompileFrame();
     void Prepare();
+    uint64_t TakeUniform(uint64_t bytes);
+    void FillAddresses(const PassDeclaration& pass);
     void UploadUniforms();
     void Record(rhi::CommandList& commands, FrameTiming& timing);
     void RecordPass(rhi::CommandList& commands, const PlannedPass& planned);

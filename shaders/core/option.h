@@ -40,6 +40,7 @@
 #define ActiveMultiscatterKind() kMultiscatterKind
 #define ActiveRoulette()         kRoulette
 #define ActiveSamplerKind()      kSamplerKind
+#define HasLoopOption(bit)       ((kLoopOptions & (bit)) != 0u)
 #define HasTraceFeature(bit)     ((kTraceFeatures & (bit)) != 0u)
 // clang-format on
 

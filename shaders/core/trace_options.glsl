@@ -14,6 +14,9 @@ OPTION(Roulette, Roulette, 8, Throughput)
 OPTION_BITS(TraceFeatures, HasTraceFeature, 9,
             ~(kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment))
 
+// Of the integrator's loop alone
+OPTION_BITS(LoopOptions, HasLoopOption, 10, 0u)
+
 SHADING_END
 
 #endif

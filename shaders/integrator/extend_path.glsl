@@ -1,5 +1,8 @@
 // The path integrator as a loop: traces one ray of a path after the other (integrator/path.glsl, which
-// describes the bridge).
+// describes the bridge). An includer that defines TRACES_AT_ONE_PLACE has one function more:
+//
+//     Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed)
+//         as Intersect, up to a distance; isAnyEnough: only whether there is a surface
 #ifndef RAYGRAPH_INTEGRATOR_EXTEND_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_EXTEND_PATH_GLSL
 
@@ -8,9 +11,42 @@
 
 SHADING_BEGIN
 
+#ifdef TRACES_AT_ONE_PLACE
+// ExtendPath, with one place in its code that traces both rays.
+INLINE bool ExtendPathAtOnePlace(INOUT(PathState) path, PathSettings settings) {
+    DirectLight direct = NoDirectLight();
+    uint depth = path.depth;
+    Ray ray = path.ray;
+    float distance = kInfinity;
+    bool isGoingOn = false;
+    bool isLit = false;
+    ++path.rayCount;
+    DONT_UNROLL
+    for (uint turn = 0u; turn < 2u; ++turn) {
+        Hit hit = IntersectWithin(ray, distance, turn != 0u, AlphaSeed(path.rng, path.rayCount));
+        if (turn == 0u) {
+            isGoingOn = ShadeVertex(path, hit, settings, direct);
+            isLit = MaxComponent(direct.radiance) > 0.0f;
+            if (isLit)
+                ++path.rayCount;
+            else
+                direct = NoDirectLight();
+            ray = direct.ray;
+            distance = direct.distance;
+        } else if (isLit && !IsHit(hit)) {
+            Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, direct.triangle, settings);
+        }
+    }
+    return isGoingOn && path.rayCount < kMaxRays;
+}
+#endif
+
 // Traces the path's next ray, and a shadow ray from where it ended. False: the path has ended, and
 // path.radiance is an unbiased estimate of the radiance along its first ray (unless a named bias is on).
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
+#ifdef TRACES_AT_ONE_PLACE
+    if (HasLoopOption(kLoopOneTrace)) return ExtendPathAtOnePlace(path, settings);
+#endif
     DirectLight direct = NoDirectLight();
     uint depth = path.depth;
     ++path.rayCount;

@@ -204,8 +204,10 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         }
         float weight = LightWeight(light, pdf / float(candidates)) / (light.pdf * float(candidates));
         vec3 radiance = value * light.radiance * (abs(toLight.z) * weight);
-        float share = MaxComponent(radiance);
-        if (share == 0.0f) continue;  // NaN stays: it shall be found
+        if (radiance == vec3(0.0f)) continue;
+        float share = MaxComponent(path.throughput * radiance);
+        // What is not finite is chosen, too, and found where samples are checked
+        if (!(share > 0.0f && share < kInfinity)) share = 1.0f;
         sum += share;
         if (candidates == 1u || Decide(choice, share / sum)) {
             chosen = light;

@@ -6,6 +6,7 @@
 // differ in length, and invocations that run in lockstep would wait for the longest. There are at most as
 // many invocations as pixels. Which one takes which pixel does not affect the picture.
 #define TRACES_SHADOW_RAYS
+#define TRACES_AT_ONE_PLACE
 #include "scene/extensions.glsl"
 
 #include "scene/camera.glsl"

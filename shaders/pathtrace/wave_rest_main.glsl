@@ -1,5 +1,6 @@
 // The last kernel of a wavefront that traces: the paths that are left, each to its end.
 #define TRACES_SHADOW_RAYS
+#define TRACES_AT_ONE_PLACE
 #define OUTPUTS_ARE_READ
 #include "scene/extensions.glsl"
 

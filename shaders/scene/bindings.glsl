@@ -10,21 +10,35 @@
 #ifndef NO_TLAS
 layout(set = 0, binding = 0) uniform accelerationStructureEXT sceneTlas;
 #endif
-layout(set = 0, binding = 1, scalar) readonly buffer Instances { InstanceRecord at[]; } instances;
-layout(set = 0, binding = 2, scalar) readonly buffer Geometries { GeometryRecord at[]; } geometries;
-layout(set = 0, binding = 3, scalar) readonly buffer Materials { MaterialRecord at[]; } materials;
 layout(set = 0, binding = 4) uniform sampler2D environmentMap;
 layout(set = 0, binding = 5, scalar) uniform Parameters { TraceParameters value; } parameters;
-layout(set = 0, binding = 6, std430) readonly buffer EnergyTables { uvec4 at[]; } energyTables;
-layout(set = 0, binding = 7, scalar) readonly buffer Lights { LightRecord at[]; } lights;
-layout(set = 0, binding = 8, scalar) readonly buffer LightNodes { LightNode at[]; } lightNodes;
-layout(set = 0, binding = 9, scalar) readonly buffer LightAlias { AliasEntry at[]; } lightAlias;
-layout(set = 0, binding = 10, scalar) readonly buffer EnvironmentAlias {
+// Tables, read by their addresses: Mesa's driver for CPUs branches for each lane of a load from a bound
+// buffer, which made most of the code that it compiles.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Instances { InstanceRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Geometries { GeometryRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { MaterialRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer EnergyTables { uvec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Lights { LightRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightNodes { LightNode at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightAlias { AliasEntry at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EnvironmentTable {
     EnvironmentEntry at[];
-} environmentAlias;
-layout(set = 0, binding = 11, scalar) readonly buffer LightProfiles { float at[]; } lightProfiles;
-layout(set = 0, binding = 12, scalar) readonly buffer LightMeshes { LightMeshRecord at[]; } lightMeshes;
-// 13 to 15 are free; 16 and up are the pass's own.
+};
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightProfiles { float at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightMeshes { LightMeshRecord at[]; };
+layout(set = 0, binding = 1, scalar) uniform SceneTables {
+    Instances instances;
+    Geometries geometries;
+    Materials materials;
+    EnergyTables energyTables;
+    Lights lights;
+    LightNodes lightNodes;
+    LightAlias lightAlias;
+    EnvironmentTable environmentTable;
+    LightProfiles lightProfiles;
+    LightMeshes lightMeshes;
+};
+// 2, 3 and 6 to 15 are free; 16 and up are the pass's own.
 
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 

@@ -12,7 +12,7 @@ AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
 LightMeshRecord LightMeshAt(uint index) { return lightMeshes.at[index]; }
 mat4x3 LightPlacement(uint index) { return instances.at[index].objectToWorld; }
 float LightProfileAt(uint index) { return lightProfiles.at[index]; }
-EnvironmentEntry EnvironmentEntryAt(uint index) { return environmentAlias.at[index]; }
+EnvironmentEntry EnvironmentEntryAt(uint index) { return environmentTable.at[index]; }
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 
 #include "bxdf/clearcoat.glsl"
@@ -41,11 +41,13 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     InstanceRecord instance = instances.at[light.instance];
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];
     MaterialRecord material = materials.at[geometry.material];
+    if (!HasTraceFeature(kTraceTextures | kTraceClearcoat | kTraceAnyHit)) return material.emission;
     Triangle triangle = WithTexCoords(TriangleAt(instance, light.primitive, barycentrics), geometry);
     vec3 emission = EmissionAt(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
         emission *= EmissionPassed(CoatAt(instance, geometry, material, triangle, toViewer), toViewer);
-    if (material.alphaMode != kAlphaOpaque) emission *= Opacity(geometry, material, triangle);
+    if (HasTraceFeature(kTraceAnyHit) && material.alphaMode != kAlphaOpaque)
+        emission *= Opacity(geometry, material, triangle);
     return emission;
 }
 

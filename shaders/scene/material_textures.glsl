@@ -141,7 +141,8 @@ vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangl
 
 vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec4 color = material.baseColor * SampleTexture(TEXTURE_OF(material, baseColor), geometry, triangle);
-    if (IsPresent(geometry.colors)) color *= InterpolateVec4(Vec4Stream(geometry.colors), triangle);
+    if (HasTraceFeature(kTraceVertexColors) && IsPresent(geometry.colors))
+        color *= InterpolateVec4(Vec4Stream(geometry.colors), triangle);
     return color;
 }
 

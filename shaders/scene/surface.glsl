@@ -32,7 +32,7 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
               Triangle triangle, vec3 ng) {
     if (!IsPresent(geometry.normals)) return ng;
     vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
-    if (map != kNoTexture && IsPresent(geometry.tangents)) {
+    if (HasTraceFeature(kTraceTextures) && map != kNoTexture && IsPresent(geometry.tangents)) {
         vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
         vec3 bend = 2.0f * SampleTexture(map, transform, geometry, triangle).xyz - 1.0f;
         // Blocks of two channels have no blue: z of a unit vector that points up
@@ -74,7 +74,7 @@ float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Tri
 // Strength of the stretch of highlights, and its direction in the tangent frame.
 vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
-    if (material.anisotropyTexture != kNoTexture) {
+    if (HasTraceFeature(kTraceTextures) && material.anisotropyTexture != kNoTexture) {
         read = SampleTexture(TEXTURE_OF(material, anisotropy), geometry, triangle).xyz;
         read.xy = 2.0f * read.xy - 1.0f;
     }

@@ -25,14 +25,15 @@ layout(location = 1) rayPayloadEXT ShadowPayload shadowPayload;
 const float kFarthest = 3.0e38f;
 
 // Runs the closest-hit shader of the nearest surface along a ray, or the miss shader, on the payload at
-// location 0.
-void TraceRadiance(Ray ray) {
+// location 0. `flags`: further ones.
+void TraceRadiance(Ray ray, float distance, uint flags) {
     // Thin walls are opaque to these rays; only shadow rays pass through them
-    uint flags = gl_RayFlagsCullBackFacingTrianglesEXT;
+    flags |= gl_RayFlagsCullBackFacingTrianglesEXT;
     if (!HasTraceFeature(kTraceAnyHit)) flags |= gl_RayFlagsOpaqueEXT;
     traceRayEXT(sceneTlas, flags, RAY_MASK, kRayTypeRadiance, 0u, kRayTypeRadiance, ray.origin, 0.0f,
-                ray.direction, kFarthest, 0);
+                ray.direction, min(distance, kFarthest), 0);
 }
+void TraceRadiance(Ray ray) { TraceRadiance(ray, kFarthest, 0u); }
 
 #ifndef OWN_RADIANCE_PAYLOAD
 // The nearest surface along a ray. Alpha tests use a random number that is a function of alphaSeed and
@@ -42,6 +43,17 @@ Hit Intersect(Ray ray, uint alphaSeed) {
     TraceRadiance(ray);
     return radiancePayload.hit;
 }
+
+#ifdef TRACES_AT_ONE_PLACE
+// As Intersect up to a distance; `isAnyEnough`: only whether there is a surface.
+Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
+    const uint any = gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
+    radiancePayload.alphaSeed = alphaSeed;
+    radiancePayload.hit.t = 0.0f;  // a hit, unless the miss shader runs
+    TraceRadiance(ray, distance, isAnyEnough ? any : 0u);
+    return radiancePayload.hit;
+}
+#endif
 #endif
 
 #ifdef TRACES_SHADOW_RAYS

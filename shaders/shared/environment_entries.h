@@ -15,7 +15,7 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-// u is a multiple of 1 / this, and so are the ends
+// Ends are multiples of 1 / this, as random numbers are.
 RAYGRAPH_CONSTANT uint kEnvironmentSteps = 0x1000000u;
 
 // u chooses the first entry whose `end` is above it. So neighbors of u choose neighbors, and samples that are

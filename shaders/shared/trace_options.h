@@ -31,6 +31,11 @@
     X(Of, Frame, 2, "frame", "one depth a sample, drawn so")      \
     X(Of, Off, 3, "off", "")
 
+// How the integrator's loop runs on a device: bits of kLoopOptions.
+//   OneTrace: one place of the code traces all rays, shadow rays by the shaders of the others, which do the
+//             same where neither ThinWalls nor MatchedMedia is set. For devices that compile each place anew
+#define RAYGRAPH_LOOP_OPTIONS(X) X(OneTrace, 1)
+
 // The features of the integrator that a scene needs: bits of kTraceFeatures. A bit that is off removes its
 // code, which saves time on a device and, on a CPU device, seconds of compilation.
 //   LightSampling:    lights are sampled, of which there are
@@ -39,6 +44,7 @@
 //   MeshLights:       some triangle lights are those of a mesh that is placed often
 //   Textures:         materials have textures
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
+//   VertexColors:     some vertices have a color
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
 //                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen
 //   Smooth:           some materials or coats reflect in a single direction
@@ -89,6 +95,7 @@
     X(Capsules, 33554432)          \
     X(Smooth, 67108864)            \
     X(MeshLights, 134217728)       \
+    X(VertexColors, 536870912)     \
     X(HiddenEnvironment, 268435456)
 
 #ifdef __cplusplus
@@ -96,18 +103,22 @@ namespace raygraph {
 RAYGRAPH_CHOICE(BrdfModel, RAYGRAPH_BRDF_MODELS)
 RAYGRAPH_CHOICE(MisHeuristic, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE(Roulette, RAYGRAPH_ROULETTES)
-#define RAYGRAPH_DECLARE(name, value) inline constexpr uint32_t kTrace##name = value;
+#define RAYGRAPH_DECLARE(name, value)      inline constexpr uint32_t kTrace##name = value;
+#define RAYGRAPH_DECLARE_LOOP(name, value) inline constexpr uint32_t kLoop##name = value;
 #else
-#define RAYGRAPH_DECLARE(name, value) const uint kTrace##name = value;
+#define RAYGRAPH_DECLARE(name, value)      const uint kTrace##name = value;
+#define RAYGRAPH_DECLARE_LOOP(name, value) const uint kLoop##name = value;
 #endif
 
 RAYGRAPH_CHOICE_CONSTANTS(Brdf, RAYGRAPH_BRDF_MODELS)
 RAYGRAPH_CHOICE_CONSTANTS(Mis, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE_CONSTANTS(Roulette, RAYGRAPH_ROULETTES)
 RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
+RAYGRAPH_LOOP_OPTIONS(RAYGRAPH_DECLARE_LOOP)
 // The lobes through which light passes to the other side of a surface.
 RAYGRAPH_DECLARE(Transmission, kTraceGlass | kTraceDiffuseTransmission)
 #undef RAYGRAPH_DECLARE
+#undef RAYGRAPH_DECLARE_LOOP
 
 #ifdef __cplusplus
 }  // namespace raygraph

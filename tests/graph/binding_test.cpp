@@ -224,6 +224,40 @@ TEST_F(Bindings, ShadersOfAnotherKind) {
               R"(pass "Trace" is of kind transfer and cannot run test/all.comp, a compute shader)");
 }
 
+TEST(AddressTable, HasThePlacesOfItsBuffers) {
+    const rhi::ShaderInterface interface = InterfaceOf("test/table.comp", R"(
+#extension GL_EXT_buffer_reference : enable
+layout(local_size_x = 1) in;
+layout(buffer_reference, scalar) readonly buffer Source { float at[]; };
+layout(buffer_reference, scalar) buffer Sum { float at[]; };
+layout(binding = 5, scalar) uniform Tables { Source source; Source other; Sum sum; };
+void main() { sum.at[0] = source.at[1]; })");
+    GraphMaker graph;
+    const auto buffer = [&](const char* name) {
+        return graph.Add<ResourceKind::Buffer>({.name = name, .origin = Origin::Imported, .bytes = 16});
+    };
+    const BufferId source = buffer("sourceBuffer"), sum = buffer("sumBuffer");
+    graph.AddPass("Add", PassKind::Compute);
+    PassDeclaration pass;
+    AddBinding(graph, pass, "source", source, BindVerb::Reads, Access::StorageRead);
+    EXPECT_EQ(testing::ErrorTextOf([&] { ResolveBindings(graph, pass, &interface); }),
+              R"(pass "Add" does not bind what its shaders use: sum (buffer address, read+write, in )"
+              "test/table.comp)");
+    AddBinding(graph, pass, "sum", sum, BindVerb::Updates, Access::StorageUpdate);
+    // However many bytes can be bound: by its address a buffer may be larger
+    ResolveBindings(graph, pass, &interface, 8);
+    ASSERT_EQ(pass.addressTables.size(), 1u);
+    EXPECT_EQ(pass.addressTables[0].binding, 5u);
+    EXPECT_EQ(pass.addressTables[0].bytes, 24u);
+    EXPECT_TRUE(pass.bindings[0].isAddress);
+    EXPECT_EQ(pass.bindings[0].addressOffset, 0u);
+    EXPECT_EQ(pass.bindings[1].addressOffset, 16u);
+    pass.bindings[0].verb = BindVerb::Writes;
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { ResolveBindings(graph, pass, &interface); }),
+        R"(pass "Add" writes "source", which test/table.comp declares readonly (buffer address, read))");
+}
+
 TEST(BindlessTextures, MissingSet_IsNamed) {
     const rhi::ShaderInterface interface = InterfaceOf("test/bindless.comp", R"(
 #extension GL_EXT_nonuniform_qualifier : enable

@@ -38,7 +38,7 @@ class LightSetTest : public VulkanTest {
         const Readback lights = render.renderer.ReadBack(ids.lights);
         const Readback nodes = render.renderer.ReadBack(ids.lightNodes);
         const Readback alias = render.renderer.ReadBack(ids.lightAlias);
-        const Readback environment = render.renderer.ReadBack(ids.environmentAlias);
+        const Readback environment = render.renderer.ReadBack(ids.environmentTable);
         const Readback instances = render.renderer.ReadBack(ids.instances);
         render.renderer.Execute();
         return {ids.lightSet,
@@ -84,7 +84,7 @@ layout(binding = 2, scalar) readonly buffer Nodes { LightNode at[]; } lightNodes
 layout(binding = 3, scalar) readonly buffer Alias { AliasEntry at[]; } lightAlias;
 layout(binding = 7, scalar) readonly buffer Meshes { LightMeshRecord at[]; } lightMeshes;
 layout(binding = 8, scalar) readonly buffer Instances { InstanceRecord at[]; } instances;
-layout(binding = 4, scalar) readonly buffer EnvironmentAlias { EnvironmentEntry at[]; } environmentAlias;
+layout(binding = 4, scalar) readonly buffer EnvironmentTable { EnvironmentEntry at[]; } environmentTable;
 layout(binding = 5, scalar) uniform Set { LightSetRecord value; } lightSet;
 layout(binding = 6) uniform sampler2D environmentMap;
 
@@ -95,7 +95,7 @@ AliasEntry LightAliasAt(uint slot) { return lightAlias.at[slot]; }
 LightMeshRecord LightMeshAt(uint mesh) { return lightMeshes.at[mesh]; }
 mat4x3 LightPlacement(uint instance) { return instances.at[instance].objectToWorld; }
 float LightProfileAt(uint word) { return 0.0f; }
-EnvironmentEntry EnvironmentEntryAt(uint slot) { return environmentAlias.at[slot]; }
+EnvironmentEntry EnvironmentEntryAt(uint slot) { return environmentTable.at[slot]; }
 vec3 EnvironmentRadiance(vec3 d) {
     vec2 uv = EquirectFromDirection(d, LightSet().environmentRotation);
     return 0.2f * textureLod(environmentMap, uv, 0.0f).xyz;
@@ -312,7 +312,7 @@ TEST_F(LightSetTest, IrradianceOnTheDeviceIsTheSumOfTheClosedForms) {
                 pass.Reads("lightAlias", ids.lightAlias);
                 pass.Reads("lightMeshes", ids.lightMeshes);
                 pass.Reads("instances", ids.instances);
-                pass.Reads("environmentAlias", ids.environmentAlias);
+                pass.Reads("environmentTable", ids.environmentTable);
                 pass.Reads("environmentMap", ids.environmentMap, {.addressV = rhi::AddressMode::ClampToEdge});
                 pass.Uniform("lightSet", ids.lightSet);
                 pass.Specialize("kLightSampler", static_cast<uint32_t>(sampler));

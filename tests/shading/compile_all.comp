@@ -29,7 +29,7 @@ layout(push_constant, scalar) uniform Constants {
 layout(set = 0, binding = 1, scalar) readonly buffer Lights { LightRecord lights[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer LightNodes { LightNode lightNodes[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer LightAlias { AliasEntry lightAlias[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer EnvironmentAlias { EnvironmentEntry environmentAlias[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer EnvironmentTable { EnvironmentEntry environmentTable[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer LightMeshes { LightMeshRecord lightMeshes[]; };
 layout(set = 0, binding = 9, scalar) readonly buffer Placements { mat4x3 placements[]; };
 layout(set = 0, binding = 5, scalar) uniform Set { LightSetRecord lightSet; };
@@ -41,7 +41,7 @@ mat4x3 LightPlacement(uint instance) { return placements[instance]; }
 AliasEntry LightAliasAt(uint slot) { return lightAlias[slot]; }
 layout(set = 0, binding = 7, scalar) readonly buffer LightProfiles { float lightProfiles[]; };
 float LightProfileAt(uint word) { return lightProfiles[word]; }
-EnvironmentEntry EnvironmentEntryAt(uint slot) { return environmentAlias[slot]; }
+EnvironmentEntry EnvironmentEntryAt(uint slot) { return environmentTable[slot]; }
 vec3 EnvironmentRadiance(vec3 direction) { return abs(direction); }
 vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     return vec3(barycentrics, light.e1.x) * toViewer;

@@ -382,6 +382,44 @@ TEST(EnvironmentLight, EachStepOfTheNumberChoosesTheEntryThatItsProbabilityCount
     }
 }
 
+// The number that decides between a light and another one must not have lost its digits when it chooses a cell.
+TEST(EnvironmentLight, BesideASunEveryCellHasItsChance) {
+    constexpr uint kColumns = 64;
+    std::mt19937 random(20);
+    LightContext context = {};
+    context.normal = vec3(0.0f, 1.0f, 0.0f);
+    float keep = 1.0f;
+    for (float sun = 1.0f; keep * 0x1p24f > 64.0f; sun *= 4.0f) {
+        ASSERT_LT(sun, 1e20f);
+        testLights = {};
+        testLights.SetEnvironment(RandomMap(kColumns, 2, random), vec3(1.0f));
+        testLights.AddPunctual(scene::LightType::Directional, vec3(0.0f), vec3(0.0f, -1.0f, 0.0f), vec3(sun));
+        testLights.Build();
+        keep = LightAliasAt(LightSet().lightCount + 2u).keep;
+    }
+    const LightSetRecord lights = LightSet();
+    const auto kept = uint(std::ceil(keep * 0x1p24f));
+    ASSERT_GT(kept, 4u);
+    constexpr uint kChoices = 8192;
+    std::vector<double> columns(kColumns, 0.0);
+    double all = 0.0;
+    for (uint step = 0; step < kept; ++step)
+        for (uint i = 0; i < kChoices; ++i) {
+            const float uc = 0.5f + (float(i) + 0.5f) / (2.0f * kChoices);
+            const LightSample light = SampleLight(context, uc, vec2(float(step) * 0x1p-24f, 0.25f));
+            if (light.light != lights.lightCount) continue;
+            all += 1.0;
+            columns[min(uint(EquirectFromDirection(light.wi, 0.0f).x * kColumns), kColumns - 1u)] += 1.0;
+        }
+    EXPECT_GT(all, 0.9 * kept * kChoices);
+    const uint first = lights.environmentHeight;  // the cells of the upper row
+    for (uint column = 0; column < kColumns; ++column) {
+        const double share =
+            EnvironmentEntryAt(first + column).probability / EnvironmentEntryAt(0u).probability;
+        EXPECT_NEAR(columns[column] / all, share, 0.1 * share) << column;
+    }
+}
+
 TEST(EnvironmentLight, EvenNumbersGiveEvenDirections) {
     std::mt19937 random(19);
     testLights = {};

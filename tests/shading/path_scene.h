@@ -91,6 +91,12 @@ inline Hit Intersect(Ray ray, uint) {
     return hit;
 }
 
+inline Hit IntersectWithin(Ray ray, float distance, bool, uint alphaSeed) {
+    Hit hit = Intersect(ray, alphaSeed);
+    if (hit.t > distance) hit.t = -1.0f;
+    return hit;
+}
+
 inline SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     if (hit.instance != 0u) {
         SurfaceInteraction flat{};
@@ -161,6 +167,7 @@ inline Medium MediumAt(uint) {
 }  // namespace raygraph::shading
 
 // The bridge is declared: now the integrator over it.
+#define TRACES_AT_ONE_PLACE
 #include "integrator/extend_path.glsl"
 
 namespace raygraph::shading {
@@ -177,6 +184,7 @@ class PathFixture : public ::testing::Test {
         threadBrdfModel = m_brdf;
         threadMisHeuristic = m_mis;
         threadRoulette = m_roulette;
+        threadLoopOptions = m_loop;
     }
 
   private:
@@ -184,6 +192,7 @@ class PathFixture : public ::testing::Test {
     const BrdfModel m_brdf = threadBrdfModel;
     const MisHeuristic m_mis = threadMisHeuristic;
     const Roulette m_roulette = threadRoulette;
+    const uint m_loop = threadLoopOptions;
 };
 
 inline void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {

@@ -126,6 +126,23 @@ TEST_F(Path, GlossySurfacesChooseAmongLightsWithoutBias) {
     }
 }
 
+// Whichever code traces the shadow rays, some of which the lamp stops.
+TEST_F(Path, RaysTracedAtOnePlaceGiveTheSamePaths) {
+    SetScene({.albedo = vec3(0.7f), .hasLamp = true}, 0.5f);
+    testLights.AddTriangle(kLampCorners[0], kLampCorners[1], kLampCorners[2], kLampRadiance, true);
+    testLights.SetEnvironment({.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}}, vec3(0.5f));
+    testLights.Build();
+    const Ray ray{.origin = vec3(0.2f, 1.5f, 1.2f), .direction = normalize(vec3(-0.1f, -1.2f, -0.4f))};
+    const PathSettings settings = Unbiased(kNoLimit, kNoLimit);
+    threadTraceFeatures |= kTraceLightSampling | kTraceEnvironmentLight | kTraceTriangleLights;
+    const Mean apart = MeanRadiance(ray, settings, 1024);
+    threadLoopOptions = kLoopOneTrace;
+    const Mean together = MeanRadiance(ray, settings, 1024);
+    EXPECT_EQ(together.radiance, apart.radiance);
+    EXPECT_EQ(together.rays, apart.rays);
+    EXPECT_GT(apart.rays, 2.0) << "no light was sampled";
+}
+
 // Lambert and Beer: rho / pi I / d^2 exp(-sigma (d + c)), c from the eye to the surface.
 TEST_F(Path, MediumDimsTheWayToTheLightAndToTheEye) {
     SetScene({.albedo = vec3(0.7f)});

@@ -115,6 +115,59 @@ TEST(Reflection, OnlyWhatTheEntryPointReachesIsUsed) {
         EXPECT_EQ(binding.isUsed, binding.name != "Unused") << binding.name;
 }
 
+// Each member of such a block is a binding, with the flags and sizes of what it refers to.
+TEST(Reflection, BlockOfBufferReferencesIsATableOfAddresses) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::Compute, R"(#version 460
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_scalar_block_layout : require
+layout(local_size_x = 1) in;
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials {
+    uint head;
+    vec3 at[];
+};
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Sums { float at[]; };
+layout(set = 0, binding = 3, scalar) uniform Tables { Materials materials; Materials unused; Sums sums; };
+layout(set = 0, binding = 4, scalar) uniform Mixed { Materials first; uint count; } mixed;
+layout(set = 0, binding = 5, scalar) uniform Several { Materials each[2]; } several;
+void main() {
+    sums.at[0] = materials.at[mixed.count].x + mixed.first.at[0].y + several.each[1].at[0].y;
+})");
+    ASSERT_EQ(reflection.bindings.size(), 5u) << "a block with anything else is a uniform buffer";
+    struct Expected {
+        const char* name;
+        uint32_t offset;
+        bool isUsed, isWritable;
+        uint32_t blockBytes, elementBytes;
+    };
+    const Expected expected[] = {{"materials", 0, true, false, 4, 12},
+                                 {"unused", 8, false, false, 4, 12},
+                                 {"sums", 16, true, true, 0, 4}};
+    for (size_t i = 0; i < std::size(expected); ++i) {
+        const Binding& binding = reflection.bindings[i];
+        EXPECT_EQ(binding.kind, BindingKind::BufferAddress) << i;
+        EXPECT_EQ(binding.binding, 3u) << i;
+        EXPECT_EQ(binding.name, expected[i].name);
+        EXPECT_EQ(binding.offset, expected[i].offset) << binding.name;
+        EXPECT_EQ(binding.isUsed, expected[i].isUsed) << binding.name;
+        EXPECT_TRUE(binding.isReadable) << binding.name;
+        EXPECT_EQ(binding.isWritable, expected[i].isWritable) << binding.name;
+        EXPECT_EQ(binding.blockBytes, expected[i].blockBytes) << binding.name;
+        EXPECT_EQ(binding.elementBytes, expected[i].elementBytes) << binding.name;
+    }
+    EXPECT_EQ(reflection.bindings[3].kind, BindingKind::UniformBuffer);
+    EXPECT_EQ(reflection.bindings[4].kind, BindingKind::UniformBuffer);
+}
+
+TEST(Reflection, ArrayOfTablesOfAddressesIsRefused) {
+    EXPECT_EQ(RefusalOf(StageKind::Compute, R"(#version 460
+#extension GL_EXT_buffer_reference : require
+layout(local_size_x = 1) in;
+layout(buffer_reference, std430) buffer Sums { float at[]; };
+layout(set = 0, binding = 3) uniform Tables { Sums sums; } tables[2];
+void main() { tables[1].sums.at[0] = 1.0; })"),
+              "test: 'tables' is an array of tables of addresses, which cannot be bound");
+}
+
 TEST(Reflection, ImageFormatsAndBlockSizesAreKnown) {
     const ShaderReflection reflection = ReflectGlsl(StageKind::RayGen, kEveryKind);
     EXPECT_EQ(At(reflection, 0, 1).imageFormat, Format::Rgba32Float);

@@ -20,6 +20,32 @@ std::string RefusalOf(const std::vector<NamedReflection>& stages) {
     return testing::ErrorTextOf([&] { MergeInterface(stages); });
 }
 
+// Stages of a pipeline share a table; no other kind of binding may have its number.
+TEST(ShaderInterface, TablesOfAddressesAreMergedByPlace) {
+    const std::string extension = "\n#extension GL_EXT_buffer_reference : require\n";
+    const std::string table = extension +
+                              "layout(buffer_reference) readonly buffer Data { vec4 at[]; };"
+                              "layout(binding = 1) uniform Tables { Data first; Data second; };"
+                              "layout(binding = 0, rgba32f) uniform image2D radiance;";
+    const NamedReflection reads = Stage("a.rgen", table, "imageStore(radiance, ivec2(0), second.at[0]);");
+    const NamedReflection hit = Stage("a.rchit", table, "imageStore(radiance, ivec2(0), first.at[0]);");
+    const ShaderInterface merged = MergeInterface(std::vector{reads, hit});
+    ASSERT_EQ(merged.bindings.size(), 3u);
+    for (const char* name : {"first", "second"}) {
+        const BindingInfo* info = merged.Find(name);
+        ASSERT_NE(info, nullptr) << name;
+        EXPECT_TRUE(info->isUsed) << name;
+        EXPECT_EQ(info->offset, name[0] == 'f' ? 0u : 8u);
+    }
+    const NamedReflection other = Stage("b.rmiss",
+                                        "layout(binding = 1) readonly buffer Other { vec4 d[]; };"
+                                        "layout(binding = 0, rgba32f) uniform image2D radiance;",
+                                        "imageStore(radiance, ivec2(0), d[0]);");
+    EXPECT_EQ(RefusalOf({reads, other}),
+              "shaders disagree: a.rgen has buffer address 'first' at binding 1, b.rmiss has storage buffer "
+              "'Other' at binding 1");
+}
+
 TEST(ShaderInterface, BindingsOfAllStagesAreMergedWithTheirStages) {
     const NamedReflection stages[] = {
         Stage("a.rgen",
