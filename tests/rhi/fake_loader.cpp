@@ -253,8 +253,7 @@ VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice device, const VkMemoryAll
 // Without the extension, which the real device may not have.
 VKAPI_ATTR VkResult VKAPI_CALL CreateDevice(VkPhysicalDevice device, const VkDeviceCreateInfo* info,
                                             const VkAllocationCallbacks* allocation, VkDevice* created) {
-    if (!activeState->lies.hasStatistics)
-        return activeState->createDevice(device, info, allocation, created);
+    if (!activeState->lies.hasStatistics) return activeState->createDevice(device, info, allocation, created);
     std::vector<const char*> extensions;
     for (const char* name : std::span(info->ppEnabledExtensionNames, info->enabledExtensionCount))
         if (std::string_view(name) != VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME)
@@ -328,8 +327,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
         return Replaced(real, activeState->buildSizes, BuildSizes);
     if (is("vkCmdBuildAccelerationStructuresKHR")) return Replaced(real, activeState->build, Build);
     if (activeState->lies.hasStatistics) {
-        if (is("vkCreateComputePipelines"))
-            return Replaced(real, activeState->createCompute, CreateCompute);
+        if (is("vkCreateComputePipelines")) return Replaced(real, activeState->createCompute, CreateCompute);
         if (is("vkGetPipelineExecutablePropertiesKHR"))
             return reinterpret_cast<PFN_vkVoidFunction>(Executables);
         if (is("vkGetPipelineExecutableStatisticsKHR"))
