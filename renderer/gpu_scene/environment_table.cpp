@@ -71,7 +71,8 @@ double DealSteps(std::span<const double> weights, std::span<gpu::EnvironmentEntr
                                  : lit + static_cast<uint32_t>(rest * std::min(before / sum, 1.0));
         entries[i].end = static_cast<float>(end) / gpu::kEnvironmentSteps;
         entries[i].probability = static_cast<float>(end - first) / gpu::kEnvironmentSteps;
-        // Slot s holds the u with u * count in [s, s + 1); the greatest step below s / count may round up to it
+        // Slot s holds the u with u * count in [s, s + 1); the greatest step below s / count may round
+        // up to it
         const auto lastBefore = [&](uint32_t s) {
             return s == 0 ? 0 : (uint64_t{s} * gpu::kEnvironmentSteps - 1) / count;
         };

@@ -25,8 +25,8 @@ INLINE ChosenLight NoChosenLight() {
 CONST float kUnitStep = 5.9604644775390625e-8f;  // between random numbers: 2^-24
 
 // A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
-// The remainders of both are uniform; that of `choice` has all its digits, since those that the decision takes
-// are filled up from the remainder of u.
+// The remainders of both are uniform; that of `choice` has all its digits, since those that the decision
+// takes are filled up from the remainder of u.
 INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOUT(float) choice) {
     uint slot = ChooseUniformly(u, count);
     AliasEntry entry = LightAliasAt(first + slot);

@@ -14,18 +14,20 @@ layout(set = 0, binding = 4) uniform sampler2D environmentMap;
 layout(set = 0, binding = 5, scalar) uniform Parameters { TraceParameters value; } parameters;
 // Tables, read by their addresses: Mesa's driver for CPUs branches for each lane of a load from a bound
 // buffer, which made most of the code that it compiles.
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Instances { InstanceRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Geometries { GeometryRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { MaterialRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer EnergyTables { uvec4 at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Lights { LightRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightNodes { LightNode at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightAlias { AliasEntry at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EnvironmentTable {
-    EnvironmentEntry at[];
-};
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightProfiles { float at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightMeshes { LightMeshRecord at[]; };
+#define TABLE(alignment, Name, Record)                                   \
+    layout(buffer_reference, scalar, buffer_reference_align = alignment) \
+        readonly buffer Name { Record at[]; };
+TABLE(4, Instances, InstanceRecord)
+TABLE(4, Geometries, GeometryRecord)
+TABLE(4, Materials, MaterialRecord)
+TABLE(16, EnergyTables, uvec4)
+TABLE(4, Lights, LightRecord)
+TABLE(4, LightNodes, LightNode)
+TABLE(4, LightAlias, AliasEntry)
+TABLE(4, EnvironmentTable, EnvironmentEntry)
+TABLE(4, LightProfiles, float)
+TABLE(4, LightMeshes, LightMeshRecord)
+#undef TABLE
 layout(set = 0, binding = 1, scalar) uniform SceneTables {
     Instances instances;
     Geometries geometries;
