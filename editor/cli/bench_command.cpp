@@ -1,6 +1,7 @@
 // raygraph bench
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "base/read_file.h"
 #include "editor/cli/bench_compare.h"
 #include "editor/cli/bench_run.h"

@@ -8,6 +8,7 @@
 
 #include "renderer/gpu_scene/light_mesh.h"
 #include "tests/shading/light_scene.h"
+#include "tests/shading/random_values.h"
 #include "tests/support/chi_square.h"
 
 namespace raygraph::shading {
@@ -15,14 +16,6 @@ namespace {
 
 constexpr std::array kSamplers = {LightSampler::Uniform, LightSampler::Power, LightSampler::Bvh};
 constexpr uint32_t kTriangles = 20;
-
-float Uniform(std::mt19937& random) {
-    return float(random() >> 8) * 0x1p-24f;
-}
-
-vec3 PointIn(std::mt19937& random, float halfSize) {
-    return halfSize * (2.0f * vec3(Uniform(random), Uniform(random), Uniform(random)) - 1.0f);
-}
 
 // Turned, scaled unevenly and sheared, mirrored, flattened.
 std::vector<glm::mat4x3> Transforms() {
