@@ -1,8 +1,8 @@
 // raygraph bench
 #include <nlohmann/json.hpp>
 
-#include "base/text.h"
 #include "base/read_file.h"
+#include "base/text.h"
 #include "editor/cli/bench_compare.h"
 #include "editor/cli/bench_run.h"
 #include "editor/cli/bench_traversal.h"
