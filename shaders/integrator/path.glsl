@@ -89,10 +89,9 @@ INLINE RayCone ScatteredCone(RayCone cone, float curvature, BSDFSample scattered
     return IsSpecular(scattered.flags) ? cone : WidenCone(cone, scattered.pdf);
 }
 
-// Gives the path its next ray. `diffuse` is the diffuse part of scattered.f; `lightSamples` directions to
-// lights were drawn here. False: there is none.
+// Gives the path its next ray. `diffuse` is the diffuse part of scattered.f. False: there is none.
 INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, vec3 diffuse,
-                    float lightSamples, PathSettings settings) {
+                    PathSettings settings) {
     if (!(scattered.pdf > 0.0f)) return false;
     if (kKeepsParts && path.depth == 0u)
         path.lobe = FirstLobeOf(scattered.f, diffuse, IsTransmissive(scattered.flags));
@@ -101,7 +100,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     if (side * scattered.wi.z <= 0.0f) return false;  // light leak of the shading normal
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
     if (!(MaxComponent(path.throughput) > 0.0f)) return false;
-    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf / lightSamples;
+    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
     if (HasTraceFeature(kTraceTextureLod))
@@ -148,8 +147,9 @@ INLINE float DrawOfCandidates(PathState path) {
 // Draws a direction to a light and one from the BSDF, and follows both. False: the path ends here.
 //
 // The light is chosen of several candidates by what they would contribute (Talbot et al. 2005, "Importance
-// Resampling for Global Illumination"): the mean is that of all of them, for one shadow ray. Their number
-// counts in the weights of multiple importance sampling as that of light samples does.
+// Resampling for Global Illumination"): the mean is that of all of them, for one shadow ray. In the weights
+// of multiple importance sampling they count as one sample: under an even sky, which the BSDF finds best, they
+// are no better than one.
 INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings,
                         INOUT(DirectLight) direct) {
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
@@ -169,7 +169,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     if (!HasTraceFeature(kTraceLightSampling)) {
         if (!isEvaluated)
             scattered.f = Evaluate(vertex.bsdf, scattered.wi, IsDelta(scattered), scattered.pdf, diffuse);
-        return Scatter(path, vertex, scattered, diffuse, 1.0f, settings);
+        return Scatter(path, vertex, scattered, diffuse, settings);
     }
     LightSample chosen = NoLightSample();
     vec3 chosenRadiance = vec3(0.0f);
@@ -202,7 +202,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
             diffuse = part;
             continue;
         }
-        float weight = LightWeight(light, pdf / float(candidates)) / (light.pdf * float(candidates));
+        float weight = LightWeight(light, pdf) / (light.pdf * float(candidates));
         vec3 radiance = value * light.radiance * (abs(toLight.z) * weight);
         if (radiance == vec3(0.0f)) continue;
         float share = MaxComponent(path.throughput * radiance);
@@ -221,7 +221,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         direct = ScatterLight(path, vertex, chosen, chosenRadiance * (sum / chosenShare));
         direct.lobe = chosenLobe;
     }
-    return Scatter(path, vertex, scattered, diffuse, float(max(candidates, 1u)), settings);
+    return Scatter(path, vertex, scattered, diffuse, settings);
 }
 
 // Moves the path's ray to the other side of the surface it has found.

@@ -32,8 +32,7 @@ struct PathState {
     vec3 throughput;   // share of the light at the path's end that reaches the camera
     float wavelength;  // nm; kNoWavelength: all colors
     float etaScale;    // square of the index of refraction along the path, which roulette must not count
-    float scatterPDF;  // of the ray's direction, over the number of candidates for light where it left; 0:
-                       // light sampling cannot make this path
+    float scatterPDF;  // of the ray's direction; 0: light sampling cannot make this path
     LightContext scatter;  // where the ray left, for light sampling
     SegmentStart start;    // where the ray left, for media
     MediumStack media;

@@ -36,8 +36,8 @@ class MaterialTextures : public VulkanTest {
     SceneRender render{Device()};
 };
 
-TraceSettings Orthographic(float height, Extent2D extent) {
-    scene::CameraView view = scene::CameraView::LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
+TraceSettings Orthographic(float height, Extent2D extent, glm::vec3 eye = {0, 0, 4}) {
+    scene::CameraView view = scene::CameraView::LookAt(eye, {0, 0, 0}, {0, 1, 0});
     view.projection = scene::Projection::Orthographic;
     view.height = height;
     view.aspect = float(extent.width) / float(extent.height);
@@ -205,9 +205,12 @@ double MeanDifference(const FloatImage& a, const FloatImage& b) {
 // picture of a texture is that of the factors it stands for, to rounding.
 TEST_F(MaterialTextures, EverySlotIsMultipliedWithItsFactorByChannelSpaceAndUvSet) {
     for (const scene::AlphaMode alphaMode : {scene::AlphaMode::Opaque, scene::AlphaMode::Blend}) {
-        TraceSettings settings = Orthographic(1.8f, {16, 16});
-        settings.biases.maxDepth = 2;
         for (const Slot& slot : kSlots) {
+            // What goes back goes where a mirror sends it if it is seen from straight above
+            const bool goesBack = slot.texture == &Material::retroreflectionTexture;
+            TraceSettings settings =
+                Orthographic(1.8f, {16, 16}, goesBack ? glm::vec3(1.0f, 3.0f, 4.0f) : glm::vec3(0, 0, 4));
+            settings.biases.maxDepth = 2;
             if (alphaMode == scene::AlphaMode::Blend && slot.texture != &Material::baseColorTexture) continue;
             Material plain = OfEverythingFor(slot);
             plain.alphaMode = alphaMode;

@@ -59,7 +59,7 @@ TEST_F(TraceDispersion, Trace_BluePassesAtAnotherAngleThanRed) {
     EXPECT_NEAR(mean.z, 0.0005 * passedAt(540.7), 4.0 * error.z + 0.001);
     // Without dispersion the d line decides for all colors: it is beyond the edge
     render.scene.SetScene(GlassOverAFloor(0.0f, edge));
-    const glm::vec3 gray = render.Render(settings, 8).mean.Mean();
+    const glm::vec3 gray = render.Render(settings, 64).mean.Mean();
     EXPECT_EQ(gray.x, gray.z);
     EXPECT_NEAR(gray.x, passedAt(587.6), 0.002);
 }
