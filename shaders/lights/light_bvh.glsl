@@ -36,7 +36,7 @@ INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOU
         slot = entry.alias;
         entry = LightAliasAt(first + slot);
     }
-    if (share < 1.0f) choice = min(choice + u * min(kUnitStep / share, 1.0f), kOneMinusEpsilon);
+    if (share < 1.0f) choice = min(choice + u * min(kUnitStep / share, 1.0f - choice), kOneMinusEpsilon);
     ChosenLight result;
     result.light = slot;
     result.probability = entry.probability;
