@@ -219,7 +219,7 @@ TEST(TlasQuality, WhatSpreadsIsBuiltAgainAsOftenAsItHasSpreadByAsMuch) {
 TEST(TlasQuality, FewThatAreScatteredHaveALargeSceneRebuiltAfterManyFrames) {
     World small(12), large(40);
     for (World* world : {&small, &large})
-        world->Scatter(static_cast<uint32_t>(world->places.size() / 100), 3);
+        world->Scatter(static_cast<uint32_t>(world->places.size() / 200), 3);
     EXPECT_EQ(small.FramesToRebuild(1000), 0u);
     const uint32_t wait = large.FramesToRebuild(1000);
     EXPECT_GE(wait, 1u);
