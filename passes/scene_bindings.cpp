@@ -147,6 +147,17 @@ void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     BindHits(pass, scene, RayType::Shadow, scene.hasThinWalls || scene.hasAlpha ? tested : kOpaqueShadow);
 }
 
+bool TracesItself(const SceneIds& scene, const TraceSettings& settings) {
+    return settings.traversal == Traversal::Own && scene.wideNodes.IsValid();
+}
+
+void BindOwnTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
+    pass.Reads("wideNodes", scene.wideNodes);
+    pass.Reads("wideTriangles", scene.wideTriangles);
+    pass.Reads("wideInstances", scene.wideInstances);
+    pass.Uniform("parameters", parameters);
+}
+
 void BindInstances(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("instances", scene.instances);
     if (scene.deformedStreams.IsValid()) pass.ReadsByAddress(scene.deformedStreams);

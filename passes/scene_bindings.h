@@ -27,6 +27,12 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 // Those of shadow rays; beside BindTracing. Where the scene has alpha, thin walls or round primitives, needs
 // BindGeometry and BindMaterials.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
+// Whether Trace's rays traverse the scene's own trees.
+RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& settings);
+// In place of both, for a compute pass that defines OWN_TRAVERSAL (shaders/scene/trace_rays.glsl): trees and
+// parameters. Needs BindGeometry and BindMaterials.
+RAYGRAPH_API void BindOwnTracing(PassBuilder& pass, const SceneIds& scene,
+                                 const gpu::TraceParameters& parameters);
 // Instance records, and the vertices of deformed meshes, which they address.
 RAYGRAPH_API void BindInstances(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.

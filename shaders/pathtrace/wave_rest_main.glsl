@@ -1,6 +1,7 @@
 // The last kernel of a wavefront that traces: the paths that are left, each to its end.
 #define TRACES_SHADOW_RAYS
 #define OUTPUTS_ARE_READ
+#include "pathtrace/launch.glsl"
 #include "scene/extensions.glsl"
 
 #include "scene/camera.glsl"

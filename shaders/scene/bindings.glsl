@@ -21,7 +21,7 @@ layout(set = 0, binding = 9, scalar) readonly buffer LightAlias { AliasEntry at[
 layout(set = 0, binding = 10, scalar) readonly buffer EnvironmentAlias { AliasEntry at[]; } environmentAlias;
 layout(set = 0, binding = 11, scalar) readonly buffer LightProfiles { float at[]; } lightProfiles;
 layout(set = 0, binding = 12, scalar) readonly buffer LightMeshes { LightMeshRecord at[]; } lightMeshes;
-// 13 to 15 are free; 16 and up are the pass's own.
+// 13 to 15: scene/own_traversal.glsl; 16 and up are the pass's own.
 
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 

@@ -1,0 +1,83 @@
+// Tracing by the scene's own trees (shared/wide_bvh.h), in any kind of shader: what scene/trace_rays.glsl is
+// made of where OWN_TRAVERSAL is defined. What any-hit shaders do is done here. Triangles alone.
+#ifndef RAYGRAPH_SCENE_OWN_TRAVERSAL_GLSL
+#define RAYGRAPH_SCENE_OWN_TRAVERSAL_GLSL
+
+#include "scene/alpha_test.glsl"
+#include "scene/payloads.glsl"
+#ifdef TRACES_SHADOW_RAYS
+#include "scene/wall_shadow.glsl"
+#endif
+#include "shared/wide_bvh.h"
+
+layout(set = 0, binding = 13, std430) readonly buffer WideNodes { uvec4 at[]; } wideNodes;
+layout(set = 0, binding = 14, std430) readonly buffer WideTriangles { uvec4 at[]; } wideTriangles;
+layout(set = 0, binding = 15, std430) readonly buffer WideInstances { uvec4 at[]; } wideInstances;
+
+uvec4 WideNodeWord(uint at) { return wideNodes.at[at]; }
+uvec4 WideTriangleWord(uint at) { return wideTriangles.at[at]; }
+uvec4 WideInstanceWord(uint at) { return wideInstances.at[at]; }
+
+uvec2 groupStack[kWideStackSize];
+void PushGroup(uint at, uvec2 group) { groupStack[at] = group; }
+uvec2 GroupAt(uint at) { return groupStack[at]; }
+
+// Of the ray that is traced.
+uint ownAlphaSeed;
+#ifdef TRACES_SHADOW_RAYS
+ShadowPayload ownShadow;
+Ray ownShadowRay;
+#endif
+
+Hit HitOf(WideHit from) {
+    Hit hit;
+    hit.t = from.t;
+    hit.instance = from.instance;
+    hit.primitive = from.primitive;
+    hit.barycentrics = from.barycentrics;
+    return hit;
+}
+
+bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
+#ifdef TRACES_SHADOW_RAYS
+    // Thin walls are opaque to other rays
+    if (isAny && HasTraceFeature(kTraceThinWalls))
+        return StopsShadowRay(HitOf(hit), ownShadowRay.origin, ownShadowRay.direction, isBack, ownShadow);
+#endif
+    if (!HasTraceFeature(kTraceAnyHit)) return true;
+    return IsThere(ownAlphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack);
+}
+
+#include "scene/wide_bvh.glsl"
+
+Hit NearestHit(Ray ray, float distance, uint alphaSeed) {
+    WideCounts counts;  // nobody asks for them
+    counts.nodes = 0u;
+    counts.triangles = 0u;
+    counts.instances = 0u;
+    ownAlphaSeed = alphaSeed;
+    return HitOf(TraverseWide(ray.origin, ray.direction, distance, false, counts));
+}
+
+#ifdef TRACES_SHADOW_RAYS
+// As UnblockedShare of scene/trace_rays.glsl.
+vec3 ShareUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
+    WideCounts counts;
+    counts.nodes = 0u;
+    counts.triangles = 0u;
+    counts.instances = 0u;
+    ownAlphaSeed = alphaSeed;
+    if (HasTraceFeature(kTraceThinWalls)) {
+        ownShadowRay = ray;
+        ownShadow.passed = vec3(1.0f);
+        ownShadow.lastDistance = -1.0f;
+        ownShadow.ior = ior;
+        ownShadow.alphaSeed = alphaSeed;
+    }
+    bool isFree = TraverseWide(ray.origin, ray.direction, distance, true, counts).t < 0.0f;
+    if (HasTraceFeature(kTraceThinWalls)) return isFree ? ownShadow.passed : vec3(0.0f);
+    return vec3(isFree ? 1.0f : 0.0f);
+}
+#endif
+
+#endif
