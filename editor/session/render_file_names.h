@@ -35,6 +35,7 @@ inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  
 inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
 inline constexpr const char* kAttributeMeasuredError =
     "raygraph.measuredError";  // "64 0.021": samples, relative
+inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";  // "128 base", "128 decided"
 inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 inline constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
@@ -64,6 +65,11 @@ inline std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
 inline ChannelNames VarianceChannels(Bias bias) {
     return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
 }
+
+// Of an adaptive render: AdaptiveState.
+inline constexpr const char* kCountsName = "samples";
+inline constexpr const char* kWantedName = "samples.wanted";
+inline constexpr std::string_view kVariancePrefix = "samples.variance";
 
 // "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
 inline std::string WordChannel(const std::string& channel, const char* what, size_t word) {

@@ -60,6 +60,8 @@
 //                     passes over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
 // and of the camera:
 //   HiddenEnvironment: it does not see the environment
+// and of the samples:
+//   PixelList: they are of the pixels of a list (passes/pixel_list.h), not of all
 #define RAYGRAPH_TRACE_FEATURES(X) \
     X(LightSampling, 1)            \
     X(TriangleLights, 2)           \
@@ -89,7 +91,8 @@
     X(Capsules, 33554432)          \
     X(Smooth, 67108864)            \
     X(MeshLights, 134217728)       \
-    X(HiddenEnvironment, 268435456)
+    X(HiddenEnvironment, 268435456) \
+    X(PixelList, 536870912)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -17,8 +17,17 @@ namespace {
 constexpr uint32_t kWidth = 3, kHeight = 2;
 constexpr size_t kPixels = kWidth * kHeight;
 
+// One whose pixels have more or less.
+session::AdaptiveState MakeCounts() {
+    session::AdaptiveState state{.counts = std::vector<uint32_t>(kPixels, 1), .isDecided = true};
+    state.counts[0] = 40;
+    state.wanted = std::vector<uint32_t>(kPixels, 64);
+    state.variances[32].assign(kPixels, 1.0f);
+    return state;
+}
+
 // A render of four samples from `first` on; with all that may be stored, or with nothing that need not be.
-session::RenderFile MakeRender(bool isFull, uint32_t first) {
+session::RenderFile MakeRender(bool isFull, uint32_t first, bool isAdaptive = false) {
     session::RenderFile render;
     render.size = {kWidth, kHeight};
     render.samples = {{first, 4}};
@@ -53,6 +62,11 @@ session::RenderFile MakeRender(bool isFull, uint32_t first) {
         render.instance.assign(kPixels, 1);
         render.material.assign(kPixels, 1);
     }
+    if (isAdaptive) {
+        settings.isAdaptive = true;
+        render.adaptive = MakeCounts();
+        render.samples = {{first, render.adaptive->Average()}};
+    }
     render.settings = session::Texts(settings);
     return render;
 }
@@ -66,9 +80,11 @@ struct Renders {
             (isFull ? full : small) = image::ReadExr(path);
             (isFull ? laterFull : laterSmall) = MakeRender(isFull, 1000);
         }
+        session::WriteRenderFile(folder / "valid.exr", MakeRender(false, 0, true));
+        adaptive = image::ReadExr(folder / "valid.exr");
     }
     test::TemporaryFolder folder;
-    image::ExrImage small, full;
+    image::ExrImage small, full, adaptive;
     session::RenderFile laterSmall, laterFull;  // of other samples
 };
 
@@ -163,7 +179,8 @@ void RunRenderFile(Input input) {
     static const Renders renders;
     Choices choices(input);
     const bool isFull = choices.Flag();
-    image::ExrImage file = isFull ? renders.full : renders.small;
+    const bool isAdaptive = !isFull && choices.Flag();
+    image::ExrImage file = isFull ? renders.full : isAdaptive ? renders.adaptive : renders.small;
     Change(file, choices);
     const std::filesystem::path path = renders.folder / "render.exr";
     // Of two channels of one name, or an attribute's name of the format's own, nothing is written

@@ -1,0 +1,244 @@
+// Adaptive renders: what their pixels are the mean of, and that nothing else changes them. A device is needed.
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <set>
+
+#include "editor/session/merge.h"
+#include "editor/session/session.h"
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/rhi/fake_loader.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::session {
+
+namespace {
+
+using test::ExpectError;
+
+class SessionAdaptiveTest : public testing::VulkanTest {
+  protected:
+    static SceneInput Scene(const char* file) { return LoadInput(test::SceneFile(file)); }
+    static SessionDesc Desc(const SettingTexts& texts = {}) {
+        SettingTexts all = texts;
+        all.insert({{"size", "20x12"}, {"adaptive", "on"}, {"integrator-form", "loop"}});
+        SessionDesc desc;
+        desc.settings = SettingsFrom(all);
+        return desc;
+    }
+    // Everything that is accumulated.
+    static SessionDesc DescOfAll(const SettingTexts& texts = {}) {
+        SessionDesc desc = Desc(texts);
+        desc.settings.lightGroups = {{"all", {"*"}}};
+        for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings));
+        return desc;
+    }
+    static RenderFile Render(const SessionDesc& desc, uint32_t average, const char* file = "cornell.gltf") {
+        Session session(Device(), Scene(file), desc);
+        session.Run({.samples = average});
+        EXPECT_EQ(session.NonFiniteSamples(), 0u);
+        return std::move(session.Result()).render;
+    }
+    static void ExpectSame(const RenderFile& a, const RenderFile& b) {
+        EXPECT_EQ(a.samples, b.samples);
+        ASSERT_TRUE(a.adaptive && b.adaptive);
+        EXPECT_TRUE(a.adaptive->counts == b.adaptive->counts);
+        EXPECT_TRUE(*a.adaptive == *b.adaptive);
+        EXPECT_TRUE(a.radiance == b.radiance);
+        EXPECT_TRUE(a.variance == b.variance);
+        EXPECT_TRUE(a.sums.radiance == b.sums.radiance);
+        EXPECT_TRUE(a.lightGroups == b.lightGroups);
+        for (const Aov aov : kAovs) {
+            const Texels *ofA = MeanOf(a, aov), *ofB = MeanOf(b, aov);
+            if (ofA == nullptr) continue;
+            EXPECT_TRUE(*ofA == *ofB) << Name(aov);
+            EXPECT_TRUE(*SumsOf(a.sums, aov) == *SumsOf(b.sums, aov)) << Name(aov);
+        }
+    }
+    static void ExpectRefused(const SettingTexts& texts, const char* part) {
+        const SessionDesc desc = Desc(texts);
+        ExpectError(
+            ErrorKind::Usage, [&] { const Session session(Device(), Scene("cornell.gltf"), desc); },
+            "adaptive: ", part);
+    }
+    // With many samples, where bits are compared that a rounding may change on other devices.
+    static bool RoundsAlike() { return Device().Info().type == rhi::DeviceType::Cpu; }
+};
+
+}  // namespace
+
+// So the samples of a pixel are those that any render takes, and only their number is chosen.
+TEST_F(SessionAdaptiveTest, PixelIsTheMeanOfItsFirstSamples) {
+    const RenderFile adaptive = Render(DescOfAll(), 64);
+    ASSERT_TRUE(adaptive.adaptive);
+    const std::vector<uint32_t>& counts = adaptive.adaptive->counts;
+    EXPECT_EQ(adaptive.samples, (SampleRanges{{0, 64}}));
+    EXPECT_EQ(adaptive.adaptive->Average(), 64u);
+    EXPECT_GE(std::ranges::min(counts), 16u);
+    std::map<uint32_t, size_t> pixelsOf;
+    for (const uint32_t count : counts) ++pixelsOf[count];
+    EXPECT_GT(pixelsOf.size(), 5u);
+    SessionDesc uniform = DescOfAll({{"adaptive", "off"}});
+    Session session(Device(), Scene("cornell.gltf"), uniform);
+    size_t compared = 0, differing = 0;
+    for (const auto& [count, pixels] : pixelsOf) {
+        if (count > session.SampleCount()) session.Run({.samples = count});
+        const RenderFile render = session.Result().render;
+        for (size_t i = 0; i < counts.size(); ++i) {
+            if (counts[i] != count) continue;
+            ++compared;
+            const auto isSame = [&](const Texels& a, const Texels& b) {
+                return std::equal(&a[4 * i], &a[4 * i] + 4, &b[4 * i]);
+            };
+            bool isAll = isSame(adaptive.radiance, render.radiance) &&
+                         isSame(adaptive.variance, render.variance);
+            for (size_t k = 0; k < render.parts.size(); ++k)
+                isAll &= isSame(adaptive.parts[k], render.parts[k]);
+            for (size_t k = 0; k < render.lightGroups.size(); ++k)
+                isAll &= isSame(adaptive.lightGroups[k], render.lightGroups[k]);
+            differing += isAll ? 0 : 1;
+        }
+        if (count == std::ranges::min(counts)) {
+            // Surfaces are of as many samples as all have
+            EXPECT_TRUE(adaptive.albedo == render.albedo);
+            EXPECT_TRUE(adaptive.normal == render.normal);
+        }
+    }
+    EXPECT_EQ(compared, counts.size());
+    EXPECT_LE(differing, RoundsAlike() ? 0 : counts.size() / 20);
+}
+
+// The notes that later stages decide by are of exactly so many samples, though pixels have more by then.
+TEST_F(SessionAdaptiveTest, NotedVarianceIsThatOfTheBase) {
+    const RenderFile adaptive = Render(Desc(), 64);
+    ASSERT_TRUE(adaptive.adaptive && !adaptive.adaptive->variances.empty());
+    Session session(Device(), Scene("cornell.gltf"), Desc({{"adaptive", "off"}}));
+    size_t noted = 0, differing = 0;
+    for (const auto& [base, variance] : adaptive.adaptive->variances) {
+        session.Run({.samples = base});
+        const Texels uniform = session.Result().render.variance;
+        for (size_t i = 0; i < variance.size(); ++i) {
+            const bool isNoted = adaptive.adaptive->counts[i] > base;
+            noted += isNoted ? 1 : 0;
+            const float expected = isNoted ? uniform[4 * i] + uniform[4 * i + 1] + uniform[4 * i + 2] : 0.0f;
+            differing += variance[i] == expected ? 0 : 1;
+        }
+    }
+    EXPECT_GT(noted, 100u);
+    EXPECT_LE(differing, RoundsAlike() ? 0 : noted / 20);
+}
+
+TEST_F(SessionAdaptiveTest, CountsHaveTheirBoundsAndTheirAverage) {
+    for (const uint32_t average : {5u, 40u, 64u, 200u}) {
+        const RenderFile render = Render(Desc(), average);
+        ASSERT_TRUE(render.adaptive);
+        const auto total = static_cast<double>(render.adaptive->Total());
+        EXPECT_NEAR(total / 240.0, average, 0.01 * average + 1.0) << average;
+        EXPECT_GE(total, average * 240.0);
+        EXPECT_GE(std::ranges::min(render.adaptive->counts), std::min(average, 16u)) << average;
+        EXPECT_EQ(SampleCount(render.samples), average);
+    }
+}
+
+TEST_F(SessionAdaptiveTest, FormsAndFramesOfAnySizeGiveTheSameBits) {
+    SessionDesc desc = DescOfAll({{"seed", "3"}, {"crop", "3,2,15,9"}});
+    const RenderFile loop = Render(desc, 80);
+    desc.samplesAtOnce = 8;
+    ExpectSame(loop, Render(desc, 80));
+    if (!RoundsAlike()) return;
+    SessionDesc wavefront =
+        DescOfAll({{"seed", "3"}, {"crop", "3,2,15,9"}, {"integrator-form", "wavefront:2"}});
+    ExpectSame(loop, Render(wavefront, 80));
+    wavefront.samplesAtOnce = 16;
+    ExpectSame(loop, Render(wavefront, 80));
+}
+
+TEST_F(SessionAdaptiveTest, ResumedRenderHasTheBitsOfOneThatWasNot) {
+    const SettingTexts texts{{"max-depth", "3"}, {"sampler", "pcg"}};
+    SessionDesc desc = DescOfAll(texts);
+    desc.firstSample = 16;
+    const RenderFile whole = Render(desc, 150);
+    EXPECT_EQ(whole.samples, (SampleRanges{{16, 150}}));
+    EXPECT_GT(whole.removedSamples, 0u);
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder / "part.exr";
+    // In the base of the first stage, beyond it, and in that of the next
+    uint32_t before = 0;
+    for (const uint32_t average : {10u, 50u, 66u, 150u}) {
+        if (before == 0) {
+            WriteRenderFile(file, Render(desc, average));
+        } else {
+            const ResumedRender resumed = ReadResumedRender(file);
+            EXPECT_EQ(SampleCount(resumed.render.samples), before);
+            WriteRenderFile(file, Render(Resuming(resumed), average));
+        }
+        before = average;
+    }
+    const RenderFile parts = ReadRenderFile(file);
+    EXPECT_EQ(parts.removedSamples, whole.removedSamples);
+    EXPECT_EQ(parts.settings.at("adaptive"), "on");
+    // The file has no alpha of the other means
+    ASSERT_TRUE(parts.adaptive && whole.adaptive);
+    EXPECT_TRUE(*parts.adaptive == *whole.adaptive);
+    EXPECT_TRUE(parts.radiance == whole.radiance);
+    EXPECT_TRUE(parts.variance == whole.variance);
+    EXPECT_TRUE(parts.sums.radiance == whole.sums.radiance);
+    for (const Aov aov : kAovs) {
+        const Texels *ofParts = MeanOf(parts, aov), *ofWhole = MeanOf(whole, aov);
+        for (size_t i = 0; ofParts != nullptr && i < ofParts->size(); ++i)
+            if (i % 4 != 3) ASSERT_EQ((*ofParts)[i], (*ofWhole)[i]) << Name(aov) << " " << i;
+    }
+}
+
+// Half of the picture is a sky without noise.
+TEST_F(SessionAdaptiveTest, ErrorIsBelowThatOfAsManySamplesEverywhere) {
+    const SettingTexts texts{{"size", "32x32"}, {"background", "0.5,0.5,0.5"}};
+    const auto errorOf = [&](const char* isAdaptive) {
+        SettingTexts all = texts;
+        all["adaptive"] = isAdaptive;
+        Session session(Device(), Scene("material_row.gltf"), Desc(all));
+        session.Run({.samples = 128});
+        return session.Result().statistics.relativeError.value_or(0.0);
+    };
+    const double uniform = errorOf("off"), adaptive = errorOf("on");
+    EXPECT_GT(adaptive, 0.0);
+    EXPECT_LT(adaptive, 0.9 * uniform);
+}
+
+TEST_F(SessionAdaptiveTest, RunEndsWithTheErrorThatIsWanted) {
+    Session session(Device(), Scene("cornell.gltf"), Desc());
+    session.Run({.samples = 64});
+    const double at64 = session.Result().statistics.relativeError.value_or(0.0);
+    session.Run({.relativeError = at64 / 1.5});
+    const uint32_t samples = session.SampleCount();
+    EXPECT_GT(samples, 100u);
+    EXPECT_LT(samples, 200u);
+    EXPECT_LT(session.Result().statistics.relativeError.value_or(1.0), at64 / 1.4);
+    EXPECT_TRUE(session.Result().render.measuredError);
+}
+
+TEST_F(SessionAdaptiveTest, WhatHasSamplesOfAllPixelsIsRefused) {
+    ExpectRefused({{"view", "albedo"}}, "the view albedo");
+    ExpectRefused({{"view", "raster"}}, "the view raster");
+    ExpectRefused({{"rr", "frame:0.5"}}, "rr");
+    SessionDesc desc = Desc();
+    desc.withVariance = false;
+    ExpectError(
+        ErrorKind::Usage, [&] { const Session session(Device(), Scene("cornell.gltf"), desc); },
+        "adaptive: ", "variance");
+    rhi::Device* const two[] = {&Device(), &Device()};
+    ExpectError(
+        ErrorKind::Usage, [&] { const Session session(two, Scene("cornell.gltf"), Desc()); },
+        "adaptive: ", "several devices");
+    std::vector<NamedRender> parts;
+    for (const uint32_t first : {0u, 100u}) {
+        SessionDesc part = Desc();
+        part.firstSample = first;
+        parts.push_back({"part.exr", Render(part, 20)});
+    }
+    ExpectError(ErrorKind::BadInput, [&] { Merge(std::move(parts)); }, "part.exr cannot be merged", "adaptive");
+}
+
+}  // namespace raygraph::session
