@@ -328,7 +328,8 @@ AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples, uint32_t 
     step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]));
     const bool isFirst = step.TakeListed(isAll ? count : 0);
     if (isFirst && !isAll)
-        throw MakeError(ErrorKind::Usage, "accumulation \"{}\": its first samples are of {} pixels, not of all",
+        throw MakeError(ErrorKind::Usage,
+                        "accumulation \"{}\": its first samples are of {} pixels, not of all",
                         accumulation.Name(), pixels.count);
     struct Constants {
         uint32_t offset[2];

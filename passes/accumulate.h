@@ -134,8 +134,8 @@ struct AccumulatedIds {
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance);
 
-// The same where pixels have different numbers of samples: `counts` (r32ui, at least 1) are those of each, and
-// of each tile of the picture if it has several.
+// The same where pixels have different numbers of samples: `counts` (r32ui, at least 1) are those of each,
+// and of each tile of the picture if it has several.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance, TextureId counts);
 

@@ -178,9 +178,9 @@ struct TraceIds {
 // settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
 // several. Several keep a device busy that one does not fill, and wait for the longest path once. Unbiased
 // but for settings.biases. Ray counts are taken by the loop, and are those of any form. Error{Usage} for them
-// beside another output, for a number of steps that a wavefront cannot have, for several samples, or pixels of a
-// list, that share Roulette::Frame, which draws the length of all paths of one, and for a region outside the
-// picture.
+// beside another output, for a number of steps that a wavefront cannot have, for several samples, or pixels
+// of a list, that share Roulette::Frame, which draws the length of all paths of one, and for a region outside
+// the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 

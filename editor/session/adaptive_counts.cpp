@@ -15,7 +15,7 @@ namespace raygraph::session {
 namespace {
 
 // A stage's extra samples come in so many rounds, so that a render which ends within it has some everywhere.
-constexpr uint32_t kTurns = 4;
+constexpr uint32_t kTurns = 2;
 constexpr uint32_t kFirstBase = kFirstStage / kBasePart;
 constexpr int kReach = 3;  // of the pixels around one, to each side
 
@@ -28,8 +28,8 @@ uint32_t NextBase(uint32_t count) {
     return std::max(std::bit_ceil(count + 1), kFirstBase);
 }
 
-// Mean standard deviation of the other color's pixels around each one, near ones weighing more. 0 of a picture
-// of one pixel.
+// Mean standard deviation of the other color's pixels around each one, near ones weighing more. 0 of a
+// picture of one pixel.
 std::vector<double> DeviationsAround(rhi::Extent2D picture, std::span<const float> variance) {
     const auto width = static_cast<int>(picture.width), height = static_cast<int>(picture.height);
     std::vector<double> deviation(variance.size()), around(variance.size());
@@ -80,14 +80,17 @@ class Allocation {
 
   private:
     static constexpr double kEndless = 1e200;
-    // Up or down by a chance that is the pixel's own.
+    // Up or down by a chance that is the pixel's own. Large ones to an eighth: the fewer different counts
+    // there are, the more pixels take the next step together.
     uint32_t Rounded(size_t pixel, double count) const {
         const uint32_t bits = gpu::MixBits(static_cast<uint32_t>(pixel) ^ 0x5bd1e995u);
-        return m_unit * static_cast<uint32_t>(count / m_unit + (bits >> 8u) * 0x1p-24);
+        uint32_t unit = m_unit;
+        while (16.0 * unit <= count) unit *= 2;
+        return unit * static_cast<uint32_t>(count / unit + (bits >> 8u) * 0x1p-24);
     }
     uint32_t CountOf(size_t pixel, double factor) const {
-        return std::max(m_least[pixel], Rounded(pixel, std::min(factor * m_deviation[pixel],
-                                                                static_cast<double>(m_most))));
+        return std::max(m_least[pixel],
+                        Rounded(pixel, std::min(factor * m_deviation[pixel], static_cast<double>(m_most))));
     }
     uint64_t TotalOf(double factor) const {
         uint64_t total = 0;

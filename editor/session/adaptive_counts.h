@@ -1,18 +1,18 @@
-// How many samples each pixel of an adaptive render gets, and which are next: values of the host alone, without
-// a device. Threads: plain values, one thread at a time.
+// How many samples each pixel of an adaptive render gets, and which are next: values of the host alone,
+// without a device. Threads: plain values, one thread at a time.
 //
-// A render goes through stages whose average is 64, 128, 256, ... samples a pixel. In each, all pixels first get
-// a base, a quarter of the average; then it is decided how many each is to have at the stage's end, in
-// proportion to how much the base samples around it vary: that makes the error of the picture, as
+// A render goes through stages whose average is 64, 128, 256, ... samples a pixel. In each, all pixels
+// first get a base, a quarter of the average; then it is decided how many each is to have at the stage's
+// end, in proportion to how much the base samples around it vary: that makes the error of the picture, as
 // ImageStatistics measures it, the smallest for its samples.
 //
-// The mean stays exactly unbiased. The pixels are those of a chessboard: what a white one gets is a function of
-// the black ones' base samples alone, and the other way round; so is the number that makes the averages
+// The mean stays exactly unbiased. The pixels are those of a chessboard: what a white one gets is a function
+// of the black ones' base samples alone, and the other way round; so is the number that makes the averages
 // right, which each color has for itself. Base samples are functions of pixel and index, whenever they were
 // taken. So the number of a pixel's samples says nothing about their values.
 //
-// What comes next is a function of counts, wanted counts and stage alone: a render may end after any step, and
-// be gone on with.
+// What comes next is a function of counts, wanted counts and stage alone: a render may end after any step,
+// and be gone on with.
 #pragma once
 
 #include <cstdint>
@@ -62,8 +62,8 @@ class RAYGRAPH_API AdaptiveCounts {
     uint32_t Least() const { return m_least; }  // of a pixel
     uint32_t Base() const { return m_state.stage / kBasePart; }
 
-    // Whether Decide must be called, with the variance of one of the first Base() samples of each pixel, before
-    // there is a next step.
+    // Whether Decide must be called, with the variance of one of the first Base() samples of each pixel,
+    // before there is a next step.
     bool NeedsDecision() const { return m_members.empty(); }
     void Decide(std::span<const float> variance);
 
@@ -90,9 +90,9 @@ class RAYGRAPH_API AdaptiveCounts {
     uint32_t m_stepLength = 0;
 };
 
-// How many samples each pixel is to have: at least `least` of it, on average over each color of the chessboard
-// `average` or barely more, and beyond that in proportion to the standard deviation around it. Rounded to
-// multiples of `unit`.
+// How many samples each pixel is to have: at least `least` of it, on average over each color of the
+// chessboard `average` or barely more, and beyond that in proportion to the standard deviation around it.
+// Multiples of `unit`; from 16 of them on, of an eighth to a sixteenth of themselves.
 RAYGRAPH_API std::vector<uint32_t> AllocateSamples(rhi::Extent2D picture, std::span<const float> variance,
                                                    std::span<const uint32_t> least, uint32_t average,
                                                    uint32_t unit);

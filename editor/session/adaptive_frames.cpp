@@ -73,9 +73,9 @@ AdaptiveFrames::Samples AdaptiveFrames::Take(const passes::Accumulation& radianc
                                                Variances(base));
     const uint64_t wanted = uint64_t{average} * m_counts.State().counts.size();
     const uint64_t missing = wanted > m_counts.Total() ? wanted - m_counts.Total() : 1;
-    const uint64_t count = std::min({(missing + pixels.count - 1) / pixels.count,
-                                     uint64_t{m_counts.StepLength()}, mostTexels / pixels.count,
-                                     uint64_t{mostRows / pixels.extent.height}});
+    const uint64_t count =
+        std::min({(missing + pixels.count - 1) / pixels.count, uint64_t{m_counts.StepLength()},
+                  mostTexels / pixels.count, uint64_t{mostRows / pixels.extent.height}});
     const Samples samples{pixels, m_taken, static_cast<uint32_t>(std::max<uint64_t>(count, 1))};
     m_taken += samples.count;
     m_isListDue = m_counts.Advance(samples.count);

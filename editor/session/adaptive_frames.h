@@ -1,5 +1,5 @@
-// The part of the frames of an adaptive render that others do not have: which pixels a frame samples, and what
-// decides it. For editor/session/ alone. Threads: that of the Renderer.
+// The part of the frames of an adaptive render that others do not have: which pixels a frame samples, and
+// what decides it. For editor/session/ alone. Threads: that of the Renderer.
 #pragma once
 
 #include <map>

@@ -9,7 +9,7 @@ namespace raygraph::session {
 
 namespace {
 
-// `shareOf(i)`: that of the variance of pixel i that is left in its mean; none where there are no two samples.
+// `shareOf(i)`: how much of the variance of pixel i is left in its mean. `hasError`: some have two samples.
 template <typename ShareOf>
 ImageStatistics MeasureWith(std::span<const float> mean, std::span<const float> variance, bool hasError,
                             ShareOf&& shareOf) {

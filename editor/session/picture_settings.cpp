@@ -199,7 +199,8 @@ const std::vector<PictureSetting>& Table() {
          [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},
         Switch(
             "adaptive",
-            "Give pixels as many samples as the error of the picture needs ({}: all the same number); --spp is "
+            "Give pixels as many samples as the error of the picture needs ({}: all the same number); --spp "
+            "is "
             "the average",
             [](auto& settings) -> auto& { return settings.isAdaptive; }),
         Choice(

@@ -34,7 +34,7 @@ inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  
 inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // "0-63 128-191": which
 inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
 inline constexpr const char* kAttributeMeasuredError =
-    "raygraph.measuredError";  // "64 0.021": samples, relative
+    "raygraph.measuredError";                                             // "64 0.021": samples, relative
 inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";  // "128 base", "128 decided"
 inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 

@@ -15,7 +15,8 @@ void SampleFrames::RenderWhereNeeded(uint32_t average) {
     const bool hasGroups = m_plan.lightGroupCount > 0;
     const uint32_t tiles = hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1;
     uint32_t mostRows = m_renderer.Device().Info().maxTextureExtent / tiles;
-    if (m_isKeepingAlbedo || m_isKeepingNormal || m_secondTraces.HasAny()) mostRows = std::min(mostRows, kMostSurfaces);
+    if (m_isKeepingAlbedo || m_isKeepingNormal || m_secondTraces.HasAny())
+        mostRows = std::min(mostRows, kMostSurfaces);
     const AdaptiveFrames::Samples samples =
         m_adaptive->Take(m_radiance.accumulation, average, PixelCount(size) * m_samplesAtOnce, mostRows);
     passes::TraceSettings settings = m_scene.SettingsFor(samples.index);
@@ -50,7 +51,8 @@ uint32_t SampleFrames::SamplesDone() {
     while (!m_pending.empty() && m_pending.front().doneAt <= completed) m_pending.pop_front();
     uint64_t pending = 0;
     for (const PendingSamples& samples : m_pending) pending += samples.count;
-    if (m_adaptive) return static_cast<uint32_t>((m_adaptive->Counts().Total() - pending) / PixelCount(Size()));
+    if (m_adaptive)
+        return static_cast<uint32_t>((m_adaptive->Counts().Total() - pending) / PixelCount(Size()));
     return m_submitted - static_cast<uint32_t>(pending);
 }
 

@@ -12,9 +12,8 @@ void SampleFrames::MeasureError() {
     if (m_measurement || !m_plan.withVariance || !ShowsLight()) return;
     m_renderer.BeginFrame();
     const passes::AccumulatedIds ids = Resolve(m_radiance.accumulation, Size(), true, DeclareCounts());
-    m_measurement =
-        Measurement{m_submitted, m_renderer.ReadBack(ids.mean), m_renderer.ReadBack(ids.variance),
-                    m_adaptive ? m_adaptive->Counts().State().counts : std::vector<uint32_t>{}};
+    m_measurement = Measurement{m_submitted, m_renderer.ReadBack(ids.mean), m_renderer.ReadBack(ids.variance),
+                                m_adaptive ? m_adaptive->Counts().State().counts : std::vector<uint32_t>{}};
     m_renderer.Execute();
 }
 

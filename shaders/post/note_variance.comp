@@ -1,5 +1,5 @@
-// NoteVariance: the variance of one sample, R, G and B together, of the listed pixels that have a given number
-// of samples.
+// NoteVariance: the variance of one sample, R, G and B together, of the listed pixels that have a given
+// number of samples.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

@@ -34,14 +34,14 @@ bool IsWhite(size_t pixel) {
     return (pixel % 24 + pixel / 24) % 2 == 0;
 }
 
-// Runs until the average is reached, at most `atOnce` samples a step; the sequence of counts after each stage.
+// Runs until the average is reached, at most `atOnce` samples a step.
 void RunTo(AdaptiveCounts& counts, uint32_t average, uint32_t atOnce, std::span<const float> variance) {
     while (counts.Average() < average) {
         if (counts.NeedsDecision()) counts.Decide(variance);
         const uint64_t missing = uint64_t{average} * kPixels - counts.Total();
         const uint64_t members = counts.Members().size();
-        counts.Advance(std::min({static_cast<uint32_t>((missing + members - 1) / members), counts.StepLength(),
-                                 atOnce}));
+        counts.Advance(std::min(
+            {static_cast<uint32_t>((missing + members - 1) / members), counts.StepLength(), atOnce}));
     }
 }
 
@@ -118,7 +118,8 @@ TEST(AdaptiveCounts, StagesHaveTheirBaseAndTheirAverage) {
     EXPECT_EQ(counts.Members().size(), kPixels) << "the first samples are of all pixels";
     for (uint32_t stage = 64; stage <= 512; stage *= 2) {
         while (!counts.NeedsDecision()) {
-            for (const uint32_t base : counts.BasesToNote()) EXPECT_GT(base, stage / 8) << "decided by already";
+            for (const uint32_t base : counts.BasesToNote())
+                EXPECT_GT(base, stage / 8) << "decided by already";
             counts.Advance(counts.StepLength());
         }
         EXPECT_EQ(counts.Base(), stage / 4);
@@ -215,9 +216,9 @@ double DeviationOfMean(uint32_t average, uint32_t renders, uint32_t shared) {
 // would find if a pixel's samples decided about itself, and why a sampler that pixels share is no sampler for
 // this.
 TEST(AdaptiveCounts, MeanIsUnbiasedUnlessPixelsShareTheirNumbers) {
-    for (const uint32_t average : {64u, 256u}) {
-        EXPECT_LT(std::abs(DeviationOfMean(average, 3000, 1)), 3.3) << average;
-        EXPECT_LT(DeviationOfMean(average, 3000, 2), -6.0) << average;
+    for (const auto& [average, renders] : {std::pair{64u, 1500u}, {256u, 300u}}) {
+        EXPECT_LT(std::abs(DeviationOfMean(average, renders, 1)), 3.3) << average;
+        EXPECT_LT(DeviationOfMean(average, renders, 2), -5.0) << average;
     }
 }
 
@@ -227,8 +228,8 @@ TEST(AdaptiveCounts, AStageThatEndsEarlyHasExtraSamplesEverywhere) {
     AdaptiveCounts half(kPicture), whole(kPicture);
     RunTo(half, 192, 1000, variance);
     RunTo(whole, 256, 1000, variance);
-    const auto noisiest = static_cast<size_t>(std::ranges::max_element(whole.State().counts) -
-                                              whole.State().counts.begin());
+    const auto noisiest =
+        static_cast<size_t>(std::ranges::max_element(whole.State().counts) - whole.State().counts.begin());
     EXPECT_GT(half.State().counts[noisiest], whole.State().counts[noisiest] / 2);
     for (size_t i = 0; i < kPixels; ++i) EXPECT_LE(half.State().counts[i], whole.State().counts[i]);
 }
@@ -239,7 +240,8 @@ TEST(AdaptiveCounts, FlawsOfAStateAreNamed) {
     AdaptiveState good = counts.State();
     const uint32_t most = std::ranges::max(good.counts);
     ASSERT_TRUE(good.isDecided);
-    for (uint32_t base = 2 * counts.Base(); base < most; base *= 2) good.variances[base].assign(kPixels, 1.0f);
+    for (uint32_t base = 2 * counts.Base(); base < most; base *= 2)
+        good.variances[base].assign(kPixels, 1.0f);
     EXPECT_EQ(FlawOf(good, kPixels), "");
     ASSERT_FALSE(good.variances.empty());
     const auto expectFlaw = [&](const char* part, auto&& change) {

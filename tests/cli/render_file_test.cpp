@@ -133,9 +133,8 @@ TEST(RenderFile, CountsThatCannotBeAreRefused) {
     expectUnreadable("than its stage gives", [&](image::ExrImage& file) {
         std::get<std::vector<uint32_t>>(channel(file, "samples.wanted").samples)[2] = 0xFFFFFFFFu;
     });
-    expectUnreadable("no variance of 32 samples", [&](image::ExrImage& file) {
-        channel(file, "samples.variance32").name = "other";
-    });
+    expectUnreadable("no variance of 32 samples",
+                     [&](image::ExrImage& file) { channel(file, "samples.variance32").name = "other"; });
     expectUnreadable("adaptiveStage", [](image::ExrImage& file) {
         file.attributes["raygraph.adaptiveStage"] = std::string("64 perhaps");
     });
