@@ -28,7 +28,7 @@
 namespace raygraph::session {
 
 // Of a render's file. Rows from the top.
-struct AdaptiveState {
+struct RAYGRAPH_API AdaptiveState {
     std::vector<uint32_t> counts;  // samples that a pixel has, at least 1
     std::vector<uint32_t> wanted;  // those that it gets in this stage, or of its base; empty: it cannot go on
     uint32_t stage = 64;           // average number of samples at its end
