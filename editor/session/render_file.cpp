@@ -201,6 +201,8 @@ RenderFile FromExr(const image::ExrImage& file) {
     render.size = {file.width, file.height};
     if (!TakeChannels(file, kRadianceNames, render.radiance))
         throw Error(ErrorKind::BadInput, "there is no float channel R");
+    const std::string adaptive = std::string(kSettingPrefix) + "adaptive";
+    if (TextAttribute(file, adaptive.c_str()) != "on") RequireEven(file, SampleCount(render.samples));
     const bool hasVariance = TakeChannels(file, kVarianceNames, render.variance);
     TakeSums(file, kRadianceNames, hasVariance, render.sums.radiance);
     for (const Aov aov : kAovs) {
@@ -231,10 +233,7 @@ RenderFile FromExr(const image::ExrImage& file) {
         render.settings[name] = TextAttribute(file, attribute.c_str());
     }
     const PictureSettings settings = RequireWindow(file, render);
-    if (settings.isAdaptive)
-        TakeCounts(file, render);
-    else
-        RequireEven(file, SampleCount(render.samples));
+    if (settings.isAdaptive) TakeCounts(file, render);
     for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
             throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);
