@@ -148,8 +148,8 @@ INLINE float DrawOfCandidates(PathState path) {
 //
 // The light is chosen of several candidates by what they would contribute (Talbot et al. 2005, "Importance
 // Resampling for Global Illumination"): the mean is that of all of them, for one shadow ray. In the weights
-// of multiple importance sampling they count as one sample: under an even sky, which the BSDF finds best, they
-// are no better than one.
+// of multiple importance sampling they count as one sample: under an even sky, which the BSDF finds best,
+// they are no better than one.
 INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings,
                         INOUT(DirectLight) direct) {
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
