@@ -147,6 +147,17 @@ void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     BindHits(pass, scene, RayType::Shadow, scene.hasThinWalls || scene.hasAlpha ? tested : kOpaqueShadow);
 }
 
+bool TracesItself(const SceneIds& scene, const TraceSettings& settings) {
+    return settings.traversal == Traversal::Own && scene.wideNodes.IsValid();
+}
+
+void BindOwnTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
+    pass.Reads("wideNodes", scene.wideNodes);
+    pass.Reads("wideTriangles", scene.wideTriangles);
+    pass.Reads("wideInstances", scene.wideInstances);
+    pass.Uniform("parameters", parameters);
+}
+
 void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,
                   const TraceSettings& settings) {
     const uint32_t features = TraceFeatures(scene, settings);
@@ -154,7 +165,7 @@ void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& 
                              (features & kTraceLightSampling) != 0 &&
                              (features & (kTraceThinWalls | kTraceMatchedMedia)) == 0;
     pass.Specialize("kLoopOptions", hasOneTrace ? kLoopOneTrace : 0u);
-    if (!hasOneTrace) BindShadowRays(pass, scene);
+    if (!hasOneTrace && !TracesItself(scene, settings)) BindShadowRays(pass, scene);
 }
 
 void BindInstances(PassBuilder& pass, const SceneIds& scene) {

@@ -27,6 +27,12 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 // Those of shadow rays; beside BindTracing. Where the scene has alpha, thin walls or round primitives, needs
 // BindGeometry and BindMaterials.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
+// Whether Trace's rays traverse the scene's own trees.
+RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& settings);
+// In place of both, for a compute pass that defines OWN_TRAVERSAL (shaders/scene/trace_rays.glsl): trees and
+// parameters. Needs BindGeometry and BindMaterials.
+RAYGRAPH_API void BindOwnTracing(PassBuilder& pass, const SceneIds& scene,
+                                 const gpu::TraceParameters& parameters);
 // What the integrator's loop needs to trace shadow rays; beside BindTracing and SpecializeTrace. On a CPU
 // device, where no walls and media let light through, that is no shader more.
 RAYGRAPH_API void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,

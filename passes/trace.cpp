@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <string>
 
 #include "base/text.h"
 #include "passes/scene_bindings.h"
@@ -14,11 +15,9 @@ namespace {
 
 constexpr auto kPathPartNames = Texts(PathPart{});
 
-const char* RayGenOf(const TraceOutputs& outputs) {
-    if (outputs.parts && outputs.lightGroups) return "pathtrace/pathtrace_parts_groups.rgen";
-    if (outputs.parts) return "pathtrace/pathtrace_parts.rgen";
-    if (outputs.lightGroups) return "pathtrace/pathtrace_groups.rgen";
-    return outputs.rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
+std::string LoopOf(const TraceOutputs& outputs, const char* stage) {
+    return std::string("pathtrace/pathtrace") + (outputs.parts ? "_parts" : "") +
+           (outputs.lightGroups ? "_groups" : "") + (outputs.rayCounts ? "_counted" : "") + stage;
 }
 
 // More invocations than any device runs at once.
@@ -89,15 +88,22 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         const Extent2D extent{tiles.width * traced.width, tiles.height * traced.height};
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
+    const bool isOwn = TracesItself(scene, settings);
     ids.counts = PixelQueue(renderer);
     if (settings.form.kind == IntegratorForm::Wavefront && !outputs.rayCounts)
         return TraceWavefront(renderer, scene, settings, outputs, ids);
     renderer.AddPass(
-        "Trace", PassKind::RayTracing,
+        "Trace", isOwn ? PassKind::Compute : PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            pass.RayGen(RayGenOf(outputs));
+            if (isOwn)
+                pass.Compute(LoopOf(outputs, ".comp"));
+            else
+                pass.RayGen(LoopOf(outputs, ".rgen"));
             SpecializeTrace(pass, scene, settings);
-            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
+            if (isOwn)
+                BindOwnTracing(pass, scene, ParametersFor(scene, settings));
+            else
+                BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindLoopRays(pass, renderer.Device(), scene, settings);
             BindGeometry(pass, scene);
             BindMaterials(pass, scene);
@@ -111,7 +117,12 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                 ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);
             if (outputs.lightGroups) ids.lightGroups = pass.Writes("lightGroups", ids.lightGroups);
         },
-        [extent = InvocationsFor(traced)](CommandList& commands) { commands.TraceRays(extent); });
+        [extent = InvocationsFor(traced), isOwn](CommandList& commands) {
+            if (isOwn)
+                commands.DispatchOver(extent);
+            else
+                commands.TraceRays(extent);
+        });
     return ids;
 }
 

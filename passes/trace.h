@@ -89,6 +89,16 @@ struct FormSettings {
     bool operator==(const FormSettings&) const = default;
 };
 
+// Who finds what rays meet. The choice is one of speed: hits are the same, but at edges.
+//   Auto:   the faster one, if somebody measures which that is, as a session does; Trace takes it for Driver
+//   Driver: the device's acceleration structures, by its own traversal
+//   Own:    trees of triangles, by shaders (GpuSceneDesc::hasWideTrees). Where a scene has none, as Driver
+#define RAYGRAPH_TRAVERSALS(X, Of) \
+    X(Of, Auto, 0, "auto", "")     \
+    X(Of, Driver, 1, "driver", "") \
+    X(Of, Own, 2, "own", "")
+RAYGRAPH_CHOICE(Traversal, RAYGRAPH_TRAVERSALS)
+
 // How paths are traced: what decides the samples of a picture beside its camera and extent.
 struct PathSettings {
     SamplerKind sampler = SamplerKind::Sobol;
@@ -115,6 +125,7 @@ struct TraceSettings : PathSettings {
     uint32_t sampleIndex = 0;
     // Trace alone: samples of every pixel, those from sampleIndex on. At least 1.
     uint32_t sampleCount = 1;
+    Traversal traversal = Traversal::Auto;  // of Trace alone
 
     bool operator==(const TraceSettings&) const = delete;  // would be that of the paths alone
 };

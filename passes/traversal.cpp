@@ -4,7 +4,7 @@ namespace raygraph::passes {
 
 BufferId TraceBuffer(Renderer& renderer, const DriverScene::Ids& scene, BufferId rays, uint32_t count,
                      RayQuestion question) {
-    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::BenchHit)});
+    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
     const bool isAny = question == RayQuestion::Any;
     renderer.AddPass(
         isAny ? "DriverAny" : "DriverNearest", PassKind::RayTracing,
@@ -33,8 +33,8 @@ BufferId TraceBuffer(Renderer& renderer, const DriverScene::Ids& scene, BufferId
 BufferId TraverseBuffer(Renderer& renderer, const WideDeviceScene::Ids& scene, BufferId rays, uint32_t count,
                         const TraverseSettings& settings) {
     const bool isAny = settings.question == RayQuestion::Any;
-    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::BenchHit)});
-    const uint64_t countBytes = (settings.counts ? count : 1) * sizeof(gpu::BenchCounts);
+    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
+    const uint64_t countBytes = (settings.counts ? count : 1) * sizeof(gpu::WideCounts);
     BufferId counts = renderer.CreateBuffer("benchCounts", {.size = countBytes});
     renderer.AddPass(
         isAny ? "WideAny" : "WideNearest", PassKind::Compute,

@@ -8,11 +8,11 @@
 namespace raygraph::passes {
 
 enum class RayQuestion : uint8_t {
-    Nearest,  // all of gpu::BenchHit
+    Nearest,  // all of gpu::WideHit
     Any,      // its t alone: negative where nothing is on the ray
 };
 
-// `rays` holds `count` gpu::BenchRays; returns as many gpu::BenchHits. The passes are called
+// `rays` holds `count` gpu::BenchRays; returns as many gpu::WideHits. The passes are called
 // "DriverNearest", "DriverAny", "WideNearest" and "WideAny", and are never culled.
 [[nodiscard]] RAYGRAPH_API BufferId TraceBuffer(Renderer& renderer, const DriverScene::Ids& scene,
                                                 BufferId rays, uint32_t count, RayQuestion question);
@@ -21,7 +21,7 @@ struct TraverseSettings {
     RayQuestion question = RayQuestion::Nearest;
     // So many groups of the stack are in shared memory, 8 bytes each and invocation.
     uint32_t sharedGroups = 0;
-    BufferId* counts = nullptr;  // set to one of gpu::BenchCounts a ray
+    BufferId* counts = nullptr;  // set to one of gpu::WideCounts a ray
 };
 [[nodiscard]] RAYGRAPH_API BufferId TraverseBuffer(Renderer& renderer, const WideDeviceScene::Ids& scene,
                                                    BufferId rays, uint32_t count,

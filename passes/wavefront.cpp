@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kPathPartNames = Texts(PathPart{});
 constexpr uint32_t kRowBytes = 16;
-constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl
+constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl and launch.glsl
 // Of the paths that are left for the last kernel, as many are traced at once.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
@@ -36,6 +36,7 @@ class Wavefront {
           m_settings(settings),
           m_outputs(outputs),
           m_features(TraceFeatures(scene, settings)),
+          m_isOwn(TracesItself(scene, settings)),
           m_extent(renderer.Desc(ids.radiance).extent),
           m_ids(ids) {
         const uint64_t pixels = uint64_t{m_extent.width} * m_extent.height;
@@ -71,20 +72,36 @@ class Wavefront {
     }
 
   private:
-    // "pathtrace/wave_shade_parts.comp"
-    std::string Shader(const char* kernel, const char* stage) const {
+    // "pathtrace/wave_shade_parts"
+    std::string Shader(const char* kernel) const {
         return std::string("pathtrace/wave_") + kernel + (m_outputs.parts ? "_parts" : "") +
-               (m_outputs.lightGroups ? "_groups" : "") + stage;
+               (m_outputs.lightGroups ? "_groups" : "");
     }
     // Paths become fewer with every step, and an invocation takes one after the other.
     Extent2D LaunchAt(uint32_t step) const {
         constexpr uint32_t kLeast = 1u << 16, kMostHalvings = 4;
         return {std::max(m_pixels >> std::min(step, kMostHalvings), std::min(m_pixels, kLeast)), 1};
     }
-    // The same of a kernel that shades, as far as the device has groups for it.
-    Extent2D DispatchAt(uint32_t step) const {
+    // As far as the device has groups for it.
+    Extent2D Dispatched(Extent2D launch) const {
         const uint64_t most = uint64_t{m_renderer.Device().Info().maxGroupCounts[0]} * kGroupSize;
-        return {static_cast<uint32_t>(std::min<uint64_t>(LaunchAt(step).width, most)), 1};
+        return {static_cast<uint32_t>(std::min<uint64_t>(launch.width, most)), 1};
+    }
+    // Of kernels that trace.
+    PassKind TracingKind() const { return m_isOwn ? PassKind::Compute : PassKind::RayTracing; }
+    void UseTracing(PassBuilder& pass, const std::string& kernel) const {
+        if (m_isOwn)
+            pass.Compute(kernel + ".comp");
+        else
+            pass.RayGen(kernel + ".rgen");
+    }
+    auto Launching(Extent2D launch) const {
+        return [extent = m_isOwn ? Dispatched(launch) : launch, isOwn = m_isOwn](CommandList& commands) {
+            if (isOwn)
+                commands.DispatchOver(extent);
+            else
+                commands.TraceRays(extent);
+        };
     }
     static std::string At(const char* name, uint32_t step) { return name + std::to_string(step); }
 
@@ -98,8 +115,11 @@ class Wavefront {
         BindLights(pass, m_scene);
         pass.Reads("energyTables", m_scene.energyTables);
     }
-    void BindRays(PassBuilder& pass) const {
-        BindTracing(pass, m_scene, ParametersFor(m_scene, m_settings), AlphaTest::On);
+    void BindRays(PassBuilder& pass, bool areShadowRaysToo) const {
+        const gpu::TraceParameters parameters = ParametersFor(m_scene, m_settings);
+        if (m_isOwn) return BindOwnTracing(pass, m_scene, parameters);
+        BindTracing(pass, m_scene, parameters, AlphaTest::On);
+        if (areShadowRaysToo) BindShadowRays(pass, m_scene);
     }
     void SetConstants(PassBuilder& pass, uint32_t step, uint32_t traces = 0) const {
         const gpu::CameraRecord& camera = m_settings.camera;
@@ -131,27 +151,26 @@ class Wavefront {
 
     void TraceFirst() {
         m_renderer.AddPass(
-            "WaveFirst", PassKind::RayTracing,
+            "WaveFirst", TracingKind(),
             [&](PassBuilder& pass) {
-                pass.RayGen("pathtrace/wave_first.rgen");
+                UseTracing(pass, "pathtrace/wave_first");
                 BindScene(pass);
-                BindRays(pass);
+                BindRays(pass, false);
                 SetConstants(pass, 0);
                 m_paths = pass.Writes("wavePaths", m_paths);
                 m_hits = pass.Writes("waveHits", m_hits);
             },
-            [extent = LaunchAt(0)](CommandList& commands) { commands.TraceRays(extent); });
+            Launching(LaunchAt(0)));
     }
 
     void Trace(uint32_t step, uint32_t traces) {
         const char* name = traces == gpu::kWaveTracesShadows ? "WaveShadows" : "WaveTrace";
         m_renderer.AddPass(
-            At(name, step), PassKind::RayTracing,
+            At(name, step), TracingKind(),
             [&](PassBuilder& pass) {
-                pass.RayGen(Shader("trace", ".rgen"));
+                UseTracing(pass, Shader("trace"));
                 BindScene(pass);
-                BindRays(pass);
-                BindShadowRays(pass, m_scene);
+                BindRays(pass, true);
                 if (m_outputs.lightGroups) BindLights(pass, m_scene);
                 pass.Reads("energyTables",
                            m_scene.energyTables);  // of walls that light passes straight through
@@ -163,14 +182,14 @@ class Wavefront {
                 m_hits = pass.Updates("waveHits", m_hits);
                 BindOutputs(pass, false);
             },
-            [extent = LaunchAt(step)](CommandList& commands) { commands.TraceRays(extent); });
+            Launching(LaunchAt(step)));
     }
 
     void Shade(uint32_t step) {
         m_renderer.AddPass(
             At("WaveShade", step), PassKind::Compute,
             [&](PassBuilder& pass) {
-                pass.Compute(Shader("shade", ".comp"));
+                pass.Compute(Shader("shade") + ".comp");
                 BindScene(pass);
                 BindLighting(pass);
                 pass.Uniform("parameters", ParametersFor(m_scene, m_settings));
@@ -182,17 +201,17 @@ class Wavefront {
                 m_shadows = pass.Writes("waveShadows", m_shadows);
                 BindOutputs(pass, step == 0);
             },
-            [extent = DispatchAt(step)](CommandList& commands) { commands.DispatchOver(extent); });
+            [extent = Dispatched(LaunchAt(step))](CommandList& commands) { commands.DispatchOver(extent); });
     }
 
     void TraceRest() {
         m_renderer.AddPass(
-            "WaveRest", PassKind::RayTracing,
+            "WaveRest", TracingKind(),
             [&](PassBuilder& pass) {
-                pass.RayGen(Shader("rest", ".rgen"));
+                UseTracing(pass, Shader("rest"));
                 BindScene(pass);
                 BindLighting(pass);
-                BindRays(pass);
+                BindRays(pass, false);
                 BindLoopRays(pass, m_renderer.Device(), m_scene, m_settings);
                 SetConstants(pass, m_settings.form.steps);
                 pass.Reads("waveCounts", m_counts);
@@ -201,16 +220,14 @@ class Wavefront {
                 m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
                 BindOutputs(pass, false);
             },
-            [extent = Extent2D{std::min(m_pixels, kInvocationsOfRest), 1}](CommandList& commands) {
-                commands.TraceRays(extent);
-            });
+            Launching({std::min(m_pixels, kInvocationsOfRest), 1}));
     }
 
     void Finish() {
         m_renderer.AddPass(
             "WaveFinish", PassKind::Compute,
             [&](PassBuilder& pass) {
-                pass.Compute(Shader("finish", ".comp"));
+                pass.Compute(Shader("finish") + ".comp");
                 m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
                 BindOutputs(pass, false);
             },
@@ -222,6 +239,7 @@ class Wavefront {
     const TraceSettings& m_settings;
     TraceOutputs m_outputs;
     uint32_t m_features;
+    bool m_isOwn;  // kernels that trace are compute shaders
     Extent2D m_extent;
     uint32_t m_pixels = 0;
     TraceIds m_ids;

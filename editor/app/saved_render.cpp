@@ -24,6 +24,7 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene
     // What a viewport takes where the form is open
     if (settings.paths.form.kind == passes::IntegratorForm::Auto)
         settings.paths.form.kind = passes::IntegratorForm::Loop;
+    settings.traversal = passes::Traversal::Driver;  // likewise
     settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;

@@ -21,14 +21,30 @@ namespace {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(*bench, arguments.given, {"size",           "camera",       "scene",
-                                          "variant",        "at",           "clips",
-                                          "points",         "lines",        "sampler",
-                                          "brdf",           "multiscatter", "nee",
-                                          "light-sampler",  "mis",          "rr",
-                                          "rr-start",       "max-depth",    "background",
-                                          "env-rotation",   "env-tint",     "texture-budget",
-                                          "integrator-form"},
+    AddSettings(*bench, arguments.given,
+                {"size",
+                 "camera",
+                 "scene",
+                 "variant",
+                 "at",
+                 "clips",
+                 "points",
+                 "lines",
+                 "sampler",
+                 "brdf",
+                 "multiscatter",
+                 "nee",
+                 "light-sampler",
+                 "mis",
+                 "rr",
+                 "rr-start",
+                 "max-depth",
+                 "background",
+                 "env-rotation",
+                 "env-tint",
+                 "texture-budget",
+                 "integrator-form",
+                 "traversal"},
                 BenchDefaults());
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
@@ -51,7 +67,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--tolerance", "SHARE",
               Text("With --compare: by how much the cost may rise ({})", BenchArguments::kDefaultTolerance),
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
-    bench->add_flag("--traversal", arguments.isTraversal,
+    bench->add_flag("--compare-traversal", arguments.isTraversal,
                     "Instead, time the driver's tracing against compressed wide trees in a compute shader");
     AddDevice(*bench, arguments.device);
     AddProgress(*bench, arguments);
@@ -152,12 +168,12 @@ void CheckBench(const BenchArguments& arguments) {
     if (arguments.tolerance && arguments.compare.empty())
         Refuse("--tolerance is of a comparison: it needs --compare");
     if (!arguments.isTraversal) return;
-    if (!arguments.compare.empty()) Refuse("--traversal has no costs that --compare could compare");
-    if (arguments.isListingPipelines) Refuse("--traversal lists no pipelines: --pipelines has no effect");
-    if (!arguments.environment.empty()) Refuse("--traversal traces triangles alone: --env has no effect");
+    if (!arguments.compare.empty()) Refuse("--compare-traversal has no costs that --compare could compare");
+    if (arguments.isListingPipelines) Refuse("--compare-traversal lists no pipelines: --pipelines has no effect");
+    if (!arguments.environment.empty()) Refuse("--compare-traversal traces triangles alone: --env has no effect");
     for (const auto& [name, text] : arguments.given)
         if (name != "size" && name != "camera" && name != "scene" && name != "variant")
-            Refuse(Text("--traversal traces triangles alone: --{} has no effect", name));
+            Refuse(Text("--compare-traversal traces triangles alone: --{} has no effect", name));
 }
 
 void CheckMerge(const MergeArguments& arguments) {

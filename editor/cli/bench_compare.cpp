@@ -82,8 +82,9 @@ BenchChange CompareBench(const std::filesystem::path& file, const std::string& s
             RequireAlike(file, scene, key, costBefore.at(key), cost.at(key));
         // An option that one of the two programs does not know is none of this
         for (const auto& [name, value] : before.at("settings").items())
-            // Which form is fastest may be another now
-            if (name != session::kFormSetting && now.at("settings").contains(name))
+            // Which form or traversal is fastest may be another now
+            if (name != session::kFormSetting && name != session::kTraversalSetting &&
+                now.at("settings").contains(name))
                 RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));
         const double was = costBefore.at("median"), is = cost.at("median");
         if (!(was > 0.0) || !(is > 0.0)) Refuse(file, scene, "a cost that is not above 0");

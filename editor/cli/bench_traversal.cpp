@@ -45,7 +45,7 @@ class TraversalBench {
         add("camera");
         for (uint32_t bounce = 1; bounce <= kBounces; ++bounce) {
             SetRays(rays);
-            const std::vector<gpu::BenchHit> hits = DriverHits(RayQuestion::Nearest);
+            const std::vector<gpu::WideHit> hits = DriverHits(RayQuestion::Nearest);
             if (bounce == 1) {
                 RaySet shadow{"shadow", RayQuestion::Any, ShadowRays(m_scene, rays, hits, bounce)};
                 if (!shadow.rays.empty()) sets.push_back(std::move(shadow));
@@ -131,25 +131,25 @@ class TraversalBench {
         m_renderer.Device().WaitFor(last);
     }
 
-    std::vector<gpu::BenchHit> DriverHits(RayQuestion question) {
+    std::vector<gpu::WideHit> DriverHits(RayQuestion question) {
         constexpr size_t kDriver = static_cast<size_t>(kUsedOrder);
         m_renderer.BeginFrame();
         const Readback readback = m_renderer.ReadBack(DeclareDriver(kDriver, question));
         m_renderer.Execute();
-        std::vector<gpu::BenchHit> hits = WaitForValues<gpu::BenchHit>(readback);
+        std::vector<gpu::WideHit> hits = WaitForValues<gpu::WideHit>(readback);
         if (question == RayQuestion::Nearest) m_drivers[kDriver].NumberTriangles(hits);
         return hits;
     }
 
     void Compare(const RaySet& set, TraversalTimes& times) {
-        const std::vector<gpu::BenchHit> driver = DriverHits(set.question);
+        const std::vector<gpu::WideHit> driver = DriverHits(set.question);
         m_renderer.BeginFrame();
         BufferId countsId;
         const BufferId hitsId = DeclareWide({.question = set.question, .counts = &countsId});
         const Readback hits = m_renderer.ReadBack(hitsId), counts = m_renderer.ReadBack(countsId);
         m_renderer.Execute();
-        const std::vector<gpu::BenchHit> wide = WaitForValues<gpu::BenchHit>(hits);
-        for (const gpu::BenchCounts& taken : WaitForValues<gpu::BenchCounts>(counts)) {
+        const std::vector<gpu::WideHit> wide = WaitForValues<gpu::WideHit>(hits);
+        for (const gpu::WideCounts& taken : WaitForValues<gpu::WideCounts>(counts)) {
             times.nodesPerRay += taken.nodes;
             times.trianglesPerRay += taken.triangles;
             times.instancesPerRay += taken.instances;
@@ -170,7 +170,7 @@ class TraversalBench {
     }
 
     // Says who is wrong about a ray on which they differ.
-    void Judge(const RaySet& set, uint32_t i, const gpu::BenchHit& wide, HitDifferences& differences) const {
+    void Judge(const RaySet& set, uint32_t i, const gpu::WideHit& wide, HitDifferences& differences) const {
         if (differences.all++ >= kCheckedDifferences) {
             ++differences.unchecked;
             return;

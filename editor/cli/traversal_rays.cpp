@@ -24,7 +24,7 @@ struct Place {
     glm::dvec3 normal;  // on the ray's side
 };
 
-Place PlaceOf(const BvhScene& scene, const gpu::BenchRay& ray, const gpu::BenchHit& hit) {
+Place PlaceOf(const BvhScene& scene, const gpu::BenchRay& ray, const gpu::WideHit& hit) {
     const BvhInstance& instance = scene.instances[hit.instance];
     const BvhMesh& mesh = scene.meshes[instance.mesh];
     glm::dvec3 p[3];
@@ -42,7 +42,7 @@ Place PlaceOf(const BvhScene& scene, const gpu::BenchRay& ray, const gpu::BenchH
 
 template <typename MakeRay>
 std::vector<gpu::BenchRay> RaysFrom(const BvhScene& scene, std::span<const gpu::BenchRay> rays,
-                                    std::span<const gpu::BenchHit> hits, MakeRay&& make) {
+                                    std::span<const gpu::WideHit> hits, MakeRay&& make) {
     std::vector<gpu::BenchRay> next;
     for (uint32_t i = 0; i < rays.size(); ++i)
         if (hits[i].t >= 0.0f) next.push_back(make(PlaceOf(scene, rays[i], hits[i]), i));
@@ -97,7 +97,7 @@ std::vector<gpu::BenchRay> CameraRays(const scene::CameraView& view, Extent2D si
 }
 
 std::vector<gpu::BenchRay> BounceRays(const BvhScene& scene, std::span<const gpu::BenchRay> rays,
-                                      std::span<const gpu::BenchHit> hits, uint32_t seed) {
+                                      std::span<const gpu::WideHit> hits, uint32_t seed) {
     return RaysFrom(scene, rays, hits, [seed](const Place& place, uint32_t i) {
         // The normal and a point of the unit sphere add up to a cosine distribution
         const double z = 1.0 - 2.0 * UnitNumber(seed, i, 0);
@@ -110,7 +110,7 @@ std::vector<gpu::BenchRay> BounceRays(const BvhScene& scene, std::span<const gpu
 }
 
 std::vector<gpu::BenchRay> ShadowRays(const BvhScene& scene, std::span<const gpu::BenchRay> rays,
-                                      std::span<const gpu::BenchHit> hits, uint32_t seed) {
+                                      std::span<const gpu::WideHit> hits, uint32_t seed) {
     Box bounds;
     for (const Box& box : InstanceBoxes(scene)) bounds.Extend(box);
     const glm::dvec3 low(bounds.min), size(bounds.max - bounds.min);

@@ -20,9 +20,9 @@ BvhScene BvhSceneOf(const scene::SceneData& data);
 std::vector<gpu::BenchRay> CameraRays(const scene::CameraView& view, Extent2D size);
 // Of what the rays hit: one each, cosine distributed around the normal on the ray's side.
 std::vector<gpu::BenchRay> BounceRays(const BvhScene& scene, std::span<const gpu::BenchRay> rays,
-                                      std::span<const gpu::BenchHit> hits, uint32_t seed);
+                                      std::span<const gpu::WideHit> hits, uint32_t seed);
 // Of what the rays hit: one each to some point of the middle of the upper face of the scene's bounds.
 std::vector<gpu::BenchRay> ShadowRays(const BvhScene& scene, std::span<const gpu::BenchRay> rays,
-                                      std::span<const gpu::BenchHit> hits, uint32_t seed);
+                                      std::span<const gpu::WideHit> hits, uint32_t seed);
 
 }  // namespace raygraph::cli

@@ -1,4 +1,4 @@
-// What `raygraph bench --traversal` says. Threads: any.
+// What `raygraph bench --compare-traversal` says. Threads: any.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -36,6 +36,7 @@ GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
     const bool isDrawn = settings.view == View::Raster;
     return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
             .textureBudget = settings.textureBudget,
+            .hasWideTrees = settings.traversal == passes::Traversal::Own && settings.view == View::PathTraced,
             .lightRule = LightRule::Always};
 }
 
@@ -72,6 +73,7 @@ passes::TraceSettings DeviceScene::Traced(const scene::CameraView& view) const {
         passes::FrameSettings({m_settings.size.width, m_settings.size.height}, view,
                               {m_settings.aperture, m_focus}, m_settings.paths);
     traced.region = m_settings.crop.value_or(passes::Region{});
+    traced.traversal = m_settings.traversal;
     return traced;
 }
 
@@ -138,6 +140,11 @@ void DeviceScene::SetCamera(const std::string& camera) {
 void DeviceScene::SetForm(const passes::FormSettings& form) {
     m_settings.paths.form = form;
     m_traced.form = form;
+}
+
+void DeviceScene::SetTraversal(passes::Traversal traversal) {
+    m_settings.traversal = traversal;
+    m_traced.traversal = traversal;
 }
 
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {

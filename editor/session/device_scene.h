@@ -40,6 +40,10 @@ class DeviceScene {
     void RequireCamera(const std::string& camera) const;
     // Of the integrator, from the next frame on.
     void SetForm(const passes::FormSettings& form);
+    // Likewise. Own traversal needs what PictureSettings::traversal asked for in the beginning.
+    void SetTraversal(passes::Traversal traversal);
+    // Why there is no own traversal; empty: there is.
+    const std::string& WhyNoOwnTraversal() const { return m_scene.Statistics().whyNoWideTrees; }
 
   private:
     scene::CameraView ViewAtRest(const std::string& camera) const;

@@ -3,11 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <fstream>
-#include <iterator>
 
-#include "base/atomic_file.h"
-#include "base/extension.h"
 #include "base/text.h"
 #include "base/version.h"
 #include "editor/session/form_text.h"
@@ -26,30 +22,6 @@ constexpr std::array kMeasured{
     FormSettings{IntegratorForm::Wavefront, 16}};
 constexpr uint32_t kWarmUpFrames = 2, kMaxFramesToSettle = 64, kTimedFrames = 5;
 
-// "KEY<tab>FORM" as a choice.
-struct Line {
-    std::string key;
-    FormSettings form;
-};
-
-std::optional<Line> ParseLine(const std::string& text) {
-    const size_t tab = text.find('\t');
-    if (tab == std::string::npos) return std::nullopt;
-    try {
-        return Line{text.substr(0, tab), ParseForm(text.substr(tab + 1))};
-    } catch (const Error&) {
-        return std::nullopt;
-    }
-}
-
-std::vector<Line> ReadLines(const std::filesystem::path& file) {
-    std::vector<Line> lines;
-    std::ifstream stream(file);
-    for (std::string text; std::getline(stream, text);)
-        if (std::optional<Line> line = ParseLine(text)) lines.push_back(*std::move(line));
-    return lines;
-}
-
 // As a frame of a render has.
 uint32_t SamplesOf(DeviceScene& scene) {
     return scene.IsBlurred() ? 1
@@ -63,8 +35,7 @@ std::string KeyOf(const rhi::DeviceInfo& device, uint32_t samples, const SceneId
     std::string key = Text("{} | {} | {}.{}.{} | features {:x} | 2^{} pixels | {} at once", device.name,
                            device.driver, version.major, version.minor, version.patch,
                            passes::TraceFeatures(ids, settings), std::bit_width(pixels) - 1, samples);
-    std::ranges::replace_if(
-        key, [](char c) { return c == '\t' || c == '\n'; }, ' ');
+    if (passes::TracesItself(ids, settings)) key += " | own traversal";
     return key;
 }
 
@@ -78,26 +49,17 @@ SceneIds DeclareOnce(DeviceScene& scene) {
 }  // namespace
 
 std::optional<FormSettings> FormMemory::Find(std::string_view key) const {
-    if (m_file.empty()) return std::nullopt;
-    for (const Line& line : ReadLines(m_file))
-        if (line.key == key) return line.form;
-    return std::nullopt;
+    const std::optional<std::string> known = m_memory.Find(key);
+    if (!known) return std::nullopt;
+    try {
+        return ParseForm(*known);
+    } catch (const Error&) {
+        return std::nullopt;
+    }
 }
 
 void FormMemory::Remember(std::string_view key, const FormSettings& form) const {
-    if (m_file.empty()) return;
-    std::string text;
-    for (const Line& line : ReadLines(m_file))
-        if (line.key != key) text += line.key + '\t' + FormText(line.form) + '\n';
-    text.append(key).append(1, '\t').append(FormText(form)).append(1, '\n');
-    try {
-        std::filesystem::create_directories(m_file.parent_path());
-        AtomicFile file(m_file);
-        file.Write(std::as_bytes(std::span(text)));
-        file.Commit();
-    } catch (const std::exception&) {
-        // It is measured again
-    }
+    m_memory.Remember(key, FormText(form));
 }
 
 double MsOfTrace(const PassTimes& times) {

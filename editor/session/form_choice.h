@@ -9,25 +9,23 @@
 #include <string_view>
 #include <vector>
 
+#include "editor/session/choice_memory.h"
 #include "editor/session/device_scene.h"
 #include "editor/session/pass_times.h"
 
 namespace raygraph::session {
 
-// A text file of choices: lines of a key, a tab and a form. Threads: one at a time; processes may share a
-// file, of which the last one to write keeps its choice.
+// A ChoiceMemory of forms.
 class FormMemory {
   public:
-    // An empty path: nothing is remembered.
-    explicit FormMemory(std::filesystem::path file) : m_file(std::move(file)) {}
+    explicit FormMemory(std::filesystem::path file) : m_memory(std::move(file)) {}
 
-    // None where it is not known: without a file, and of lines that are no choice, too.
+    // None of lines that are no choice, too.
     std::optional<passes::FormSettings> Find(std::string_view key) const;
-    // A file that cannot be written is left alone: the choice is measured again next time.
     void Remember(std::string_view key, const passes::FormSettings& form) const;
 
   private:
-    std::filesystem::path m_file;
+    ChoiceMemory m_memory;
 };
 
 struct FormTime {

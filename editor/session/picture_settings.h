@@ -51,6 +51,7 @@ struct PictureSettings {
     float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};
     passes::RasterSettings raster{};
+    passes::Traversal traversal = passes::Traversal::Auto;
     float environmentRotation = 0.0f;                        // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
     // Constant radiance, where no map is given. None: what the scene brings along, or black.
@@ -79,8 +80,9 @@ class RAYGRAPH_API SettingError : public Error {
     using Error::Error;
 };
 
-// The name of the setting paths.form.
+// The names of the settings paths.form and traversal.
 inline constexpr std::string_view kFormSetting = "integrator-form";
+inline constexpr std::string_view kTraversalSetting = "traversal";
 
 // Settings as texts by their names: "seed" is "1". Names are those of the options of `raygraph render`.
 using SettingTexts = std::map<std::string, std::string, std::less<>>;
@@ -93,7 +95,7 @@ RAYGRAPH_API SettingTexts Texts(const PictureSettings& settings);
 RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& defaults = {});
 
 // The first setting whose texts differ: "seed: 1 against 2"; empty when all agree. A setting that one side
-// lacks has its default there.
+// lacks has its default there, and the driver's traversal.
 RAYGRAPH_API std::string FirstDifference(const SettingTexts& a, const SettingTexts& b);
 
 // A time as the setting `at` has it; "" for none.

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "base/log.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -14,6 +15,7 @@
 #include "editor/session/render_flaws.h"
 #include "editor/session/session_checks.h"
 #include "editor/session/shared_render.h"
+#include "editor/session/traversal_choice.h"
 
 namespace raygraph::session {
 
@@ -44,6 +46,14 @@ RenderFile Describe(const SceneInput& input, const PictureSettings& settings,
     return render;
 }
 
+// Files without one are from before there was another than the driver's.
+passes::Traversal TraversalOf(const SettingTexts& settings) {
+    const auto found = settings.find(kTraversalSetting);
+    if (found == settings.end()) return passes::Traversal::Driver;
+    const passes::Traversal traversal = SettingsFrom({{found->first, found->second}}).traversal;
+    return traversal == passes::Traversal::Own ? traversal : passes::Traversal::Driver;
+}
+
 // Before the AOVs that were not asked for are dropped.
 std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
     std::map<Bias, RemovedLight> all;
@@ -67,7 +77,8 @@ struct Session::Impl {
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
-          shared(devices, RequireInput(desc), desc.settings, desc.group) {
+          shared{devices, RequireInput(desc), WithTraversal(desc, *devices.front()), desc.group} {
+        FixTraversal(desc, *devices.front());
         FixForm(desc);
         Begin(desc.resumed);
     }
@@ -90,9 +101,36 @@ struct Session::Impl {
     // The input, if the session is possible with it.
     SceneInput& RequireInput(const SessionDesc& desc) {
         RequirePossible(desc);
+        described.settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);  // for now any
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
         return input;
+    }
+    // A render that is continued keeps its traversal. Processes take that of the root.
+    static PictureSettings WithTraversal(const SessionDesc& desc, rhi::Device& device) {
+        PictureSettings settings = desc.settings;
+        if (settings.view != View::PathTraced || settings.traversal != passes::Traversal::Auto)
+            return settings;
+        passes::Traversal traversal = passes::Traversal::Driver;
+        if (desc.group == nullptr || desc.group->IsRoot()) {
+            if (desc.resumed != nullptr)
+                traversal = TraversalOf(desc.resumed->render.settings);
+            else
+                traversal = ChooseTraversal(device, desc.formMemory);
+        }
+        if (desc.group != nullptr) desc.group->Broadcast(std::as_writable_bytes(std::span(&traversal, 1)));
+        settings.traversal = traversal;
+        return settings;
+    }
+    // Once the scene is on the devices: some scenes have no trees.
+    void FixTraversal(const SessionDesc& desc, const rhi::Device& device) {
+        if (plan.view != View::PathTraced) return;
+        const std::string why = shared.FixTraversal();
+        if (desc.settings.traversal == passes::Traversal::Own && !why.empty())
+            Say(device.Log(), LogLevel::Warning, log_category::kScene,
+                "the driver's traversal is used in place of Raygraph's own: {}", why);
+        described.settings[std::string(kTraversalSetting)] = Name(shared.Traversal());
+        if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
     }
     void FixForm(const SessionDesc& desc) {
         using Form = passes::IntegratorForm;

@@ -67,9 +67,25 @@ void DealLocally(BlockDealer& dealer, BlockQueue& queue, const ProcessGroup::Tic
 
 SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& input,
                            const PictureSettings& settings, ProcessGroup* group)
-    : m_group(group), m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))) {
+    : m_group(group),
+      m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))),
+      m_traversal(settings.traversal) {
     m_deviceCount = static_cast<uint32_t>(m_devices.size());
     if (m_group != nullptr) m_deviceCount = static_cast<uint32_t>(m_group->Sum(m_deviceCount));
+}
+
+std::string SharedRender::FixTraversal() {
+    std::string why;
+    bool isOwn = m_traversal == passes::Traversal::Own;
+    if (isOwn)
+        for (const auto& device : m_devices)
+            if (why.empty()) why = device->Scene().WhyNoOwnTraversal();
+    if (isOwn && m_group != nullptr && m_group->Least(why.empty() ? 1 : 0) == 0 && why.empty())
+        why = "a device of another process has none";
+    isOwn &= why.empty();
+    m_traversal = isOwn ? passes::Traversal::Own : passes::Traversal::Driver;
+    for (const auto& device : m_devices) device->Scene().SetTraversal(m_traversal);
+    return why;
 }
 
 passes::FormSettings SharedRender::FixForm(const std::optional<passes::FormSettings>& known,

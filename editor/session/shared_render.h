@@ -23,8 +23,13 @@ class SharedRender {
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  ProcessGroup* group);
 
-    // Before the first picture: fixes the form of the integrator, the same for all devices: the root's
-    // `known` one, or the fastest (ChooseForm). Returns it.
+    // Before the first picture: own traversal on all devices or on none, where the settings ask for it. Why on
+    // none; empty: on all, or nobody asked.
+    std::string FixTraversal();
+    // Own or Driver, after that.
+    passes::Traversal Traversal() const { return m_traversal; }
+    // Likewise: fixes the form of the integrator, the same for all devices: the root's `known` one, or the
+    // fastest (ChooseForm). Returns it.
     passes::FormSettings FixForm(const std::optional<passes::FormSettings>& known,
                                  const std::filesystem::path& memory);
     // Begins a picture. Of a render that is continued the root alone has it. Returns what it measured last.
@@ -73,6 +78,7 @@ class SharedRender {
 
     ProcessGroup* m_group;
     std::vector<std::unique_ptr<DeviceRender>> m_devices;
+    passes::Traversal m_traversal;
     uint32_t m_deviceCount = 0;  // of all processes
     uint32_t m_firstSample = 0;
     uint32_t m_sampleCount = 0;

@@ -1,5 +1,6 @@
 #include "renderer/bvh/binary_bvh.h"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 #include <thread>
@@ -13,7 +14,8 @@ constexpr uint32_t kParallelCount = 1u << 14;
 
 class Builder {
   public:
-    Builder(std::span<const Box> boxes, BinaryBvh& tree) : m_boxes(boxes), m_tree(tree) {
+    Builder(std::span<const Box> boxes, bool isBalanced, BinaryBvh& tree)
+        : m_boxes(boxes), m_isBalanced(isBalanced), m_tree(tree) {
         m_centers.resize(boxes.size());
         std::ranges::transform(boxes, m_centers.begin(), &Box::Center);
         tree.order.resize(boxes.size());
@@ -66,6 +68,7 @@ class Builder {
         Box centers;
         for (uint32_t i = first; i < last; ++i) centers.Extend(m_centers[m_tree.order[i]]);
         const glm::vec3 size = centers.max - centers.min;
+        if (m_isBalanced) return Halve(first, last, size);
         const uint32_t binCount = std::min(kBins, 4 + (last - first) / 2);
         float best = std::numeric_limits<float>::infinity();
         int bestAxis = -1;
@@ -109,7 +112,19 @@ class Builder {
         return static_cast<uint32_t>(middle - begin);
     }
 
+    uint32_t Halve(uint32_t first, uint32_t last, const glm::vec3& size) {
+        const int axis = size.x > size.y && size.x > size.z ? 0 : (size.y > size.z ? 1 : 2);
+        const uint32_t middle = first + (last - first) / 2;
+        const auto begin = m_tree.order.begin();
+        std::nth_element(begin + first, begin + middle, begin + last, [&](uint32_t a, uint32_t b) {
+            const float x = m_centers[a][axis], y = m_centers[b][axis];
+            return x != y ? x < y : a < b;
+        });
+        return middle;
+    }
+
     std::span<const Box> m_boxes;
+    bool m_isBalanced;
     std::vector<glm::vec3> m_centers;
     BinaryBvh& m_tree;
 };
@@ -122,10 +137,10 @@ double BinaryBvh::SahCost() const {
     return nodes.empty() ? 0.0 : cost / double{std::max(nodes[0].box.HalfArea(), 1e-30f)};
 }
 
-BinaryBvh BuildBinaryBvh(std::span<const Box> boxes) {
+BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, bool isBalanced) {
     BinaryBvh tree;
     if (boxes.empty()) return tree;
-    Builder(boxes, tree)
+    Builder(boxes, isBalanced, tree)
         .Build(0, 0, static_cast<uint32_t>(boxes.size()), std::max(std::thread::hardware_concurrency(), 1u));
     return tree;
 }

@@ -94,8 +94,8 @@ DriverScene::Ids DriverScene::Declare(Renderer& renderer) {
             .blases = renderer.ImportBlasSet("benchBlases", m_blasState)};
 }
 
-void DriverScene::NumberTriangles(std::span<gpu::BenchHit> hits) const {
-    for (gpu::BenchHit& hit : hits)
+void DriverScene::NumberTriangles(std::span<gpu::WideHit> hits) const {
+    for (gpu::WideHit& hit : hits)
         if (hit.t >= 0.0f) hit.primitive = m_orders[m_meshes[hit.instance]][hit.primitive];
 }
 

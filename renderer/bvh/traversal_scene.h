@@ -27,7 +27,7 @@ class RAYGRAPH_API DriverScene {
     DriverScene(rhi::Device& device, const BvhScene& scene, BuildOrder order);
     Ids Declare(Renderer& renderer);
     // Turns places of triangles into the numbers that they have in BvhScene.
-    void NumberTriangles(std::span<gpu::BenchHit> hits) const;
+    void NumberTriangles(std::span<gpu::WideHit> hits) const;
     double OrderSeconds() const { return m_orderSeconds; }
     uint64_t Bytes() const;
 

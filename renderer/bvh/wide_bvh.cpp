@@ -12,6 +12,9 @@ using gpu::kWideLeafPrimitives;
 using gpu::WideNode;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+// By which boxes are larger than what they contain, relative to their node: more than the rounding of where a
+// ray meets their sides (scene/wide_bvh.glsl).
+constexpr double kMargin = 1.0 / (1 << 18);
 
 // What the wide tree is made of, by the paper's section 3: cost[i] of a binary node is that of its subtree
 // as at most i + 1 wide children of one node.
@@ -163,9 +166,13 @@ class Collapse {
         for (size_t i = 0; i < children.size(); ++i) bySlot[slots[i]] = children[i];
 
         WideNode node{};
-        node.origin = box.min;
-        for (int axis = 0; axis < 3; ++axis)
-            node.exponents |= BiasedExponent(box.max[axis], box.min[axis]) << (8 * axis);
+        glm::dvec3 margin;
+        for (int axis = 0; axis < 3; ++axis) {
+            margin[axis] = kMargin * (double{box.max[axis]} - double{box.min[axis]});
+            node.origin[axis] = NotAbove(double{box.min[axis]} - margin[axis]);
+            node.exponents |= BiasedExponent(double{box.max[axis]} + margin[axis] - double{node.origin[axis]})
+                              << (8 * axis);
+        }
         node.firstPrimitive = static_cast<uint32_t>(m_wide.primitives.size());
         std::vector<uint32_t> inner;
         m_cost += double{box.HalfArea()};
@@ -191,10 +198,11 @@ class Collapse {
             for (int axis = 0; axis < 3; ++axis) {
                 const double step =
                     std::ldexp(1.0, static_cast<int>(node.exponents >> (8 * axis) & 0xFFu) - 127);
-                const auto steps = [&](float at) { return (double{at} - double{node.origin[axis]}) / step; };
-                const Box& childBox = m_tree.nodes[child].box;
-                put(node.low + 2 * axis, static_cast<uint32_t>(std::floor(steps(childBox.min[axis]))));
-                put(node.high + 2 * axis, static_cast<uint32_t>(std::ceil(steps(childBox.max[axis]))));
+                const auto steps = [&](double at) { return (at - double{node.origin[axis]}) / step; };
+                const double low = double{m_tree.nodes[child].box.min[axis]} - margin[axis];
+                const double high = double{m_tree.nodes[child].box.max[axis]} + margin[axis];
+                put(node.low + 2 * axis, static_cast<uint32_t>(std::max(std::floor(steps(low)), 0.0)));
+                put(node.high + 2 * axis, static_cast<uint32_t>(std::ceil(steps(high))));
             }
             if (m_choices[child].isLeaf)
                 m_cost += double{WideChildBox(node, slot).HalfArea() * static_cast<float>(range.count)} *
@@ -206,12 +214,15 @@ class Collapse {
         return inner;
     }
 
-    // The least exponent whose 255 steps reach from low to high.
-    static uint32_t BiasedExponent(float high, float low) {
-        const double size = double{high} - double{low};
+    // The least exponent whose 255 steps reach as far.
+    static uint32_t BiasedExponent(double size) {
         int exponent = size > 0.0 ? static_cast<int>(std::ceil(std::log2(size / 255.0))) : -100;
         while (std::ldexp(255.0, exponent) < size) ++exponent;
         return static_cast<uint32_t>(std::clamp(exponent, -100, 127) + 127);
+    }
+    static float NotAbove(double x) {
+        const float rounded = static_cast<float>(x);
+        return double{rounded} > x ? std::nextafter(rounded, -kInfinity) : rounded;
     }
 
     const BinaryBvh& m_tree;

@@ -1,5 +1,7 @@
 #include "renderer/bvh/wide_scene.h"
 
+#include <cmath>
+
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -8,82 +10,139 @@
 namespace raygraph {
 namespace {
 
-gpu::WideTriangle ToWideTriangle(const BvhMesh& mesh, uint32_t triangle) {
-    const auto corner = [&](uint32_t i) { return mesh.positions[mesh.indices[3 * triangle + i]]; };
-    return {.p0 = corner(0), .primitive = triangle, .e1 = corner(1) - corner(0), .e2 = corner(2) - corner(0)};
-}
-
-gpu::WideInstance ToWideInstance(const BvhInstance& instance, uint32_t number, uint32_t root) {
-    const glm::dmat3 linear = glm::inverse(glm::dmat3(glm::mat3(instance.objectToWorld)));
-    const glm::dvec3 origin = -(linear * glm::dvec3(instance.objectToWorld[3]));
-    gpu::WideInstance wide{.root = root, .instance = number};
-    for (int row = 0; row < 3; ++row)
+// Where an instance is in its own space; none without an inverse in float.
+bool ToWideInstance(const WidePlacement& placement, gpu::WideInstance& wide) {
+    const glm::dmat3 linear = glm::inverse(glm::dmat3(glm::mat3(placement.objectToWorld)));
+    const glm::dvec3 origin = -(linear * glm::dvec3(placement.objectToWorld[3]));
+    wide = {.root = placement.root, .instance = placement.number, .flags = placement.flags};
+    for (int row = 0; row < 3; ++row) {
         wide.toObject[row] = glm::dvec4(linear[0][row], linear[1][row], linear[2][row], origin[row]);
-    return wide;
+        for (int column = 0; column < 4; ++column)
+            if (!std::isfinite(wide.toObject[row][column])) return false;
+    }
+    return true;
 }
 
-// Appends a tree's nodes; `firstPrimitive` is where its primitives will be.
-uint32_t Append(WideScene& scene, const WideBvh& tree, size_t firstPrimitive) {
-    const uint32_t first = static_cast<uint32_t>(scene.nodes.size());
-    for (gpu::WideNode node : tree.nodes) {
-        node.firstChild += first;
-        node.firstPrimitive += static_cast<uint32_t>(firstPrimitive);
-        scene.nodes.push_back(node);
-    }
-    return first;
+Box BoxOf(const std::vector<gpu::WideTriangle>& triangles) {
+    Box box;
+    for (const gpu::WideTriangle& triangle : triangles)
+        for (const glm::vec3& corner : {triangle.p0, triangle.p1, triangle.p2}) box.Extend(corner);
+    return box;
 }
 
 }  // namespace
 
-std::vector<Box> TriangleBoxes(const BvhMesh& mesh) {
-    std::vector<Box> boxes(mesh.TriangleCount());
-    for (size_t i = 0; i < mesh.indices.size(); ++i) boxes[i / 3].Extend(mesh.positions[mesh.indices[i]]);
+std::vector<Box> TriangleBoxes(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
+    std::vector<Box> boxes(indices.size() / 3);
+    for (size_t i = 0; i < 3 * boxes.size(); ++i) boxes[i / 3].Extend(positions[indices[i]]);
     return boxes;
 }
 
-std::vector<Box> InstanceBoxes(const BvhScene& scene) {
+Box PlacedBox(const Box& mesh, const glm::mat4x3& objectToWorld) {
     constexpr float kRoundings = 8.0f * std::numeric_limits<float>::epsilon();
+    Box box;
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        const glm::vec3 at(corner & 1u ? mesh.max.x : mesh.min.x, corner & 2u ? mesh.max.y : mesh.min.y,
+                           corner & 4u ? mesh.max.z : mesh.min.z);
+        box.Extend(objectToWorld * glm::vec4(at, 1.0f));
+    }
+    const glm::vec3 margin = kRoundings * glm::max(glm::abs(box.min), glm::abs(box.max));
+    box.min -= margin;
+    box.max += margin;
+    return box;
+}
+
+std::vector<Box> InstanceBoxes(const BvhScene& scene) {
     std::vector<Box> ofMeshes(scene.meshes.size()), boxes(scene.instances.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
         for (const glm::vec3& position : scene.meshes[i].positions) ofMeshes[i].Extend(position);
-    for (size_t i = 0; i < boxes.size(); ++i) {
-        const BvhInstance& instance = scene.instances[i];
-        const Box& box = ofMeshes[instance.mesh];
-        for (uint32_t corner = 0; corner < 8; ++corner) {
-            const glm::vec3 at(corner & 1u ? box.max.x : box.min.x, corner & 2u ? box.max.y : box.min.y,
-                               corner & 4u ? box.max.z : box.min.z);
-            boxes[i].Extend(instance.objectToWorld * glm::vec4(at, 1.0f));
-        }
-        const glm::vec3 margin = kRoundings * glm::max(glm::abs(boxes[i].min), glm::abs(boxes[i].max));
-        boxes[i].min -= margin;
-        boxes[i].max += margin;
-    }
+    for (size_t i = 0; i < boxes.size(); ++i)
+        boxes[i] = PlacedBox(ofMeshes[scene.instances[i].mesh], scene.instances[i].objectToWorld);
     return boxes;
+}
+
+WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
+    std::vector<uint32_t> numbers;  // of triangles that have an area: rounding might let rays hit others
+    std::vector<Box> boxes;
+    for (uint32_t i = 0; i < indices.size() / 3; ++i) {
+        const uint32_t* const corners = &indices[size_t{3} * i];
+        const glm::dvec3 p0(positions[corners[0]]), p1(positions[corners[1]]), p2(positions[corners[2]]);
+        if (glm::cross(p1 - p0, p2 - p0) == glm::dvec3(0.0)) continue;
+        numbers.push_back(i);
+        Box& box = boxes.emplace_back();
+        for (int corner = 0; corner < 3; ++corner) box.Extend(positions[corners[corner]]);
+    }
+    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
+    if (tree.depth > kMaxMeshDepth) tree = CollapseToWide(BuildBinaryBvh(boxes, true));
+    WideMesh mesh{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
+    mesh.triangles.reserve(tree.primitives.size());
+    for (const uint32_t primitive : tree.primitives) {
+        const uint32_t triangle = numbers[primitive];
+        const auto corner = [&](uint32_t i) { return positions[indices[size_t{3} * triangle + i]]; };
+        mesh.triangles.push_back({.p0 = corner(0), .primitive = triangle, .p1 = corner(1), .p2 = corner(2)});
+    }
+    mesh.box = BoxOf(mesh.triangles);
+    return mesh;
+}
+
+WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {
+    std::vector<Box> boxes;
+    std::vector<gpu::WideInstance> placed;
+    for (const WidePlacement& placement : placements) {
+        gpu::WideInstance instance;
+        if (!ToWideInstance(placement, instance)) continue;
+        boxes.push_back(PlacedBox(placement.box, placement.objectToWorld));
+        placed.push_back(instance);
+    }
+    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
+    if (tree.depth > kMaxInstanceDepth) tree = CollapseToWide(BuildBinaryBvh(boxes, true));
+    WideInstances result{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
+    MoveNodes(result.nodes, 0, 1);
+    result.instances.reserve(placed.size() + 1);
+    result.instances.emplace_back();
+    for (const uint32_t i : tree.primitives) result.instances.push_back(placed[i]);
+    return result;
+}
+
+void MoveNodes(std::span<gpu::WideNode> nodes, uint32_t firstNode, uint32_t firstPrimitive) {
+    for (gpu::WideNode& node : nodes) {
+        node.firstChild += firstNode;
+        node.firstPrimitive += firstPrimitive;
+    }
 }
 
 WideScene BuildWideScene(const BvhScene& scene) {
     const Stopwatch watch;
     WideScene wide;
-    const WideBvh instances = CollapseToWide(BuildBinaryBvh(InstanceBoxes(scene)));
-    std::ignore = Append(wide, instances, 0);
-    wide.sahOfInstances = instances.sahCost;
     std::vector<uint32_t> roots;
+    std::vector<Box> boxes;
     uint32_t depth = 0;
     for (const BvhMesh& mesh : scene.meshes) {
-        const WideBvh tree = CollapseToWide(BuildBinaryBvh(TriangleBoxes(mesh)));
-        roots.push_back(Append(wide, tree, wide.triangles.size()));
-        for (const uint32_t triangle : tree.primitives)
-            wide.triangles.push_back(ToWideTriangle(mesh, triangle));
+        WideMesh tree = BuildWideMesh(mesh.positions, mesh.indices);
+        roots.push_back(static_cast<uint32_t>(wide.nodes.size()));
+        boxes.push_back(tree.box);
+        MoveNodes(tree.nodes, roots.back(), static_cast<uint32_t>(wide.triangles.size()));
+        wide.nodes.insert(wide.nodes.end(), tree.nodes.begin(), tree.nodes.end());
+        wide.triangles.insert(wide.triangles.end(), tree.triangles.begin(), tree.triangles.end());
         wide.sahOfMeshes += tree.sahCost * static_cast<double>(mesh.TriangleCount());
         depth = std::max(depth, tree.depth);
     }
     if (!wide.triangles.empty()) wide.sahOfMeshes /= static_cast<double>(wide.triangles.size());
-    // A level leaves one group behind, and going into a mesh another one
-    if (instances.depth + depth + 1 > gpu::kWideStackSize)
-        throw MakeError(ErrorKind::Usage, "wide trees of {} and {} levels: there is room for {}",
-                        instances.depth, depth, gpu::kWideStackSize - 1);
-    for (const uint32_t i : instances.primitives)
-        wide.instances.push_back(ToWideInstance(scene.instances[i], i, roots[scene.instances[i].mesh]));
+    std::vector<WidePlacement> placements;
+    for (const BvhInstance& instance : scene.instances)
+        placements.push_back({.objectToWorld = instance.objectToWorld,
+                              .box = boxes[instance.mesh],
+                              .root = roots[instance.mesh],
+                              .number = static_cast<uint32_t>(placements.size())});
+    WideInstances instances = BuildWideInstances(placements);
+    if (depth > kMaxMeshDepth || instances.depth > kMaxInstanceDepth)
+        throw MakeError(ErrorKind::Usage, "wide trees of {} and {} levels: there is room for {} and {}",
+                        instances.depth, depth, kMaxInstanceDepth, kMaxMeshDepth);
+    wide.sahOfInstances = instances.sahCost;
+    instances.instances[0].root = static_cast<uint32_t>(wide.nodes.size());
+    MoveNodes(instances.nodes, instances.instances[0].root, 0);
+    wide.nodes.insert(wide.nodes.end(), instances.nodes.begin(), instances.nodes.end());
+    wide.instances = std::move(instances.instances);
     wide.buildSeconds = watch.Seconds();
     return wide;
 }

@@ -1,4 +1,4 @@
-// Placed meshes, and the wide trees over them as bench/wide_bvh.glsl traverses them. Threads: pure
+// Placed meshes, and the wide trees over them as scene/wide_bvh.glsl traverses them. Threads: pure
 // functions.
 #pragma once
 
@@ -27,8 +27,44 @@ struct BvhScene {
     std::vector<BvhInstance> instances;
 };
 
+// The wide tree of a mesh: children and triangles count from its own first ones.
+struct WideMesh {
+    std::vector<gpu::WideNode> nodes;
+    std::vector<gpu::WideTriangle> triangles;
+    Box box;
+    uint32_t depth = 0;
+    double sahCost = 0.0;
+};
+// Of the triangles that have an area. Trees that are deeper than kMaxMeshDepth are built again, balanced.
+RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices);
+
+// A placed tree of a mesh.
+struct WidePlacement {
+    glm::mat4x3 objectToWorld{1.0f};
+    Box box;  // of the mesh
+    uint32_t root = 0;
+    uint32_t number = 0;
+    uint32_t flags = 0;  // gpu::kWideBackCulled, ...
+};
+struct WideInstances {
+    std::vector<gpu::WideNode> nodes;          // children count from their own first one
+    std::vector<gpu::WideInstance> instances;  // the first is none; set its root
+    uint32_t depth = 0;
+    double sahCost = 0.0;
+};
+// Those without a volume, whose transforms have no inverse, are left out: no ray meets them.
+RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> placements);
+
+// Of nodes, children and primitives included, that are moved to other places in their tables.
+RAYGRAPH_API void MoveNodes(std::span<gpu::WideNode> nodes, uint32_t firstNode, uint32_t firstPrimitive);
+
+// As many levels as there is room for while a ray is traversed: a level leaves one group behind, and going into
+// a mesh another one.
+inline constexpr uint32_t kMaxMeshDepth = 18;
+inline constexpr uint32_t kMaxInstanceDepth = gpu::kWideStackSize - 1 - kMaxMeshDepth;
+
 struct WideScene {
-    std::vector<gpu::WideNode> nodes;  // first those of the tree of instances
+    std::vector<gpu::WideNode> nodes;
     std::vector<gpu::WideTriangle> triangles;
     std::vector<gpu::WideInstance> instances;
     double sahOfInstances = 0.0;  // WideBvh::sahCost of the tree of instances,
@@ -36,11 +72,16 @@ struct WideScene {
     double buildSeconds = 0.0;
 };
 
-// Error{Usage} for trees that are too deep for kWideStackSize.
+// Error{Usage} for trees that are too deep.
 RAYGRAPH_API WideScene BuildWideScene(const BvhScene& scene);
 
-RAYGRAPH_API std::vector<Box> TriangleBoxes(const BvhMesh& mesh);
+RAYGRAPH_API std::vector<Box> TriangleBoxes(std::span<const glm::vec3> positions,
+                                            std::span<const uint32_t> indices);
+inline std::vector<Box> TriangleBoxes(const BvhMesh& mesh) {
+    return TriangleBoxes(mesh.positions, mesh.indices);
+}
 // The box around the corners of the mesh's box, placed; a little larger than rounding may make it.
+RAYGRAPH_API Box PlacedBox(const Box& mesh, const glm::mat4x3& objectToWorld);
 RAYGRAPH_API std::vector<Box> InstanceBoxes(const BvhScene& scene);
 
 }  // namespace raygraph

@@ -87,6 +87,7 @@ void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters);
 struct MeshUse {
     bool isDeformed = false;  // there are copies of it
     bool isBaseDrawn = true;  // as the file has it
+    bool hasTree = false;     // a wide tree for own traversal, where nothing deforms it
 };
 
 class DeformUpload {

@@ -17,7 +17,7 @@ GpuScene::~GpuScene() = default;
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
     m_impl->RequireNoFrame("SetScene");
-    PreparedScene prepared(std::move(scene), {}, "SetScene");
+    PreparedScene prepared(std::move(scene), m_impl->Preparing(), "SetScene");
     try {
         SetScene(std::move(prepared));
     } catch (...) {
@@ -114,8 +114,14 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
     newInstances->MoveOrigin(newOrigin);
     newLights->MoveOrigin(newOrigin, *newInstances);
+    std::unique_ptr<WideSet> newTrees;
+    if (desc.hasWideTrees) {
+        newTrees = std::make_unique<WideSet>(device);
+        newTrees->Follow(*newResources, *newInstances);
+    }
     deform = std::move(newDeform);
     lights = std::move(newLights);
+    trees = std::move(newTrees);
     instances = std::move(newInstances);
     resources = std::move(newResources);
     draws = std::move(newDraws);
@@ -322,6 +328,10 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);
     draws.Declare(renderer, ids);
     DeclareBlasWork(renderer, ids);
+    if (trees) {
+        trees->Follow(*resources, *instances);
+        trees->Declare(renderer, ids);
+    }
     lights->Declare(renderer, ids, *instances);
     instances->DeclareRefresh(renderer, ids, [&statistics = statistics](TlasWork work) {
         statistics.lastTlasWork = work;

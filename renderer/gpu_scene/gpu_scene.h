@@ -57,7 +57,10 @@ struct DrawRange {
 
 // The scene of one frame, for passes.
 struct SceneIds {
-    TlasId tlas;       // "sceneTlas"
+    TlasId tlas;  // "sceneTlas"
+    // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there are
+    // none: see GpuSceneDesc::hasWideTrees.
+    BufferId wideNodes, wideTriangles, wideInstances;
     BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
     // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
     BufferId deformedStreams;
@@ -120,6 +123,8 @@ struct GpuSceneStatistics {
     bool isCompactionOff = false;
     std::string whyCompactionOff;
     uint64_t tlasBytes = 0;
+    uint64_t wideTreeBytes = 0;
+    std::string whyNoWideTrees;  // empty: there are some
     uint64_t geometryBytes = 0;
     uint64_t textureBytes = 0;     // all levels; without what the device adds to align them
     uint64_t textureBudget = 0;    // in bytes, when the scene was set
@@ -196,6 +201,12 @@ struct GpuSceneDesc {
     // Bytes of vertices and texels that Stream copies in one frame, 64 KiB at least; a mesh or a texture that
     // is larger takes several frames.
     uint64_t streamBudget = 8ull << 20;
+    // Keeps trees of triangles of its own beside the device's acceleration structures, for
+    // passes::Traversal::Own. They take as much memory on the host as on the device. In frames after instances
+    // have moved, come or gone, the host builds the tree over all instances again. There are none while the
+    // scene places round primitives, meshes that deform, meshes of a PreparedScene without trees or of the
+    // host, or more than a shader can bind: then Trace takes the driver's.
+    bool hasWideTrees = false;
     TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     LightRule lightRule = LightRule::Decay;
     // Compacts also on a driver where it saves nothing, to test compaction there.

@@ -26,6 +26,7 @@
 #include "renderer/gpu_scene/scene_resources.h"
 #include "renderer/gpu_scene/scene_upload_content.h"
 #include "renderer/gpu_scene/texture_upload.h"
+#include "renderer/gpu_scene/wide_set.h"
 #include "rhi/blas_builder.h"
 #include "rhi/upload.h"
 
@@ -57,6 +58,7 @@ struct GpuScene::Impl {
     void Finish(SceneUpload::Content& content);
     void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
     ResourceSettings SettingsOfResources() const;
+    PrepareSettings Preparing() const { return {.hasWideTrees = desc.hasWideTrees}; }
     TextureUploadSettings TextureSettings(uint64_t budget) const {
         return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
     }
@@ -265,6 +267,8 @@ struct GpuScene::Impl {
             statistics.trianglesPlaced += mesh.triangleCount * mesh.instanceCount;
         }
         statistics.tlasBytes = instances->TlasBytes();
+        statistics.wideTreeBytes = trees ? trees->Bytes() : 0;
+        statistics.whyNoWideTrees = trees ? trees->WhyNone() : "they were not asked for";
         statistics.lightCount = lights->LightCount();
         statistics.emissiveTriangleCount = lights->EmissiveTriangleCount();
         const LightStatistics& tables = lights->Statistics();
@@ -286,6 +290,7 @@ struct GpuScene::Impl {
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
     std::unique_ptr<DeformSet> deform;  // null: nothing is deformed; refers to both
+    std::unique_ptr<WideSet> trees;     // null: without GpuSceneDesc::hasWideTrees
     DrawTable draws;
     glm::dvec3 origin{0.0};
     OriginTurns originTurns;

@@ -60,7 +60,7 @@ AddedPart GpuScene::Add(PreparedScene&& part) {
 
 AddedPart GpuScene::Add(scene::SceneData&& part) {
     m_impl->RequireNoFrame("Add");
-    return Add(PreparedScene(std::move(part), {}, "Add"));
+    return Add(PreparedScene(std::move(part), m_impl->Preparing(), "Add"));
 }
 
 AddedPart GpuScene::Impl::Add(PreparedScene&& part) {
@@ -163,7 +163,7 @@ uint32_t GpuScene::Impl::AddMesh(scene::Mesh&& mesh) {
     part.meshes.push_back(std::move(mesh));
     scene::Check(part, "GpuScene: AddMesh");
     EmitterFinder finder(part);
-    PackedMesh packed = PackMesh(part.meshes.front(), materials, {}, finder);
+    PackedMesh packed = PackMesh(part.meshes.front(), materials, {.hasTree = desc.hasWideTrees}, finder);
     RenumberMaterials(packed, used);
     std::optional<uint32_t> number;
     try {

@@ -112,6 +112,7 @@ uint32_t InstanceSet::Add(uint32_t meshIndex, const scene::PlacedTransform& obje
         m_tlasState = {};
     }
     m_exists[index] = true;
+    ++m_version;
     Instance& instance = m_instances[index];
     instance = {.objectToWorld = objectToWorld,
                 .isVisible = isVisible,
@@ -161,6 +162,7 @@ void InstanceSet::Remove(uint32_t index) {
         m_unplacedSlots -= mesh.groupCount;
     }
     m_exists[index] = false;
+    ++m_version;
     instance.firstSlot = kUnplaced;
     m_indices.Free(index, 1);
 }
@@ -204,6 +206,7 @@ void InstanceSet::RestartReach() {
 
 void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
     m_origin = origin;
+    ++m_version;
     m_areBoxesOld = true;
     m_records.AddAll();
     m_needsOrder = true;
@@ -266,6 +269,7 @@ void InstanceSet::Forget(Changes& changes, const Instance& instance) {
 
 // The box of a hidden instance in the TLAS stays where it was last seen, so that it widens no boxes there.
 void InstanceSet::NoteChanged(uint32_t index, bool isSeen) {
+    ++m_version;
     Note(m_dueRecords, index);
     if (!isSeen || m_instances[index].firstSlot == kUnplaced) return;
     Note(m_dueTlasRecords, index);

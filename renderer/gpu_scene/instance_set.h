@@ -76,7 +76,12 @@ class InstanceSet {
     bool SetVisible(std::span<const uint32_t> instances, bool isVisible);  // likewise
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.
-    void MarkStructuresChanged() { m_needsOrder = true; }
+    void MarkStructuresChanged() {
+        m_needsOrder = true;
+        ++m_version;
+    }
+    // Another number whenever instances, their places, visibility or groups are others.
+    uint64_t Version() const { return m_version; }
     // Around what is visible, from the scene's origin. Takes time in proportion to what has changed since
     // the last call.
     scene::Bounds VisibleBounds();
@@ -88,6 +93,7 @@ class InstanceSet {
     void MarkGroupsChanged() {
         m_needsOrder = true;
         m_records.AddAll();
+        ++m_version;
     }
 
     // What the next refresh will do.
@@ -186,6 +192,7 @@ class InstanceSet {
     std::vector<uint32_t> m_freedPlacements, m_freedSlots;
     std::vector<Mesh> m_meshes;  // of the scene, and copies
     glm::dvec3 m_origin{0.0};
+    uint64_t m_version = 1;
     scene::Bounds m_reach;
     bool m_needsOrder = true;    // implies a rebuild
     bool m_needsRebuild = true;  // on the device

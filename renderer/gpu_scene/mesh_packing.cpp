@@ -1,4 +1,5 @@
 #include "renderer/gpu_scene/mesh_packing.h"
+#include "renderer/bvh/wide_scene.h"
 
 #include <algorithm>
 #include <iterator>
@@ -110,6 +111,8 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
                      kind.isRound ? capsules.records.size() : result.triangleCount,
                      kind.isRound ? capsules.originals : triangles.originals);
     result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
+    if (use.hasTree && !kind.isRound && !(use.isDeformed && MayDeform(primitives)))
+        result.tree = std::make_shared<WideMesh>(BuildWideMesh(triangles.positions, triangles.indices));
 
     StreamPacker& packer = result.streams;
     result.positions = kind.isRound ? packer.Append(capsules.records) : packer.Append(triangles.positions);

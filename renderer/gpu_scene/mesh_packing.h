@@ -35,6 +35,7 @@ struct PackedGroup {
     uint32_t boxCount = 0;
     scene::Bounds bounds;
     std::shared_ptr<BaseShape> base;  // null: nothing deforms it; with offsets
+    std::shared_ptr<WideMesh> tree;   // null: it has none
 };
 
 struct PackedMesh {

@@ -57,6 +57,7 @@ GroupResources FinishGroup(rhi::BlasBuilder& builder, const std::string& name, P
     result.triangleCount = group.triangleCount;
     result.bounds = group.bounds;
     result.base = std::move(group.base);
+    result.tree = std::move(group.tree);
     return result;
 }
 

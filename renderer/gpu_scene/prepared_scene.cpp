@@ -31,7 +31,8 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     const auto work = [&] {
         EmitterFinder finder(data);
         for (uint32_t i = next++; i < data.meshes.size(); i = next++) {
-            const MeshUse use = content.deform ? content.deform->UseOf(i) : MeshUse{};
+            MeshUse use = content.deform ? content.deform->UseOf(i) : MeshUse{};
+            use.hasTree = settings.hasWideTrees;
             content.meshes[i] = PackMesh(data.meshes[i], materials, use, finder, limits);
         }
     };

@@ -25,6 +25,8 @@ struct PrepareSettings {
     // several structures side by side, split in space. Small ones let a scene that streams build a little in
     // each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
+    // Builds wide trees of meshes, for GpuSceneDesc::hasWideTrees.
+    bool hasWideTrees = false;
 };
 
 class RAYGRAPH_API PreparedScene {

@@ -1,4 +1,4 @@
-// The rays of a buffer by bench/wide_bvh.glsl, one an invocation.
+// The rays of a buffer by scene/wide_bvh.glsl, one an invocation.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -15,8 +15,8 @@ layout(set = 0, binding = 0, std430) readonly buffer WideNodes { uvec4 at[]; } w
 layout(set = 0, binding = 1, std430) readonly buffer WideTriangles { uvec4 at[]; } wideTriangles;
 layout(set = 0, binding = 2, std430) readonly buffer WideInstances { uvec4 at[]; } wideInstances;
 layout(set = 0, binding = 3, scalar) readonly buffer Rays { BenchRay at[]; } rays;
-layout(set = 0, binding = 4, scalar) writeonly buffer Hits { BenchHit at[]; } hits;
-layout(set = 0, binding = 5, scalar) writeonly buffer Counts { BenchCounts at[]; } counts;
+layout(set = 0, binding = 4, scalar) writeonly buffer Hits { WideHit at[]; } hits;
+layout(set = 0, binding = 5, scalar) writeonly buffer Counts { WideCounts at[]; } counts;
 layout(push_constant, scalar) uniform Constants { BenchConstants constants; };
 
 uvec4 WideNodeWord(uint at) { return wideNodes.at[at]; }
@@ -37,17 +37,19 @@ uvec2 GroupAt(uint at) {
     return groupStack[at - kSharedGroups];
 }
 
-#include "bench/wide_bvh.glsl"
+bool IsAccepted(WideHit hit, bool isBack, bool isAny) { return true; }
+
+#include "scene/wide_bvh.glsl"
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index >= constants.rayCount) return;
     BenchRay ray = rays.at[index];
-    BenchCounts taken;
+    WideCounts taken;
     taken.nodes = 0u;
     taken.triangles = 0u;
     taken.instances = 0u;
-    BenchHit hit = TraverseWide(ray.origin, ray.direction, ray.tMax, kIsAny, taken);
+    WideHit hit = TraverseWide(ray.origin, ray.direction, ray.tMax, kIsAny, taken);
     if (kIsAny)
         hits.at[index].t = hit.t;
     else

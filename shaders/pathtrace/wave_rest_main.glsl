@@ -2,6 +2,7 @@
 #define TRACES_SHADOW_RAYS
 #define TRACES_AT_ONE_PLACE
 #define OUTPUTS_ARE_READ
+#include "pathtrace/launch.glsl"
 #include "scene/extensions.glsl"
 
 #include "scene/camera.glsl"

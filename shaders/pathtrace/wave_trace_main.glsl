@@ -6,6 +6,7 @@
 #define OUTPUTS_ARE_READ
 #define WAVE_WRITES_PATHS
 #define WAVE_WRITES_HITS
+#include "pathtrace/launch.glsl"
 #include "scene/extensions.glsl"
 
 #include "scene/camera.glsl"
@@ -49,7 +50,7 @@ void main() {
     PathSettings settings = SettingsOf(parameters.value);
     uint paths = (wave.value.traces & kWaveTracesPaths) != 0u ? PathCount() : 0u;
     uint shadows = (wave.value.traces & kWaveTracesShadows) != 0u ? ShadowCount() : 0u;
-    for (uint i = gl_LaunchIDEXT.x; i < paths + shadows; i += gl_LaunchSizeEXT.x) {
+    for (uint i = LaunchIndex(); i < paths + shadows; i += LaunchSize()) {
         if (i < paths)
             TracePath(SlotAt(i));
         else

@@ -3,6 +3,9 @@
 // hit set. Back faces are culled where the instance allows it. Origins are offset from their surface
 // beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays have a payload of their own declares
 // it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
+//
+// Where OWN_TRAVERSAL is defined, and NO_TLAS, Intersect and UnblockedShare traverse the scene's own trees in
+// place of the driver's (scene/own_traversal.glsl): with the same answers, but at edges.
 #ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 #define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 
@@ -10,6 +13,24 @@
 #include "scene/bindings.glsl"
 #include "scene/payloads.glsl"
 #include "shared/ray_types.h"
+
+const float kFarthest = 3.0e38f;
+
+#ifdef OWN_TRAVERSAL
+#include "scene/own_traversal.glsl"
+
+Hit Intersect(Ray ray, uint alphaSeed) { return HitWithin(ray, kFarthest, false, alphaSeed); }
+#ifdef TRACES_AT_ONE_PLACE
+Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
+    return HitWithin(ray, min(distance, kFarthest), isAnyEnough, alphaSeed);
+}
+#endif
+#ifdef TRACES_SHADOW_RAYS
+vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
+    return ShareUpTo(ray, min(distance, kFarthest), ior, alphaSeed);
+}
+#endif
+#else
 
 #ifndef OWN_RADIANCE_PAYLOAD
 layout(location = 0) rayPayloadEXT RadiancePayload radiancePayload;
@@ -21,8 +42,6 @@ layout(location = 1) rayPayloadEXT ShadowPayload shadowPayload;
 #ifndef RAY_MASK
 #define RAY_MASK 0xFFu  // kMaskTriangles: only those
 #endif
-
-const float kFarthest = 3.0e38f;
 
 // Runs the closest-hit shader of the nearest surface along a ray, or the miss shader, on the payload at
 // location 0. `flags`: further ones.
@@ -73,5 +92,7 @@ vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
     return vec3(isFree ? 1.0f : 0.0f);
 }
 #endif
+
+#endif  // OWN_TRAVERSAL
 
 #endif

@@ -1,10 +1,11 @@
 // A compressed tree of boxes with up to eight children a node, over the triangles of meshes and over the
 // placed meshes: one source for C++ and GLSL, scalar layout. Ylitie, Karras and Laine 2017, "Efficient
 // Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs". Built by renderer/bvh/, traversed by
-// bench/wide_bvh.glsl.
+// scene/wide_bvh.glsl.
 //
-// One array of nodes holds the tree of the instances, whose root is node 0, and those of the meshes. The
-// primitives of a tree of instances are WideInstances, of a mesh WideTriangles; both in the leaves' order.
+// One array of nodes holds the tree of the instances and those of the meshes. The primitives of a tree of
+// instances are WideInstances, of a mesh WideTriangles; both in the leaves' order. The first WideInstance is
+// none: its `root` is that of the tree of the instances.
 #ifndef RAYGRAPH_SHARED_WIDE_BVH_H
 #define RAYGRAPH_SHARED_WIDE_BVH_H
 
@@ -31,6 +32,9 @@ RAYGRAPH_CONSTANT uint kWideInstanceWords = 4u;
 // Groups of nodes or primitives that wait while a ray is traversed; builders refuse deeper trees.
 RAYGRAPH_CONSTANT uint kWideStackSize = 32u;
 RAYGRAPH_CONSTANT uint kWideNoInstance = 0xFFFFFFFFu;
+// Bits of WideInstance::flags.
+RAYGRAPH_CONSTANT uint kWideBackCulled = 1u;  // rays pass through the back faces of its triangles
+RAYGRAPH_CONSTANT uint kWideTested = 2u;      // whoever traverses decides for each triangle whether it is hit
 
 // A child is in one of eight slots. Bit 0 of the slot's number is set where it is on the side of greater x,
 // bit 1 of y, bit 2 of z: so (slot xor the ray's octant) is an order from the far to the near ones.
@@ -52,9 +56,9 @@ struct WideNode {
 struct WideTriangle {
     vec3 p0;
     uint primitive;  // number in its mesh
-    vec3 e1;         // p1 - p0
+    vec3 p1;
     float padding1;
-    vec3 e2;
+    vec3 p2;
     float padding2;
 };
 
@@ -62,26 +66,30 @@ struct WideInstance {
     vec4 toObject[3];  // rows
     uint root;         // of its mesh's tree
     uint instance;     // its number
-    uint padding[2];
-};
-
-// What both ways of tracing take and give.
-struct BenchRay {
-    vec3 origin;
-    float tMax;  // of any hit; a closest hit may be as far as it is
-    vec3 direction;
+    uint flags;        // kWideBackCulled, ...
     uint padding;
 };
-struct BenchHit {
-    float t;  // negative: nothing was hit; of any hit only the sign counts
+
+struct WideHit {
+    float t;  // negative: nothing was hit
     uint instance;
     uint primitive;
-    vec2 barycentrics;
+    vec2 barycentrics;  // weights of p1 and p2
 };
-struct BenchCounts {
+// What a traversal visits.
+struct WideCounts {
     uint nodes;
     uint triangles;
     uint instances;
+};
+
+// What both ways of tracing take that the bench compares; they give WideHits, of which for any hit only the
+// sign of t counts.
+struct BenchRay {
+    vec3 origin;
+    float tMax;
+    vec3 direction;
+    uint padding;
 };
 struct BenchConstants {
     uint rayCount;
@@ -94,7 +102,7 @@ static_assert(sizeof(WideNode) == 16 * kWideNodeWords);
 static_assert(sizeof(WideTriangle) == 16 * kWideTriangleWords);
 static_assert(sizeof(WideInstance) == 16 * kWideInstanceWords);
 static_assert(sizeof(BenchRay) == 32);
-static_assert(sizeof(BenchHit) == 20);
+static_assert(sizeof(WideHit) == 20);
 }  // namespace raygraph::gpu
 #endif
 

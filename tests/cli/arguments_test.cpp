@@ -141,10 +141,10 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --max-depth -1", "--max-depth");
     ExpectUsage("bench a.gltf --spp 4", "--spp");
     ExpectUsage("bench a.gltf --tolerance 0.1", "--tolerance", "--compare");
-    ExpectUsage("bench a.gltf --traversal --compare b.json", "--traversal", "--compare");
-    ExpectUsage("bench a.gltf --traversal --env b.hdr", "--traversal", "--env");
-    ExpectUsage("bench a.gltf --traversal --nee off", "--traversal", "--nee");
-    ExpectUsage("bench a.gltf --traversal --pipelines", "--traversal", "--pipelines");
+    ExpectUsage("bench a.gltf --compare-traversal --compare b.json", "--compare-traversal", "--compare");
+    ExpectUsage("bench a.gltf --compare-traversal --env b.hdr", "--compare-traversal", "--env");
+    ExpectUsage("bench a.gltf --compare-traversal --nee off", "--compare-traversal", "--nee");
+    ExpectUsage("bench a.gltf --compare-traversal --pipelines", "--compare-traversal", "--pipelines");
     ExpectUsage("bench a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");
@@ -285,6 +285,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.paths.sampler = SamplerKind::Tea;
     settings.paths.form = {passes::IntegratorForm::Wavefront, 7};
     settings.raster.shadows = passes::RasterShadows::Maps;
+    settings.traversal = passes::Traversal::Own;
     settings.paths.biases = {.maxDepth = 0,
                              .clampIndirect = 2.5f,
                              .regularize = 0.25f,

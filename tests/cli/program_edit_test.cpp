@@ -33,7 +33,8 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
 
     std::string line =
         Text("render @cornell.gltf -o render.exr --spp {} --aov depth,instance", SampleCount(saved.samples));
-    for (const char* setting : {"camera", "size", "background", "seed", "texture-lod", "integrator-form"})
+    for (const char* setting :
+         {"camera", "size", "background", "seed", "texture-lod", "integrator-form", "traversal"})
         line += Text(" --{} '{}'", setting, saved.settings.at(setting));
     const test::ProgramResult rendered = RunProgram(folder, line);
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;

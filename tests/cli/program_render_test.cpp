@@ -357,7 +357,7 @@ TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
 TEST(ProgramBench, ComparesOwnTraversalWithTheDrivers) {
     const test::TemporaryFolder folder;
     const ProgramResult result = RunProgram(
-        folder, "bench @cornell.gltf --traversal --size 32x18 --frames 1 --rounds 1 --json b.json");
+        folder, "bench @cornell.gltf --compare-traversal --size 32x18 --frames 1 --rounds 1 --json b.json");
     ASSERT_EQ(result.exitCode, 0) << result.messages;
     const nlohmann::json json = nlohmann::json::parse(result.output);
     EXPECT_EQ(json, JsonOf(folder / "b.json"));

@@ -21,16 +21,16 @@ class TraversalTest : public VulkanTest {
     }
 
     template <typename Declare>
-    std::vector<gpu::BenchHit> Run(Declare&& declare) {
+    std::vector<gpu::WideHit> Run(Declare&& declare) {
         m_renderer.BeginFrame();
         const Readback hits = m_renderer.ReadBack(declare(m_renderer.Import("rays", m_buffer, m_state)));
         m_renderer.Execute();
-        return WaitForValues<gpu::BenchHit>(hits);
+        return WaitForValues<gpu::WideHit>(hits);
     }
     uint32_t RayCount() const { return static_cast<uint32_t>(m_rays.size()); }
 
     // Hits as they are exactly, but for rays that are in doubt, of which there are few.
-    void Check(const std::vector<gpu::BenchHit>& hits, RayQuestion question) {
+    void Check(const std::vector<gpu::WideHit>& hits, RayQuestion question) {
         ASSERT_EQ(hits.size(), m_exact.size());
         uint32_t checked = 0, hitCount = 0;
         for (size_t i = 0; i < hits.size(); ++i) {
@@ -53,7 +53,7 @@ class TraversalTest : public VulkanTest {
     }
 
     // By the barycentrics.
-    glm::vec3 PointOf(const gpu::BenchHit& hit) const {
+    glm::vec3 PointOf(const gpu::WideHit& hit) const {
         const BvhInstance& instance = m_scene.instances[hit.instance];
         const BvhMesh& mesh = m_scene.meshes[instance.mesh];
         const auto corner = [&](uint32_t i) { return mesh.positions[mesh.indices[3 * hit.primitive + i]]; };
@@ -75,7 +75,7 @@ TEST_F(TraversalTest, Driver_FindsTheSameInEveryOrder) {
         SCOPED_TRACE(Name(order));
         DriverScene driver(Device(), m_scene, order);
         for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any}) {
-            std::vector<gpu::BenchHit> hits = Run([&](BufferId rays) {
+            std::vector<gpu::WideHit> hits = Run([&](BufferId rays) {
                 return passes::TraceBuffer(m_renderer, driver.Declare(m_renderer), rays, RayCount(),
                                            question);
             });
@@ -108,7 +108,7 @@ TEST_F(TraversalTest, WideTrees_CountWhatTheyVisit) {
                                m_renderer.Import("rays", m_buffer, m_state), RayCount(), {.counts = &counts});
     const Readback readback = m_renderer.ReadBack(counts);
     m_renderer.Execute();
-    const std::vector<gpu::BenchCounts> taken = WaitForValues<gpu::BenchCounts>(readback);
+    const std::vector<gpu::WideCounts> taken = WaitForValues<gpu::WideCounts>(readback);
     ASSERT_EQ(taken.size(), m_rays.size());
     for (size_t i = 0; i < taken.size(); ++i) {
         EXPECT_GE(taken[i].nodes, 1 + taken[i].instances) << i;

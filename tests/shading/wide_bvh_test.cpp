@@ -2,7 +2,12 @@
 // triangles one after the other.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <functional>
+#include <glm/gtc/constants.hpp>
+#include <random>
 
 #include "renderer/bvh/wide_bvh.h"
 #include "renderer/bvh/wide_scene.h"
@@ -13,6 +18,7 @@ namespace {
 
 thread_local const WideScene* s_scene = nullptr;
 thread_local glm::uvec2 s_stack[gpu::kWideStackSize];
+thread_local std::function<bool(const gpu::WideHit&, bool isBack, bool isAny)> s_isAccepted;
 
 template <typename T>
 glm::uvec4 WordOf(const std::vector<T>& records, uint32_t at) {
@@ -36,11 +42,14 @@ void PushGroup(uint32_t at, glm::uvec2 group) {
 glm::uvec2 GroupAt(uint32_t at) {
     return s_stack[at];
 }
+bool IsAccepted(const gpu::WideHit& hit, bool isBack, bool isAny) {
+    return s_isAccepted(hit, isBack, isAny);
+}
 
 }  // namespace
 }  // namespace raygraph::shading
 
-#include "bench/wide_bvh.glsl"
+#include "scene/wide_bvh.glsl"
 
 namespace raygraph {
 namespace {
@@ -124,6 +133,24 @@ TEST(BinaryBvh, EveryPrimitiveIsInOneLeafAndBoxesFit) {
     }
 }
 
+// As for meshes whose tree is too deep else: each part is half as small as the one before.
+TEST(WideBvh, DeepTreesAreBalanced) {
+    BvhMesh mesh;
+    for (uint32_t i = 0; i < 140; ++i)
+        for (const glm::vec3& corner : {glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)}) {
+            mesh.indices.push_back(static_cast<uint32_t>(mesh.positions.size()));
+            mesh.positions.push_back(std::ldexp(1.0f, -static_cast<int>(i)) * (corner + glm::vec3(1.0f)));
+        }
+    const std::vector<Box> boxes = TriangleBoxes(mesh);
+    const BinaryBvh tree = BuildBinaryBvh(boxes, true);
+    std::vector<uint32_t> found;
+    CheckSubtree(tree, boxes, 0, found);
+    ExpectEachOnce(found, boxes.size());
+    const WideMesh wide = BuildWideMesh(mesh.positions, mesh.indices);
+    EXPECT_LE(wide.depth, kMaxMeshDepth);
+    EXPECT_EQ(wide.triangles.size(), 140u);
+}
+
 TEST(WideBvh, EveryPrimitiveIsInOneLeafAndStoredBoxesContainIt) {
     for (const BvhMesh& mesh : Meshes()) {
         const std::vector<Box> boxes = TriangleBoxes(mesh);
@@ -148,9 +175,9 @@ TEST(WideBvh, WithoutPrimitivesIsOneEmptyNode) {
     for (uint32_t slot = 0; slot < gpu::kWideChildren; ++slot) EXPECT_EQ(WideMeta(tree.nodes[0], slot), 0u);
 }
 
-gpu::BenchHit Traverse(const WideScene& scene, const gpu::BenchRay& ray, bool isAny) {
+gpu::WideHit Traverse(const WideScene& scene, const gpu::BenchRay& ray, bool isAny) {
     shading::s_scene = &scene;
-    gpu::BenchCounts counts{};
+    gpu::WideCounts counts{};
     return shading::TraverseWide(ray.origin, ray.direction, ray.tMax, isAny, counts);
 }
 
@@ -160,7 +187,7 @@ TEST(WideTraversal, FindsWhatIsNearestOfAllTriangles) {
     uint32_t hits = 0, differences = 0;
     const std::vector<gpu::BenchRay> rays = RandomRays(2000, 7);
     for (const gpu::BenchRay& ray : rays) {
-        const gpu::BenchHit hit = Traverse(wide, ray, false);
+        const gpu::WideHit hit = Traverse(wide, ray, false);
         const ExactHit exact = TraceExactly(scene, ray);
         if (exact.isDoubtful) continue;
         hits += exact.t >= 0.0 ? 1 : 0;
@@ -193,6 +220,137 @@ TEST(WideTraversal, AnyHitIsWhetherSomethingIsNearer) {
     EXPECT_LT(hits, rays.size() / 2);
 }
 
+// A quad in the plane z = 0, whose front faces +z, placed.
+WideScene PlacedQuad(const glm::mat4x3& objectToWorld, uint32_t flags) {
+    WideMesh mesh = BuildWideMesh(std::vector<glm::vec3>{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}},
+                                  std::vector<uint32_t>{0, 1, 2, 0, 2, 3});
+    WideInstances instances =
+        BuildWideInstances(std::vector<WidePlacement>{{objectToWorld, mesh.box, 0, 7, flags}});
+    WideScene scene{.nodes = mesh.nodes, .triangles = mesh.triangles, .instances = instances.instances};
+    scene.instances[0].root = static_cast<uint32_t>(scene.nodes.size());
+    MoveNodes(instances.nodes, scene.instances[0].root, 0);
+    scene.nodes.insert(scene.nodes.end(), instances.nodes.begin(), instances.nodes.end());
+    return scene;
+}
+
+glm::mat4x3 Scaling(float x, float y, float z) {
+    return {glm::vec3(x, 0, 0), glm::vec3(0, y, 0), glm::vec3(0, 0, z), glm::vec3(0.0f)};
+}
+
+// From +z and from -z; in the plane of the quad a step from its center, so that both triangles are met.
+std::array<bool, 2> Seen(const WideScene& scene) {
+    std::array<bool, 2> seen{};
+    for (const float side : {1.0f, -1.0f}) {
+        const gpu::WideHit hit = Traverse(
+            scene, {.origin = {0.1f, 0.3f, 3.0f * side}, .tMax = 10.0f, .direction = {0, 0, -side}}, false);
+        seen[side > 0.0f ? 0 : 1] = hit.t >= 0.0f;
+        if (hit.t < 0.0f) continue;
+        EXPECT_NEAR(hit.t, 3.0f, 1e-6f);
+        EXPECT_EQ(hit.instance, 7u);
+    }
+    return seen;
+}
+
+TEST(WideTraversal, BackFacesAreCulledWhereTheInstanceSaysSo) {
+    const std::array<bool, 2> kBoth{true, true}, kFront{true, false}, kBack{false, true};
+    EXPECT_EQ(Seen(PlacedQuad(glm::mat4x3(1.0f), 0)), kBoth);
+    EXPECT_EQ(Seen(PlacedQuad(glm::mat4x3(1.0f), gpu::kWideBackCulled)), kFront);
+    // A face keeps its side under a mirroring transform
+    EXPECT_EQ(Seen(PlacedQuad(Scaling(-1, 1, 1), gpu::kWideBackCulled)), kFront);
+    EXPECT_EQ(Seen(PlacedQuad(Scaling(1, 1, -1), gpu::kWideBackCulled)), kBack);
+    EXPECT_EQ(Seen(PlacedQuad(Scaling(-2, -3, 0.5f), gpu::kWideBackCulled)), kFront);
+}
+
+// Without an inverse: flat. No ray meets it, as with the driver, and nothing becomes of the others.
+TEST(WideTraversal, FlatInstancesAreNotThere) {
+    EXPECT_EQ(Seen(PlacedQuad(Scaling(1, 1, 0), 0)), (std::array<bool, 2>{false, false}));
+}
+
+TEST(WideTraversal, TestedTrianglesAreAskedForOnceEach) {
+    const WideScene scene = PlacedQuad(Scaling(1, -1, 1), gpu::kWideTested);
+    const gpu::BenchRay ray{.origin = {0.1f, 0.3f, 3.0f}, .tMax = 10.0f, .direction = {0, 0, -1}};
+    for (const bool isAny : {false, true})
+        for (const bool isHit : {false, true}) {
+            uint32_t asked = 0;
+            shading::s_isAccepted = [&](const gpu::WideHit& hit, bool isBack, bool ofAny) {
+                ++asked;
+                EXPECT_NEAR(hit.t, 3.0f, 1e-6f);
+                EXPECT_EQ(hit.instance, 7u);
+                EXPECT_FALSE(isBack);
+                EXPECT_EQ(ofAny, isAny);
+                return isHit;
+            };
+            EXPECT_EQ(Traverse(scene, ray, isAny).t >= 0.0f, isHit);
+            EXPECT_EQ(asked, 1u);
+        }
+}
+
+TEST(WideTraversal, TrianglesWithoutAnAreaAreNotThere) {
+    BvhScene scene;
+    scene.meshes.push_back({{{0, 0, 0}, {1, 1, 0}, {0.5f, 0.5f, 0}, {0, 0, 0}}, {0, 1, 2, 0, 3, 1, 1, 1, 1}});
+    scene.instances.push_back({});
+    const WideScene wide = BuildWideScene(scene);
+    for (const gpu::BenchRay& ray : RandomRays(1000, 5)) {
+        gpu::BenchRay at = ray;
+        at.direction = glm::vec3(0.25f, 0.25f, 0.0f) - ray.origin;
+        EXPECT_LT(Traverse(wide, at, false).t, 0.0f);
+    }
+}
+
+// A sphere with bumps: closed, each vertex is shared.
+BvhMesh ClosedBody(uint32_t rings, uint32_t sectors) {
+    BvhMesh mesh;
+    mesh.positions.push_back({0, 1, 0});
+    for (uint32_t ring = 1; ring < rings; ++ring)
+        for (uint32_t sector = 0; sector < sectors; ++sector) {
+            const float a = glm::pi<float>() * float(ring) / float(rings);
+            const float b = glm::two_pi<float>() * float(sector) / float(sectors);
+            const float radius = 1.0f + 0.1f * std::sin(5.0f * a) * std::sin(3.0f * b);
+            mesh.positions.push_back(
+                radius * glm::vec3(std::sin(a) * std::cos(b), std::cos(a), std::sin(a) * std::sin(b)));
+        }
+    mesh.positions.push_back({0, -1, 0});
+    const auto at = [&](uint32_t ring, uint32_t sector) {
+        return ring == 0 ? 0
+                         : (ring == rings ? 1 + (rings - 1) * sectors
+                                          : 1 + (ring - 1) * sectors + sector % sectors);
+    };
+    for (uint32_t ring = 0; ring < rings; ++ring)
+        for (uint32_t sector = 0; sector < sectors; ++sector) {
+            const uint32_t a = at(ring, sector), b = at(ring, sector + 1), c = at(ring + 1, sector),
+                           d = at(ring + 1, sector + 1);
+            if (a != b) mesh.indices.insert(mesh.indices.end(), {a, b, d});
+            if (c != d) mesh.indices.insert(mesh.indices.end(), {a, d, c});
+        }
+    return mesh;
+}
+
+// From inside, at the very edges and vertices.
+TEST(WideTraversal, NoRayLeavesAClosedBody) {
+    BvhScene scene;
+    scene.meshes = {ClosedBody(24, 40)};
+    scene.instances.push_back({0, glm::mat4x3(1.0f)});
+    scene.instances[0].objectToWorld[3] = glm::vec3(0.3f, -0.2f, 0.1f);
+    const WideScene wide = BuildWideScene(scene);
+    const BvhMesh& mesh = scene.meshes[0];
+    std::mt19937 random(3);
+    const auto unit = [&] { return float(random() >> 8) / 16777216.0f; };
+    uint32_t leaks = 0;
+    for (uint32_t i = 0; i < 200000; ++i) {
+        const auto triangle = static_cast<uint32_t>(random() % mesh.TriangleCount());
+        const auto edge = static_cast<uint32_t>(random() % 3);
+        const glm::vec3 a = mesh.positions[mesh.indices[3 * triangle + edge]];
+        const glm::vec3 b = mesh.positions[mesh.indices[3 * triangle + (edge + 1) % 3]];
+        const float share = i % 4 == 0 ? 0.0f : unit();
+        const glm::vec3 target = glm::mix(a, b, share) + scene.instances[0].objectToWorld[3];
+        const glm::vec3 origin =
+            0.4f * (2.0f * glm::vec3(unit(), unit(), unit()) - 1.0f) + scene.instances[0].objectToWorld[3];
+        const gpu::BenchRay ray{.origin = origin, .tMax = 1e30f, .direction = target - origin};
+        if (Traverse(wide, ray, i % 2 == 0).t < 0.0f) ++leaks;
+    }
+    EXPECT_EQ(leaks, 0u);
+}
+
 // Rays along the axes, on triangles without extent in one of them.
 TEST(WideTraversal, FlatTrianglesAndAxisParallelRays) {
     BvhScene scene;
@@ -212,8 +370,8 @@ TEST(WideTraversal, FlatTrianglesAndAxisParallelRays) {
             const gpu::BenchRay ray{.origin = {float(x) + 0.25f, 3.0f, float(y) + 0.25f},
                                     .tMax = 1e30f,
                                     .direction = {0.0f, -1.0f, 0.0f}};
-            const gpu::BenchHit hit = Traverse(wide, ray, false);
-            ASSERT_EQ(hit.t, 3.0f);
+            const gpu::WideHit hit = Traverse(wide, ray, false);
+            ASSERT_NEAR(hit.t, 3.0f, 1e-6f);
             EXPECT_EQ(hit.primitive, 2 * (y * kSide + x));
         }
 }

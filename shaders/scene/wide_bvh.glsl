@@ -1,15 +1,21 @@
 // Traversal of the compressed wide tree of shared/wide_bvh.h, over placed meshes. In the common subset of
-// GLSL and C++ (core/glue.h): the tests run this text on the CPU. Ylitie, Karras and Laine 2017, section 4.
+// GLSL and C++ (core/glue.h): the tests run this text on the CPU. Ylitie, Karras and Laine 2017, section 4;
+// triangles as by Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection".
 //
 // Bridge: whoever includes this declares, before it,
 //     uvec4 WideNodeWord(uint at), WideTriangleWord(uint at), WideInstanceWord(uint at)   16 bytes each
 //     void PushGroup(uint at, uvec2 group), uvec2 GroupAt(uint at)                    kWideStackSize of them
+//     bool IsAccepted(WideHit hit, bool isBack, bool isAny)     whether a triangle of a kWideTested instance
+//                                                               is hit; asked once for each on the ray
+//
+// No ray passes between two triangles that share an edge. So nothing below may be rounded in one place as
+// it is not in another: expressions that are PRECISE are not contracted.
 //
 // A group is (x) the first of some nodes or primitives and (y) which of them are still to come. Of nodes: a
 // bit for each from bit 24 on, in the order of the ray's octant, the highest first, and in the lowest byte
 // which slots are nodes. Of primitives: a bit for each below bit 24.
-#ifndef RAYGRAPH_BENCH_WIDE_BVH_GLSL
-#define RAYGRAPH_BENCH_WIDE_BVH_GLSL
+#ifndef RAYGRAPH_SCENE_WIDE_BVH_GLSL
+#define RAYGRAPH_SCENE_WIDE_BVH_GLSL
 
 #include "core/glue.h"
 #include "shared/wide_bvh.h"
@@ -18,28 +24,36 @@
 namespace raygraph::shading {
 using glm::bitCount;
 using glm::findMSB;
-using gpu::BenchCounts;
-using gpu::BenchHit;
+using gpu::WideCounts;
+using gpu::WideHit;
+using gpu::kWideBackCulled;
 using gpu::kWideInstanceWords;
 using gpu::kWideNodeWords;
 using gpu::kWideNoInstance;
+using gpu::kWideTested;
 using gpu::kWideTriangleWords;
 }  // namespace raygraph::shading
 #define WIDE_UNROLL
+#define PRECISE
 #else
 #define WIDE_UNROLL [[unroll]]
+#define PRECISE precise
 #endif
 
 SHADING_BEGIN
 
 CONST uint kLowestNodeBit = 0x01000000u;
 CONST float kLeastDirection = 1e-20f;  // of a component: its inverse is finite
+CONST float kFarSlack = 1.000001f;      // more than the roundings of the distance of a side of a box
 
 // A ray in the space of a tree.
 struct WideRay {
     vec3 origin;
-    vec3 direction;
     vec3 inverse;
+    // Rows of a shear that turns the direction into (0, 0, 1)
+    vec3 shearX;
+    vec3 shearY;
+    vec3 shearZ;
     uint octant;  // bit 0: towards greater x; bit 1: y; bit 2: z. The slot of that number is the farthest one
 };
 
@@ -50,11 +64,23 @@ INLINE float AwayFromZero(float x) {
 INLINE WideRay MakeWideRay(vec3 origin, vec3 direction) {
     WideRay ray;
     ray.origin = origin;
-    ray.direction = direction;
     ray.inverse = vec3(1.0f / AwayFromZero(direction.x), 1.0f / AwayFromZero(direction.y),
                        1.0f / AwayFromZero(direction.z));
     ray.octant = (ray.inverse.x > 0.0f ? 1u : 0u) | (ray.inverse.y > 0.0f ? 2u : 0u) |
                  (ray.inverse.z > 0.0f ? 4u : 0u);
+    vec3 size = abs(direction);
+    bool isX = size.x > size.y && size.x > size.z;
+    bool isY = !isX && size.y > size.z;
+    float inverse = 1.0f / (isX ? direction.x : (isY ? direction.y : direction.z));
+    vec3 slope = direction * inverse;
+    // The two other axes, in cyclic order: turned around if the direction is, so that sides stay
+    vec3 first = isX ? vec3(-slope.y, 1.0f, 0.0f)
+                     : (isY ? vec3(0.0f, -slope.z, 1.0f) : vec3(1.0f, 0.0f, -slope.x));
+    vec3 second = isX ? vec3(-slope.z, 0.0f, 1.0f)
+                      : (isY ? vec3(1.0f, -slope.x, 0.0f) : vec3(0.0f, 1.0f, -slope.y));
+    ray.shearX = inverse > 0.0f ? first : second;
+    ray.shearY = inverse > 0.0f ? second : first;
+    ray.shearZ = inverse * vec3(isX ? 1.0f : 0.0f, isY ? 1.0f : 0.0f, isX || isY ? 0.0f : 1.0f);
     return ray;
 }
 
@@ -75,7 +101,7 @@ INLINE uint MeetChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY
                           max(ByteOf(nearZ, i) * scale.z + offset.z, 0.0f));
         float tFar = min(min(ByteOf(farX, i) * scale.x + offset.x, ByteOf(farY, i) * scale.y + offset.y),
                          min(ByteOf(farZ, i) * scale.z + offset.z, tMax));
-        if (tNear <= tFar) met |= ((ones >> (8u * i)) & 0xFFu) << ((places >> (8u * i)) & 0x1Fu);
+        if (tNear <= tFar * kFarSlack) met |= ((ones >> (8u * i)) & 0xFFu) << ((places >> (8u * i)) & 0x1Fu);
     }
     return met;
 }
@@ -106,28 +132,44 @@ INLINE void VisitWideNode(WideRay ray, float tMax, uint node, OUT(uvec2) nodes, 
     leaves = uvec2(firsts.y, met & 0x00FFFFFFu);
 }
 
-// Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"; both sides. Sets all of `hit`
-// but the instance.
-INLINE bool MeetTriangle(WideRay ray, float tMax, uint triangle, INOUT(BenchHit) hit) {
+INLINE float Along(vec3 row, vec3 p) {
+    PRECISE float sum = row.x * p.x + row.y * p.y + row.z * p.z;
+    return sum;
+}
+// Twice the signed area of a triangle with a corner at 0. Its sign is exact, or it is 0.
+INLINE float Turn(vec2 a, vec2 b) {
+    PRECISE float turn = a.x * b.y - a.y * b.x;
+    return turn;
+}
+
+// Sets all of `hit` but the instance, if it is nearer than tMax. `isBack`: the ray hits the back face.
+INLINE bool MeetTriangle(WideRay ray, float tMax, bool isBackCulled, uint triangle, INOUT(WideHit) hit,
+                         OUT(bool) isBack) {
     uint at = kWideTriangleWords * triangle;
     uvec4 a = WideTriangleWord(at);
     uvec4 b = WideTriangleWord(at + 1u);
     uvec4 c = WideTriangleWord(at + 2u);
-    vec3 p0 = vec3(uintBitsToFloat(a.x), uintBitsToFloat(a.y), uintBitsToFloat(a.z));
-    vec3 e1 = vec3(uintBitsToFloat(b.x), uintBitsToFloat(b.y), uintBitsToFloat(b.z));
-    vec3 e2 = vec3(uintBitsToFloat(c.x), uintBitsToFloat(c.y), uintBitsToFloat(c.z));
-    vec3 p = cross(ray.direction, e2);
-    float inverse = 1.0f / dot(e1, p);
-    vec3 s = ray.origin - p0;
-    vec3 q = cross(s, e1);
-    float u = dot(s, p) * inverse;
-    float v = dot(ray.direction, q) * inverse;
-    float t = dot(e2, q) * inverse;
-    // Also false for what is not a number
-    if (!(u >= 0.0f && v >= 0.0f && u + v <= 1.0f && t >= 0.0f && t < tMax)) return false;
+    vec3 p0 = vec3(uintBitsToFloat(a.x), uintBitsToFloat(a.y), uintBitsToFloat(a.z)) - ray.origin;
+    vec3 p1 = vec3(uintBitsToFloat(b.x), uintBitsToFloat(b.y), uintBitsToFloat(b.z)) - ray.origin;
+    vec3 p2 = vec3(uintBitsToFloat(c.x), uintBitsToFloat(c.y), uintBitsToFloat(c.z)) - ray.origin;
+    vec2 q0 = vec2(Along(ray.shearX, p0), Along(ray.shearY, p0));
+    vec2 q1 = vec2(Along(ray.shearX, p1), Along(ray.shearY, p1));
+    vec2 q2 = vec2(Along(ray.shearX, p2), Along(ray.shearY, p2));
+    float w0 = Turn(q2, q1);
+    float w1 = Turn(q0, q2);
+    float w2 = Turn(q1, q0);
+    float least = min(w0, min(w1, w2));
+    float most = max(w0, max(w1, w2));
+    isBack = least < 0.0f;
+    if (isBack && (isBackCulled || most > 0.0f)) return false;
+    float inverse = 1.0f / (w0 + w1 + w2);
+    float t = (w0 * Along(ray.shearZ, p0) + w1 * Along(ray.shearZ, p1) + w2 * Along(ray.shearZ, p2)) *
+              inverse;
+    // Also false for what is not a number: triangles without an area
+    if (!(t > 0.0f && t < tMax)) return false;
     hit.t = t;
     hit.primitive = a.w;
-    hit.barycentrics = vec2(u, v);
+    hit.barycentrics = vec2(w1 * inverse, w2 * inverse);
     return true;
 }
 
@@ -141,18 +183,19 @@ INLINE WideRay ToInstance(vec3 origin, vec3 direction, uvec4 x, uvec4 y, uvec4 z
 }
 
 // The nearest triangle below tMax, or any, where `isAny`. The direction may have any length, t is in it.
-INLINE BenchHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny, INOUT(BenchCounts) counts) {
-    BenchHit hit;
+INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny, INOUT(WideCounts) counts) {
+    WideHit hit;
     hit.t = -1.0f;
     hit.instance = kWideNoInstance;
     hit.primitive = 0u;
     hit.barycentrics = vec2(0.0f, 0.0f);
     WideRay ray = MakeWideRay(origin, direction);
-    uvec2 nodes = uvec2(0u, 0x80000000u);
+    uvec2 nodes = uvec2(WideInstanceWord(kWideInstanceWords - 1u).x, 0x80000000u);
     uint stackSize = 0u;
     uint stackBase = 0u;                     // of the mesh's tree
-    uint instancePlace = kWideNoInstance;    // in whose mesh's tree the ray is
+    bool isInInstance = false;               // the ray is in a mesh's tree
     uint instance = 0u;
+    uint flags = 0u;
     for (;;) {
         uvec2 leaves = nodes;
         if (nodes.y >= kLowestNodeBit) {
@@ -174,7 +217,7 @@ INLINE BenchHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny
         while (leaves.y != 0u) {
             uint bit = uint(findMSB(leaves.y));
             leaves.y &= ~(1u << bit);
-            if (instancePlace == kWideNoInstance) {
+            if (!isInInstance) {
                 // Go down into the tree of a mesh; the rest of this one waits
                 if (nodes.y >= kLowestNodeBit) {
                     PushGroup(stackSize, nodes);
@@ -185,27 +228,33 @@ INLINE BenchHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny
                     ++stackSize;
                 }
                 stackBase = stackSize;
-                instancePlace = leaves.x + bit;
-                uint at = kWideInstanceWords * instancePlace;
+                isInInstance = true;
+                uint at = kWideInstanceWords * (leaves.x + bit);
                 uvec4 numbers = WideInstanceWord(at + 3u);
                 ray = ToInstance(origin, direction, WideInstanceWord(at), WideInstanceWord(at + 1u),
                                  WideInstanceWord(at + 2u));
                 instance = numbers.y;
+                flags = numbers.z;
                 nodes = uvec2(numbers.x, 0x80000000u);
                 leaves.y = 0u;
                 ++counts.instances;
             } else {
                 ++counts.triangles;
-                if (MeetTriangle(ray, tMax, leaves.x + bit, hit)) {
-                    hit.instance = instance;
-                    if (isAny) return hit;
-                    tMax = hit.t;
+                WideHit met;
+                bool isBack;
+                if (MeetTriangle(ray, tMax, (flags & kWideBackCulled) != 0u, leaves.x + bit, met, isBack)) {
+                    met.instance = instance;
+                    if ((flags & kWideTested) == 0u || IsAccepted(met, isBack, isAny)) {
+                        hit = met;
+                        if (isAny) return hit;
+                        tMax = hit.t;
+                    }
                 }
             }
         }
         if (nodes.y >= kLowestNodeBit) continue;
-        if (stackSize == stackBase && instancePlace != kWideNoInstance) {
-            instancePlace = kWideNoInstance;
+        if (stackSize == stackBase && isInInstance) {
+            isInInstance = false;
             stackBase = 0u;
             ray = MakeWideRay(origin, direction);
         }

@@ -1,0 +1,84 @@
+// Tracing by the scene's own trees (shared/wide_bvh.h), in any kind of shader: what scene/trace_rays.glsl is
+// made of where OWN_TRAVERSAL is defined. What any-hit shaders do is done here. Triangles alone.
+#ifndef RAYGRAPH_SCENE_OWN_TRAVERSAL_GLSL
+#define RAYGRAPH_SCENE_OWN_TRAVERSAL_GLSL
+
+#include "scene/alpha_test.glsl"
+#include "scene/payloads.glsl"
+#ifdef TRACES_SHADOW_RAYS
+#include "scene/wall_shadow.glsl"
+#endif
+#include "shared/wide_bvh.h"
+
+TABLE(16, WideNodes, uvec4)
+TABLE(16, WideTriangles, uvec4)
+TABLE(16, WideInstances, uvec4)
+layout(set = 0, binding = 6, scalar) uniform WideTables {
+    WideNodes wideNodes;
+    WideTriangles wideTriangles;
+    WideInstances wideInstances;
+};
+
+uvec4 WideNodeWord(uint at) { return wideNodes.at[at]; }
+uvec4 WideTriangleWord(uint at) { return wideTriangles.at[at]; }
+uvec4 WideInstanceWord(uint at) { return wideInstances.at[at]; }
+
+uvec2 groupStack[kWideStackSize];
+void PushGroup(uint at, uvec2 group) { groupStack[at] = group; }
+uvec2 GroupAt(uint at) { return groupStack[at]; }
+
+// Of the ray that is traced.
+uint ownAlphaSeed;
+#ifdef TRACES_SHADOW_RAYS
+ShadowPayload ownShadow;
+Ray ownShadowRay;
+#endif
+
+Hit HitOf(WideHit from) {
+    Hit hit;
+    hit.t = from.t;
+    hit.instance = from.instance;
+    hit.primitive = from.primitive;
+    hit.barycentrics = from.barycentrics;
+    return hit;
+}
+
+bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
+#ifdef TRACES_SHADOW_RAYS
+    // Thin walls are opaque to other rays
+    if (isAny && HasTraceFeature(kTraceThinWalls))
+        return StopsShadowRay(HitOf(hit), ownShadowRay.origin, ownShadowRay.direction, isBack, ownShadow);
+#endif
+    if (!HasTraceFeature(kTraceAnyHit)) return true;
+    return IsThere(ownAlphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack);
+}
+
+#include "scene/wide_bvh.glsl"
+
+// The nearest surface up to a distance; `isAnyEnough`: any, of which only whether there is one counts.
+Hit HitWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
+    WideCounts counts;  // nobody asks for them
+    counts.nodes = 0u;
+    counts.triangles = 0u;
+    counts.instances = 0u;
+    ownAlphaSeed = alphaSeed;
+    return HitOf(TraverseWide(ray.origin, ray.direction, distance, isAnyEnough, counts));
+}
+
+#ifdef TRACES_SHADOW_RAYS
+// As UnblockedShare of scene/trace_rays.glsl.
+vec3 ShareUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
+    if (HasTraceFeature(kTraceThinWalls)) {
+        ownShadowRay = ray;
+        ownShadow.passed = vec3(1.0f);
+        ownShadow.lastDistance = -1.0f;
+        ownShadow.ior = ior;
+        ownShadow.alphaSeed = alphaSeed;
+    }
+    bool isFree = HitWithin(ray, distance, true, alphaSeed).t < 0.0f;
+    if (HasTraceFeature(kTraceThinWalls)) return isFree ? ownShadow.passed : vec3(0.0f);
+    return vec3(isFree ? 1.0f : 0.0f);
+}
+#endif
+
+#endif

@@ -1,0 +1,44 @@
+// What a shadow ray does at the surfaces of a scene with smooth thin walls: a wall attenuates the light and
+// the ray goes on. Asked once for each triangle on the ray that is not opaque, or is of such a wall.
+#ifndef RAYGRAPH_SCENE_WALL_SHADOW_GLSL
+#define RAYGRAPH_SCENE_WALL_SHADOW_GLSL
+
+#include "scene/alpha_test.glsl"
+#include "scene/light_bridge.glsl"
+#include "scene/payloads.glsl"
+#include "scene/surface.glsl"
+
+#include "bxdf/bsdf.glsl"
+
+// A ray through an edge may meet the triangles on both sides of it: they are one wall.
+const float kEdgeWeight = 1e-5f;
+const float kSameDistance = 1e-6f;
+
+bool IsMetTwice(Hit hit, float lastDistance) {
+    if (IsRound(instances.at[hit.instance])) return false;  // has no edges
+    float weight = min(min(hit.barycentrics.x, hit.barycentrics.y),
+                       1.0f - hit.barycentrics.x - hit.barycentrics.y);
+    return weight < kEdgeWeight && abs(hit.t - lastDistance) <= kSameDistance * hit.t;
+}
+
+// False: the ray goes on. `isBack`: it hits the back face.
+bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
+    if (!IsThere(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
+    // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures needlessly.
+    GeometryRecord geometry = geometries.at[GeometryIndex(instances.at[hit.instance], hit.primitive)];
+    if (materials.at[geometry.material].transmission == 0.0f) return true;
+    Ray ray;
+    ray.origin = origin;
+    ray.direction = direction;
+    ray.cone = MakeCone(0.0f, 0.0f);  // shadow rays read level 0, as alpha tests do
+    SurfaceInteraction surface = SurfaceAt(hit, ray);
+    if (!IsSmoothThinWall(surface.material)) return true;
+    if (IsMetTwice(hit, payload.lastDistance)) return false;
+    payload.lastDistance = hit.t;
+    Frame frame = FrameOf(surface);
+    SurfaceSetting setting = SettingOf(surface, frame, surface.material.ior / payload.ior, 0.0f, 0u);
+    payload.passed *= StraightShare(surface.material, setting, ToLocal(frame, -ray.direction));
+    return !(MaxComponent(payload.passed) > 0.0f);
+}
+
+#endif

@@ -1,0 +1,152 @@
+// Own traversal and the driver's give one picture, and a render keeps the one that it began with. A device is
+// needed.
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "editor/session/merge.h"
+#include "editor/session/session.h"
+#include "editor/session/traversal_choice.h"
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::session {
+
+namespace {
+
+using test::ExpectError;
+
+struct TraversalCase {
+    const char* scene;
+    SettingTexts settings;
+    bool hasAll = false;  // all channels, and light groups
+};
+
+void PrintTo(const TraversalCase& of, std::ostream* out) {
+    *out << of.scene;
+    for (const auto& [name, text] : of.settings) *out << " " << name << "=" << text;
+}
+
+std::string TraversalOf(const RenderFile& render) {
+    return render.settings.at(std::string(kTraversalSetting));
+}
+
+class SessionTraversalTest : public testing::VulkanTest, public ::testing::WithParamInterface<TraversalCase> {
+  protected:
+    static RenderFile Render(const TraversalCase& of, const char* traversal, uint32_t samples = 16) {
+        SettingTexts texts = of.settings;
+        texts.insert({"size", "40x24"});
+        texts["traversal"] = traversal;
+        SessionDesc desc;
+        desc.settings = SettingsFrom(texts);
+        if (of.hasAll) {
+            desc.settings.lightGroups = {{"all", {"*"}}};
+            for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings));
+        }
+        Session session(
+            Device(), LoadInput(test::SceneFile(of.scene), {.pointsAndLines = desc.settings.pointsAndLines}),
+            desc);
+        session.Run({.samples = samples});
+        EXPECT_EQ(session.NonFiniteSamples(), 0u);
+        return std::move(session.Result()).render;
+    }
+    // Hits differ in the last bits, so that now and then a path takes another turn.
+    static void ExpectAlike(const Texels& own, const Texels& driver, const char* what) {
+        ASSERT_EQ(own.size(), driver.size()) << what;
+        size_t unlike = 0;
+        double sum = 0.0, sumOfDriver = 0.0;
+        for (size_t i = 0; i < own.size(); ++i) {
+            unlike += std::abs(own[i] - driver[i]) > 2e-3f * (0.05f + std::abs(driver[i]));
+            if (i % 4 == 3) continue;
+            sum += double{own[i]};
+            sumOfDriver += double{driver[i]};
+        }
+        EXPECT_LT(unlike, own.size() / 5) << what;
+        EXPECT_NEAR(sum, sumOfDriver, 0.03 * sumOfDriver + 1e-6) << what;
+    }
+};
+
+}  // namespace
+
+TEST_P(SessionTraversalTest, GivesThePictureOfTheDriver) {
+    const RenderFile own = Render(GetParam(), "own"), driver = Render(GetParam(), "driver");
+    EXPECT_EQ(TraversalOf(own), "own");
+    EXPECT_EQ(TraversalOf(driver), "driver");
+    ExpectAlike(own.radiance, driver.radiance, "radiance");
+    ASSERT_EQ(AovsOf(own), AovsOf(driver));
+    for (const Aov aov : kAovs)
+        if (const Texels* mean = MeanOf(own, aov)) ExpectAlike(*mean, *MeanOf(driver, aov), Name(aov));
+    for (size_t i = 0; i < own.lightGroups.size(); ++i)
+        ExpectAlike(own.lightGroups[i], driver.lightGroups[i], "light group");
+}
+
+// Mirrored instances, alpha masks, thin walls, textures, glass in glass.
+INSTANTIATE_TEST_SUITE_P(Scenes, SessionTraversalTest,
+                         ::testing::Values(TraversalCase{"cornell.gltf", {}, true},
+                                           TraversalCase{"meshes_grid.gltf", {{"max-depth", "4"}}},
+                                           TraversalCase{"terrace.gltf", {}},
+                                           TraversalCase{"nested_dielectrics.gltf", {{"max-depth", "8"}}}));
+
+using SessionTraversal = SessionTraversalTest;
+
+TEST_F(SessionTraversal, RoundPrimitivesAreTheDrivers) {
+    const TraversalCase round{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}};
+    EXPECT_EQ(TraversalOf(Render(round, "own", 1)), "driver");
+    EXPECT_EQ(TraversalOf(Render(round, "auto", 1)), "driver");
+}
+
+TEST_F(SessionTraversal, AChoiceIsMeasuredOnce) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.Path() / "forms.txt";
+    const passes::Traversal chosen = ChooseTraversal(Device(), file);
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    const std::string line = text.str();
+    const size_t tab = line.find('\t');
+    ASSERT_NE(tab, std::string::npos) << line;
+    const double ratio = std::stod(line.substr(tab + 1));
+    EXPECT_EQ(chosen == passes::Traversal::Own, ratio >= kLeastTraversalRatio);
+    // What is written there is believed
+    std::ofstream(file) << line.substr(0, tab) << "\t1.49\n";
+    EXPECT_EQ(ChooseTraversal(Device(), file), passes::Traversal::Driver);
+    std::ofstream(file) << line.substr(0, tab) << "\t1.50\n";
+    EXPECT_EQ(ChooseTraversal(Device(), file), passes::Traversal::Own);
+}
+
+TEST_F(SessionTraversal, ARenderKeepsItWhenItGoesOn) {
+    const TraversalCase cornell{"cornell.gltf", {}};
+    const auto goOn = [&](const ResumedRender& begun, const char* traversal) {
+        SessionDesc desc = Resuming(begun);
+        desc.settings.traversal = SettingsFrom({{"traversal", traversal}}).traversal;
+        Session session(Device(), LoadInput(test::SceneFile("cornell.gltf")), desc);
+        session.Run({.samples = 3});
+        return TraversalOf(session.Result().render);
+    };
+    for (const char* traversal : {"own", "driver"}) {
+        ResumedRender begun{.path = "begun.exr", .render = Render(cornell, traversal, 2)};
+        EXPECT_EQ(goOn(begun, traversal), traversal);
+        EXPECT_EQ(goOn(begun, "auto"), traversal);
+        const std::string other = traversal == std::string("own") ? "driver" : "own";
+        ExpectError(
+            ErrorKind::BadInput, [&] { goOn(begun, other.c_str()); },
+            std::string("traversal: ") + traversal + " against " + other);
+    }
+    // As files are from before there was another
+    ResumedRender old{.path = "old.exr", .render = Render(cornell, "driver", 2)};
+    old.render.settings.erase(std::string(kTraversalSetting));
+    EXPECT_EQ(goOn(old, "auto"), "driver");
+    ExpectError(
+        ErrorKind::BadInput, [&] { goOn(old, "own"); }, "traversal: driver against own");
+}
+
+TEST(TraversalSetting, OneThatWasLeftOpenIsAny) {
+    EXPECT_EQ(FirstDifference({{"traversal", "auto"}}, {{"traversal", "own"}}), "");
+    EXPECT_EQ(FirstDifference({{"traversal", "driver"}}, {}), "");
+    EXPECT_EQ(FirstDifference({{"traversal", "own"}}, {}), "traversal: own against driver");
+    EXPECT_EQ(FirstDifference({{"traversal", "own"}}, {{"traversal", "driver"}}),
+              "traversal: own against driver");
+}
+
+}  // namespace raygraph::session

@@ -1,0 +1,171 @@
+// Trace by the scene's own trees: sees what the driver sees, after every change of the scene.
+#include <cmath>
+
+#include "tests/support/error_of.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using passes::TraceSettings;
+using passes::Traversal;
+
+namespace {
+
+scene::Material SingleSided(const glm::vec3& albedo) {
+    scene::Material material = Lambert(albedo, 0.2f * albedo);
+    material.isDoubleSided = false;
+    return material;
+}
+
+scene::Material WithAlpha(scene::AlphaMode mode, float alpha) {
+    scene::Material material = Lambert({0.2f, 0.9f, 0.4f});
+    material.baseColorFactor.a = alpha;
+    material.alphaMode = mode;
+    return material;
+}
+
+scene::Material Pane(const glm::vec3& tint) {
+    scene::Material material;
+    material.baseColorFactor = glm::vec4(tint, 1.0f);
+    material.metallicFactor = 0.0f;
+    material.roughnessFactor = 0.0f;
+    material.transmissionFactor = 1.0f;
+    return material;
+}
+
+glm::mat4x3 Placed(const glm::vec3& at, const glm::vec3& scale) {
+    return {glm::vec3(scale.x, 0, 0), glm::vec3(0, scale.y, 0), glm::vec3(0, 0, scale.z), at};
+}
+
+class OwnTraversal : public VulkanTest {
+  protected:
+    // Above a floor: what is mirrored, stretched, culled and seen through in part.
+    static scene::SceneData Things() {
+        scene::SceneData data =
+            SceneOf({QuadMesh(4.0f, 0), BoxMesh(0.3f, 1), SphereMesh(0.4f, 12, 2), QuadMesh(0.5f, 3),
+                     QuadMesh(0.6f, 4), QuadMesh(0.4f, 5), BoxMesh(0.25f, 1)},
+                    {Lambert(glm::vec3(0.6f)), SingleSided({0.8f, 0.3f, 0.2f}), Lambert({0.3f, 0.4f, 0.9f}),
+                     WithAlpha(scene::AlphaMode::Blend, 0.4f), Pane({0.9f, 0.5f, 0.7f}),
+                     WithAlpha(scene::AlphaMode::Mask, 0.3f)},
+                    {glm::mat4x3(1.0f), Placed({-1, 0.5f, 0.4f}, {1, 1, -1}),
+                     Placed({0.4f, 0.3f, 0.5f}, {1, 0.6f, 1.4f}), Placed({-0.3f, -0.8f, 1.0f}, {1, 1, 1}),
+                     Placed({0.9f, -0.6f, 0.8f}, {-1, 1, 1}), Placed({0.2f, 1.1f, 0.7f}, {1, 1, 1}),
+                     Placed({1.2f, 0.9f, 0.3f}, {-1, -1, -1})});
+        scene::Light sun;
+        sun.type = scene::LightType::Directional;
+        sun.intensity = 2.0f;
+        data.lights = {sun};
+        return data;
+    }
+    static TraceSettings View(Traversal traversal) {
+        TraceSettings settings = LookAt({0.5f, -2.0f, 4.0f}, {0, 0, 0.3f}, 0.8f, 48);
+        settings.scattering.brdf = BrdfModel::Gltf;
+        settings.biases.maxDepth = 6;
+        settings.traversal = traversal;
+        return settings;
+    }
+    FloatImage Traced(Traversal traversal, uint32_t sample = 0) {
+        TraceSettings settings = View(traversal);
+        settings.sampleIndex = sample;
+        return render.TraceOnce(settings);
+    }
+    // Hits differ in the last bits, so that here and there a path takes another turn.
+    void ExpectAlike(const char* what) {
+        SCOPED_TRACE(what);
+        size_t unlike = 0;
+        double sum = 0.0;
+        for (uint32_t sample = 0; sample < 4; ++sample) {
+            const FloatImage own = Traced(Traversal::Own, sample), driver = Traced(Traversal::Driver, sample);
+            ASSERT_EQ(own.values.size(), driver.values.size());
+            for (size_t i = 0; i < own.values.size(); ++i) {
+                const glm::vec4 difference = glm::abs(own.values[i] - driver.values[i]);
+                unlike += std::max({difference.x, difference.y, difference.z}) > 1e-3f;
+                sum += double{driver.values[i].y};
+            }
+        }
+        EXPECT_LT(unlike, 4 * 48 * 48 / 50);
+        EXPECT_GT(sum, 0.0);
+        EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "");
+    }
+
+    SceneRender render{Device(), {.hasWideTrees = true}};
+};
+
+}  // namespace
+
+TEST_F(OwnTraversal, SeesWhatTheDriverSees) {
+    render.scene.SetScene(Things());
+    ExpectAlike("as it is set");
+    // Of the whole program: that of the trees, not of the driver
+    const glm::dvec3 mean = Traced(Traversal::Own).Mean();
+    EXPECT_GT(mean.y, 0.05);
+}
+
+TEST_F(OwnTraversal, FollowsEveryChange) {
+    render.scene.SetScene(Things());
+    ExpectAlike("as it is set");
+    render.scene.SetTransform(2, Placed({-0.6f, 0.2f, 0.9f}, {0.5f, 1, 1}));
+    ExpectAlike("moved");
+    render.scene.SetVisible(1, false);
+    ExpectAlike("hidden");
+    render.scene.SetVisible(1, true);
+    ExpectAlike("shown");
+    // From culled to not, from opaque to alpha-tested and to a wall, and back
+    for (const scene::Material& material :
+         {Lambert(glm::vec3(0.7f)), WithAlpha(scene::AlphaMode::Blend, 0.5f), Pane(glm::vec3(0.8f)),
+          SingleSided({0.8f, 0.3f, 0.2f})}) {
+        render.scene.SetMaterial(1, material);
+        ExpectAlike("another material");
+    }
+    const uint32_t mesh = render.scene.AddMesh(SphereMesh(0.35f, 10, 0));
+    const uint32_t added = render.scene.AddInstance(mesh, {Placed({-1.4f, -0.6f, 0.6f}, {1, 1, 1})});
+    ExpectAlike("with another mesh");
+    render.scene.RemoveInstance(3);
+    render.scene.RemoveInstance(added);
+    render.scene.RemoveMesh(mesh);
+    ExpectAlike("without some");
+    render.scene.SetViewpoint({5000.0, 0.0, 0.0});
+    ExpectAlike("from another origin");
+    render.scene.SetScene(Things());
+    ExpectAlike("set again");
+}
+
+TEST_F(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
+    render.scene.SetScene({});
+    EXPECT_EQ(Traced(Traversal::Own).Mean(), Traced(Traversal::Driver).Mean());
+    scene::SceneData data = Things();
+    data.meshes.push_back(RoundSphere(0.3f, 1, {0, 0, 1}));
+    data.instances.push_back(
+        {.mesh = static_cast<uint32_t>(data.meshes.size() - 1), .objectToWorld = glm::mat4x3(1.0f)});
+    const uint32_t round = static_cast<uint32_t>(data.instances.size() - 1);
+    render.scene.SetScene(std::move(data));
+    EXPECT_NE(render.scene.Statistics().whyNoWideTrees, "");
+    EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values) << "by the driver";
+    render.scene.SetVisible(round, false);
+    ExpectAlike("without what is round");
+}
+
+TEST_F(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
+    render.scene.SetScene(Things());
+    TraceSettings settings = View(Traversal::Own);
+    const FloatImage loop = render.TraceOnce(settings);
+    settings.form = {passes::IntegratorForm::Wavefront, 2};
+    const FloatImage wavefront = render.TraceOnce(settings);
+    size_t unlike = 0;
+    for (size_t i = 0; i < loop.values.size(); ++i) unlike += loop.values[i] != wavefront.values[i];
+    EXPECT_LT(unlike, Device().Info().type == rhi::DeviceType::Cpu ? 1u : loop.values.size() / 50);
+}
+
+// Nobody reads the driver's structures then, and none are built.
+TEST_F(OwnTraversal, BuildsNothingForTheDriver) {
+    render.scene.SetScene(Things());
+    Traced(Traversal::Own);
+    EXPECT_EQ(render.scene.Statistics().blasBuilds, 0u);
+    EXPECT_EQ(render.scene.Statistics().tlasRebuilds, 0u);
+    Traced(Traversal::Driver);
+    EXPECT_GT(render.scene.Statistics().blasBuilds, 0u);
+    EXPECT_GT(render.scene.Statistics().tlasRebuilds, 0u);
+}
+
+}  // namespace raygraph::testing
