@@ -45,9 +45,11 @@ Hit HitOf(WideHit from) {
 
 bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
 #ifdef TRACES_SHADOW_RAYS
-    // Thin walls are opaque to other rays
-    if (isAny && HasTraceFeature(kTraceThinWalls))
-        return StopsShadowRay(HitOf(hit), ownShadowRay.origin, ownShadowRay.direction, isBack, ownShadow);
+    // Thin walls are opaque to other rays. The feature comes first: without it nothing of this is compiled
+    if (HasTraceFeature(kTraceThinWalls)) {
+        if (isAny)
+            return StopsShadowRay(HitOf(hit), ownShadowRay.origin, ownShadowRay.direction, isBack, ownShadow);
+    }
 #endif
     if (!HasTraceFeature(kTraceAnyHit)) return true;
     return IsThere(ownAlphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack);
