@@ -169,8 +169,10 @@ void CheckBench(const BenchArguments& arguments) {
         Refuse("--tolerance is of a comparison: it needs --compare");
     if (!arguments.isTraversal) return;
     if (!arguments.compare.empty()) Refuse("--compare-traversal has no costs that --compare could compare");
-    if (arguments.isListingPipelines) Refuse("--compare-traversal lists no pipelines: --pipelines has no effect");
-    if (!arguments.environment.empty()) Refuse("--compare-traversal traces triangles alone: --env has no effect");
+    if (arguments.isListingPipelines)
+        Refuse("--compare-traversal lists no pipelines: --pipelines has no effect");
+    if (!arguments.environment.empty())
+        Refuse("--compare-traversal traces triangles alone: --env has no effect");
     for (const auto& [name, text] : arguments.given)
         if (name != "size" && name != "camera" && name != "scene" && name != "variant")
             Refuse(Text("--compare-traversal traces triangles alone: --{} has no effect", name));

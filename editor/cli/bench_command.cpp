@@ -14,8 +14,7 @@
 #include "editor/cli/traversal_report.h"
 #include "editor/cli/version.h"
 #include "editor/session/as_input.h"
-#include "editor/session/form_choice.h"
-#include "editor/session/traversal_choice.h"
+#include "editor/session/tracing_choice.h"
 #include "passes/recursion.h"
 
 namespace raygraph::cli {
@@ -167,19 +166,15 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         RunTraversal(arguments, input, settings, *device, console.progress);
         return ExitCode::Done;
     }
-    if (settings.traversal == passes::Traversal::Auto)
-        settings.traversal = ChooseTraversal(*device, FormMemoryFile());
     DeviceScene scene(*device, input, settings);
-    if (const std::string& why = scene.WhyNoOwnTraversal();
-        settings.traversal == passes::Traversal::Own && !why.empty()) {
-        if (arguments.given.contains(kTraversalSetting)) console.log.Warn("no own traversal: " + why);
-        settings.traversal = passes::Traversal::Driver;
-        scene.SetTraversal(settings.traversal);
-    }
-    if (settings.paths.form.kind == passes::IntegratorForm::Auto) {
-        settings.paths.form = ChooseForm(scene, FormMemory(FormMemoryFile()));
-        scene.SetForm(settings.paths.form);
-    }
+    const TracingChoice chosen =
+        ChooseTracing(scene, {settings.paths.form, settings.traversal}, ChoiceMemory(FormMemoryFile()));
+    if (settings.traversal == passes::Traversal::Own && chosen.traversal != settings.traversal)
+        console.log.Warn("the driver's traversal is used in place of Raygraph's own: " +
+                         scene.WhyNoOwnTraversal());
+    settings.paths.form = chosen.form;
+    settings.traversal = chosen.traversal;
+    scene.SetTracing(chosen.form, chosen.traversal);
     const BenchResult result =
         RunBench(scene, {arguments.frames, arguments.rounds, arguments.samplesAtOnce}, console.progress);
     console.progress.Clear();

@@ -6,7 +6,7 @@
 #include "base/os/process.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/form_choice.h"
+#include "editor/session/tracing_choice.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
 #include "passes/recursion.h"

@@ -34,10 +34,11 @@ scene::CameraView ViewFrom(const PictureSettings& settings, const std::string& c
 // Only what reads them needs the levels of textures.
 GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
     const bool isDrawn = settings.view == View::Raster;
-    return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
-            .textureBudget = settings.textureBudget,
-            .hasWideTrees = settings.traversal == passes::Traversal::Own && settings.view == View::PathTraced,
-            .lightRule = LightRule::Always};
+    return {
+        .textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
+        .textureBudget = settings.textureBudget,
+        .hasWideTrees = settings.traversal != passes::Traversal::Driver && settings.view == View::PathTraced,
+        .lightRule = LightRule::Always};
 }
 
 }  // namespace
@@ -137,13 +138,10 @@ void DeviceScene::SetCamera(const std::string& camera) {
     m_scene.SetViewpoint(EyeOf(m_traced.camera));
 }
 
-void DeviceScene::SetForm(const passes::FormSettings& form) {
+void DeviceScene::SetTracing(const passes::FormSettings& form, passes::Traversal traversal) {
     m_settings.paths.form = form;
-    m_traced.form = form;
-}
-
-void DeviceScene::SetTraversal(passes::Traversal traversal) {
     m_settings.traversal = traversal;
+    m_traced.form = form;
     m_traced.traversal = traversal;
 }
 

@@ -38,11 +38,9 @@ class DeviceScene {
     // As PictureSettings::camera. Throws as the constructor, and changes nothing.
     void SetCamera(const std::string& camera);
     void RequireCamera(const std::string& camera) const;
-    // Of the integrator, from the next frame on.
-    void SetForm(const passes::FormSettings& form);
-    // Likewise. Own traversal needs what PictureSettings::traversal asked for in the beginning.
-    void SetTraversal(passes::Traversal traversal);
-    // Why there is no own traversal; empty: there is.
+    // From the next frame on. Own traversal needs the trees that WhyNoOwnTraversal tells of.
+    void SetTracing(const passes::FormSettings& form, passes::Traversal traversal);
+    // Why there are no trees for own traversal; empty: there are. None with PictureSettings::traversal Driver.
     const std::string& WhyNoOwnTraversal() const { return m_scene.Statistics().whyNoWideTrees; }
 
   private:

@@ -26,8 +26,8 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
 
 void RequireCompatible(const NamedRender& first, const NamedRender& other) {
     // Two devices may have chosen different ones; the samples are the same but for rounding
-    constexpr bool kIsOfOneForm = false;
-    const std::string mismatch = FirstMismatch(first.render, other.render, kIsOfOneForm);
+    constexpr bool kMustBeTracedAlike = false;
+    const std::string mismatch = FirstMismatch(first.render, other.render, kMustBeTracedAlike);
     if (!mismatch.empty())
         throw MakeError(ErrorKind::BadInput, "{} and {} differ: {}", first.name, other.name,
                         Printable(mismatch, 1024));

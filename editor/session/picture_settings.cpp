@@ -258,9 +258,8 @@ const std::vector<PictureSetting>& Table() {
         Choice(
             kTraversalSetting.data(), "TRAVERSAL",
             "Who finds what rays of path-traced pictures meet: driver, the device's ray tracing; own, "
-            "shaders "
-            "of Raygraph's own (triangles that do not deform); or auto, own where it "
-            "is 1.5 times as fast, which is measured once on each device",
+            "shaders of Raygraph's own (triangles that do not deform); or auto, the faster one, which is "
+            "measured once on each GPU",
             [](auto& settings) -> auto& { return settings.traversal; }),
         {"max-depth", "N",
          "Bias: end paths after N bounces, or none, without limit; this darkens the picture. Default: {}",

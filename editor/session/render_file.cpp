@@ -8,6 +8,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/session/as_input.h"
+#include "editor/session/form_text.h"
 #include "editor/session/parse.h"
 #include "editor/session/render_file_names.h"
 #include "editor/session/render_flaws.h"
@@ -283,13 +284,15 @@ RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
     }
 }
 
-std::string FirstMismatch(const RenderFile& a, const RenderFile& b, bool isOfOneForm) {
+std::string FirstMismatch(const RenderFile& a, const RenderFile& b, bool mustBeTracedAlike) {
     const auto differ = [](const char* what, const std::string& inA, const std::string& inB) {
         return Text("{}: {} against {}", what, inA.empty() ? "none" : inA, inB.empty() ? "none" : inB);
     };
     SettingTexts settings = b.settings;
-    if (const std::string form(kFormSetting); !isOfOneForm && a.settings.contains(form))
-        settings[form] = a.settings.at(form);
+    if (!mustBeTracedAlike) {
+        settings[std::string(kFormSetting)] = FormText({});
+        settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);
+    }
     if (std::string difference = FirstDifference(a.settings, settings); !difference.empty())
         return difference;
     if (a.sceneFile != b.sceneFile) return differ("scene", a.sceneFile, b.sceneFile);

@@ -15,7 +15,7 @@
 #include "editor/session/render_flaws.h"
 #include "editor/session/session_checks.h"
 #include "editor/session/shared_render.h"
-#include "editor/session/traversal_choice.h"
+#include "editor/session/tracing_choice.h"
 
 namespace raygraph::session {
 
@@ -46,12 +46,39 @@ RenderFile Describe(const SceneInput& input, const PictureSettings& settings,
     return render;
 }
 
-// Files without one are from before there was another than the driver's.
-passes::Traversal TraversalOf(const SettingTexts& settings) {
-    const auto found = settings.find(kTraversalSetting);
-    if (found == settings.end()) return passes::Traversal::Driver;
-    const passes::Traversal traversal = SettingsFrom({{found->first, found->second}}).traversal;
-    return traversal == passes::Traversal::Own ? traversal : passes::Traversal::Driver;
+TracingChoice AskedBy(const PictureSettings& settings) {
+    return {settings.paths.form, settings.traversal};
+}
+
+// How the paths of a render were traced. Files that do not say are from before there was a choice.
+TracingChoice TracingOf(const RenderFile& render) {
+    const auto text = [&](std::string_view setting) {
+        const auto found = render.settings.find(std::string(setting));
+        return found != render.settings.end() ? found->second : std::string();
+    };
+    TracingChoice tracing;
+    if (const std::string form = text(kFormSetting); !form.empty()) tracing.form = ParseForm(form);
+    if (tracing.form.kind == passes::IntegratorForm::Auto)
+        tracing.form = {.kind = passes::IntegratorForm::Loop};
+    const bool isOwn = text(kTraversalSetting) == Name(passes::Traversal::Own);
+    tracing.traversal = isOwn ? passes::Traversal::Own : passes::Traversal::Driver;
+    return tracing;
+}
+
+// What the settings leave open is that of the render, if there is one.
+TracingChoice Wanted(const TracingChoice& asked, const ResumedRender* resumed) {
+    TracingChoice wanted = asked;
+    if (resumed == nullptr) return wanted;
+    const TracingChoice its = TracingOf(resumed->render);
+    if (wanted.form.kind == passes::IntegratorForm::Auto) wanted.form = its.form;
+    if (wanted.traversal == passes::Traversal::Auto) wanted.traversal = its.traversal;
+    return wanted;
+}
+
+PictureSettings WithTraversal(const SessionDesc& desc) {
+    PictureSettings settings = desc.settings;
+    settings.traversal = Wanted(AskedBy(settings), desc.resumed).traversal;
+    return settings;
 }
 
 // Before the AOVs that were not asked for are dropped.
@@ -77,9 +104,14 @@ struct Session::Impl {
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
-          shared{devices, RequireInput(desc), WithTraversal(desc, *devices.front()), desc.group} {
-        FixTraversal(desc, *devices.front());
-        FixForm(desc);
+          asked(AskedBy(desc.settings)),
+          shared(devices, RequireInput(desc), WithTraversal(desc), desc.group) {
+        FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.formMemory));
+        if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&
+            !tracing.whyNotOwn.empty())
+            Say(devices.front()->Log(), LogLevel::Warning, log_category::kScene,
+                "the driver's traversal is used in place of Raygraph's own: {}", tracing.whyNotOwn);
+        if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         Begin(desc.resumed);
     }
 
@@ -106,56 +138,25 @@ struct Session::Impl {
         RequireSameInput(desc.group);
         return input;
     }
-    // A render that is continued keeps its traversal. Processes take that of the root.
-    static PictureSettings WithTraversal(const SessionDesc& desc, rhi::Device& device) {
-        PictureSettings settings = desc.settings;
-        if (settings.view != View::PathTraced || settings.traversal != passes::Traversal::Auto)
-            return settings;
-        passes::Traversal traversal = passes::Traversal::Driver;
-        if (desc.group == nullptr || desc.group->IsRoot()) {
-            if (desc.resumed != nullptr)
-                traversal = TraversalOf(desc.resumed->render.settings);
-            else
-                traversal = ChooseTraversal(device, desc.formMemory);
-        }
-        if (desc.group != nullptr) desc.group->Broadcast(std::as_writable_bytes(std::span(&traversal, 1)));
-        settings.traversal = traversal;
-        return settings;
-    }
-    // Once the scene is on the devices: some scenes have no trees.
-    void FixTraversal(const SessionDesc& desc, const rhi::Device& device) {
+    // Fixes form and traversal before the first sample of a picture. A call that all processes make.
+    void FixTracing(const TracingChoice& wanted, const ChoiceMemory& memory) {
         if (plan.view != View::PathTraced) return;
-        const std::string why = shared.FixTraversal();
-        if (desc.settings.traversal == passes::Traversal::Own && !why.empty())
-            Say(device.Log(), LogLevel::Warning, log_category::kScene,
-                "the driver's traversal is used in place of Raygraph's own: {}", why);
-        described.settings[std::string(kTraversalSetting)] = Name(shared.Traversal());
-        if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
+        tracing = shared.FixTracing(wanted, memory);
+        described.settings[std::string(kFormSetting)] = FormText(tracing.choice.form);
+        described.settings[std::string(kTraversalSetting)] = Name(tracing.choice.traversal);
     }
-    void FixForm(const SessionDesc& desc) {
-        using Form = passes::IntegratorForm;
-        if (desc.settings.paths.form.kind != Form::Auto || plan.view != View::PathTraced) return;
-        std::optional<passes::FormSettings> known;
-        if (desc.resumed != nullptr) known = FormOf(*desc.resumed);
-        openForm = shared.FixForm(known, desc.formMemory);
-        described.settings[std::string(kFormSetting)] = FormText(*openForm);
+    // What another picture may have otherwise than this one.
+    void LeaveTracingOpen(RenderFile& next) const {
+        if (asked.form.kind == passes::IntegratorForm::Auto)
+            next.settings[std::string(kFormSetting)] = FormText({});
+        if (asked.traversal == passes::Traversal::Auto && tracing.whyNotOwn.empty())
+            next.settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);
     }
-    // Files without one are from before there were others.
-    static passes::FormSettings FormOf(const ResumedRender& resumed) {
-        const SettingTexts& settings = resumed.render.settings;
-        const auto found = settings.find(kFormSetting);
-        const passes::FormSettings form =
-            found != settings.end() ? ParseForm(found->second) : passes::FormSettings{};
-        return form.kind == passes::IntegratorForm::Auto
-                   ? passes::FormSettings{.kind = passes::IntegratorForm::Loop}
-                   : form;
-    }
-    // Another picture that is gone on with keeps its form, too. A call that all processes make.
-    void FixFormOf(const ResumedRender* resumed) {
-        if (!openForm) return;
-        const passes::FormSettings form =
-            shared.FixForm(resumed != nullptr ? FormOf(*resumed) : *openForm, {});
-        described.settings[std::string(kFormSetting)] = FormText(form);
+    // Of another picture: as its render had them, if it continues one, else as they are.
+    void FixTracingOf(const ResumedRender* resumed) {
+        TracingChoice wanted = tracing.choice;
+        if (resumed != nullptr) wanted = Wanted(asked, resumed);
+        FixTracing(wanted, ChoiceMemory({}));
     }
     void Begin(const ResumedRender* resumed) {
         FramePlan its = plan;
@@ -194,7 +195,8 @@ struct Session::Impl {
     bool isSingle, canEstimateError;
     RenderFile described;
     FramePlan plan;
-    std::optional<passes::FormSettings> openForm;  // what was chosen, where the settings left it open
+    TracingChoice asked;
+    SharedRender::FixedTracing tracing;
     SharedRender shared;
 };
 
@@ -288,7 +290,7 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
 
 void Session::StartPicture(const NextPicture& next) {
     RenderFile described = m_impl->described;
-    if (m_impl->openForm) described.settings[std::string(kFormSetting)] = FormText({});  // any
+    m_impl->LeaveTracingOpen(described);
     if (next.at) {
         if (!m_impl->input.isAnimated) Refuse("a picture at another time, of a scene without one");
         PictureSettings checked;
@@ -310,7 +312,7 @@ void Session::StartPicture(const NextPicture& next) {
     m_impl->described = std::move(described);
     if (next.camera) m_impl->shared.SetCamera(*next.camera);
     if (next.at) m_impl->shared.SetTime(*next.at);
-    m_impl->FixFormOf(next.resumed);
+    m_impl->FixTracingOf(next.resumed);
     m_impl->Begin(next.resumed);
 }
 

@@ -10,7 +10,6 @@
 #include "base/check.h"
 #include "base/stopwatch.h"
 #include "editor/session/error_goal.h"
-#include "editor/session/form_choice.h"
 #include "editor/session/render_sums.h"
 #include "renderer/gpu_scene/texture_upload.h"
 
@@ -67,34 +66,24 @@ void DealLocally(BlockDealer& dealer, BlockQueue& queue, const ProcessGroup::Tic
 
 SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& input,
                            const PictureSettings& settings, ProcessGroup* group)
-    : m_group(group),
-      m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))),
-      m_traversal(settings.traversal) {
+    : m_group(group), m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))) {
     m_deviceCount = static_cast<uint32_t>(m_devices.size());
     if (m_group != nullptr) m_deviceCount = static_cast<uint32_t>(m_group->Sum(m_deviceCount));
 }
 
-std::string SharedRender::FixTraversal() {
-    std::string why;
-    bool isOwn = m_traversal == passes::Traversal::Own;
-    if (isOwn)
-        for (const auto& device : m_devices)
-            if (why.empty()) why = device->Scene().WhyNoOwnTraversal();
-    if (isOwn && m_group != nullptr && m_group->Least(why.empty() ? 1 : 0) == 0 && why.empty())
-        why = "a device of another process has none";
-    isOwn &= why.empty();
-    m_traversal = isOwn ? passes::Traversal::Own : passes::Traversal::Driver;
-    for (const auto& device : m_devices) device->Scene().SetTraversal(m_traversal);
-    return why;
-}
-
-passes::FormSettings SharedRender::FixForm(const std::optional<passes::FormSettings>& known,
-                                           const std::filesystem::path& memory) {
-    passes::FormSettings form;
-    if (IsRoot()) form = known ? *known : ChooseForm(First().Scene(), FormMemory(memory));
-    if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&form, 1)));
-    for (const auto& device : m_devices) device->Scene().SetForm(form);
-    return form;
+SharedRender::FixedTracing SharedRender::FixTracing(TracingChoice wanted, const ChoiceMemory& memory) {
+    FixedTracing fixed;
+    for (const auto& device : m_devices)
+        if (fixed.whyNotOwn.empty()) fixed.whyNotOwn = device->Scene().WhyNoOwnTraversal();
+    const bool isOwnPossible = fixed.whyNotOwn.empty();
+    if (m_group != nullptr && m_group->Least(isOwnPossible ? 1 : 0) == 0 && isOwnPossible)
+        fixed.whyNotOwn = "another process cannot";
+    if (!fixed.whyNotOwn.empty()) wanted.traversal = passes::Traversal::Driver;
+    if (IsRoot()) fixed.choice = ChooseTracing(First().Scene(), wanted, memory);
+    if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&fixed.choice, 1)));
+    for (const auto& device : m_devices)
+        device->Scene().SetTracing(fixed.choice.form, fixed.choice.traversal);
+    return fixed;
 }
 
 std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {

@@ -2,15 +2,16 @@
 // editor/session/ alone.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "editor/session/device_render.h"
 #include "editor/session/process_group.h"
+#include "editor/session/tracing_choice.h"
 
 namespace raygraph::session {
 
@@ -23,15 +24,13 @@ class SharedRender {
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  ProcessGroup* group);
 
-    // Before the first picture: own traversal on all devices or on none, where the settings ask for it. Why on
-    // none; empty: on all, or nobody asked.
-    std::string FixTraversal();
-    // Own or Driver, after that.
-    passes::Traversal Traversal() const { return m_traversal; }
-    // Likewise: fixes the form of the integrator, the same for all devices: the root's `known` one, or the
-    // fastest (ChooseForm). Returns it.
-    passes::FormSettings FixForm(const std::optional<passes::FormSettings>& known,
-                                 const std::filesystem::path& memory);
+    struct FixedTracing {
+        TracingChoice choice;
+        std::string whyNotOwn;  // traversal; empty: it is possible
+    };
+    // Before a picture: form of the integrator and traversal, the same for all devices: what the root wants,
+    // and the fastest of what it leaves open (ChooseTracing).
+    FixedTracing FixTracing(TracingChoice wanted, const ChoiceMemory& memory);
     // Begins a picture. Of a render that is continued the root alone has it. Returns what it measured last.
     std::optional<MeasuredError> Begin(const FramePlan& plan);
     // The scene as another picture has it.
@@ -78,7 +77,6 @@ class SharedRender {
 
     ProcessGroup* m_group;
     std::vector<std::unique_ptr<DeviceRender>> m_devices;
-    passes::Traversal m_traversal;
     uint32_t m_deviceCount = 0;  // of all processes
     uint32_t m_firstSample = 0;
     uint32_t m_sampleCount = 0;

@@ -1,6 +1,6 @@
-// Trace as a loop, in ray generation or, where OWN_TRAVERSAL is defined, in a compute shader: one sample of
-// every pixel of a region of the picture. Includers may define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS. Images
-// have the region's size; `texel` is a position in them, `pixel` one in the picture.
+// Trace as a loop, in ray generation or, where OWN_TRAVERSAL is defined, in a compute shader: one sample
+// of every pixel of a region of the picture. Includers may define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS.
+// Images have the region's size; `texel` is a position in them, `pixel` one in the picture.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
 // differ in length, and invocations that run in lockstep would wait for the longest. There are at most as

@@ -13,7 +13,7 @@ layout(set = 0, binding = 0) uniform accelerationStructureEXT sceneTlas;
 layout(set = 0, binding = 4) uniform sampler2D environmentMap;
 layout(set = 0, binding = 5, scalar) uniform Parameters { TraceParameters value; } parameters;
 // Tables, read by their addresses: Mesa's driver for CPUs branches for each lane of a load from a bound
-// buffer, which made most of the code that it compiles.
+// buffer, which made most of the code that it compiles. TABLE declares the type of one.
 #define TABLE(alignment, Name, Record)                                   \
     layout(buffer_reference, scalar, buffer_reference_align = alignment) \
         readonly buffer Name { Record at[]; };

@@ -24,7 +24,8 @@ bool IsMetTwice(Hit hit, float lastDistance) {
 // False: the ray goes on. `isBack`: it hits the back face.
 bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
     if (!IsThere(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
-    // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures needlessly.
+    // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures
+    // needlessly.
     GeometryRecord geometry = geometries.at[GeometryIndex(instances.at[hit.instance], hit.primitive)];
     if (materials.at[geometry.material].transmission == 0.0f) return true;
     Ray ray;

@@ -28,14 +28,20 @@ TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
                    MakeRender(0, 64));
 }
 
-// Nodes of a cluster may find another form the fastest.
-TEST(Merge, PartsOfAnyFormOfTheIntegratorGoTogether) {
+// Nodes of a cluster may find another form and another traversal the fastest.
+TEST(Merge, PartsOfAnyFormAndTraversalGoTogether) {
     RenderFile a = MakeRender(0, 2), b = MakeRender(2, 3);
     a.settings[std::string(kFormSetting)] = "wavefront:4";
     b.settings[std::string(kFormSetting)] = "loop";
+    a.settings[std::string(kTraversalSetting)] = "own";
+    b.settings[std::string(kTraversalSetting)] = "driver";
     const RenderFile merged = Merge({{"a", a}, {"b", b}});
     EXPECT_EQ(merged.sums.radiance, MakeRender(0, 5).sums.radiance);
     EXPECT_EQ(merged.settings.at(std::string(kFormSetting)), "wavefront:4");
+    EXPECT_EQ(merged.settings.at(std::string(kTraversalSetting)), "own");
+    // As files are from before there was a choice
+    a.settings.erase(std::string(kTraversalSetting));
+    EXPECT_EQ(Merge({{"b", b}, {"a", a}}).sums.radiance, MakeRender(0, 5).sums.radiance);
 }
 
 TEST(Merge, APartThatIsRefusedLeavesTheOthers) {

@@ -1,5 +1,5 @@
-// Which form of the integrator a session takes where it may choose, and what is remembered of it.
-#include "editor/session/form_choice.h"
+// Which form of the integrator and which traversal a session takes where it may choose, and what is remembered.
+#include "editor/session/tracing_choice.h"
 
 #include <fstream>
 #include <sstream>
@@ -24,12 +24,11 @@ std::string TextOf(const std::filesystem::path& file) {
     return text.str();
 }
 
-std::string Found(const FormMemory& memory, std::string_view key) {
-    const auto form = memory.Find(key);
-    return form ? FormText(*form) : "none";
+std::string Found(const ChoiceMemory& memory, std::string_view key) {
+    return memory.Find(key).value_or("none");
 }
 
-class FormChoiceTest : public testing::VulkanTest {
+class TracingChoiceTest : public testing::VulkanTest {
   protected:
     static SceneInput Cornell() { return LoadInput(test::SceneFile("cornell.gltf")); }
     static PictureSettings Small(const char* form = "auto") {
@@ -49,67 +48,95 @@ class FormChoiceTest : public testing::VulkanTest {
 
 }  // namespace
 
-TEST_F(FormChoiceTest, TheMemoryKeepsTheLastChoiceOfEachKey) {
+TEST_F(TracingChoiceTest, TheMemoryKeepsTheLastChoiceOfEachKey) {
     const std::filesystem::path file = folder.Path() / "new" / "forms.txt";
-    const FormMemory memory(file);
+    const ChoiceMemory memory(file);
     EXPECT_EQ(Found(memory, "a"), "none");
-    memory.Remember("a", ParseForm("wavefront:4"));
-    memory.Remember("b", ParseForm("loop"));
-    memory.Remember("a", ParseForm("wavefront:8"));
-    EXPECT_EQ(Found(memory, "a"), "wavefront:8");
-    EXPECT_EQ(Found(FormMemory(file), "b"), "loop");
-    EXPECT_EQ(TextOf(file), "b\tloop\na\twavefront:8\n");
+    memory.Remember("a", "own wavefront:4");
+    memory.Remember("b", "driver loop");
+    memory.Remember("a", "own wavefront:8");
+    EXPECT_EQ(Found(memory, "a"), "own wavefront:8");
+    EXPECT_EQ(Found(ChoiceMemory(file), "b"), "driver loop");
+    EXPECT_EQ(TextOf(file), "b\tdriver loop\na\town wavefront:8\n");
 }
 
-TEST_F(FormChoiceTest, LinesThatAreNoChoiceAreNone) {
+TEST_F(TracingChoiceTest, LinesWithoutAKeyAndATextAreNone) {
     const std::filesystem::path file = folder.Path() / "forms.txt";
-    std::ofstream(file) << "a\nb\tspiral\nc\twavefront:0\n\td\tloop\n\ne\tloop\n";
-    const FormMemory memory(file);
-    for (const char* key : {"a", "b", "c", "d", ""}) EXPECT_EQ(Found(memory, key), "none") << key;
-    EXPECT_EQ(Found(memory, "e"), "loop");
+    std::ofstream(file) << "a\n\td\tx\n\ne\ty\n";
+    const ChoiceMemory memory(file);
+    for (const char* key : {"a", "d"}) EXPECT_EQ(Found(memory, key), "none") << key;
+    EXPECT_EQ(Found(memory, "e"), "y");
 }
 
-TEST_F(FormChoiceTest, WithoutAPlaceNothingIsRemembered) {
+TEST_F(TracingChoiceTest, WithoutAPlaceNothingIsRemembered) {
     std::ofstream(folder.Path() / "file") << "x";
     for (const std::filesystem::path& file :
          {std::filesystem::path(), folder.Path() / "file" / "forms.txt"}) {
-        const FormMemory memory(file);
-        memory.Remember("a", ParseForm("loop"));
+        const ChoiceMemory memory(file);
+        memory.Remember("a", "x");
         EXPECT_EQ(Found(memory, "a"), "none");
     }
 }
 
-TEST_F(FormChoiceTest, EveryFormIsMeasured) {
+TEST_F(TracingChoiceTest, TextsAreReadAsTheyAreWritten) {
+    for (const char* text : {"own wavefront:8", "driver loop", "auto auto"})
+        EXPECT_EQ(TracingText(ParseTracing(text)), text);
+    for (const char* text : {"", "own", "loop", "own spiral", "own wavefront:0", "own  loop"})
+        EXPECT_THROW(std::ignore = ParseTracing(text), Error) << text;
+}
+
+TEST_F(TracingChoiceTest, EveryChoiceIsMeasured) {
     SceneInput input = Cornell();
     DeviceScene scene(Device(), input, Small());
-    const std::array forms{ParseForm("loop"), ParseForm("wavefront:2")};
-    const std::vector<FormTime> times = MeasureForms(scene, forms);
-    ASSERT_EQ(times.size(), forms.size());
-    for (size_t i = 0; i < forms.size(); ++i) {
-        EXPECT_EQ(times[i].form, forms[i]);
+    const std::array choices{ParseTracing("driver loop"), ParseTracing("own wavefront:2")};
+    const std::vector<TracingTime> times = MeasureTracing(scene, choices);
+    ASSERT_EQ(times.size(), choices.size());
+    for (size_t i = 0; i < choices.size(); ++i) {
+        EXPECT_EQ(times[i].choice, choices[i]);
         EXPECT_GT(times[i].msPerSample, 0.0);
     }
 }
 
-TEST_F(FormChoiceTest, AChoiceIsMeasuredOnceAndNotAtAllOnACpu) {
+TEST_F(TracingChoiceTest, AChoiceIsMeasuredOnceAndNotAtAllOnACpu) {
     const std::filesystem::path file = folder.Path() / "forms.txt";
     SceneInput input = Cornell();
     DeviceScene scene(Device(), input, Small());
-    const passes::FormSettings form = ChooseForm(scene, FormMemory(file));
+    const TracingChoice chosen = ChooseTracing(scene, {}, ChoiceMemory(file));
     if (Device().Info().type == rhi::DeviceType::Cpu) {
-        EXPECT_EQ(form.kind, IntegratorForm::Loop);
+        EXPECT_EQ(TracingText(chosen), "own loop");
         EXPECT_FALSE(std::filesystem::exists(file));
         return;
     }
     const std::string text = TextOf(file);
-    ASSERT_NE(text.find('\t'), std::string::npos) << text;
-    EXPECT_EQ(text.substr(text.find('\t') + 1), FormText(form) + "\n");
-    // What is written there is believed
-    std::ofstream(file) << text.substr(0, text.find('\t')) << "\twavefront:63\n";
-    EXPECT_EQ(FormText(ChooseForm(scene, FormMemory(file))), "wavefront:63");
+    const size_t tab = text.find('\t');
+    ASSERT_NE(tab, std::string::npos) << text;
+    EXPECT_EQ(text.substr(tab + 1), TracingText(chosen) + "\n");
+    // What is written there is believed, if it is a choice
+    std::ofstream(file) << text.substr(0, tab) << "\tdriver wavefront:63\n";
+    EXPECT_EQ(TracingText(ChooseTracing(scene, {}, ChoiceMemory(file))), "driver wavefront:63");
+    std::ofstream(file) << text.substr(0, tab) << "\tauto loop\n";
+    EXPECT_NE(ChooseTracing(scene, {}, ChoiceMemory(file)).traversal, passes::Traversal::Auto);
 }
 
-TEST_F(FormChoiceTest, ARenderRecordsItsFormAndKeepsItWhenItGoesOn) {
+TEST_F(TracingChoiceTest, WhatIsWantedStays) {
+    SceneInput input = Cornell();
+    DeviceScene scene(Device(), input, Small());
+    const TracingChoice own = ChooseTracing(scene, ParseTracing("own wavefront:3"), ChoiceMemory({}));
+    EXPECT_EQ(TracingText(own), "own wavefront:3");
+    if (Device().Info().type == rhi::DeviceType::Cpu) {
+        EXPECT_EQ(TracingText(ChooseTracing(scene, ParseTracing("driver auto"), ChoiceMemory({}))),
+                  "driver loop");
+        EXPECT_EQ(TracingText(ChooseTracing(scene, ParseTracing("auto wavefront:2"), ChoiceMemory({}))),
+                  "own wavefront:2");
+    }
+    PictureSettings settings = Small();
+    settings.traversal = passes::Traversal::Driver;
+    SceneInput again = Cornell();
+    DeviceScene without(Device(), again, settings);
+    EXPECT_EQ(TracingText(ChooseTracing(without, ParseTracing("own loop"), ChoiceMemory({}))), "driver loop");
+}
+
+TEST_F(TracingChoiceTest, ARenderRecordsItsFormAndKeepsItWhenItGoesOn) {
     const RenderFile chosen = Render({.settings = Small()}, 2);
     EXPECT_NE(FormOf(chosen), "auto");
 
@@ -130,7 +157,7 @@ TEST_F(FormChoiceTest, ARenderRecordsItsFormAndKeepsItWhenItGoesOn) {
 }
 
 // As of an animation that was stopped in one of its frames, on another device.
-TEST_F(FormChoiceTest, EachPictureOfASeriesKeepsItsForm) {
+TEST_F(TracingChoiceTest, EachPictureOfASeriesKeepsItsForm) {
     const ResumedRender second{.path = "second.exr", .render = Render({.settings = Small("wavefront:2")}, 2)};
     Session session(Device(), Cornell(), {.settings = Small()});
     session.Run({.samples = 1});
