@@ -40,7 +40,8 @@ class DeviceScene {
     void RequireCamera(const std::string& camera) const;
     // From the next frame on. Own traversal needs the trees that WhyNoOwnTraversal tells of.
     void SetTracing(const passes::FormSettings& form, passes::Traversal traversal);
-    // Why there are no trees for own traversal; empty: there are. None with PictureSettings::traversal Driver.
+    // Why there are no trees for own traversal; empty: there are. None with PictureSettings::traversal
+    // Driver.
     const std::string& WhyNoOwnTraversal() const { return m_scene.Statistics().whyNoWideTrees; }
 
   private:

@@ -1,5 +1,5 @@
-// Which form of the integrator and which traversal are the fastest for a scene on a device: measured once, and
-// remembered. For editor/session/ and editor/cli/ alone.
+// Which form of the integrator and which traversal are the fastest for a scene on a device: measured once,
+// and remembered. For editor/session/ and editor/cli/ alone.
 #pragma once
 
 #include <span>

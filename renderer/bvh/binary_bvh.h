@@ -26,8 +26,8 @@ struct BinaryBvh {
     double SahCost() const;
 };
 
-// By bins of centers of boxes; `isBalanced`: into halves along the longest axis of their centers, so that no leaf
-// is deeper than others, and at more cost to rays.
+// By bins of centers of boxes; `isBalanced`: into halves along the longest axis of their centers, so that no
+// leaf is deeper than others, and at more cost to rays.
 BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, bool isBalanced = false);
 
 }  // namespace raygraph

@@ -58,8 +58,8 @@ RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> pla
 // Of nodes, children and primitives included, that are moved to other places in their tables.
 RAYGRAPH_API void MoveNodes(std::span<gpu::WideNode> nodes, uint32_t firstNode, uint32_t firstPrimitive);
 
-// As many levels as there is room for while a ray is traversed: a level leaves one group behind, and going into
-// a mesh another one.
+// As many levels as there is room for while a ray is traversed: a level leaves one group behind, and going
+// into a mesh another one.
 inline constexpr uint32_t kMaxMeshDepth = 18;
 inline constexpr uint32_t kMaxInstanceDepth = gpu::kWideStackSize - 1 - kMaxMeshDepth;
 

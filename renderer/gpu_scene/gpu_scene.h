@@ -58,8 +58,8 @@ struct DrawRange {
 // The scene of one frame, for passes.
 struct SceneIds {
     TlasId tlas;  // "sceneTlas"
-    // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there are
-    // none: see GpuSceneDesc::hasWideTrees.
+    // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there
+    // are none: see GpuSceneDesc::hasWideTrees.
     BufferId wideNodes, wideTriangles, wideInstances;
     BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
     // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
@@ -202,10 +202,10 @@ struct GpuSceneDesc {
     // is larger takes several frames.
     uint64_t streamBudget = 8ull << 20;
     // Keeps trees of triangles of its own beside the device's acceleration structures, for
-    // passes::Traversal::Own. They take as much memory on the host as on the device. In frames after instances
-    // have moved, come or gone, the host builds the tree over all instances again. There are none while the
-    // scene places round primitives, meshes that deform, meshes of a PreparedScene without trees or of the
-    // host, or more than a shader can bind: then Trace takes the driver's.
+    // passes::Traversal::Own. They take as much memory on the host as on the device. In frames after
+    // instances have moved, come or gone, the host builds the tree over all instances again. There are none
+    // while the scene places round primitives, meshes that deform, meshes of a PreparedScene without trees or
+    // of the host, or more than a shader can bind: then Trace takes the driver's.
     bool hasWideTrees = false;
     TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     LightRule lightRule = LightRule::Decay;
