@@ -107,6 +107,7 @@ struct Session::Impl {
           asked(AskedBy(desc.settings)),
           shared(devices, RequireInput(desc), WithTraversal(desc), desc.group) {
         FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.formMemory));
+        chosen = tracing.choice;
         if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&
             !tracing.whyNotOwn.empty())
             Say(devices.front()->Log(), LogLevel::Warning, log_category::kScene,
@@ -152,11 +153,9 @@ struct Session::Impl {
         if (asked.traversal == passes::Traversal::Auto && tracing.whyNotOwn.empty())
             next.settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);
     }
-    // Of another picture: as its render had them, if it continues one, else as they are.
+    // Of another picture: as its render had them, if it continues one, else as of the first picture.
     void FixTracingOf(const ResumedRender* resumed) {
-        TracingChoice wanted = tracing.choice;
-        if (resumed != nullptr) wanted = Wanted(asked, resumed);
-        FixTracing(wanted, ChoiceMemory({}));
+        FixTracing(resumed != nullptr ? Wanted(asked, resumed) : chosen, ChoiceMemory({}));
     }
     void Begin(const ResumedRender* resumed) {
         FramePlan its = plan;
@@ -195,7 +194,7 @@ struct Session::Impl {
     bool isSingle, canEstimateError;
     RenderFile described;
     FramePlan plan;
-    TracingChoice asked;
+    TracingChoice asked, chosen;  // by the settings; of the first picture
     SharedRender::FixedTracing tracing;
     SharedRender shared;
 };

@@ -118,6 +118,8 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     if (desc.hasWideTrees) {
         newTrees = std::make_unique<WideSet>(device);
         newTrees->Follow(*newResources, *newInstances);
+        Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
+            newTrees->WhyNone().empty() ? BytesText(newTrees->Bytes()) : newTrees->WhyNone());
     }
     deform = std::move(newDeform);
     lights = std::move(newLights);
