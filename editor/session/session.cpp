@@ -28,6 +28,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .firstSample = desc.firstSample,
             .lightGroupCount = static_cast<uint32_t>(LightGroupNames(desc.settings.lightGroups).size()),
             .withVariance = desc.withVariance,
+            .isAdaptive = desc.settings.isAdaptive,
             .withSums = desc.withSums,
             .samplesAtOnce = desc.samplesAtOnce,
             .raster = desc.settings.raster,
@@ -67,7 +68,7 @@ struct Session::Impl {
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
-          shared(devices, RequireInput(desc), desc.settings, desc.group) {
+          shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.group) {
         FixForm(desc);
         Begin(desc.resumed);
     }
@@ -88,8 +89,9 @@ struct Session::Impl {
     }
 
     // The input, if the session is possible with it.
-    SceneInput& RequireInput(const SessionDesc& desc) {
+    SceneInput& RequireInput(const SessionDesc& desc, size_t deviceCount) {
         RequirePossible(desc);
+        RequireAdaptive(desc, deviceCount);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
         return input;
@@ -288,8 +290,10 @@ SessionResult Session::Result() const {
     if (!m_impl->shared.HasPicture()) Refuse("there is no result before a run");
     SessionResult result{.render = m_impl->shared.Picture(m_impl->described)};
     RenderFile& render = result.render;
-    result.statistics = Measure(render.radiance, render.variance,
-                                static_cast<uint32_t>(session::SampleCount(render.samples)));
+    result.statistics = render.adaptive
+                            ? Measure(render.radiance, render.variance, render.adaptive->counts)
+                            : Measure(render.radiance, render.variance,
+                                      static_cast<uint32_t>(session::SampleCount(render.samples)));
     result.removed = RemovedOf(render);
     KeepOnly(render, m_impl->aovs);
     if (!m_impl->plan.withSums) render.sums = {};  // several devices need them
