@@ -74,6 +74,12 @@ class AccumulationStep {
                             progress.cursor.Y());
         if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount += sampleCount;
     }
+    // Whether these are the first.
+    bool TakeListed(uint32_t sampleCount) {
+        m_sampleCount = m_after.progress.sampleCount;
+        m_after.progress.sampleCount += sampleCount;
+        return m_sampleCount == 0;
+    }
     void TakeSamples(uint32_t sampleCount) { m_after.progress = {.sampleCount = sampleCount, .cursor = {}}; }
 
     // The passes that come after this one in the frame go on from here.
@@ -122,6 +128,19 @@ std::string NameOf(const Accumulation& accumulation, const char* what) {
     return accumulation.Name() + "." + what;
 }
 
+// Squares where there are any.
+void ReadSums(PassBuilder& pass, const AccumulatedIds& ids) {
+    for (size_t k = 0; k < ExactSums::kPlanes; ++k) pass.Reads(kSumNames[k], ids.sums[k]);
+    for (size_t k = 0; k < ExactSums::kPlanes && ids.squares[0].IsValid(); ++k)
+        pass.Reads(kSquareNames[k], ids.squares[k]);
+}
+
+void UpdateSums(PassBuilder& pass, AccumulatedIds& ids) {
+    for (size_t k = 0; k < ExactSums::kPlanes; ++k) ids.sums[k] = pass.Updates(kSumNames[k], ids.sums[k]);
+    for (size_t k = 0; k < ExactSums::kPlanes && ids.squares[0].IsValid(); ++k)
+        ids.squares[k] = pass.Updates(kSquareNames[k], ids.squares[k]);
+}
+
 void DeclareSums(Renderer& renderer, TextureId tile, const SampleRows& rows, const Region& region,
                  const AccumulationStep& step, AccumulatedIds& ids) {
     const bool withVariance = ids.squares[0].IsValid();
@@ -138,10 +157,7 @@ void DeclareSums(Renderer& renderer, TextureId tile, const SampleRows& rows, con
             pass.Reads("newSamples", tile);
             pass.Constants(
                 Constants{{region.x, region.y}, step.SampleCount() == 0 ? 1u : 0u, rows.count, rows.height});
-            for (size_t k = 0; k < ExactSums::kPlanes; ++k)
-                ids.sums[k] = pass.Updates(kSumNames[k], ids.sums[k]);
-            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; ++k)
-                ids.squares[k] = pass.Updates(kSquareNames[k], ids.squares[k]);
+            UpdateSums(pass, ids);
         },
         [step, extent = region.Extent()](CommandList& commands) {
             commands.DispatchOver(extent);
@@ -163,9 +179,7 @@ void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount,
         "ResolveSums", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/resolve_sums_variance.comp" : "post/resolve_sums.comp");
-            for (size_t k = 0; k < ExactSums::kPlanes; ++k) pass.Reads(kSumNames[k], ids.sums[k]);
-            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; ++k)
-                pass.Reads(kSquareNames[k], ids.squares[k]);
+            ReadSums(pass, ids);
             pass.Constants(Constants{{region.x, region.y},
                                      {region.width, region.height},
                                      gpu::DivisorOf(std::max(sampleCount, 1u)),
@@ -201,6 +215,27 @@ AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Ext
                        bool withVariance) {
     AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
     DeclareMean(renderer, WholeOf(extent), accumulation.SampleCount(), ids, false);
+    return ids;
+}
+
+AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, TextureId counts,
+                       Extent2D extent, bool withVariance) {
+    AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
+    struct Constants {
+        uint32_t offset[2];
+        uint32_t extent[2];
+    };
+    renderer.AddPass(
+        "ResolveSums", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute(withVariance ? "post/resolve_counts_variance.comp" : "post/resolve_counts.comp");
+            ReadSums(pass, ids);
+            pass.Reads("counts", counts);
+            pass.Constants(Constants{{0, 0}, {extent.width, extent.height}});
+            ids.mean = pass.Writes("mean", ids.mean);
+            if (withVariance) ids.variance = pass.Writes("variance", ids.variance);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
     return ids;
 }
 
@@ -278,6 +313,80 @@ AccumulatedIds Accumulate(Renderer& renderer, TextureId samples, const SampleRow
 AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
                           bool withVariance) {
     return Accumulate(renderer, sample, SampleRows{}, accumulation, withVariance);
+}
+
+AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples, uint32_t count,
+                                const ListedPixels& pixels, Extent2D picture, Accumulation& accumulation,
+                                bool withVariance) {
+    Extent2D texels = renderer.Desc(samples).extent;
+    texels.height /= count;
+    const Extent2D tiles{texels.width / pixels.extent.width, texels.height / pixels.extent.height};
+    const Extent2D whole{tiles.width * picture.width, tiles.height * picture.height};
+    const bool isAll = pixels.count == uint64_t{picture.width} * picture.height;
+    AccumulatedIds ids = Kept(renderer, accumulation, whole, withVariance);
+    AccumulationStep step(renderer, accumulation, whole, withVariance);
+    step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]));
+    const bool isFirst = step.TakeListed(isAll ? count : 0);
+    if (isFirst && !isAll)
+        throw MakeError(ErrorKind::Usage,
+                        "accumulation \"{}\": its first samples are of {} pixels, not of all",
+                        accumulation.Name(), pixels.count);
+    struct Constants {
+        uint32_t offset[2];
+        uint32_t isFirst, sampleCount, sampleRows, listWidth, listCount, padding;
+        uint32_t pictureSize[2];
+        uint32_t list[2];
+    };
+    renderer.AddPass(
+        "Accumulate", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute(withVariance ? "post/accumulate_listed_variance.comp"
+                                      : "post/accumulate_listed.comp");
+            pass.Reads("newSamples", samples);
+            pass.ReadsByAddress(pixels.list);
+            pass.Constants(Constants{{0, 0},
+                                     isFirst ? 1u : 0u,
+                                     count,
+                                     pixels.extent.height,
+                                     pixels.extent.width,
+                                     pixels.count,
+                                     0,
+                                     {picture.width, picture.height},
+                                     {pixels.AddressLow(), pixels.AddressHigh()}});
+            UpdateSums(pass, ids);
+        },
+        [step, texels](CommandList& commands) {
+            commands.DispatchOver(texels);
+            step.Commit(commands);
+        });
+    step.Declare();
+    return ids;
+}
+
+NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation, const ListedPixels& pixels,
+                     uint32_t sampleIndex, uint32_t sampleCount, NotedIds noted) {
+    const AccumulatedIds ids = Kept(renderer, accumulation, renderer.Desc(noted.variance).extent, true);
+    struct Constants {
+        uint32_t list[2];
+        uint32_t listCount, sampleIndex, sampleCount;
+    };
+    renderer.AddPass(
+        "NoteSamples", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/note_samples.comp");
+            pass.ReadsByAddress(pixels.list);
+            ReadSums(pass, ids);
+            pass.Constants(Constants{
+                {pixels.AddressLow(), pixels.AddressHigh()}, pixels.count, sampleIndex, sampleCount});
+            noted.variance = pass.Updates("variance", noted.variance);
+            noted.mean = pass.Updates("mean", noted.mean);
+            pass.KeepAlive();  // they are read in a later frame
+        },
+        // As large a dispatch as all devices have
+        [count = pixels.count](CommandList& commands) {
+            commands.Dispatch(std::min((count + 63u) / 64u, 65535u));
+        });
+    return noted;
 }
 
 namespace {

@@ -10,6 +10,7 @@
 
 #include "base/api.h"
 #include "passes/exact_sums.h"
+#include "passes/pixel_list.h"
 #include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 
@@ -103,6 +104,24 @@ struct AccumulatedIds {
                                                      const SampleRows& rows, Accumulation& accumulation,
                                                      bool withVariance = false);
 
+// Where not all pixels have as many samples: adds those of the pixels of a list, `count` of each below each
+// other, to a picture of that size; both in tiles, as TraceIds::lightGroups, if the texture is larger than
+// the list's. The first ones are of all pixels. The accumulation counts those alone; Resolve is told how many
+// samples there are. Has no mean.
+[[nodiscard]] RAYGRAPH_API AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples,
+                                                           uint32_t count, const ListedPixels& pixels,
+                                                           Extent2D picture, Accumulation& accumulation,
+                                                           bool withVariance = false);
+// Two r32f textures of the picture's extent, for NoteSamples.
+struct NotedIds {
+    TextureId variance, mean;
+};
+// Of the listed pixels that have `sampleCount` samples, and sampleIndex is the next: writes the variance of
+// one sample and the mean, each the sum of R, G and B.
+[[nodiscard]] RAYGRAPH_API NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation,
+                                                const ListedPixels& pixels, uint32_t sampleIndex,
+                                                uint32_t sampleCount, NotedIds noted);
+
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are
 // those of the sample in one piece. Several may come in one frame. Pixels without a sample are undefined, and
@@ -118,6 +137,11 @@ struct AccumulatedIds {
 // The stored state without a new sample, with mean and variance of all samples in it. At least one.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance);
+
+// The same where pixels have different numbers of samples: `counts` (r32ui, at least 1) are those of each,
+// and of each tile of the picture if it has several.
+[[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
+                                                  TextureId counts, Extent2D extent, bool withVariance);
 
 // The sums of `accumulated`, with squares where it has a variance, on their way to the host.
 class RAYGRAPH_API SumsReadback {

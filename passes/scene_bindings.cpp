@@ -103,6 +103,10 @@ Region RegionOf(const TraceSettings& settings) {
     return region;
 }
 
+Extent2D TracedExtent(const TraceSettings& settings) {
+    return settings.pixels.IsGiven() ? settings.pixels.extent : RegionOf(settings).Extent();
+}
+
 void RequireWhole(const TraceSettings& settings, const char* pass) {
     if (!(RegionOf(settings) == WholeOf(settings.extent)))
         throw MakeError(ErrorKind::Usage, "{}: a part of a picture; it draws whole ones", pass);
@@ -117,7 +121,7 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .regionOffset = {settings.region.x, settings.region.y},
         .seed = settings.seed,
         .sampleIndex = settings.sampleIndex,
-        .sampleRows = RegionOf(settings).height,
+        .sampleRows = TracedExtent(settings).height,
         .maxDepth = settings.biases.maxDepth,
         .rouletteStart = settings.roulette.start,
         .survival = settings.roulette.survival,
@@ -126,6 +130,9 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .regularize = settings.biases.regularize,
         .textureLod = settings.biases.textureLod,
         .sceneOrigin = scene.origin,
+        .pixelList = {settings.pixels.AddressLow(), settings.pixels.AddressHigh()},
+        .pixelListWidth = settings.pixels.extent.width,
+        .pixelListCount = settings.pixels.count,
     };
 }
 
@@ -210,6 +217,7 @@ uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings) {
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
     if (settings.isEnvironmentHidden) features |= kTraceHiddenEnvironment;
     if (settings.biases.textureLod > -kInfinity) features |= LevelFeature(scene);
+    if (settings.pixels.IsGiven()) features |= kTracePixelList;
     return features;
 }
 
@@ -217,6 +225,7 @@ void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettin
     SpecializeModels(pass, settings, TraceFeatures(scene, settings));
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));
+    if (settings.pixels.IsGiven()) pass.ReadsByAddress(settings.pixels.list);
 }
 
 }  // namespace raygraph::passes

@@ -10,6 +10,8 @@ namespace raygraph::passes {
 
 // The requested part of the picture. Error{Usage} if it is not within settings.extent.
 RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
+// Of the texels that a sample takes in the outputs of Trace.
+RAYGRAPH_API Extent2D TracedExtent(const TraceSettings& settings);
 // Error{Usage} naming the pass for a part of the picture.
 RAYGRAPH_API void RequireWhole(const TraceSettings& settings, const char* pass);
 

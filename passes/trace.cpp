@@ -77,7 +77,10 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     if (settings.sampleCount == 0 || (settings.sampleCount > 1 && settings.roulette.kind == Roulette::Frame))
         throw MakeError(ErrorKind::Usage, "Trace: sampleCount is {}, must be {}", settings.sampleCount,
                         settings.sampleCount == 0 ? "at least 1" : "1 with Roulette::Frame");
-    Extent2D traced = RegionOf(settings).Extent();
+    if (settings.pixels.IsGiven() && settings.roulette.kind == Roulette::Frame)
+        throw Error(ErrorKind::Usage,
+                    "Trace: pixels have samples of their own, and Roulette::Frame one length of all paths");
+    Extent2D traced = TracedExtent(settings);
     traced.height *= settings.sampleCount;
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
     if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});

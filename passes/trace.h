@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "base/api.h"
+#include "passes/pixel_list.h"
 #include "passes/tiles.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
@@ -125,6 +126,9 @@ struct TraceSettings : PathSettings {
     uint32_t sampleIndex = 0;
     // Trace alone: samples of every pixel, those from sampleIndex on. At least 1.
     uint32_t sampleCount = 1;
+    // Trace alone: of these pixels and not of all, each from its own index + sampleIndex on. The outputs have
+    // the extent of the list.
+    ListedPixels pixels{};
     Traversal traversal = Traversal::Auto;  // of Trace alone
 
     bool operator==(const TraceSettings&) const = delete;  // would be that of the paths alone
@@ -184,8 +188,9 @@ struct TraceIds {
 // settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
 // several. Several keep a device busy that one does not fill, and wait for the longest path once. Unbiased
 // but for settings.biases. Ray counts are taken by the loop, and are those of any form. Error{Usage} for them
-// beside another output, for a number of steps that a wavefront cannot have, for several samples that share
-// Roulette::Frame, which draws the length of all paths of one, and for a region outside the picture.
+// beside another output, for a number of steps that a wavefront cannot have, for several samples, or pixels
+// of a list, that share Roulette::Frame, which draws the length of all paths of one, and for a region outside
+// the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/api.h"
+
 namespace raygraph::rhi {
 
 class Device;

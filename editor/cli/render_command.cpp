@@ -169,7 +169,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                      .aovs = job.aovs,
                      .firstSample = job.firstSample,
                      .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
-                                     arguments.error.has_value() || group != nullptr,
+                                     arguments.error.has_value() || group != nullptr || settings.isAdaptive,
                      .withSums = hasExr && arguments.exrType != ExrType::Half,
                      .tonemap = display,
                      .resumed = pictures.Resumed(),

@@ -139,6 +139,10 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);
     }
+    if (arguments.shard && !arguments.frames && job.settings.isAdaptive)
+        throw Error(ErrorKind::Usage,
+                    "--shard: an adaptive render decides by all of its samples which are next, so that there "
+                    "is nothing to divide beforehand; leave out --adaptive or --shard");
     if (arguments.shard && !arguments.frames && !IsMeanMeaningful(job.settings.view))
         throw MakeError(ErrorKind::Usage,
                         "--shard: --view {} is not averaged over samples, so that there is nothing to divide",

@@ -48,6 +48,10 @@ Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, cons
     };
     report.passes = statistics.passes;
     report.samples = SampleCount(result.render.samples);
+    if (const auto& adaptive = result.render.adaptive) {
+        const auto [least, most] = std::ranges::minmax(adaptive->counts);
+        report.samplesOfPixels = Report::SamplesOfPixels{least, most};
+    }
     report.wasStopped = run.wasStopped;
     report.timingsMs = {.load = session.Input().loadMs,
                         .upload = statistics.scene.uploadMs,

@@ -19,6 +19,10 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
     const RenderFile& render = result.render;
     const uint64_t samples = SampleCount(render.samples);
     std::string line = Text("{} {} a pixel", samples, samples == 1 ? "sample" : "samples");
+    if (render.adaptive) {
+        const auto [least, most] = std::ranges::minmax(render.adaptive->counts);
+        line += Text(" on average ({} to {})", least, most);
+    }
     if (samplesBefore > 0) line += Text(", {} of them new", samples - samplesBefore);
     line += ", " + ToText(render.size) + ", in " + DurationText(run.seconds);
     if (run.samplesPerSecond) line += ", " + FormatRate(*run.samplesPerSecond);

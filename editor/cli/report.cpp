@@ -96,6 +96,9 @@ std::string ToJson(const Report& report) {
     json["devices"] = report.devices;
     json["settings"] = report.settings;
     json["samples"] = report.samples;
+    if (report.samplesOfPixels)
+        json["samples_of_pixels"] = {{"least", report.samplesOfPixels->least},
+                                     {"most", report.samplesOfPixels->most}};
     json["stopped"] = report.wasStopped;
     json["timings_ms"] = {{"load", times.load},
                           {"upload", times.upload},

@@ -31,7 +31,11 @@ struct Report {
     } device;                          // the first; memory, passes and acceleration are of it alone
     std::vector<std::string> devices;  // the names of all, of this process
     session::SettingTexts settings;    // picture settings and what else was asked for
-    uint64_t samples = 0;              // in the picture
+    uint64_t samples = 0;              // in the picture; of an adaptive one a pixel's, on average
+    struct SamplesOfPixels {
+        uint32_t least = 0, most = 0;
+    };
+    std::optional<SamplesOfPixels> samplesOfPixels;  // of an adaptive one
     bool wasStopped = false;
     struct {
         double load = 0.0, upload = 0.0, blasBuild = 0.0, compaction = 0.0, pipelines = 0.0;

@@ -49,4 +49,13 @@ void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEst
     m_seconds += watch.Seconds();
 }
 
+void DeviceRender::RenderWhereNeeded(uint32_t average, bool isEstimating,
+                                     const std::function<bool()>& afterFrames) {
+    do {
+        m_frames->RenderWhereNeeded(average);
+        if (isEstimating) Estimate();
+    } while (!afterFrames() && m_frames->SamplesSubmitted() < average);
+    m_frames->WaitForSamples();
+}
+
 }  // namespace raygraph::session

@@ -35,6 +35,9 @@ class DeviceRender {
     // error from time to time. `afterSamples` is called after some were submitted.
     void RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
                       const std::function<void()>& afterSamples = {});
+    // Of an adaptive picture, instead: until it has that average, or `afterFrames` says that it is to end; at
+    // least some frames.
+    void RenderWhereNeeded(uint32_t average, bool isEstimating, const std::function<bool()>& afterFrames);
     // The error of one sample, from this device's samples, for progress; 0: not known. Threads: any.
     double ErrorOfOneSample() const { return m_errorOfOneSample.load(std::memory_order_relaxed); }
 

@@ -16,9 +16,10 @@ bool HasNoColor(std::span<const float> texels) {
 
 }  // namespace
 
-MeasuredError MeasureError(std::span<const float> mean, std::span<const float> variance,
-                           uint32_t sampleCount) {
-    MeasuredError error{sampleCount, Measure(mean, variance, sampleCount).relativeError};
+MeasuredError MeasureError(std::span<const float> mean, std::span<const float> variance, uint32_t sampleCount,
+                           std::span<const uint32_t> counts) {
+    MeasuredError error{sampleCount, counts.empty() ? Measure(mean, variance, sampleCount).relativeError
+                                                    : Measure(mean, variance, counts).relativeError};
     // Nothing says that there is light to be found
     if (HasNoColor(mean) && HasNoColor(variance)) error.relativeError = 0.0;
     return error;

@@ -11,8 +11,9 @@
 namespace raygraph::session {
 
 // Of RGBA texels, as Measure; 0 for a picture that is black without any variance.
-MeasuredError MeasureError(std::span<const float> mean, std::span<const float> variance,
-                           uint32_t sampleCount);
+// `counts`: of an adaptive picture, the samples of each pixel; empty: all have as many.
+MeasuredError MeasureError(std::span<const float> mean, std::span<const float> variance, uint32_t sampleCount,
+                           std::span<const uint32_t> counts = {});
 
 // Measures at 64, 128, 256, ... samples, and foretells from each measurement how many are needed. So the
 // number depends on the samples alone, and neither on time nor on who renders them. It depends on their own

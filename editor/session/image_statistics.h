@@ -28,5 +28,8 @@ struct MeasuredError {
 // RGBA texels of the mean of `sampleCount` samples and of the variance of one sample (may be empty).
 RAYGRAPH_API ImageStatistics Measure(std::span<const float> mean, std::span<const float> variance,
                                      uint32_t sampleCount);
+// The same where each pixel has a number of samples of its own.
+RAYGRAPH_API ImageStatistics Measure(std::span<const float> mean, std::span<const float> variance,
+                                     std::span<const uint32_t> sampleCounts);
 
 }  // namespace raygraph::session

@@ -52,6 +52,11 @@ void Merger::Add(NamedRender part) {
     if (m_merged) RequireCompatible(*m_merged, part);
     if (const std::string flaw = FirstFlaw(part.render); !flaw.empty())
         throw MakeError(ErrorKind::BadInput, "{} cannot be merged: {}", part.name, flaw);
+    if (part.render.adaptive)
+        throw MakeError(
+            ErrorKind::BadInput,
+            "{} cannot be merged: it is adaptive, and its pixels have different numbers of samples",
+            part.name);
     RequireSums(part);
     for (const Part& other : m_parts)
         if (Overlap(other.samples, part.render.samples))

@@ -213,6 +213,12 @@ const std::vector<PictureSetting>& Table() {
         {"seed", "N", "Seed of the random numbers ({})",
          [](PictureSettings& settings, std::string_view text) { settings.paths.seed = ParseCount(text); },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},
+        Switch(
+            "adaptive",
+            "Give pixels as many samples as the error of the picture needs ({}: all the same number); --spp "
+            "is "
+            "the average",
+            [](auto& settings) -> auto& { return settings.isAdaptive; }),
         Choice(
             "sampler", "SAMPLER", "Random numbers",
             [](auto& settings) -> auto& { return settings.paths.sampler; }),

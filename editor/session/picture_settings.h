@@ -56,6 +56,8 @@ struct PictureSettings {
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
     // Constant radiance, where no map is given. None: what the scene brings along, or black.
     std::optional<std::array<float, 3>> background;
+    // Pixels get as many samples as the picture's error needs, not all the same number (adaptive_counts.h).
+    bool isAdaptive = false;
     uint64_t textureBudget = 0;  // bytes of all textures on the device; 0: GpuSceneDesc's default
     std::vector<LightGroupPatterns> lightGroups;
 };

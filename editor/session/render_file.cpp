@@ -75,13 +75,44 @@ void RequireFormat(const image::ExrImage& file) {
     throw MakeError(ErrorKind::BadInput, "no attribute {}: not a render of this program", kAttributeFormat);
 }
 
-// Every pixel has as many samples, so far.
+const std::vector<uint32_t>& CountsOf(const image::ExrImage& file) {
+    const std::vector<uint32_t>* counts = file.UintChannel(kCountsName);
+    if (counts == nullptr) throw MakeError(ErrorKind::BadInput, "there is no uint channel {}", kCountsName);
+    return *counts;
+}
+
+// Every pixel has as many samples, unless the render is adaptive.
 void RequireEven(const image::ExrImage& file, uint64_t sampleCount) {
-    const std::vector<uint32_t>* counts = file.UintChannel("samples");
-    if (counts == nullptr) throw Error(ErrorKind::BadInput, "there is no uint channel samples");
-    for (const uint32_t count : *counts)
+    for (const uint32_t count : CountsOf(file))
         if (count != sampleCount)
             throw MakeError(ErrorKind::BadInput, "a pixel has {} samples, the render {}", count, sampleCount);
+}
+
+AdaptiveState AdaptiveStateOf(const image::ExrImage& file) {
+    AdaptiveState state;
+    state.counts = CountsOf(file);
+    const std::vector<uint32_t>* wanted = file.UintChannel(kWantedName);
+    if (wanted == nullptr) return state;
+    state.wanted = *wanted;
+    const std::string stage = TextAttribute(file, kAttributeStage);
+    const size_t space = std::min(stage.find(' '), stage.size());
+    try {
+        state.stages = {ParseCount(stage.substr(0, space)),
+                        ParseCount(stage.substr(std::min(space + 1, stage.size())))};
+    } catch (const Error& error) {
+        throw MakeError(ErrorKind::BadInput, "{}: {}", kAttributeStage, error.what());
+    }
+    for (uint32_t base = kFirstBase; base <= kLastStage; base *= 2) {
+        const auto* variance = file.FloatChannel(std::string(kVariancePrefix) + std::to_string(base));
+        const auto* mean = file.FloatChannel(std::string(kMeanPrefix) + std::to_string(base));
+        if (variance != nullptr && mean != nullptr) state.noted[base] = {*variance, *mean};
+    }
+    return state;
+}
+
+void TakeCounts(const image::ExrImage& file, RenderFile& render) {
+    render.adaptive = AdaptiveStateOf(file);
+    if (const std::string flaw = FlawOfCounts(render); !flaw.empty()) throw Error(ErrorKind::BadInput, flaw);
 }
 
 SampleRanges SamplesOf(const image::ExrImage& file) {
@@ -149,7 +180,8 @@ auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
     return &owner.parts[from(Aov::Emission)];
 }
 
-void RequireWindow(const image::ExrImage& file, const RenderFile& render) {
+// Returns the settings.
+PictureSettings RequireWindow(const image::ExrImage& file, const RenderFile& render) {
     PictureSettings settings;
     try {
         settings = SettingsFrom(render.settings);
@@ -162,6 +194,7 @@ void RequireWindow(const image::ExrImage& file, const RenderFile& render) {
                         ToText(recorded), ToText(render.size));
     if (!(file.window == WindowOf(settings)))
         throw Error(ErrorKind::BadInput, "its data window is not where the recorded settings say");
+    return settings;
 }
 
 RenderFile FromExr(const image::ExrImage& file) {
@@ -171,7 +204,8 @@ RenderFile FromExr(const image::ExrImage& file) {
     render.size = {file.width, file.height};
     if (!TakeChannels(file, kRadianceNames, render.radiance))
         throw Error(ErrorKind::BadInput, "there is no float channel R");
-    RequireEven(file, SampleCount(render.samples));
+    const std::string adaptive = std::string(kSettingPrefix) + "adaptive";
+    if (TextAttribute(file, adaptive.c_str()) != "on") RequireEven(file, SampleCount(render.samples));
     const bool hasVariance = TakeChannels(file, kVarianceNames, render.variance);
     TakeSums(file, kRadianceNames, hasVariance, render.sums.radiance);
     for (const Aov aov : kAovs) {
@@ -201,7 +235,8 @@ RenderFile FromExr(const image::ExrImage& file) {
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
         render.settings[name] = TextAttribute(file, attribute.c_str());
     }
-    RequireWindow(file, render);
+    const PictureSettings settings = RequireWindow(file, render);
+    if (settings.isAdaptive) TakeCounts(file, render);
     for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
             throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);

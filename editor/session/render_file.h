@@ -12,7 +12,9 @@
 // The means are for other programs. What is gone on with are exact sums of the samples, one channel (uint) a
 // word, lowest first (shaders/shared/exact_sums.h): sum0.R to sum3.A, squares0.R to squares4.B, and with the
 // others albedo.sum0.R, N.sum0.X, light.NAME.sum0.R, removed_max_depth.squares0.R and so on. `samples` tells
-// how many samples a pixel's sums are of: today as many for all pixels.
+// how many samples a pixel's sums are of: as many for all pixels, but of an adaptive render. That goes on
+// with samples.wanted (uint), samples.variance32, samples.mean32, 64 and so on (AdaptiveState). Albedo,
+// normals and what biases removed are of as many samples as all pixels have.
 //
 // Threads: plain values and functions of files, for any thread.
 #pragma once
@@ -26,6 +28,7 @@
 
 #include "base/api.h"
 #include "base/log.h"
+#include "editor/session/adaptive_state.h"
 #include "editor/session/aovs.h"
 #include "editor/session/image_statistics.h"
 #include "editor/session/picture_settings.h"
@@ -64,7 +67,8 @@ struct RenderFile {
     std::vector<float>
         motion;  // x and y of each pixel: from when the shutter opens to when it closes, pixels
 
-    SampleRanges samples;
+    SampleRanges samples;  // of an adaptive render, as many as a pixel has on average, rounded down
+    std::optional<AdaptiveState> adaptive;  // of a render of PictureSettings::isAdaptive
     // What a run to a relative error measured last: a resumed one goes on from it. None of merged renders.
     std::optional<MeasuredError> measuredError;
     SettingTexts settings;

@@ -34,7 +34,8 @@ inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  
 inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // "0-63 128-191": which
 inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
 inline constexpr const char* kAttributeMeasuredError =
-    "raygraph.measuredError";  // "64 0.021": samples, relative
+    "raygraph.measuredError";                                             // "64 0.021": samples, relative
+inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";  // "128 256": of both colors
 inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 inline constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
@@ -64,6 +65,11 @@ inline std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
 inline ChannelNames VarianceChannels(Bias bias) {
     return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
 }
+
+// Of an adaptive render: AdaptiveState.
+inline constexpr const char* kCountsName = "samples";
+inline constexpr const char* kWantedName = "samples.wanted";
+inline constexpr std::string_view kVariancePrefix = "samples.variance", kMeanPrefix = "samples.mean";
 
 // "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
 inline std::string WordChannel(const std::string& channel, const char* what, size_t word) {

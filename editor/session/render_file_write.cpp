@@ -59,9 +59,20 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     for (size_t c = 0; c < 2 && !render.motion.empty(); ++c)
         planes.push_back({kMotionNames[c], std::span<const float>(render.motion).subspan(c), 2, isHalf});
     const std::string sampleCount = std::to_string(SampleCount(render.samples));
-    const std::vector<uint32_t> samples(PixelCount(render.size),
-                                        static_cast<uint32_t>(SampleCount(render.samples)));
-    planes.push_back({"samples", std::span<const uint32_t>(samples)});
+    std::vector<uint32_t> samples;
+    if (!render.adaptive)
+        samples.assign(PixelCount(render.size), static_cast<uint32_t>(SampleCount(render.samples)));
+    planes.push_back(
+        {kCountsName, std::span<const uint32_t>(render.adaptive ? render.adaptive->counts : samples)});
+    const bool goesOn = render.adaptive && !render.adaptive->wanted.empty() && !isHalf;
+    if (goesOn) {
+        planes.push_back({kWantedName, std::span<const uint32_t>(render.adaptive->wanted)});
+        for (const auto& [base, noted] : render.adaptive->noted) {
+            const std::string number = std::to_string(base);
+            planes.push_back({std::string(kVariancePrefix) + number, std::span<const float>(noted.variance)});
+            planes.push_back({std::string(kMeanPrefix) + number, std::span<const float>(noted.mean)});
+        }
+    }
 
     image::ExrAttributes attributes;
     attributes[kAttributeFormat] = std::string(kFormat);
@@ -75,6 +86,8 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     attributes[kAttributeSamples] = sampleCount;
     attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
     attributes[kAttributeSampleRanges] = ToText(render.samples);
+    if (goesOn)
+        attributes[kAttributeStage] = Text("{} {}", render.adaptive->stages[0], render.adaptive->stages[1]);
     if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
     if (render.measuredError && render.measuredError->relativeError)
         attributes[kAttributeMeasuredError] =

@@ -104,7 +104,19 @@ std::string FirstFlaw(const RenderFile& render) {
         (!render.sums.lightGroups.empty() && render.sums.lightGroups.size() != groups))
         return Text("it has {} groups of lights with {} sums; its settings name {}",
                     render.lightGroups.size(), render.sums.lightGroups.size(), groups);
+    if (settings.isAdaptive != render.adaptive.has_value())
+        return "its settings and its counts of samples do not agree on whether it is adaptive";
+    if (std::string flaw = FlawOfCounts(render); !flaw.empty()) return flaw;
     return FlawOfPlanes(render);
+}
+
+std::string FlawOfCounts(const RenderFile& render) {
+    if (!render.adaptive) return {};
+    if (std::string flaw = FlawOf(*render.adaptive, {render.size.width, render.size.height}); !flaw.empty())
+        return flaw;
+    const uint32_t average = render.adaptive->Average();
+    if (render.samples.size() == 1 && average == render.samples.front().count) return {};
+    return Text("its pixels have {} samples on average, and it says {}", average, ToText(render.samples));
 }
 
 }  // namespace raygraph::session

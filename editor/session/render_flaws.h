@@ -14,4 +14,7 @@ void RequireReadable(const PictureSettings& settings);
 // "it has no samples": the first thing for which a file of it could not be read back; empty when it could.
 std::string FirstFlaw(const RenderFile& render);
 
+// Of its counts of samples alone, if it is adaptive.
+std::string FlawOfCounts(const RenderFile& render);
+
 }  // namespace raygraph::session

@@ -19,8 +19,11 @@ void RequireResumable(const ResumedRender& resumed) {
     if (render.samples.size() != 1)
         refuse(Text("it was merged from separate sample ranges, {}", ToText(render.samples)));
     if (render.variance.empty()) refuse("it has no channel variance.R");
+    if (render.adaptive && render.adaptive->wanted.empty())
+        refuse("it lacks what its pixels are still to get: there is no channel samples.wanted");
     // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
-    const std::string missing = FirstMissingChannel(render, {Aov::Albedo, Aov::Normal});
+    const AovSet tracedAgain = render.adaptive ? AovSet{} : AovSet{Aov::Albedo, Aov::Normal};
+    const std::string missing = FirstMissingChannel(render, tracedAgain);
     if (!missing.empty())
         refuse(Text("it lacks sums of samples: there is no channel {}{}", missing,
                     render.sums.radiance.IsEmpty() ? kHalfHint : ""));

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/check.h"
-#include "editor/session/error_goal.h"
 #include "editor/session/light_group_tiles.h"
 #include "passes/project_hits.h"
 #include "passes/raster.h"
@@ -46,6 +44,8 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
         if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
             m_parts.push_back({i, Accumulated(Name(aov))});
     m_samplesAtOnce = ChooseSamplesAtOnce();
+    if (plan.isAdaptive && plan.continues == nullptr)
+        m_adaptive = std::make_unique<AdaptiveFrames>(m_renderer, Size(), plan.firstSample);
     if (plan.continues != nullptr) RestoreFrom(*plan.continues);
     m_plan.continues = nullptr;
 }
@@ -58,10 +58,16 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     passes::Restore(m_renderer, m_radiance.accumulation, extent, count, sums.radiance);
     const bool hasAverages =
         !(m_isKeepingAlbedo && sums.albedo.IsEmpty()) && !(m_isKeepingNormal && sums.normal.IsEmpty());
+    uint32_t averaged = count;
+    if (render.adaptive) {
+        m_adaptive =
+            std::make_unique<AdaptiveFrames>(m_renderer, extent, m_plan.firstSample, *render.adaptive);
+        averaged = m_ofAllPixels = m_adaptive->Counts().Least();
+    }
     if (m_isKeepingAlbedo && hasAverages)
-        passes::Restore(m_renderer, m_albedo.accumulation, extent, count, sums.albedo);
+        passes::Restore(m_renderer, m_albedo.accumulation, extent, averaged, sums.albedo);
     if (m_isKeepingNormal && hasAverages)
-        passes::Restore(m_renderer, m_normal.accumulation, extent, count, sums.normal);
+        passes::Restore(m_renderer, m_normal.accumulation, extent, averaged, sums.normal);
     for (KeptPart& part : m_parts)
         passes::Restore(m_renderer, part.sum.accumulation, extent, count, sums.parts[part.index]);
     if (m_plan.lightGroupCount > 0) {
@@ -113,6 +119,18 @@ void SampleFrames::Keep(TextureId samples, uint32_t count, Accumulated& into, bo
     if (isLast) m_renderer.Present(ids.sums[0]);
 }
 
+void SampleFrames::KeepTraced(TextureId samples, const passes::TraceSettings& settings,
+                              passes::Accumulation& accumulation, bool withVariance) {
+    const uint32_t count = settings.sampleCount;
+    const passes::AccumulatedIds ids =
+        settings.pixels.IsGiven()
+            ? passes::AccumulateListed(m_renderer, samples, count, settings.pixels, Size(), accumulation,
+                                       withVariance)
+            : passes::Accumulate(m_renderer, samples, {.count = count, .height = Size().height}, accumulation,
+                                 withVariance);
+    m_renderer.Present(ids.sums[0]);
+}
+
 passes::TraceIds SampleFrames::DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings) {
     if (TracesPaths())
         return passes::Trace(m_renderer, ids, settings,
@@ -123,15 +141,13 @@ passes::TraceIds SampleFrames::DeclareSamples(const SceneIds& ids, const passes:
 
 void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::TraceIds sample = DeclareSamples(ids, settings);
-    const uint32_t count = settings.sampleCount;
     if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
-    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], count, part.sum);
-    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, count, m_groups);
-    m_secondTraces.Declare(m_renderer, settings, sample.radiance,
-                           [&](const auto& others) { return DeclareSamples(ids, others).radiance; });
-    const passes::AccumulatedIds sums = passes::Accumulate(m_renderer, sample.radiance, {.count = count},
-                                                           m_radiance.accumulation, m_plan.withVariance);
-    m_renderer.Present(sums.sums[0]);
+    for (KeptPart& part : m_parts) KeepTraced(sample.parts[part.index], settings, part.sum.accumulation);
+    if (m_plan.lightGroupCount > 0) KeepTraced(sample.lightGroups, settings, m_groups.accumulation);
+    if (!m_adaptive)
+        m_secondTraces.Declare(m_renderer, settings, sample.radiance,
+                               [&](const auto& others) { return DeclareSamples(ids, others).radiance; });
+    KeepTraced(sample.radiance, settings, m_radiance.accumulation, m_plan.withVariance);
 }
 
 void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -203,8 +219,9 @@ void SampleFrames::RenderSamples(SampleRange samples) {
     m_times.Add(m_renderer.TakeTimings());
 }
 
-TextureId SampleFrames::ReadBack(Accumulated& from, Extent2D extent, bool withVariance) {
-    const passes::AccumulatedIds ids = passes::Resolve(m_renderer, from.accumulation, extent, withVariance);
+TextureId SampleFrames::ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts,
+                                 bool withVariance) {
+    const passes::AccumulatedIds ids = Resolve(from.accumulation, extent, withVariance, counts);
     from.mean = m_renderer.ReadBack(ids.mean);
     if (m_plan.withSums) from.sums = passes::SumsReadback(m_renderer, ids);
     if (withVariance) m_variance = m_renderer.ReadBack(ids.variance);
@@ -220,27 +237,22 @@ void SampleFrames::FinishPicture() {
     m_hasPicture = true;
     if ((m_isKeepingCenter || m_isKeepingMotion) && !m_wasSharpTraced) TraceSharp();
     if (m_submitted == 0) return;
+    CatchUpOfAllPixels();
     const Extent2D size = Size();
     m_renderer.BeginFrame();
-    const TextureId mean = ReadBack(m_radiance, size, ShowsLight() && m_plan.withVariance);
+    const std::optional<TextureId> counts = DeclareCounts();
+    if (m_adaptive) m_adaptive->ReadBack();
+    const TextureId mean = ReadBack(m_radiance, size, counts, ShowsLight() && m_plan.withVariance);
     m_display = m_renderer.ReadBack(DeclareDisplay(mean));
     if (m_isKeepingAlbedo) ReadBack(m_albedo, size);
     if (m_isKeepingNormal) ReadBack(m_normal, size);
-    for (KeptPart& part : m_parts) ReadBack(part.sum, size);
+    for (KeptPart& part : m_parts) ReadBack(part.sum, size, counts);
     if (m_plan.lightGroupCount > 0) {
         const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
-        ReadBack(m_groups, {tiles.width * size.width, tiles.height * size.height});
+        ReadBack(m_groups, {tiles.width * size.width, tiles.height * size.height}, counts);
     }
     if (ShowsLight()) m_secondTraces.ReadBack(m_renderer, size);
     m_renderer.Execute();
-}
-
-uint32_t SampleFrames::SamplesDone() {
-    const uint64_t completed = m_renderer.Device().CompletedValue();
-    while (!m_pending.empty() && m_pending.front().doneAt <= completed) m_pending.pop_front();
-    uint32_t pending = 0;
-    for (const PendingSamples& samples : m_pending) pending += samples.count;
-    return m_submitted - pending;
 }
 
 uint64_t SampleFrames::NonFiniteSamples() {
@@ -253,34 +265,6 @@ uint64_t SampleFrames::NonFiniteSamples() {
 
 void SampleFrames::WaitForSamples() {
     if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back().doneAt);
-}
-
-void SampleFrames::MeasureError() {
-    if (m_measurement || !m_plan.withVariance || !ShowsLight()) return;
-    m_renderer.BeginFrame();
-    const passes::AccumulatedIds ids = passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true);
-    m_measurement =
-        Measurement{m_submitted, m_renderer.ReadBack(ids.mean), m_renderer.ReadBack(ids.variance)};
-    m_renderer.Execute();
-}
-
-MeasuredError SampleFrames::MeasureErrorNow() {
-    if (m_measurement && m_measurement->sampleCount != m_submitted) m_measurement.reset();
-    MeasureError();
-    RG_CHECK(m_measurement.has_value());
-    m_measurement->mean.Wait();
-    m_measurement->variance.Wait();
-    return *NewestError();
-}
-
-const std::optional<MeasuredError>& SampleFrames::NewestError() {
-    if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
-        m_error =
-            session::MeasureError(WaitForValues<float>(m_measurement->mean),
-                                  WaitForValues<float>(m_measurement->variance), m_measurement->sampleCount);
-        m_measurement.reset();
-    }
-    return m_error;
 }
 
 void SampleFrames::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
@@ -330,6 +314,7 @@ void SampleFrames::TakePicture(RenderFile& render) const {
     if (m_isKeepingMotion)
         render.motion = MotionOf(WaitForValues<float>(m_placesAtOpen), WaitForValues<float>(m_placesAtClose));
     render.samples = m_samples;
+    if (m_adaptive) render.adaptive = m_adaptive->Take();
 }
 
 void SampleFrames::DropPicture() {
@@ -344,15 +329,6 @@ void SampleFrames::DropPicture() {
     }
     m_variance = m_display = {};
     m_secondTraces.DropReadbacks();
-}
-
-passes::ExactSums SampleFrames::RadianceSums() {
-    if (m_submitted == 0) return passes::MakeExactSums(PixelCount(Size()), true);
-    m_renderer.BeginFrame();
-    const passes::SumsReadback sums(m_renderer,
-                                    passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true));
-    m_renderer.Execute();
-    return sums.Values();
 }
 
 image::Image8 SampleFrames::TakeDisplay() const {
@@ -372,17 +348,6 @@ image::Image8 SampleFrames::DisplayOf(const passes::ExactSums& sums, uint32_t sa
     shown.Reset(passes::ResetCause::Start);
     passes::Forget(m_renderer, shown);
     return TakeDisplay();
-}
-
-double SampleFrames::MeasureRaysPerSample() {
-    m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Declare(m_lastSample);
-    const passes::TraceIds traced =
-        passes::Trace(m_renderer, ids, m_scene.SettingsFor(m_lastSample), {.rayCounts = true});
-    const Readback readback = m_renderer.ReadBack(traced.rayCounts);
-    m_renderer.Execute();
-    const std::vector<float> rays = WaitForValues<float>(readback);
-    return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());
 }
 
 const PassTimes& SampleFrames::Times() {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "editor/session/adaptive_frames.h"
 #include "editor/session/device_scene.h"
 #include "editor/session/image_statistics.h"
 #include "editor/session/pass_times.h"
@@ -25,6 +26,7 @@ struct FramePlan {
     uint32_t firstSample = 0;               // index of the picture's
     uint32_t lightGroupCount = 0;           // rendered separately; 0: none
     bool withVariance = false;              // of the radiance
+    bool isAdaptive = false;                // as PictureSettings', with variance
     bool withSums = false;                  // returns the sums of everything accumulated
     uint32_t samplesAtOnce = 0;             // as SessionDesc's
     passes::RasterSettings raster;          // of the raster view
@@ -44,13 +46,16 @@ class SampleFrames {
     // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits
     // while as many frames are in flight as the device allows.
     void RenderSamples(SampleRange samples);
+    // Of an adaptive picture, instead: submits some frames of samples where they are needed, towards an
+    // average of `average` a pixel. After it, what the picture has is a function of its average.
+    void RenderWhereNeeded(uint32_t average);
     // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
     // to be traced again, before the first RenderSamples.
     uint32_t SamplesToRestore() const { return m_toRestore; }
     // Submits the surfaces of the next of them; waits as RenderSamples.
     void RestoreSample();
     // Samples in the picture, continued ones included: those that the device has finished, all submitted
-    // ones, and which these are.
+    // ones, and which these are. Of an adaptive picture on average over the pixels, rounded down.
     uint32_t SamplesDone();
     uint32_t SamplesSubmitted() const { return m_submitted; }
     const SampleRanges& Samples() const { return m_samples; }
@@ -105,6 +110,7 @@ class SampleFrames {
     struct Measurement {
         uint32_t sampleCount = 0;
         Readback mean, variance;
+        std::vector<uint32_t> counts;  // of an adaptive picture
     };
 
     void RestoreFrom(const RenderFile& render);
@@ -119,9 +125,22 @@ class SampleFrames {
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast = true);
     void TraceSharp();  // what is not blurred by motion, in frames of its own
     Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
-    // `isLast`: of the frame.
+    // Samples as Trace gives them, and their texture.
+    void KeepTraced(TextureId samples, const passes::TraceSettings& settings,
+                    passes::Accumulation& accumulation, bool withVariance = false);
+    // Of all pixels; `isLast`: of the frame.
     void Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast = true);
-    TextureId ReadBack(Accumulated& from, Extent2D extent, bool withVariance = false);  // the mean
+    // Surfaces, and what biases removed, of as many samples as all pixels have.
+    void DeclareOfAllPixels(const SceneIds& ids);
+    void CatchUpOfAllPixels();
+    void RenderListed(uint32_t average);
+    // The counts of an adaptive picture, for Resolve.
+    std::optional<TextureId> DeclareCounts();
+    passes::AccumulatedIds Resolve(const passes::Accumulation& accumulation, Extent2D extent,
+                                   bool withVariance, const std::optional<TextureId>& counts);
+    // Returns the mean. Without counts: all pixels have as many samples.
+    TextureId ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts = {},
+                       bool withVariance = false);
     TextureId DeclareDisplay(TextureId mean);
     void TakeMeans(RenderFile& render) const;
     void TakeZeros(RenderFile& render) const;
@@ -142,9 +161,12 @@ class SampleFrames {
     // Submitted samples that may not be done: the timeline's value when they are
     struct PendingSamples {
         uint64_t doneAt;
-        uint32_t count;
+        uint64_t count;  // of an adaptive picture those of all pixels together
     };
     std::deque<PendingSamples> m_pending;
+
+    std::unique_ptr<AdaptiveFrames> m_adaptive;  // of an adaptive picture
+    uint32_t m_ofAllPixels = 0;                  // samples whose surfaces it has
 
     Accumulated m_radiance{"radiance"};  // or the view's values
     Accumulated m_albedo{"albedo"}, m_normal{"normal"};

@@ -30,6 +30,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .firstSample = desc.firstSample,
             .lightGroupCount = static_cast<uint32_t>(LightGroupNames(desc.settings.lightGroups).size()),
             .withVariance = desc.withVariance,
+            .isAdaptive = desc.settings.isAdaptive,
             .withSums = desc.withSums,
             .samplesAtOnce = desc.samplesAtOnce,
             .raster = desc.settings.raster,
@@ -105,7 +106,7 @@ struct Session::Impl {
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
           asked(AskedBy(desc.settings)),
-          shared(devices, RequireInput(desc), WithTraversal(desc), desc.group) {
+          shared(devices, RequireInput(desc, devices.size()), WithTraversal(desc), desc.group) {
         FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.formMemory));
         chosen = tracing.choice;
         if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&
@@ -132,9 +133,10 @@ struct Session::Impl {
     }
 
     // The input, if the session is possible with it.
-    SceneInput& RequireInput(const SessionDesc& desc) {
+    SceneInput& RequireInput(const SessionDesc& desc, size_t deviceCount) {
         RequirePossible(desc);
         described.settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);  // for now any
+        RequireAdaptive(desc, deviceCount);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
         return input;
@@ -327,8 +329,10 @@ SessionResult Session::Result() const {
     if (!m_impl->shared.HasPicture()) Refuse("there is no result before a run");
     SessionResult result{.render = m_impl->shared.Picture(m_impl->described)};
     RenderFile& render = result.render;
-    result.statistics = Measure(render.radiance, render.variance,
-                                static_cast<uint32_t>(session::SampleCount(render.samples)));
+    result.statistics = render.adaptive
+                            ? Measure(render.radiance, render.variance, render.adaptive->counts)
+                            : Measure(render.radiance, render.variance,
+                                      static_cast<uint32_t>(session::SampleCount(render.samples)));
     result.removed = RemovedOf(render);
     KeepOnly(render, m_impl->aovs);
     if (!m_impl->plan.withSums) render.sums = {};  // several devices need them

@@ -77,6 +77,24 @@ void RequirePossible(const SessionDesc& desc) {
     if (!desc.withVariance) Refuse("a render is resumed with its variance");
 }
 
+void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
+    if (!desc.settings.isAdaptive) return;
+    const auto refuse = [](const std::string& why) {
+        throw SettingError(ErrorKind::Usage, "adaptive: " + why);
+    };
+    if (const View view = desc.settings.view; view != View::PathTraced)
+        refuse(Text("the view {} has as many samples in all pixels", Name(view)));
+    if (deviceCount > 1) refuse("several devices share samples of all pixels");
+    if (desc.group != nullptr) refuse("several processes share samples of all pixels");
+    if (desc.settings.shutter) refuse("the samples of a time that the shutter sees are those of all pixels");
+    if (desc.settings.paths.roulette.kind == Roulette::Frame)
+        refuse("the length of a sample's paths, by rr, is that of all pixels");
+    if (desc.firstSample >= 1u << 31)
+        refuse(
+            Text("pixels with many samples need more indices than there are from {} on", desc.firstSample));
+    if (!desc.withVariance) refuse("what pixels need is told by their variance, and none is kept");
+}
+
 void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
     const std::string mismatch = FirstMismatch(resumed.render, described);
     if (!mismatch.empty())

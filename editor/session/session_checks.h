@@ -13,6 +13,9 @@ namespace raygraph::session {
 // Throws as the constructor of Session says, for what can be told without a scene.
 void RequirePossible(const SessionDesc& desc);
 
+// The same, of a picture of that many devices.
+void RequireAdaptive(const SessionDesc& desc, size_t deviceCount);
+
 // The same for a resumed render, of a session whose render is `described`.
 void RequireSame(const ResumedRender& resumed, const RenderFile& described);
 

@@ -117,6 +117,7 @@ std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
         plan.continues = nullptr;
         plan.hasSharp = false;
     }
+    m_isAdaptive = plan.isAdaptive;
     m_firstSample = plan.firstSample;
     m_sampleCount = known.sampleCount;
     m_pooled.reset();
@@ -206,10 +207,22 @@ SharedRender::RoundEnd SharedRender::RunRound(BlockDealer* dealer, bool isEstima
     return end;
 }
 
+SharedRender::RoundEnd SharedRender::RunAdaptive(uint32_t average, bool isEstimating,
+                                                 const std::function<RoundEnd()>& tick) {
+    RoundEnd end = RoundEnd::Complete;
+    First().RenderWhereNeeded(average, isEstimating, [&] {
+        m_sampleCount = First().Frames().SamplesSubmitted();
+        end = tick();
+        return end != RoundEnd::Complete;
+    });
+    return end;
+}
+
 SharedRender::RoundEnd SharedRender::RenderTo(uint32_t samples, bool isEstimating,
                                               const std::function<RoundEnd()>& tick) {
     RG_CHECK(samples > m_sampleCount);
     m_pooled.reset();
+    if (m_isAdaptive) return RunAdaptive(samples, isEstimating, tick);
     m_samplesOfRounds = m_sampleCount;
     struct {
         RoundEnd end = RoundEnd::Complete;

@@ -72,12 +72,14 @@ class SharedRender {
                          const std::function<void(uint32_t count)>& onRestored);
 
   private:
+    RoundEnd RunAdaptive(uint32_t average, bool isEstimating, const std::function<RoundEnd()>& tick);
     RoundEnd RunRound(BlockDealer* dealer, bool isEstimating, const std::function<RoundEnd()>& tick);
     void Pool(RenderFile& render);
 
     ProcessGroup* m_group;
     std::vector<std::unique_ptr<DeviceRender>> m_devices;
     uint32_t m_deviceCount = 0;  // of all processes
+    bool m_isAdaptive = false;
     uint32_t m_firstSample = 0;
     uint32_t m_sampleCount = 0;
     uint32_t m_samplesOfRounds = 0;         // before the round

@@ -81,7 +81,7 @@ struct SceneIds {
     BufferId energyTables;          // "energyTables": float[], see shaders/shared/energy_tables.h
     bool hasAlpha = false;          // an any-hit shader decides whether rays hit some surfaces
     uint32_t lobeFeatures = 0;      // bits of kTraceFeatures: LobeFeatures of all materials
-    uint32_t textureFeatures = 0;   // bits of kTraceFeatures: TextureFeatures of all materials
+    uint32_t textureFeatures = 0;   // bits of kTraceFeatures: TextureFeatures of all surfaces
     bool hasTextureLevels = false;  // textures have mip levels (GpuSceneDesc::textureLevels)
     bool hasVolumes = false;        // a material bounds a medium
     bool hasCapsules = false;       // some primitives are round

@@ -41,6 +41,7 @@ void main() {
     while (true) {
         if (!isGoingOn) {
             if (!TakeTexel(size, texel)) return;
+            if (IsBehindList(texel)) continue;
             path = PathOf(texel);
             ClearGroups();
             if (HasTraceFeature(kTraceProbeMedia)) {

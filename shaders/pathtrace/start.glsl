@@ -3,6 +3,8 @@
 #ifndef RAYGRAPH_PATHTRACE_START_GLSL
 #define RAYGRAPH_PATHTRACE_START_GLSL
 
+#include "scene/pixel_list.glsl"
+
 PathSettings SettingsOf(TraceParameters from) {
     PathSettings settings;
     settings.maxDepth = from.maxDepth;
@@ -14,14 +16,29 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
+uint ListPlaceOf(uvec2 texel) {
+    return texel.y % parameters.value.sampleRows * parameters.value.pixelListWidth + texel.x;
+}
+ListedPixel ListedAt(uvec2 texel) {
+    return PixelListStream(parameters.value.pixelList).at[ListPlaceOf(texel)];
+}
+
+// Whether a texel fills up the rows of a list, and is of no pixel: it is not traced.
+bool IsBehindList(uvec2 texel) {
+    return HasTraceFeature(kTracePixelList) && ListPlaceOf(texel) >= parameters.value.pixelListCount;
+}
+
 // The pixel of the picture that a texel of the outputs is of: they hold one sample below the other.
 uvec2 PixelOf(uvec2 texel) {
-    return uvec2(texel.x, texel.y % parameters.value.sampleRows) + parameters.value.regionOffset;
+    uvec2 inRegion = uvec2(texel.x, texel.y % parameters.value.sampleRows);
+    if (HasTraceFeature(kTracePixelList)) inRegion = PixelOf(ListedAt(texel));
+    return inRegion + parameters.value.regionOffset;
 }
 
 // The random numbers of a texel.
 Sampler RngOf(uvec2 texel) {
     uint sampleIndex = parameters.value.sampleIndex + texel.y / parameters.value.sampleRows;
+    if (HasTraceFeature(kTracePixelList)) sampleIndex += ListedAt(texel).sampleIndex;
     return StartPixelSample(PixelOf(texel), sampleIndex, parameters.value.seed);
 }
 

@@ -24,6 +24,10 @@ bool Shade(uint slot, PathSettings settings, out PathState path, inout DirectLig
         path = PathOf(uvec2(texel));
         if (HasTraceFeature(kTraceProbeMedia)) path.media = LoadCameraMedia(slot);
         ClearGroups();
+        if (IsBehindList(uvec2(texel))) {  // black, so that later kernels need not ask
+            StoreOutputs(texel, path);
+            return false;
+        }
     } else {
         path = LoadPath(slot);
         LoadOutputs(texel, path);

@@ -1,7 +1,12 @@
-// Accumulate: adds the next samples, or a tile of one, to the exact sums. Includers may define WITH_VARIANCE.
+// Accumulate: adds the next samples, or a tile of one, to the exact sums. Includers may define WITH_VARIANCE,
+// and LISTED: the samples are of the pixels of a list.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "post/exact_planes.glsl"
+
+#ifdef LISTED
+#include "scene/pixel_list.glsl"
+#endif
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSamples;
 
@@ -10,6 +15,12 @@ layout(push_constant) uniform Constants {
     uint isFirst;  // of its pixels: the stored contents are undefined
     uint sampleCount;
     uint sampleRows;  // of each sample, which lie below each other; in each tile where there are more rows
+#ifdef LISTED
+    uint listWidth;      // texels: of a tile of the new samples, as sampleRows
+    uint listCount;      // texels of a tile that are of a pixel
+    uvec2 pictureSize;   // of a tile of the sums
+    uvec2 list;          // address
+#endif
 } constants;
 
 // Adds a word and the carry from the words below to a word of each channel, and leaves the new carry. The
@@ -78,7 +89,16 @@ void main() {
     uvec2 size = uvec2(imageSize(newSamples));
     size.y /= constants.sampleCount;
     if (any(greaterThanEqual(texel, size))) return;
+#ifdef LISTED
+    uvec2 listSize = uvec2(constants.listWidth, constants.sampleRows);
+    uvec2 inTile = texel % listSize;
+    uint entry = inTile.y * constants.listWidth + inTile.x;
+    if (entry >= constants.listCount) return;
+    uvec2 inPicture = PixelOf(PixelListStream(constants.list).at[entry]);
+    ivec2 pixel = ivec2(inPicture + texel / listSize * constants.pictureSize);
+#else
     ivec2 pixel = ivec2(texel + constants.offset);
+#endif
     bool isFirst = constants.isFirst != 0u;
     for (int k = 0; k < kSumWords; ++k) sums[k] = uvec4(0u);
 #ifdef WITH_VARIANCE

@@ -1,19 +1,28 @@
-// ResolveSums: mean, and variance if WITH_VARIANCE is defined, of the sums of Accumulate in a region.
+// ResolveSums: mean, and variance if WITH_VARIANCE is defined, of the sums of Accumulate in a region. If
+// WITH_COUNTS is defined, each pixel has a number of samples of its own.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #define PLANE_ACCESS readonly
 #include "post/exact_planes.glsl"
+#ifdef WITH_COUNTS
+#include "post/mean_of_count.glsl"
+#endif
 
 layout(set = 0, binding = 0, rgba32f) uniform image2D mean;
 #ifdef WITH_VARIANCE
 layout(set = 0, binding = 1, rgba32f) uniform image2D variance;
 #endif
+#ifdef WITH_COUNTS
+layout(set = 0, binding = 2, r32ui) readonly uniform uimage2D counts;  // of each tile of the picture
+#endif
 
 layout(push_constant) uniform Constants {
     uvec2 offset;
     uvec2 extent;
+#ifndef WITH_COUNTS
     ExactDivisor divisor;  // of sampleCount
     uint sampleCount;      // of these pixels
+#endif
 } constants;
 
 void main() {
@@ -24,9 +33,18 @@ void main() {
                              imageLoad(sum3, pixel));
     uvec4 bits;
     ExactSum sum;
+#ifdef WITH_COUNTS
+    uint sampleCount = imageLoad(counts, ivec2(uvec2(pixel) % uvec2(imageSize(counts)))).x;
+#else
+    uint sampleCount = constants.sampleCount;
+#endif
     for (int c = 0; c < 4; ++c) {
         for (int k = 0; k < 4; ++k) sum.words[k] = sums[k][c];
+#ifdef WITH_COUNTS
+        bits[c] = MeanOfCount(sum, sampleCount);
+#else
         bits[c] = MeanOfExactSum(sum, constants.divisor);
+#endif
     }
     imageStore(mean, pixel, uintBitsToFloat(bits));
 #ifdef WITH_VARIANCE
@@ -39,7 +57,7 @@ void main() {
             square.words[k] = squares[k][c];
         }
         square.words[4] = squares[c].w;
-        bits[c] = VarianceOfExactSums(sum, square, constants.sampleCount);
+        bits[c] = VarianceOfExactSums(sum, square, sampleCount);
     }
     bits.w = 0u;
     imageStore(variance, pixel, uintBitsToFloat(bits));

@@ -205,6 +205,9 @@ struct TraceParameters {
     float regularize;     // least alpha of a surface after the first bounce; 0: off
     float textureLod;     // added to the level at which paths read textures, if kTraceTextureLod is set
     vec3 sceneOrigin;     // in world space; all other positions on the device are relative to it
+    uvec2 pixelList;      // address of a ListedPixel for each texel of a sample, if kTracePixelList is set
+    uint pixelListWidth;  // texels
+    uint pixelListCount;  // of a sample's texels, those that are of a pixel
 };
 
 #undef RAYGRAPH_CONSTANT
@@ -216,7 +219,7 @@ static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(CapsuleRecord) == 9 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 173 * 4);
-static_assert(sizeof(TraceParameters) == 51 * 4);
+static_assert(sizeof(TraceParameters) == 55 * 4);
 }  // namespace raygraph::gpu
 #endif
 

@@ -66,37 +66,40 @@
 //                     passes over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
 // and of the camera:
 //   HiddenEnvironment: it does not see the environment
-#define RAYGRAPH_TRACE_FEATURES(X) \
-    X(LightSampling, 1)            \
-    X(TriangleLights, 2)           \
-    X(PunctualLights, 4)           \
-    X(EnvironmentLight, 8)         \
-    X(Textures, 16)                \
-    X(Glass, 32)                   \
-    X(Volumes, 64)                 \
-    X(ProbeMedia, 128)             \
-    X(ThinWalls, 256)              \
-    X(AnyHit, 512)                 \
-    X(ShadowTerminator, 1024)      \
-    X(Metals, 2048)                \
-    X(Opaque, 4096)                \
-    X(TextureTransforms, 8192)     \
-    X(Clearcoat, 16384)            \
-    X(Sheen, 32768)                \
-    X(Anisotropy, 65536)           \
-    X(Iridescence, 131072)         \
-    X(Dispersion, 262144)          \
-    X(DiffuseTransmission, 524288) \
-    X(Scattering, 1048576)         \
-    X(LightProfiles, 2097152)      \
-    X(TextureLod, 4194304)         \
-    X(MatchedMedia, 8388608)       \
-    X(Retroreflection, 16777216)   \
-    X(Capsules, 33554432)          \
-    X(Smooth, 67108864)            \
-    X(MeshLights, 134217728)       \
-    X(VertexColors, 536870912)     \
-    X(HiddenEnvironment, 268435456)
+// and of the samples:
+//   PixelList: they are of the pixels of a list (passes/pixel_list.h), not of all
+#define RAYGRAPH_TRACE_FEATURES(X)  \
+    X(LightSampling, 1)             \
+    X(TriangleLights, 2)            \
+    X(PunctualLights, 4)            \
+    X(EnvironmentLight, 8)          \
+    X(Textures, 16)                 \
+    X(Glass, 32)                    \
+    X(Volumes, 64)                  \
+    X(ProbeMedia, 128)              \
+    X(ThinWalls, 256)               \
+    X(AnyHit, 512)                  \
+    X(ShadowTerminator, 1024)       \
+    X(Metals, 2048)                 \
+    X(Opaque, 4096)                 \
+    X(TextureTransforms, 8192)      \
+    X(Clearcoat, 16384)             \
+    X(Sheen, 32768)                 \
+    X(Anisotropy, 65536)            \
+    X(Iridescence, 131072)          \
+    X(Dispersion, 262144)           \
+    X(DiffuseTransmission, 524288)  \
+    X(Scattering, 1048576)          \
+    X(LightProfiles, 2097152)       \
+    X(TextureLod, 4194304)          \
+    X(MatchedMedia, 8388608)        \
+    X(Retroreflection, 16777216)    \
+    X(Capsules, 33554432)           \
+    X(Smooth, 67108864)             \
+    X(MeshLights, 134217728)        \
+    X(VertexColors, 536870912)      \
+    X(HiddenEnvironment, 268435456) \
+    X(PixelList, 1073741824)
 
 #ifdef __cplusplus
 namespace raygraph {

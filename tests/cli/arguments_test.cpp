@@ -281,6 +281,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.shutter = session::Shutter{-0.0125, 0.1};
     settings.crop = passes::Region{3, 1, 70, 4};
     settings.paths.isEnvironmentHidden = true;
+    settings.isAdaptive = true;
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.paths.form = {passes::IntegratorForm::Wavefront, 7};

@@ -172,6 +172,17 @@ TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
     const nlohmann::json image = nlohmann::json::parse(reported).at("image");
     EXPECT_EQ(image.at("nonfinite_samples"), 8 * 8 * 3);
     EXPECT_EQ(image.at("mean"), nlohmann::json({0.0, 0.0, 0.0}));
+    // Each sample once, also where lists of pixels do not fill their rows
+    for (const char* form : {"loop", "wavefront:2"}) {
+        const test::ProgramResult adaptive = RunProgram(
+            m_folder, std::string("render bright.gltf -o bright.hdr --report bright.json --size 7x5 --spp "
+                                  "128 --adaptive on --brdf lambert --nee off --background 3e38,3e38,3e38 "
+                                  "--camera '0 0 1  0 0 0  0 1 0  1' --integrator-form ") +
+                          form);
+        ASSERT_EQ(adaptive.exitCode, 0) << adaptive.messages;
+        std::ifstream again(m_folder / "bright.json");
+        EXPECT_EQ(nlohmann::json::parse(again).at("image").at("nonfinite_samples"), 7 * 5 * 128) << form;
+    }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "editor/session/render_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -63,6 +64,88 @@ TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     EXPECT_EQ(read.version, written.version);
     EXPECT_EQ(read.device, written.device);
     EXPECT_EQ(read.driver, written.driver);
+}
+
+// Of a render whose pixels have different numbers of samples, and would get more.
+RenderFile MakeAdaptiveRender() {
+    RenderFile render = MakeRender(0, 64);
+    PictureSettings settings = SettingsFrom(render.settings);
+    settings.isAdaptive = true;
+    render.settings = Texts(settings);
+    AdaptiveState state{.stages = {128, 128}};
+    for (uint32_t i = 0; i < 15; ++i) state.counts.push_back(36 + 4 * i);
+    for (uint32_t i = 0; i < 15; ++i) state.wanted.push_back(132 + 4 * (i / 2));
+    for (const uint32_t base : {32u, 64u})
+        for (uint32_t i = 0; i < 15; ++i) {
+            const float value = state.counts[i] > base ? 0.5f * static_cast<float>(i) : 0.0f;
+            state.noted[base].variance.push_back(value);
+            state.noted[base].mean.push_back(2.0f * value);
+        }
+    render.adaptive = state;
+    return render;
+}
+
+TEST(RenderFile, AdaptiveRenderHasItsCountsAndWhatComesNext) {
+    const test::TemporaryFolder folder;
+    const RenderFile written = MakeAdaptiveRender();
+    WriteRenderFile(folder / "a.exr", written);
+    const RenderFile read = ReadRenderFile(folder / "a.exr");
+    ASSERT_TRUE(read.adaptive);
+    EXPECT_EQ(*read.adaptive, *written.adaptive);
+    EXPECT_EQ(SampleCount(read.samples), 64u);
+    const image::ExrImage file = image::ReadExr(folder / "a.exr");
+    ASSERT_NE(file.UintChannel("samples"), nullptr);
+    EXPECT_EQ(*file.UintChannel("samples"), written.adaptive->counts);
+    EXPECT_NE(file.UintChannel("samples.wanted"), nullptr);
+    EXPECT_NE(file.FloatChannel("samples.variance32"), nullptr);
+    EXPECT_NE(file.FloatChannel("samples.mean64"), nullptr);
+    EXPECT_EQ(std::get<std::string>(file.attributes.at("raygraph.adaptiveStage")), "128 128");
+    // Without sums it does not go on
+    WriteRenderFile(folder / "half.exr", written, {}, ExrType::Half);
+    const RenderFile half = ReadRenderFile(folder / "half.exr");
+    EXPECT_EQ(half.adaptive->counts, written.adaptive->counts);
+    EXPECT_TRUE(half.adaptive->wanted.empty());
+}
+
+TEST(RenderFile, CountsThatCannotBeAreRefused) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    const auto expectRefused = [&](const char* part, auto&& change) {
+        RenderFile render = MakeAdaptiveRender();
+        change(render);
+        ExpectError(
+            ErrorKind::Usage, [&] { WriteRenderFile(path, render); }, part);
+    };
+    expectRefused("samples on average", [](RenderFile& r) { r.samples = {{0, 63}}; });
+    expectRefused("more samples than it is to have", [](RenderFile& r) { r.adaptive->wanted[14] = 90; });
+    expectRefused("adaptive", [](RenderFile& r) { r.adaptive.reset(); });
+    const auto expectUnreadable = [&](const char* part, auto&& change) {
+        WriteRenderFile(path, MakeAdaptiveRender());
+        image::ExrImage file = image::ReadExr(path);
+        change(file);
+        image::WriteExr(path, file);
+        ExpectError(
+            ErrorKind::BadInput, [&] { ReadRenderFile(path); }, "a.exr", part);
+    };
+    const auto channel = [](image::ExrImage& file, const char* name) -> image::ExrChannel& {
+        return *std::ranges::find(file.channels, name, &image::ExrChannel::name);
+    };
+    expectUnreadable("without a sample", [&](image::ExrImage& file) {
+        std::get<std::vector<uint32_t>>(channel(file, "samples").samples)[2] = 0;
+    });
+    expectUnreadable("no variance of 64 samples",
+                     [&](image::ExrImage& file) { channel(file, "samples.mean64").name = "other"; });
+    expectUnreadable("gives no pixel as many", [&](image::ExrImage& file) {
+        std::get<std::vector<uint32_t>>(channel(file, "samples.wanted").samples)[2] = 0xFFFFFFFFu;
+    });
+    expectUnreadable("no variance of 32 samples",
+                     [&](image::ExrImage& file) { channel(file, "samples.variance32").name = "other"; });
+    expectUnreadable("adaptiveStage", [](image::ExrImage& file) {
+        file.attributes["raygraph.adaptiveStage"] = std::string("128 perhaps");
+    });
+    expectUnreadable("a pixel has", [](image::ExrImage& file) {
+        file.attributes["raygraph.setting.adaptive"] = std::string("off");
+    });
 }
 
 TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {

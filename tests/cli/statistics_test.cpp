@@ -16,6 +16,14 @@ TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
     EXPECT_DOUBLE_EQ(*statistics.relativeError, 0.5);
 }
 
+TEST(ImageStatistics, EachPixelMayHaveAsManySamplesAsItLikes) {
+    // Variances of the means: 1 and 3, so 2 on average
+    const std::vector<float> mean{1, 2, 3, 1, 1, 2, 3, 1}, variance{9, 9, 9, 0, 9, 9, 9, 0};
+    EXPECT_DOUBLE_EQ(Measure(mean, variance, std::vector<uint32_t>{9, 3}).relativeError.value_or(0.0),
+                     std::sqrt(2.0) / 2.0);
+    EXPECT_FALSE(Measure(mean, variance, std::vector<uint32_t>{1, 1}).relativeError);
+}
+
 TEST(ImageStatistics, NoErrorWithoutTwoSamplesVarianceOrLight) {
     const std::vector<float> light{1, 1, 1, 1}, black{0, 0, 0, 1};
     EXPECT_FALSE(Measure(light, light, 1).relativeError);

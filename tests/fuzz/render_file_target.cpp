@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "editor/cli/resume_settings.h"
+#include "editor/session/adaptive_counts.h"
 #include "editor/session/merge.h"
 #include "editor/session/render_file.h"
 #include "renderer/image/exr.h"
@@ -17,8 +18,17 @@ namespace {
 constexpr uint32_t kWidth = 3, kHeight = 2;
 constexpr size_t kPixels = kWidth * kHeight;
 
+// One whose pixels have more or less.
+session::AdaptiveState MakeCounts() {
+    session::AdaptiveState state{.counts = std::vector<uint32_t>(kPixels, 20), .stages = {128, 128}};
+    state.counts[0] = 40;
+    state.wanted = std::vector<uint32_t>(kPixels, 128);
+    state.noted[32] = {std::vector<float>(kPixels, 1.0f), std::vector<float>(kPixels, 1.0f)};
+    return state;
+}
+
 // A render of four samples from `first` on; with all that may be stored, or with nothing that need not be.
-session::RenderFile MakeRender(bool isFull, uint32_t first) {
+session::RenderFile MakeRender(bool isFull, uint32_t first, bool isAdaptive = false) {
     session::RenderFile render;
     render.size = {kWidth, kHeight};
     render.samples = {{first, 4}};
@@ -53,6 +63,11 @@ session::RenderFile MakeRender(bool isFull, uint32_t first) {
         render.instance.assign(kPixels, 1);
         render.material.assign(kPixels, 1);
     }
+    if (isAdaptive) {
+        settings.isAdaptive = true;
+        render.adaptive = MakeCounts();
+        render.samples = {{first, render.adaptive->Average()}};
+    }
     render.settings = session::Texts(settings);
     return render;
 }
@@ -66,9 +81,11 @@ struct Renders {
             (isFull ? full : small) = image::ReadExr(path);
             (isFull ? laterFull : laterSmall) = MakeRender(isFull, 1000);
         }
+        session::WriteRenderFile(folder / "valid.exr", MakeRender(false, 0, true));
+        adaptive = image::ReadExr(folder / "valid.exr");
     }
     test::TemporaryFolder folder;
-    image::ExrImage small, full;
+    image::ExrImage small, full, adaptive;
     session::RenderFile laterSmall, laterFull;  // of other samples
 };
 
@@ -134,6 +151,25 @@ void Change(image::ExrImage& file, Choices& choices) {
     }
 }
 
+// Whatever a file says of its pixels, they get more samples.
+void GoOn(const session::RenderFile& render) {
+    using Kind = session::AdaptiveCounts::Next::Kind;
+    session::AdaptiveCounts counts({render.size.width, render.size.height}, *render.adaptive);
+    const session::NotedSamples noted{std::vector<float>(kPixels, 1.0f), std::vector<float>(kPixels, 1.0f)};
+    const uint32_t average = counts.Average() + counts.Average() / 2 + 1;
+    uint64_t before = counts.Total();
+    for (auto next = counts.NextTo(average); next.kind != Kind::Nothing; next = counts.NextTo(average)) {
+        if (next.kind == Kind::Decision) {
+            counts.Decide(next.color, noted);
+            continue;
+        }
+        counts.Advance(next, next.length);
+        Require(counts.Total() > before, "a step without a sample");
+        before = counts.Total();
+    }
+    Require(counts.Average() >= average, "it ends before its average");
+}
+
 void ReadAndMerge(const std::filesystem::path& path, const session::RenderFile& later,
                   const std::filesystem::path& other) {
     const std::string subject = path.string();
@@ -142,6 +178,8 @@ void ReadAndMerge(const std::filesystem::path& path, const session::RenderFile& 
     session::ResumedRender resumed;
     if (Succeeds(subject, {ErrorKind::BadInput}, [&] { resumed = session::ReadResumedRender(path); }))
         Succeeds("", {ErrorKind::Usage}, [&] { cli::SettingsOf(resumed, {.samples = 1u << 20}); });
+    if (render.adaptive && !render.adaptive->wanted.empty())
+        Succeeds("", {ErrorKind::Usage}, [&] { GoOn(render); });
     // What was read can be written, and read again
     Require(Succeeds("", {},
                      [&] {
@@ -163,7 +201,8 @@ void RunRenderFile(Input input) {
     static const Renders renders;
     Choices choices(input);
     const bool isFull = choices.Flag();
-    image::ExrImage file = isFull ? renders.full : renders.small;
+    const bool isAdaptive = !isFull && choices.Flag();
+    image::ExrImage file = isFull ? renders.full : isAdaptive ? renders.adaptive : renders.small;
     Change(file, choices);
     const std::filesystem::path path = renders.folder / "render.exr";
     // Of two channels of one name, or an attribute's name of the format's own, nothing is written

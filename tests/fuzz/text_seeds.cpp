@@ -93,9 +93,10 @@ std::vector<Seed> TextSeeds() {
 // A flag, the number of changes, each of four bytes (kind, channel or attribute, value), and lines of texts.
 std::vector<Seed> RenderFileSeeds() {
     std::vector<Seed> seeds;
-    for (const char isFull : {'\0', '\1'}) {
-        const std::string start(1, isFull);
-        const std::string name = isFull ? "full" : "small";
+    // Of all that may be stored; of nothing that need not be; of pixels with different numbers of samples
+    const std::pair<const char*, std::string> starts[] = {
+        {"full", {1}}, {"small", {0, 0}}, {"adaptive", {0, 1}}};
+    for (const auto& [name, start] : starts) {
         seeds.push_back(Text(name, start));
         for (char kind = 0; kind < 6; ++kind)
             for (const char at : std::string("\1\11\17\24"))

@@ -1,0 +1,62 @@
+// What SampleFrames measures: the error of the picture, and the rays of a sample.
+#include <numeric>
+
+#include "base/check.h"
+#include "editor/session/error_goal.h"
+#include "editor/session/sample_frames.h"
+#include "renderer/graph/readback_values.h"
+
+namespace raygraph::session {
+
+void SampleFrames::MeasureError() {
+    if (m_measurement || !m_plan.withVariance || !ShowsLight()) return;
+    m_renderer.BeginFrame();
+    const passes::AccumulatedIds ids = Resolve(m_radiance.accumulation, Size(), true, DeclareCounts());
+    m_measurement = Measurement{m_submitted, m_renderer.ReadBack(ids.mean), m_renderer.ReadBack(ids.variance),
+                                m_adaptive ? m_adaptive->Counts().State().counts : std::vector<uint32_t>{}};
+    m_renderer.Execute();
+}
+
+MeasuredError SampleFrames::MeasureErrorNow() {
+    if (m_measurement && m_measurement->sampleCount != m_submitted) m_measurement.reset();
+    MeasureError();
+    RG_CHECK(m_measurement.has_value());
+    m_measurement->mean.Wait();
+    m_measurement->variance.Wait();
+    return *NewestError();
+}
+
+const std::optional<MeasuredError>& SampleFrames::NewestError() {
+    if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
+        m_error = session::MeasureError(WaitForValues<float>(m_measurement->mean),
+                                        WaitForValues<float>(m_measurement->variance),
+                                        m_measurement->sampleCount, m_measurement->counts);
+        m_measurement.reset();
+    }
+    return m_error;
+}
+
+passes::ExactSums SampleFrames::RadianceSums() {
+    if (m_submitted == 0) return passes::MakeExactSums(PixelCount(Size()), true);
+    m_renderer.BeginFrame();
+    const passes::SumsReadback sums(m_renderer,
+                                    passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true));
+    m_renderer.Execute();
+    return sums.Values();
+}
+
+double SampleFrames::MeasureRaysPerSample() {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Declare(m_lastSample);
+    const passes::TraceIds traced =
+        passes::Trace(m_renderer, ids, m_scene.SettingsFor(m_lastSample), {.rayCounts = true});
+    const Readback readback = m_renderer.ReadBack(traced.rayCounts);
+    m_renderer.Execute();
+    const std::vector<float> rays = WaitForValues<float>(readback);
+    if (!m_adaptive) return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());
+    const AdaptiveState state = m_adaptive->Counts().State();
+    return std::inner_product(rays.begin(), rays.end(), state.counts.begin(), 0.0) /
+           static_cast<double>(state.Total());
+}
+
+}  // namespace raygraph::session

@@ -1,0 +1,44 @@
+// A small picture with made-up noise, whose pixels get samples without a device.
+#pragma once
+
+#include <algorithm>
+#include <random>
+
+#include "editor/session/adaptive_counts.h"
+
+namespace raygraph::session::adaptive_picture {
+inline constexpr rhi::Extent2D kPicture{24, 17};
+inline constexpr size_t kPixels = size_t{24} * 17;
+
+// Noise on the left that is ten times that on the right, and none on the lower rows; of equal brightness.
+inline NotedSamples Noted() {
+    NotedSamples noted{std::vector<float>(kPixels), std::vector<float>(kPixels, 1.0f)};
+    for (size_t i = 0; i < kPixels; ++i) noted.variance[i] = i / 24 > 11 ? 0.0f : i % 24 < 12 ? 1.0f : 0.01f;
+    return noted;
+}
+
+inline NotedSamples AnyNoted(uint32_t seed) {
+    std::mt19937 random(seed);
+    std::lognormal_distribution<float> any(0.0f, 2.0f);
+    NotedSamples noted;
+    for (size_t i = 0; i < kPixels; ++i) {
+        noted.variance.push_back(any(random));
+        noted.mean.push_back(any(random));
+    }
+    return noted;
+}
+
+// Until each color has the average, at most `atOnce` samples a step.
+inline void RunTo(AdaptiveCounts& counts, uint32_t average, uint32_t atOnce, const NotedSamples& noted) {
+    using Kind = AdaptiveCounts::Next::Kind;
+    while (true) {
+        const AdaptiveCounts::Next next = counts.NextTo(average);
+        if (next.kind == Kind::Nothing) return;
+        if (next.kind == Kind::Decision)
+            counts.Decide(next.color, noted);
+        else
+            counts.Advance(next, std::min(next.length, atOnce));
+    }
+}
+
+}  // namespace raygraph::session::adaptive_picture
