@@ -31,7 +31,8 @@ AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t first
       m_size(size),
       m_firstSample(firstSample),
       m_counts(size),
-      m_list(renderer.Device(), size) {
+      m_lists{ColorList{passes::PixelList(renderer.Device(), size)},
+              ColorList{passes::PixelList(renderer.Device(), size)}} {
     ForgetBelow(kLastStage);  // those of an earlier picture
 }
 
@@ -41,7 +42,8 @@ AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t first
       m_size(size),
       m_firstSample(firstSample),
       m_counts(size, state),
-      m_list(renderer.Device(), size) {
+      m_lists{ColorList{passes::PixelList(renderer.Device(), size)},
+              ColorList{passes::PixelList(renderer.Device(), size)}} {
     ForgetBelow(kLastStage);
     for (const auto& [base, noted] : state.noted) {
         const passes::NotedIds ids = Noted(base);
@@ -69,8 +71,9 @@ void AdaptiveFrames::SetList(const AdaptiveCounts::Next& next) {
         return gpu::ListedPixel{at.pixel % m_size.width | at.pixel / m_size.width << 16u,
                                 m_firstSample + at.count};
     });
-    m_list.Set(pixels);
-    m_listed = m_counts.WalkId(next.color);
+    ColorList& list = m_lists[next.color];
+    list.list.Set(pixels);
+    list.listed = m_counts.WalkId(next.color);
 }
 
 bool AdaptiveFrames::PrepareFor(uint32_t average, const passes::Accumulation& radiance) {
@@ -97,10 +100,11 @@ void AdaptiveFrames::Decide(uint32_t color, const passes::Accumulation& radiance
     m_renderer.BeginFrame();
     passes::NotedIds noted = Noted(base);
     if (!pixels.empty()) {
-        m_list.Set(pixels);
-        m_listed = 0;
+        ColorList& list = m_lists[1 - color];
+        list.list.Set(pixels);
+        list.listed = 0;
         noted = passes::NoteSamples(m_renderer, radiance,
-                                    m_list.Declare(m_renderer, static_cast<uint32_t>(pixels.size())), base,
+                                    list.list.Declare(m_renderer, static_cast<uint32_t>(pixels.size())), base,
                                     base, noted);
     }
     const NotedReadback readback = ReadBackNoted(noted);
@@ -112,8 +116,9 @@ void AdaptiveFrames::Decide(uint32_t color, const passes::Accumulation& radiance
 AdaptiveFrames::Samples AdaptiveFrames::Take(const passes::Accumulation& radiance, uint32_t average,
                                              uint64_t mostTexels, uint32_t mostRows) {
     const AdaptiveCounts::Next next = m_counts.NextTo(average);
-    if (m_listed != m_counts.WalkId(next.color)) SetList(next);
-    const passes::ListedPixels pixels = m_list.Declare(m_renderer, next.pixels);
+    ColorList& list = m_lists[next.color];
+    if (list.listed != m_counts.WalkId(next.color)) SetList(next);
+    const passes::ListedPixels pixels = list.list.Declare(m_renderer, next.pixels);
     if (const uint32_t base = m_counts.BaseToNote(next.color); base > 0)
         std::ignore =
             passes::NoteSamples(m_renderer, radiance, pixels, m_firstSample + base, base, Noted(base));

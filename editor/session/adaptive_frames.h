@@ -2,6 +2,7 @@
 // what decides it. For editor/session/ alone. Threads: that of the Renderer.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 
@@ -52,8 +53,11 @@ class AdaptiveFrames {
     Extent2D m_size;
     uint32_t m_firstSample;
     AdaptiveCounts m_counts;
-    passes::PixelList m_list;
-    uint64_t m_listed = 0;  // the walk whose pixels the list has; 0: of none
+    struct ColorList {
+        passes::PixelList list;
+        uint64_t listed = 0;  // the walk whose pixels it has; 0: of none
+    };
+    std::array<ColorList, kColors> m_lists;
     std::map<uint32_t, NotedReadback> m_noted;
 };
 

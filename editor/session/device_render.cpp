@@ -8,6 +8,11 @@
 #include "base/stopwatch.h"
 
 namespace raygraph::session {
+namespace {
+
+constexpr uint32_t kMostAtStep = 1u << 16;  // samples of a pixel, on average
+
+}  // namespace
 
 void DeviceRender::Estimate() {
     // At the first count from each power of two on
@@ -51,8 +56,16 @@ void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEst
 
 void DeviceRender::RenderWhereNeeded(uint32_t average, bool isEstimating,
                                      const std::function<bool()>& afterFrames) {
+    // A run may end between two steps: they take about as long, whatever a sample takes
+    constexpr double kShortest = 0.1, kLongest = 0.5;
     do {
-        m_frames->RenderWhereNeeded(average);
+        const Stopwatch watch;
+        m_frames->RenderWhereNeeded(average, m_step);
+        const double seconds = watch.Seconds();
+        if (seconds > kLongest)
+            m_step = std::max(m_step / 2, 1u);
+        else if (seconds < kShortest)
+            m_step = std::min(2 * m_step, kMostAtStep);
         if (isEstimating) Estimate();
     } while (!afterFrames() && m_frames->SamplesSubmitted() < average);
     m_frames->WaitForSamples();

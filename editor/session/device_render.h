@@ -49,6 +49,7 @@ class DeviceRender {
     bool m_isWarm = false;                    // the first sample, which compiles the pipelines, is done
     double m_seconds = 0.0, m_samples = 0.0;  // of the others, of rounds that have ended
     int m_estimatedWidth = 0;                 // of the count of samples at the last estimate, in bits
+    uint32_t m_step = 1;                      // of an adaptive picture: samples of a pixel, on average
     std::atomic<double> m_errorOfOneSample{0.0};
 };
 

@@ -143,6 +143,7 @@ void DeviceScene::SetTracing(const passes::FormSettings& form, passes::Traversal
     m_settings.traversal = traversal;
     m_traced.form = form;
     m_traced.traversal = traversal;
+    m_scene.UseWideTrees(traversal != passes::Traversal::Driver);
 }
 
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {

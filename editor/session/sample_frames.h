@@ -46,9 +46,10 @@ class SampleFrames {
     // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits
     // while as many frames are in flight as the device allows.
     void RenderSamples(SampleRange samples);
-    // Of an adaptive picture, instead: submits some frames of samples where they are needed, towards an
-    // average of `average` a pixel. After it, what the picture has is a function of its average.
-    void RenderWhereNeeded(uint32_t average);
+    // Of an adaptive picture, instead: submits samples where they are needed, on the way to an average of
+    // `average` a pixel, up to `most` more than it has. After it, what the picture has is a function of its
+    // average.
+    void RenderWhereNeeded(uint32_t average, uint32_t most);
     // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
     // to be traced again, before the first RenderSamples.
     uint32_t SamplesToRestore() const { return m_toRestore; }

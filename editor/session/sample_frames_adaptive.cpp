@@ -5,11 +5,8 @@
 
 namespace raygraph::session {
 
-void SampleFrames::RenderWhereNeeded(uint32_t average) {
-    // Not all at once, so that a run may end in between
-    constexpr uint32_t kParts = 32;
-    const uint32_t most = std::min(average - m_submitted, std::max(m_samplesAtOnce, m_submitted / kParts));
-    const uint32_t next = m_submitted + most;
+void SampleFrames::RenderWhereNeeded(uint32_t average, uint32_t most) {
+    const uint32_t next = m_submitted + std::min(average - m_submitted, most);
     while (m_adaptive->PrepareFor(next, m_radiance.accumulation)) RenderListed(next);
 }
 

@@ -76,12 +76,6 @@ TracingChoice Wanted(const TracingChoice& asked, const ResumedRender* resumed) {
     return wanted;
 }
 
-PictureSettings WithTraversal(const SessionDesc& desc) {
-    PictureSettings settings = desc.settings;
-    settings.traversal = Wanted(AskedBy(settings), desc.resumed).traversal;
-    return settings;
-}
-
 // Before the AOVs that were not asked for are dropped.
 std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
     std::map<Bias, RemovedLight> all;
@@ -106,7 +100,7 @@ struct Session::Impl {
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
           asked(AskedBy(desc.settings)),
-          shared(devices, RequireInput(desc, devices.size()), WithTraversal(desc), desc.group) {
+          shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.group) {
         FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.formMemory));
         chosen = tracing.choice;
         if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <future>
 #include <numeric>
 #include <thread>
 
@@ -36,10 +37,13 @@ class Builder {
             target.left = node + 1;
             target.right = node + 2 * (middle - first);
             if (threads > 1 && last - first > kParallelCount) {
-                const std::jthread other([this, left = target.left, first, middle, threads] {
-                    Build(left, first, middle, threads / 2);
-                });
+                // In turn where no thread can start
+                std::future<void> other = std::async(std::launch::async | std::launch::deferred,
+                                                     [this, left = target.left, first, middle, threads] {
+                                                         Build(left, first, middle, threads / 2);
+                                                     });
                 Build(target.right, middle, last, threads - threads / 2);
+                other.get();
                 return;
             }
             // The smaller part by recursion, so that its depth stays small
@@ -137,11 +141,12 @@ double BinaryBvh::SahCost() const {
     return nodes.empty() ? 0.0 : cost / double{std::max(nodes[0].box.HalfArea(), 1e-30f)};
 }
 
-BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, bool isBalanced) {
+BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, const BvhSettings& settings) {
     BinaryBvh tree;
     if (boxes.empty()) return tree;
-    Builder(boxes, isBalanced, tree)
-        .Build(0, 0, static_cast<uint32_t>(boxes.size()), std::max(std::thread::hardware_concurrency(), 1u));
+    const uint32_t threads =
+        settings.maxThreads != 0 ? settings.maxThreads : std::max(std::thread::hardware_concurrency(), 1u);
+    Builder(boxes, settings.isBalanced, tree).Build(0, 0, static_cast<uint32_t>(boxes.size()), threads);
     return tree;
 }
 

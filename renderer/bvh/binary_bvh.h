@@ -26,8 +26,13 @@ struct BinaryBvh {
     double SahCost() const;
 };
 
-// By bins of centers of boxes; `isBalanced`: into halves along the longest axis of their centers, so that no
-// leaf is deeper than others, and at more cost to rays.
-BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, bool isBalanced = false);
+struct BvhSettings {
+    // Into halves along the longest axis of the boxes' centers, so that no leaf is deeper than others, and at
+    // more cost to rays. False: by bins of centers.
+    bool isBalanced = false;
+    uint32_t maxThreads = 0;  // 0: as many as the machine has cores
+};
+// Of finite boxes. The tree does not depend on the threads.
+BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, const BvhSettings& settings = {});
 
 }  // namespace raygraph

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
 
@@ -19,6 +20,12 @@ struct Box {
     void Extend(const Box& other) {
         min = glm::min(min, other.min);
         max = glm::max(max, other.max);
+    }
+    // Neither empty nor without an end.
+    bool IsFinite() const {
+        for (int axis = 0; axis < 3; ++axis)
+            if (!std::isfinite(min[axis]) || !std::isfinite(max[axis]) || min[axis] > max[axis]) return false;
+        return true;
     }
     glm::vec3 Center() const { return 0.5f * min + 0.5f * max; }
     // 0 for an empty box.

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "base/check.h"
+
 namespace raygraph {
 namespace {
 
@@ -166,7 +168,7 @@ class Collapse {
         for (size_t i = 0; i < children.size(); ++i) bySlot[slots[i]] = children[i];
 
         WideNode node{};
-        glm::dvec3 margin;
+        glm::dvec3 margin(0.0);
         for (int axis = 0; axis < 3; ++axis) {
             margin[axis] = kMargin * (double{box.max[axis]} - double{box.min[axis]});
             node.origin[axis] = NotAbove(double{box.min[axis]} - margin[axis]);
@@ -216,6 +218,7 @@ class Collapse {
 
     // The least exponent whose 255 steps reach as far.
     static uint32_t BiasedExponent(double size) {
+        RG_CHECK(std::isfinite(size));
         int exponent = size > 0.0 ? static_cast<int>(std::ceil(std::log2(size / 255.0))) : -100;
         while (std::ldexp(255.0, exponent) < size) ++exponent;
         return static_cast<uint32_t>(std::clamp(exponent, -100, 127) + 127);

@@ -1,5 +1,6 @@
 #include "renderer/bvh/wide_scene.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -28,6 +29,13 @@ Box BoxOf(const std::vector<gpu::WideTriangle>& triangles) {
     for (const gpu::WideTriangle& triangle : triangles)
         for (const glm::vec3& corner : {triangle.p0, triangle.p1, triangle.p2}) box.Extend(corner);
     return box;
+}
+
+// Farther away, the distance of a side of a box has no end along axes that rays are parallel to.
+bool IsNearEnough(const Box& box) {
+    constexpr float kFarthest = 1e18f;
+    const glm::vec3 reach = glm::max(glm::abs(box.min), glm::abs(box.max));
+    return box.IsFinite() && std::max({reach.x, reach.y, reach.z}) < kFarthest;
 }
 
 }  // namespace
@@ -61,7 +69,8 @@ std::vector<Box> InstanceBoxes(const BvhScene& scene) {
     return boxes;
 }
 
-WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
+WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
+                       uint32_t maxThreads) {
     std::vector<uint32_t> numbers;  // of triangles that have an area: rounding might let rays hit others
     std::vector<Box> boxes;
     for (uint32_t i = 0; i < indices.size() / 3; ++i) {
@@ -72,8 +81,9 @@ WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uin
         Box& box = boxes.emplace_back();
         for (int corner = 0; corner < 3; ++corner) box.Extend(positions[corners[corner]]);
     }
-    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
-    if (tree.depth > kMaxMeshDepth) tree = CollapseToWide(BuildBinaryBvh(boxes, true));
+    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes, {.maxThreads = maxThreads}));
+    if (tree.depth > kMaxMeshDepth)
+        tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true, .maxThreads = maxThreads}));
     WideMesh mesh{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
     mesh.triangles.reserve(tree.primitives.size());
     for (const uint32_t primitive : tree.primitives) {
@@ -90,12 +100,14 @@ WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {
     std::vector<gpu::WideInstance> placed;
     for (const WidePlacement& placement : placements) {
         gpu::WideInstance instance;
-        if (!ToWideInstance(placement, instance)) continue;
-        boxes.push_back(PlacedBox(placement.box, placement.objectToWorld));
+        if (!placement.box.IsFinite() || !ToWideInstance(placement, instance)) continue;
+        const Box box = PlacedBox(placement.box, placement.objectToWorld);
+        if (!IsNearEnough(box)) continue;
+        boxes.push_back(box);
         placed.push_back(instance);
     }
     WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
-    if (tree.depth > kMaxInstanceDepth) tree = CollapseToWide(BuildBinaryBvh(boxes, true));
+    if (tree.depth > kMaxInstanceDepth) tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true}));
     WideInstances result{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
     MoveNodes(result.nodes, 0, 1);
     result.instances.reserve(placed.size() + 1);

@@ -36,12 +36,14 @@ struct WideMesh {
     double sahCost = 0.0;
 };
 // Of the triangles that have an area. Trees that are deeper than kMaxMeshDepth are built again, balanced.
-RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices);
+// `maxThreads` as of BvhSettings.
+RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
+                                    uint32_t maxThreads = 0);
 
 // A placed tree of a mesh.
 struct WidePlacement {
     glm::mat4x3 objectToWorld{1.0f};
-    Box box;  // of the mesh
+    Box box;  // of the mesh; empty: it has no triangles
     uint32_t root = 0;
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...
@@ -52,7 +54,8 @@ struct WideInstances {
     uint32_t depth = 0;
     double sahCost = 0.0;
 };
-// Those without a volume, whose transforms have no inverse, are left out: no ray meets them.
+// Those without triangles, those whose transforms have no inverse, and those that reach
+// farther than 1e18 are left out: no ray meets them.
 RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> placements);
 
 // Of nodes, children and primitives included, that are moved to other places in their tables.

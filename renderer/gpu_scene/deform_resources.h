@@ -85,9 +85,10 @@ void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters);
 
 // How a mesh is drawn.
 struct MeshUse {
-    bool isDeformed = false;  // there are copies of it
-    bool isBaseDrawn = true;  // as the file has it
-    bool hasTree = false;     // a wide tree for own traversal, where nothing deforms it
+    bool isDeformed = false;   // there are copies of it
+    bool isBaseDrawn = true;   // as the file has it
+    bool hasTree = false;      // a wide tree for own traversal, where nothing deforms it
+    uint32_t treeThreads = 0;  // that build it; 0: as many as the machine has cores
 };
 
 class DeformUpload {

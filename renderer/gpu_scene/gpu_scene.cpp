@@ -185,6 +185,10 @@ const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
     return m_impl->instances->Transform(instance);
 }
 
+void GpuScene::UseWideTrees(bool areUsed) {
+    m_impl->areTreesUsed = areUsed;
+}
+
 void GpuScene::SetViewpoint(const glm::dvec3& eye) {
     m_impl->RequireNoFrame("SetViewpoint");
     m_impl->SetViewpoint(eye);
@@ -330,7 +334,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);
     draws.Declare(renderer, ids);
     DeclareBlasWork(renderer, ids);
-    if (trees) {
+    if (trees && areTreesUsed) {
         trees->Follow(*resources, *instances);
         trees->Declare(renderer, ids);
     }

@@ -283,6 +283,9 @@ class RAYGRAPH_API GpuScene {
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
 
+    // False: wide trees stay as they are, and frames have none, until it is true again. True to begin with.
+    void UseWideTrees(bool areUsed);
+
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
     // which are floats, is near there or at the scene's nearest place (docs/large-coordinates.md). Costs
     // nothing while that is within 128 m of the origin. Beyond, the origin moves: the TLAS is rebuilt and

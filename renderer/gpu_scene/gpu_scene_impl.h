@@ -291,6 +291,7 @@ struct GpuScene::Impl {
     std::unique_ptr<LightSet> lights;
     std::unique_ptr<DeformSet> deform;  // null: nothing is deformed; refers to both
     std::unique_ptr<WideSet> trees;     // null: without GpuSceneDesc::hasWideTrees
+    bool areTreesUsed = true;
     DrawTable draws;
     glm::dvec3 origin{0.0};
     OriginTurns originTurns;

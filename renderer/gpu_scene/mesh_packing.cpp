@@ -112,7 +112,8 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
                      kind.isRound ? capsules.originals : triangles.originals);
     result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
     if (use.hasTree && !kind.isRound && !(use.isDeformed && MayDeform(primitives)))
-        result.tree = std::make_shared<WideMesh>(BuildWideMesh(triangles.positions, triangles.indices));
+        result.tree = std::make_shared<WideMesh>(
+            BuildWideMesh(triangles.positions, triangles.indices, use.treeThreads));
 
     StreamPacker& packer = result.streams;
     result.positions = kind.isRound ? packer.Append(capsules.records) : packer.Append(triangles.positions);

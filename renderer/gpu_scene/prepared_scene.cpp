@@ -27,17 +27,19 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     scene::SceneData& data = content.data;
     const PackingMaterials materials{MaterialRecords(data.materials, {}), LowestTextureAlphas(data)};
     content.meshes.resize(data.meshes.size());
+    const auto workers = static_cast<uint32_t>(std::clamp<size_t>(data.meshes.size(), 1, threadCount));
     std::atomic<uint32_t> next = 0;
     const auto work = [&] {
         EmitterFinder finder(data);
         for (uint32_t i = next++; i < data.meshes.size(); i = next++) {
             MeshUse use = content.deform ? content.deform->UseOf(i) : MeshUse{};
             use.hasTree = settings.hasWideTrees;
+            use.treeThreads = threadCount / workers;
             content.meshes[i] = PackMesh(data.meshes[i], materials, use, finder, limits);
         }
     };
     std::vector<std::future<void>> others;  // they end with this scope, whatever happens
-    for (uint32_t i = 1; i < std::min<size_t>(threadCount, data.meshes.size()); ++i)
+    for (uint32_t i = 1; i < workers; ++i)
         others.push_back(std::async(std::launch::async | std::launch::deferred, work));
     work();
     for (std::future<void>& other : others) other.get();

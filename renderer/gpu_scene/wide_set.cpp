@@ -1,6 +1,7 @@
 #include "renderer/gpu_scene/wide_set.h"
 
 #include <algorithm>
+#include <exception>
 #include <span>
 #include <utility>
 
@@ -41,12 +42,14 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
         m_whyNone.clear();
         FollowInstances(resources, instances);
         m_version = instances.Version();
-    } catch (const Error& error) {
-        // No memory, or a table that no shader can bind
+    } catch (const std::exception& error) {
+        // No memory, or a table that no shader can bind. Frames in flight may still read what there was
         m_whyNone = error.what();
         m_hasFailed = true;
         m_nodes = {};
         m_triangles = {};
+        m_instances = {};
+        m_placed = {};
     }
 }
 

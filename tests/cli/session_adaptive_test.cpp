@@ -268,10 +268,36 @@ TEST_F(SessionAdaptiveTest, RunEndsWithTheErrorThatIsWanted) {
     EXPECT_TRUE(session.Result().render.measuredError);
 }
 
+// Between any two of its steps, where what it has is a function of its average.
+TEST_F(SessionAdaptiveTest, ARunThatIsStoppedIsARunToItsAverage) {
+    Session stopped(Device(), Scene("cornell.gltf"), Desc());
+    uint32_t asked = 0;
+    const RunSummary summary =
+        stopped.Run({.samples = 4096, .isStopRequested = [&] { return ++asked > 12; }});
+    EXPECT_TRUE(summary.wasStopped);
+    const RenderFile render = stopped.Result().render;
+    const uint32_t average = static_cast<uint32_t>(SampleCount(render.samples));
+    EXPECT_LT(average, 4096u);
+    ExpectSame(render, Render(Desc(), average));
+
+    Session late(Device(), Scene("cornell.gltf"), Desc());
+    late.Run({.seconds = 0.2});
+    const RenderFile timed = late.Result().render;
+    ExpectSame(timed, Render(Desc(), static_cast<uint32_t>(SampleCount(timed.samples))));
+}
+
 TEST_F(SessionAdaptiveTest, WhatHasSamplesOfAllPixelsIsRefused) {
     ExpectRefused({{"view", "albedo"}}, "the view albedo");
     ExpectRefused({{"view", "raster"}}, "the view raster");
     ExpectRefused({{"rr", "frame:0.5"}}, "rr");
+    SessionDesc blurred = Desc();
+    blurred.settings.at = 0.5;
+    blurred.settings.shutter = Shutter{.open = 0.0, .close = 0.1};
+    SceneInput moving = Scene("cornell.gltf");
+    moving.isAnimated = true;
+    ExpectError(
+        ErrorKind::Usage, [&] { const Session session(Device(), std::move(moving), blurred); },
+        "adaptive: ", "shutter");
     SessionDesc late = Desc();
     late.firstSample = 1u << 31;
     ExpectError(

@@ -118,6 +118,24 @@ TEST_F(SessionTraversal, ARenderKeepsItWhenItGoesOn) {
         ErrorKind::BadInput, [&] { goOn(old, "own"); }, "traversal: driver against own");
 }
 
+// As of an animation whose frames were begun on two devices.
+TEST_F(SessionTraversal, EachPictureOfASeriesKeepsItsOwn) {
+    const TraversalCase cornell{"cornell.gltf", {}};
+    const ResumedRender own{.path = "own.exr", .render = Render(cornell, "own", 2)};
+    const ResumedRender driver{.path = "driver.exr", .render = Render(cornell, "driver", 2)};
+    for (const bool isOwnFirst : {true, false}) {
+        const ResumedRender &first = isOwnFirst ? own : driver, &second = isOwnFirst ? driver : own;
+        SessionDesc desc = Resuming(first);
+        desc.settings.traversal = passes::Traversal::Auto;
+        Session session(Device(), LoadInput(test::SceneFile("cornell.gltf")), desc);
+        session.Run({.samples = 3});
+        EXPECT_EQ(TraversalOf(session.Result().render), TraversalOf(first.render));
+        session.StartPicture({.resumed = &second});
+        session.Run({.samples = 3});
+        EXPECT_EQ(TraversalOf(session.Result().render), TraversalOf(second.render));
+    }
+}
+
 TEST(TraversalSetting, OneThatWasLeftOpenIsAny) {
     EXPECT_EQ(FirstDifference({{"traversal", "auto"}}, {{"traversal", "own"}}), "");
     EXPECT_EQ(FirstDifference({{"traversal", "driver"}}, {}), "");

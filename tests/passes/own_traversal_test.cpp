@@ -80,7 +80,7 @@ class OwnTraversal : public VulkanTest {
     void ExpectAlike(const char* what) {
         SCOPED_TRACE(what);
         size_t unlike = 0;
-        double sum = 0.0;
+        double sum = 0.0, sumOfOwn = 0.0;
         for (uint32_t sample = 0; sample < 4; ++sample) {
             const FloatImage own = Traced(Traversal::Own, sample), driver = Traced(Traversal::Driver, sample);
             ASSERT_EQ(own.values.size(), driver.values.size());
@@ -88,10 +88,12 @@ class OwnTraversal : public VulkanTest {
                 const glm::vec4 difference = glm::abs(own.values[i] - driver.values[i]);
                 unlike += std::max({difference.x, difference.y, difference.z}) > 1e-3f;
                 sum += double{driver.values[i].y};
+                sumOfOwn += double{own.values[i].y};
             }
         }
         EXPECT_LT(unlike, 4 * 48 * 48 / 50);
         EXPECT_GT(sum, 0.0);
+        EXPECT_NEAR(sumOfOwn, sum, 0.02 * sum);
         EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "");
     }
 

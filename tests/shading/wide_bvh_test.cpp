@@ -7,6 +7,7 @@
 #include <cstring>
 #include <functional>
 #include <glm/gtc/constants.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
 #include "renderer/bvh/wide_bvh.h"
@@ -142,7 +143,7 @@ TEST(WideBvh, DeepTreesAreBalanced) {
             mesh.positions.push_back(std::ldexp(1.0f, -static_cast<int>(i)) * (corner + glm::vec3(1.0f)));
         }
     const std::vector<Box> boxes = TriangleBoxes(mesh);
-    const BinaryBvh tree = BuildBinaryBvh(boxes, true);
+    const BinaryBvh tree = BuildBinaryBvh(boxes, {.isBalanced = true});
     std::vector<uint32_t> found;
     CheckSubtree(tree, boxes, 0, found);
     ExpectEachOnce(found, boxes.size());
@@ -295,6 +296,38 @@ TEST(WideTraversal, TrianglesWithoutAnAreaAreNotThere) {
         at.direction = glm::vec3(0.25f, 0.25f, 0.0f) - ray.origin;
         EXPECT_LT(Traverse(wide, at, false).t, 0.0f);
     }
+}
+
+// Neither they nor what reaches too far take others with them, wherever they stand among them.
+TEST(WideTraversal, InstancesThatNoRayMeetsLeaveTheOthers) {
+    BvhMesh quad{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {0, 1, 2, 0, 2, 3}};
+    const BvhMesh point{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {0, 1, 2}};
+    const glm::mat4x3 turned(glm::rotate(glm::mat4(1.0f), 1.0f, glm::vec3(0.3f, 0.5f, 0.8f)));
+    glm::mat4x3 farAway(1.0f);
+    farAway[0] = farAway[1] = farAway[2] = glm::vec3(0.0f);
+    for (int axis = 0; axis < 3; ++axis) farAway[axis][axis] = 1e19f;
+    for (const auto& [mesh, objectToWorld] :
+         {std::pair{1u, glm::mat4x3(1.0f)}, std::pair{1u, turned}, std::pair{0u, farAway}})
+        for (uint32_t place = 0; place < 4; ++place) {
+            BvhScene scene;
+            scene.meshes = {quad, point};
+            for (uint32_t i = 0; i < 3; ++i) {
+                if (i == place) scene.instances.push_back({mesh, objectToWorld});
+                glm::mat4x3 at(1.0f);
+                at[3] = glm::vec3(3.0f * float(i), 0.0f, 0.0f);
+                scene.instances.push_back({0, at});
+            }
+            if (place == 3) scene.instances.push_back({mesh, objectToWorld});
+            const WideScene wide = BuildWideScene(scene);
+            for (uint32_t i = 0; i < 3; ++i) {
+                const gpu::WideHit hit = Traverse(
+                    wide,
+                    {.origin = {3.0f * float(i) + 0.1f, 0.3f, 3.0f}, .tMax = 10.0f, .direction = {0, 0, -1}},
+                    false);
+                EXPECT_NEAR(hit.t, 3.0f, 1e-6f) << place << " " << i;
+                EXPECT_EQ(hit.instance, i + (place <= i ? 1 : 0)) << place << " " << i;
+            }
+        }
 }
 
 // A sphere with bumps: closed, each vertex is shared.
