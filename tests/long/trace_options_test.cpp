@@ -85,18 +85,19 @@ const Option kOfPaths[] = {
 };
 
 // Structured bindings name the fields of a class or of its base, not both: a field that TraceSettings has beside
-// the five, of which FieldsOf names all but `sampleCount`, makes one more initializer valid.
+// the seven, of which FieldsOf names four, makes one more initializer valid.
 template <typename Settings>
-concept HasFiveFieldsOfItsOwn = requires {
-    Settings{PathSettings{}, {}, {}, {}, {}, {}};
+concept HasSevenFieldsOfItsOwn = requires {
+    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}, {}};
 }
 &&!requires {
-    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}};
+    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}, {}, {}};
 };
-static_assert(HasFiveFieldsOfItsOwn<TraceSettings>);
+static_assert(HasSevenFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
-    // All but `form` and `sampleCount`, which change no picture: tests/cli/session_forms_test.cpp
+    // All but `form`, `sampleCount` and `traversal`, which change no picture (session_forms_test.cpp and
+    // session_traversal_test.cpp of tests/cli), and `pixels` (session_adaptive_test.cpp)
     auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden, form] =
         static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
