@@ -170,8 +170,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     const TracingChoice chosen =
         ChooseTracing(scene, {settings.paths.form, settings.traversal}, ChoiceMemory(FormMemoryFile()));
     if (settings.traversal == passes::Traversal::Own && chosen.traversal != settings.traversal)
-        console.log.Warn("the driver's traversal is used in place of Raygraph's own: " +
-                         scene.WhyNoOwnTraversal());
+        WarnOfDriver(log, scene.WhyNoOwnTraversal());
     settings.paths.form = chosen.form;
     settings.traversal = chosen.traversal;
     scene.SetTracing(chosen.form, chosen.traversal);

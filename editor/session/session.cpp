@@ -105,8 +105,7 @@ struct Session::Impl {
         chosen = tracing.choice;
         if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&
             !tracing.whyNotOwn.empty())
-            Say(devices.front()->Log(), LogLevel::Warning, log_category::kScene,
-                "the driver's traversal is used in place of Raygraph's own: {}", tracing.whyNotOwn);
+            WarnOfDriver(devices.front()->Log(), tracing.whyNotOwn);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         Begin(desc.resumed);
     }

@@ -161,4 +161,9 @@ TracingChoice ChooseTracing(DeviceScene& scene, const TracingChoice& asked, cons
     return *chosen;
 }
 
+void WarnOfDriver(const Log& log, const std::string& whyNotOwn) {
+    Say(log, LogLevel::Warning, log_category::kScene,
+        "the driver's traversal is used in place of Raygraph's own: {}", whyNotOwn);
+}
+
 }  // namespace raygraph::session

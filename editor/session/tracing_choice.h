@@ -45,4 +45,7 @@ std::vector<TracingTime> MeasureTracing(DeviceScene& scene, std::span<const Trac
 // is, the fastest of a few, measured.
 TracingChoice ChooseTracing(DeviceScene& scene, const TracingChoice& wanted, const ChoiceMemory& memory);
 
+// Says that own traversal was asked for and is not possible.
+void WarnOfDriver(const Log& log, const std::string& whyNotOwn);
+
 }  // namespace raygraph::session

@@ -5,8 +5,7 @@
 #include "editor/session/form_text.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
-#include "tests/cli/program_runner.h"
-#include "tests/support/vulkan_test.h"
+#include "tests/cli/session_case.h"
 
 namespace raygraph::session {
 
@@ -14,38 +13,11 @@ namespace {
 
 using test::ExpectError;
 
-struct FormCase {
-    const char* scene;
-    SettingTexts settings;
-    bool hasAll = false;  // all channels, and light groups
-};
-
-void PrintTo(const FormCase& of, std::ostream* out) {
-    *out << of.scene;
-    for (const auto& [name, text] : of.settings) *out << " " << name << "=" << text;
-    if (of.hasAll) *out << " with all channels";
-}
-
-class SessionFormsTest : public testing::VulkanTest, public ::testing::WithParamInterface<FormCase> {
+class SessionFormsTest : public SessionCaseTest {
   protected:
-    static RenderFile Render(const FormCase& of, const char* form, uint32_t samples = 4,
+    static RenderFile Render(const SessionCase& of, const char* form, uint32_t samples = 4,
                              uint32_t samplesAtOnce = 1) {
-        SettingTexts texts = of.settings;
-        texts.insert({"size", "20x12"});
-        texts["integrator-form"] = form;
-        SessionDesc desc;
-        desc.samplesAtOnce = samplesAtOnce;
-        desc.settings = SettingsFrom(texts);
-        if (of.hasAll) {
-            desc.settings.lightGroups = {{"all", {"*"}}};
-            for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings));
-        }
-        Session session(
-            Device(), LoadInput(test::SceneFile(of.scene), {.pointsAndLines = desc.settings.pointsAndLines}),
-            desc);
-        session.Run({.samples = samples});
-        EXPECT_EQ(session.NonFiniteSamples(), 0u);
-        return std::move(session.Result()).render;
+        return RenderCase(of, {{"size", "20x12"}, {"integrator-form", form}}, samples, samplesAtOnce);
     }
     static double MeanOfColors(const Texels& texels) {
         double sum = 0.0;
@@ -100,13 +72,14 @@ TEST_P(SessionFormsTest, SeveralSamplesAtOnceGiveTheBitsOfOneAfterTheOther) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, SessionFormsTest,
-    ::testing::Values(FormCase{"cornell.gltf", {{"max-depth", "5"}, {"clamp-indirect", "0.5"}}, true},
-                      FormCase{"cornell.gltf", {{"nee", "off"}, {"crop", "3,2,9,5"}, {"aperture", "0.1"}}},
-                      FormCase{"many_lights.gltf", {{"rr", "frame:0.5"}, {"sampler", "pcg"}}},
-                      FormCase{"nested_dielectrics.gltf", {}, true}, FormCase{"scattering_grid.gltf", {}},
-                      FormCase{"terrace.gltf", {{"texture-lod", "0"}}, true},
-                      FormCase{"glass_sphere.gltf", {{"aperture", "0.2"}, {"background", "1,2,3"}}},
-                      FormCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}}));
+    ::testing::Values(SessionCase{"cornell.gltf", {{"max-depth", "5"}, {"clamp-indirect", "0.5"}}, true},
+                      SessionCase{"cornell.gltf", {{"nee", "off"}, {"crop", "3,2,9,5"}, {"aperture", "0.1"}}},
+                      SessionCase{"many_lights.gltf", {{"rr", "frame:0.5"}, {"sampler", "pcg"}}},
+                      SessionCase{"nested_dielectrics.gltf", {}, true},
+                      SessionCase{"scattering_grid.gltf", {}},
+                      SessionCase{"terrace.gltf", {{"texture-lod", "0"}}, true},
+                      SessionCase{"glass_sphere.gltf", {{"aperture", "0.2"}, {"background", "1,2,3"}}},
+                      SessionCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}}));
 
 TEST(FormText, ReadsBack) {
     for (const char* text : {"auto", "loop", "wavefront:1", "wavefront:64"})

@@ -5,8 +5,7 @@
 #include "editor/session/merge.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
-#include "tests/cli/program_runner.h"
-#include "tests/support/vulkan_test.h"
+#include "tests/cli/session_case.h"
 
 namespace raygraph::session {
 
@@ -14,39 +13,14 @@ namespace {
 
 using test::ExpectError;
 
-struct TraversalCase {
-    const char* scene;
-    SettingTexts settings;
-    bool hasAll = false;  // all channels, and light groups
-};
-
-void PrintTo(const TraversalCase& of, std::ostream* out) {
-    *out << of.scene;
-    for (const auto& [name, text] : of.settings) *out << " " << name << "=" << text;
-}
-
 std::string TraversalOf(const RenderFile& render) {
     return render.settings.at(std::string(kTraversalSetting));
 }
 
-class SessionTraversalTest : public testing::VulkanTest, public ::testing::WithParamInterface<TraversalCase> {
+class SessionTraversalTest : public SessionCaseTest {
   protected:
-    static RenderFile Render(const TraversalCase& of, const char* traversal, uint32_t samples = 16) {
-        SettingTexts texts = of.settings;
-        texts.insert({"size", "40x24"});
-        texts["traversal"] = traversal;
-        SessionDesc desc;
-        desc.settings = SettingsFrom(texts);
-        if (of.hasAll) {
-            desc.settings.lightGroups = {{"all", {"*"}}};
-            for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings));
-        }
-        Session session(
-            Device(), LoadInput(test::SceneFile(of.scene), {.pointsAndLines = desc.settings.pointsAndLines}),
-            desc);
-        session.Run({.samples = samples});
-        EXPECT_EQ(session.NonFiniteSamples(), 0u);
-        return std::move(session.Result()).render;
+    static RenderFile Render(const SessionCase& of, const char* traversal, uint32_t samples = 16) {
+        return RenderCase(of, {{"size", "40x24"}, {"traversal", traversal}}, samples);
     }
     // Hits differ in the last bits, so that now and then a path takes another turn.
     static void ExpectAlike(const Texels& own, const Texels& driver, const char* what) {
@@ -81,19 +55,19 @@ TEST_P(SessionTraversalTest, GivesThePictureOfTheDriver) {
 
 // All channels; glass in glass.
 INSTANTIATE_TEST_SUITE_P(Scenes, SessionTraversalTest,
-                         ::testing::Values(TraversalCase{"cornell.gltf", {}, true},
-                                           TraversalCase{"nested_dielectrics.gltf", {{"max-depth", "8"}}}));
+                         ::testing::Values(SessionCase{"cornell.gltf", {}, true},
+                                           SessionCase{"nested_dielectrics.gltf", {{"max-depth", "8"}}}));
 
 using SessionTraversal = SessionTraversalTest;
 
 TEST_F(SessionTraversal, RoundPrimitivesAreTheDrivers) {
-    const TraversalCase round{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}};
+    const SessionCase round{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}};
     EXPECT_EQ(TraversalOf(Render(round, "own", 1)), "driver");
     EXPECT_EQ(TraversalOf(Render(round, "auto", 1)), "driver");
 }
 
 TEST_F(SessionTraversal, ARenderKeepsItWhenItGoesOn) {
-    const TraversalCase cornell{"cornell.gltf", {}};
+    const SessionCase cornell{"cornell.gltf", {}};
     const auto goOn = [&](const ResumedRender& begun, const char* traversal) {
         SessionDesc desc = Resuming(begun);
         desc.settings.traversal = SettingsFrom({{"traversal", traversal}}).traversal;
@@ -120,7 +94,7 @@ TEST_F(SessionTraversal, ARenderKeepsItWhenItGoesOn) {
 
 // As of an animation whose frames were begun on two devices.
 TEST_F(SessionTraversal, EachPictureOfASeriesKeepsItsOwn) {
-    const TraversalCase cornell{"cornell.gltf", {}};
+    const SessionCase cornell{"cornell.gltf", {}};
     const ResumedRender own{.path = "own.exr", .render = Render(cornell, "own", 2)};
     const ResumedRender driver{.path = "driver.exr", .render = Render(cornell, "driver", 2)};
     for (const bool isOwnFirst : {true, false}) {
