@@ -162,6 +162,7 @@ void BindOwnTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TracePa
     pass.Reads("wideNodes", scene.wideNodes);
     pass.Reads("wideTriangles", scene.wideTriangles);
     pass.Reads("wideInstances", scene.wideInstances);
+    pass.Specialize("kWideLevels", scene.hasOneWideLevel ? 1u : 2u);
     pass.Uniform("parameters", parameters);
 }
 

@@ -38,6 +38,7 @@ GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
         .textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
         .textureBudget = settings.textureBudget,
         .hasWideTrees = settings.traversal != passes::Traversal::Driver && settings.view == View::PathTraced,
+        .prefersOneWideLevel = !settings.at,  // nothing moves
         .lightRule = LightRule::Always};
 }
 

@@ -24,7 +24,7 @@ bool ToWideInstance(const WidePlacement& placement, gpu::WideInstance& wide) {
     return true;
 }
 
-Box BoxOf(const std::vector<gpu::WideTriangle>& triangles) {
+Box BoxOf(std::span<const gpu::WideTriangle> triangles) {
     Box box;
     for (const gpu::WideTriangle& triangle : triangles)
         for (const glm::vec3& corner : {triangle.p0, triangle.p1, triangle.p2}) box.Extend(corner);
@@ -36,6 +36,25 @@ bool IsNearEnough(const Box& box) {
     constexpr float kFarthest = 1e18f;
     const glm::vec3 reach = glm::max(glm::abs(box.min), glm::abs(box.max));
     return box.IsFinite() && std::max({reach.x, reach.y, reach.z}) < kFarthest;
+}
+
+// Of the triangles that have an area: rounding might let rays hit others.
+WideMesh BuildMesh(std::vector<gpu::WideTriangle> triangles, uint32_t maxThreads) {
+    std::erase_if(triangles, [](const gpu::WideTriangle& t) {
+        return glm::cross(glm::dvec3(t.p1) - glm::dvec3(t.p0), glm::dvec3(t.p2) - glm::dvec3(t.p0)) ==
+               glm::dvec3(0.0);
+    });
+    std::vector<Box> boxes;
+    boxes.reserve(triangles.size());
+    for (const gpu::WideTriangle& triangle : triangles) boxes.push_back(BoxOf({&triangle, 1}));
+    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes, {.maxThreads = maxThreads}));
+    if (tree.depth > kMaxMeshDepth)
+        tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true, .maxThreads = maxThreads}));
+    WideMesh mesh{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
+    mesh.triangles.reserve(tree.primitives.size());
+    for (const uint32_t primitive : tree.primitives) mesh.triangles.push_back(triangles[primitive]);
+    mesh.box = BoxOf(mesh.triangles);
+    return mesh;
 }
 
 }  // namespace
@@ -71,28 +90,35 @@ std::vector<Box> InstanceBoxes(const BvhScene& scene) {
 
 WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
                        uint32_t maxThreads) {
-    std::vector<uint32_t> numbers;  // of triangles that have an area: rounding might let rays hit others
-    std::vector<Box> boxes;
+    std::vector<gpu::WideTriangle> triangles;
+    triangles.reserve(indices.size() / 3);
     for (uint32_t i = 0; i < indices.size() / 3; ++i) {
-        const uint32_t* const corners = &indices[size_t{3} * i];
-        const glm::dvec3 p0(positions[corners[0]]), p1(positions[corners[1]]), p2(positions[corners[2]]);
-        if (glm::cross(p1 - p0, p2 - p0) == glm::dvec3(0.0)) continue;
-        numbers.push_back(i);
-        Box& box = boxes.emplace_back();
-        for (int corner = 0; corner < 3; ++corner) box.Extend(positions[corners[corner]]);
+        const auto corner = [&](uint32_t c) { return positions[indices[size_t{3} * i + c]]; };
+        triangles.push_back({.p0 = corner(0), .primitive = i, .p1 = corner(1), .p2 = corner(2)});
     }
-    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes, {.maxThreads = maxThreads}));
-    if (tree.depth > kMaxMeshDepth)
-        tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true, .maxThreads = maxThreads}));
-    WideMesh mesh{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
-    mesh.triangles.reserve(tree.primitives.size());
-    for (const uint32_t primitive : tree.primitives) {
-        const uint32_t triangle = numbers[primitive];
-        const auto corner = [&](uint32_t i) { return positions[indices[size_t{3} * triangle + i]]; };
-        mesh.triangles.push_back({.p0 = corner(0), .primitive = triangle, .p1 = corner(1), .p2 = corner(2)});
+    return BuildMesh(std::move(triangles), maxThreads);
+}
+
+WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed) {
+    std::vector<gpu::WideTriangle> triangles;
+    for (const PlacedTriangles& mesh : placed) {
+        if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = mesh.objectToWorld}, ignored)) continue;
+        // In double: a vertex is rounded once, less than RayClearance allows for a ray's way into object space
+        const glm::dmat4x3 toWorld(mesh.objectToWorld);
+        const auto place = [&](const glm::vec3& p) { return glm::vec3(toWorld * glm::dvec4(p, 1.0)); };
+        const bool isMirrored = glm::determinant(glm::dmat3(toWorld)) < 0.0;
+        const uint32_t flags = mesh.flags | (isMirrored ? gpu::kWideMirrored : 0u);
+        const size_t first = triangles.size();
+        for (const gpu::WideTriangle& triangle : mesh.triangles)
+            triangles.push_back({.p0 = place(triangle.p0),
+                                 .primitive = triangle.primitive,
+                                 .p1 = place(triangle.p1),
+                                 .instance = mesh.number,
+                                 .p2 = place(triangle.p2),
+                                 .flags = flags});
+        if (!IsNearEnough(BoxOf(std::span(triangles).subspan(first)))) triangles.resize(first);
     }
-    mesh.box = BoxOf(mesh.triangles);
-    return mesh;
+    return BuildMesh(std::move(triangles), 0);
 }
 
 WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {

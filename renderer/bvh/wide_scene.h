@@ -40,6 +40,17 @@ struct WideMesh {
 RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
                                     uint32_t maxThreads = 0);
 
+// The triangles of a WideMesh where an instance places them.
+struct PlacedTriangles {
+    std::span<const gpu::WideTriangle> triangles;
+    glm::mat4x3 objectToWorld{1.0f};
+    uint32_t number = 0;
+    uint32_t flags = 0;  // gpu::kWideBackCulled, ...
+};
+// A tree of one level: its triangles are those of all instances in one space. Those that have no area there
+// are left out, and as by BuildWideInstances all those of some instances.
+RAYGRAPH_API WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed);
+
 // A placed tree of a mesh.
 struct WidePlacement {
     glm::mat4x3 objectToWorld{1.0f};

@@ -116,7 +116,7 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     newLights->MoveOrigin(newOrigin, *newInstances);
     std::unique_ptr<WideSet> newTrees;
     if (desc.hasWideTrees) {
-        newTrees = std::make_unique<WideSet>(device);
+        newTrees = std::make_unique<WideSet>(device, desc.prefersOneWideLevel);
         newTrees->Follow(*newResources, *newInstances);
         Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
             newTrees->WhyNone().empty() ? BytesText(newTrees->Bytes()) : newTrees->WhyNone());

@@ -61,6 +61,7 @@ struct SceneIds {
     // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there
     // are none: see GpuSceneDesc::hasWideTrees.
     BufferId wideNodes, wideTriangles, wideInstances;
+    bool hasOneWideLevel = false;  // GpuSceneDesc::prefersOneWideLevel
     BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
     // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
     BufferId deformedStreams;
@@ -207,6 +208,9 @@ struct GpuSceneDesc {
     // while the scene places round primitives, meshes that deform, meshes of a PreparedScene without trees or
     // of the host, or more than a shader can bind: then Trace takes the driver's.
     bool hasWideTrees = false;
+    // Of these trees makes one over the triangles of all instances, up to half a million: rays are traced
+    // faster, but all of it is built again in frames after any instance has moved, come or gone.
+    bool prefersOneWideLevel = false;
     TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     LightRule lightRule = LightRule::Decay;
     // Compacts also on a driver where it saves nothing, to test compaction there.

@@ -12,6 +12,9 @@
 namespace raygraph {
 namespace {
 
+// A tree over more triangles takes longer to build than it saves: half a second.
+constexpr size_t kMaxLevelTriangles = 1 << 19;
+
 // Memory for a table of so many records, which are all there.
 template <typename T>
 void Grow(std::vector<T>& records, GrowingTable& table, size_t count) {
@@ -28,8 +31,9 @@ uint32_t FlagsOf(const GroupKind& kind) {
 
 }  // namespace
 
-WideSet::WideSet(rhi::Device& device)
-    : m_nodeTable(device, "wideNodes", "UploadWideNodes", sizeof(gpu::WideNode)),
+WideSet::WideSet(rhi::Device& device, bool prefersOneLevel)
+    : m_prefersOneLevel(prefersOneLevel),
+      m_nodeTable(device, "wideNodes", "UploadWideNodes", sizeof(gpu::WideNode)),
       m_triangleTable(device, "wideTriangles", "UploadWideTriangles", sizeof(gpu::WideTriangle)),
       m_instanceTable(device, "wideInstances", "UploadWideInstances", sizeof(gpu::WideInstance)) {}
 
@@ -50,6 +54,7 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
         m_triangles = {};
         m_instances = {};
         m_placed = {};
+        m_level = {};
     }
 }
 
@@ -111,6 +116,8 @@ void WideSet::Free(Placed& placed) {
 
 void WideSet::FollowInstances(const SceneResources& resources, const InstanceSet& instances) {
     std::vector<WidePlacement> placements;
+    std::vector<uint32_t> groups;  // of these
+    size_t triangles = 0;
     const std::span<const InstanceSet::Placement> all = instances.Placements();
     for (uint32_t i = 0; i < all.size(); ++i) {
         if (all[i].group == InstanceSet::kNoGroup || !instances.IsVisible(all[i].instance)) continue;
@@ -128,7 +135,37 @@ void WideSet::FollowInstances(const SceneResources& resources, const InstanceSet
                               .root = placed.nodes.first,
                               .number = i,
                               .flags = FlagsOf(resources.groups[all[i].group].kind)});
+        groups.push_back(all[i].group);
+        triangles += placed.triangles.count;
     }
+    if (m_level.tree) Free(m_level);
+    if (m_prefersOneLevel && triangles <= kMaxLevelTriangles)
+        BuildLevel(placements, groups);
+    else
+        BuildInstances(placements);
+}
+
+void WideSet::BuildLevel(std::span<const WidePlacement> placements, std::span<const uint32_t> groups) {
+    std::vector<PlacedTriangles> placed;
+    for (size_t i = 0; i < placements.size(); ++i) {
+        const Range& range = m_placed[groups[i]].triangles;
+        placed.push_back({.triangles = std::span(m_triangles).subspan(range.first, range.count),
+                          .objectToWorld = placements[i].objectToWorld,
+                          .number = placements[i].number,
+                          .flags = placements[i].flags});
+    }
+    const auto tree = std::make_shared<WideMesh>(BuildWideLevel(placed));
+    if (tree->depth > kMaxMeshDepth) {
+        BuildInstances(placements);
+        return;
+    }
+    Place(m_level, tree);
+    m_instanceTable.Reserve(1);
+    m_instances.assign(1, {.root = m_level.nodes.first});
+    m_instanceTable.Mark(0, 1);
+}
+
+void WideSet::BuildInstances(std::span<const WidePlacement> placements) {
     WideInstances tree = BuildWideInstances(placements);
     if (tree.depth > kMaxInstanceDepth) {
         m_whyNone =
@@ -144,6 +181,7 @@ void WideSet::FollowInstances(const SceneResources& resources, const InstanceSet
 
 void WideSet::Declare(Renderer& renderer, SceneIds& ids) {
     if (!m_whyNone.empty()) return;
+    ids.hasOneWideLevel = HasOneLevel();
     ids.wideNodes = m_nodeTable.Declare(renderer, std::as_bytes(std::span<const gpu::WideNode>(m_nodes)));
     ids.wideTriangles =
         m_triangleTable.Declare(renderer, std::as_bytes(std::span<const gpu::WideTriangle>(m_triangles)));

@@ -19,7 +19,8 @@ struct SceneResources;
 
 class WideSet {
   public:
-    explicit WideSet(rhi::Device& device);
+    // `prefersOneLevel`: see GpuSceneDesc.
+    WideSet(rhi::Device& device, bool prefersOneLevel);
 
     // Takes what has come and gone since the last call, and builds the tree over the instances again if
     // anything of them has changed. Empties trees of the resources that it takes.
@@ -28,6 +29,7 @@ class WideSet {
     void Declare(Renderer& renderer, SceneIds& ids);
     // Why rays cannot be traced by them; empty: they can.
     const std::string& WhyNone() const { return m_whyNone; }
+    bool HasOneLevel() const { return m_level.tree != nullptr; }
     uint64_t Bytes() const;
 
   private:
@@ -47,9 +49,13 @@ class WideSet {
     void Place(Placed& placed, const std::shared_ptr<WideMesh>& tree);
     void Free(Placed& placed);
     void FollowInstances(const SceneResources& resources, const InstanceSet& instances);
+    void BuildLevel(std::span<const WidePlacement> placements, std::span<const uint32_t> groups);
+    void BuildInstances(std::span<const WidePlacement> placements);
     uint32_t TakeNodes(std::vector<gpu::WideNode>& nodes, uint32_t firstPrimitive, Range& range);
 
     std::vector<Placed> m_placed;  // by group
+    Placed m_level;                // over the triangles of all instances
+    bool m_prefersOneLevel;
     SlotRanges m_nodeSlots, m_triangleSlots;
     Range m_instanceNodes;
     std::vector<gpu::WideNode> m_nodes;

@@ -49,7 +49,7 @@ void main() {
     taken.nodes = 0u;
     taken.triangles = 0u;
     taken.instances = 0u;
-    WideHit hit = TraverseWide(ray.origin, ray.direction, ray.tMax, kIsAny, taken);
+    WideHit hit = TraverseWide(ray.origin, ray.direction, ray.tMax, kIsAny, false, taken);
     if (kIsAny)
         hits.at[index].t = hit.t;
     else

@@ -28,6 +28,7 @@ using gpu::WideCounts;
 using gpu::WideHit;
 using gpu::kWideBackCulled;
 using gpu::kWideInstanceWords;
+using gpu::kWideMirrored;
 using gpu::kWideNodeWords;
 using gpu::kWideNoInstance;
 using gpu::kWideTested;
@@ -142,13 +143,18 @@ INLINE float Turn(vec2 a, vec2 b) {
     return turn;
 }
 
-// Sets all of `hit` but the instance, if it is nearer than tMax. `isBack`: the ray hits the back face.
-INLINE bool MeetTriangle(WideRay ray, float tMax, bool isBackCulled, uint triangle, INOUT(WideHit) hit,
-                         OUT(bool) isBack) {
+// Sets `hit` if the triangle is nearer than tMax. `isBack`: the ray hits the back face. `instance` and `flags`
+// are given, or, of one level, those of the triangle.
+INLINE bool MeetTriangle(WideRay ray, float tMax, bool hasOneLevel, uint triangle, INOUT(uint) instance,
+                         INOUT(uint) flags, INOUT(WideHit) hit, OUT(bool) isBack) {
     uint at = kWideTriangleWords * triangle;
     uvec4 a = WideTriangleWord(at);
     uvec4 b = WideTriangleWord(at + 1u);
     uvec4 c = WideTriangleWord(at + 2u);
+    if (hasOneLevel) {
+        instance = b.w;
+        flags = c.w;
+    }
     vec3 p0 = vec3(uintBitsToFloat(a.x), uintBitsToFloat(a.y), uintBitsToFloat(a.z)) - ray.origin;
     vec3 p1 = vec3(uintBitsToFloat(b.x), uintBitsToFloat(b.y), uintBitsToFloat(b.z)) - ray.origin;
     vec3 p2 = vec3(uintBitsToFloat(c.x), uintBitsToFloat(c.y), uintBitsToFloat(c.z)) - ray.origin;
@@ -160,14 +166,15 @@ INLINE bool MeetTriangle(WideRay ray, float tMax, bool isBackCulled, uint triang
     float w2 = Turn(q1, q0);
     float least = min(w0, min(w1, w2));
     float most = max(w0, max(w1, w2));
-    isBack = least < 0.0f;
-    if (isBack && (isBackCulled || most > 0.0f)) return false;
+    isBack = (least < 0.0f) != (hasOneLevel && (flags & kWideMirrored) != 0u);
+    if ((isBack && (flags & kWideBackCulled) != 0u) || (least < 0.0f && most > 0.0f)) return false;
     float inverse = 1.0f / (w0 + w1 + w2);
     float t = (w0 * Along(ray.shearZ, p0) + w1 * Along(ray.shearZ, p1) + w2 * Along(ray.shearZ, p2)) *
               inverse;
     // Also false for what is not a number: triangles without an area
     if (!(t > 0.0f && t < tMax)) return false;
     hit.t = t;
+    hit.instance = instance;
     hit.primitive = a.w;
     hit.barycentrics = vec2(w1 * inverse, w2 * inverse);
     return true;
@@ -183,7 +190,9 @@ INLINE WideRay ToInstance(vec3 origin, vec3 direction, uvec4 x, uvec4 y, uvec4 z
 }
 
 // The nearest triangle below tMax, or any, where `isAny`. The direction may have any length, t is in it.
-INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny, INOUT(WideCounts) counts) {
+// `hasOneLevel`: see shared/wide_bvh.h.
+INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny, bool hasOneLevel,
+                            INOUT(WideCounts) counts) {
     WideHit hit;
     hit.t = -1.0f;
     hit.instance = kWideNoInstance;
@@ -193,7 +202,7 @@ INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny,
     uvec2 nodes = uvec2(WideInstanceWord(kWideInstanceWords - 1u).x, 0x80000000u);
     uint stackSize = 0u;
     uint stackBase = 0u;                     // of the mesh's tree
-    bool isInInstance = false;               // the ray is in a mesh's tree
+    bool isInInstance = hasOneLevel;         // the ray is in a tree of triangles
     uint instance = 0u;
     uint flags = 0u;
     for (;;) {
@@ -217,7 +226,7 @@ INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny,
         while (leaves.y != 0u) {
             uint bit = uint(findMSB(leaves.y));
             leaves.y &= ~(1u << bit);
-            if (!isInInstance) {
+            if (!hasOneLevel && !isInInstance) {
                 // Go down into the tree of a mesh; the rest of this one waits
                 if (nodes.y >= kLowestNodeBit) {
                     PushGroup(stackSize, nodes);
@@ -242,8 +251,7 @@ INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny,
                 ++counts.triangles;
                 WideHit met;
                 bool isBack;
-                if (MeetTriangle(ray, tMax, (flags & kWideBackCulled) != 0u, leaves.x + bit, met, isBack)) {
-                    met.instance = instance;
+                if (MeetTriangle(ray, tMax, hasOneLevel, leaves.x + bit, instance, flags, met, isBack)) {
                     if ((flags & kWideTested) == 0u || IsAccepted(met, isBack, isAny)) {
                         hit = met;
                         if (isAny) return hit;
@@ -253,7 +261,7 @@ INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny,
             }
         }
         if (nodes.y >= kLowestNodeBit) continue;
-        if (stackSize == stackBase && isInInstance) {
+        if (!hasOneLevel && stackSize == stackBase && isInInstance) {
             isInInstance = false;
             stackBase = 0u;
             ray = MakeWideRay(origin, direction);

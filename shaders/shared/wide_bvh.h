@@ -6,6 +6,9 @@
 // One array of nodes holds the tree of the instances and those of the meshes. The primitives of a tree of
 // instances are WideInstances, of a mesh WideTriangles; both in the leaves' order. The first WideInstance is
 // none: its `root` is that of the tree of the instances.
+//
+// Or there is one level: a single tree over the triangles of all instances, placed, each of which has the
+// number and the flags of its instance. Its root is that of the first WideInstance as well, the only one.
 #ifndef RAYGRAPH_SHARED_WIDE_BVH_H
 #define RAYGRAPH_SHARED_WIDE_BVH_H
 
@@ -32,9 +35,11 @@ RAYGRAPH_CONSTANT uint kWideInstanceWords = 4u;
 // Groups of nodes or primitives that wait while a ray is traversed; builders refuse deeper trees.
 RAYGRAPH_CONSTANT uint kWideStackSize = 32u;
 RAYGRAPH_CONSTANT uint kWideNoInstance = 0xFFFFFFFFu;
-// Bits of WideInstance::flags.
+// Bits of `flags`.
 RAYGRAPH_CONSTANT uint kWideBackCulled = 1u;  // rays pass through the back faces of its triangles
 RAYGRAPH_CONSTANT uint kWideTested = 2u;      // whoever traverses decides for each triangle whether it is hit
+// Of one level: the transform mirrors the triangle, whose front is where its back seems to be.
+RAYGRAPH_CONSTANT uint kWideMirrored = 4u;
 
 // A child is in one of eight slots. Bit 0 of the slot's number is set where it is on the side of greater x,
 // bit 1 of y, bit 2 of z: so (slot xor the ray's octant) is an order from the far to the near ones.
@@ -57,9 +62,9 @@ struct WideTriangle {
     vec3 p0;
     uint primitive;  // number in its mesh
     vec3 p1;
-    float padding1;
+    uint instance;  // of one level: its number, and
     vec3 p2;
-    float padding2;
+    uint flags;     // kWideBackCulled, ...
 };
 
 struct WideInstance {

@@ -179,7 +179,7 @@ TEST(WideBvh, WithoutPrimitivesIsOneEmptyNode) {
 gpu::WideHit Traverse(const WideScene& scene, const gpu::BenchRay& ray, bool isAny) {
     shading::s_scene = &scene;
     gpu::WideCounts counts{};
-    return shading::TraverseWide(ray.origin, ray.direction, ray.tMax, isAny, counts);
+    return shading::TraverseWide(ray.origin, ray.direction, ray.tMax, isAny, false, counts);
 }
 
 TEST(WideTraversal, FindsWhatIsNearestOfAllTriangles) {
