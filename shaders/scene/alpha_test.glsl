@@ -18,7 +18,7 @@ bool IsBackKind(uint hitKind) { return (hitKind & 1u) != 0u; }
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however
 // often the device runs any-hit. `isBack`: the ray hits the back face.
 bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
-    InstanceRecord instance = instances.at[instanceIndex];
+    InstanceRecord instance = InstanceAt(instanceIndex);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, primitive)];
     MaterialRecord material = materials.at[geometry.material];
     if (isBack && IsBackCulled(material)) return false;

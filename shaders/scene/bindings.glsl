@@ -3,6 +3,8 @@
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+
 #include "shared/environment_entries.h"
 #include "shared/light_records.h"
 #include "shared/scene_records.h"
@@ -50,6 +52,34 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Cap
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec2Stream { vec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Stream { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Stream { vec4 at[]; };
+
+// Records whose size is a multiple of 16 bytes, in words of that size. A device loads such a word at once, and
+// Mesa's driver for CPUs, which branches for each lane of each scalar that it loads, in two parts.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Words { u64vec2 at[]; };
+
+uvec4 HalvesOf(u64vec2 word) { return uvec4(unpackUint2x32(word.x), unpackUint2x32(word.y)); }
+
+InstanceRecord InstanceAt(uint index) {
+    Words words = Words(instances);
+    uint first = 6u * index;
+    vec4 a = uintBitsToFloat(HalvesOf(words.at[first]));
+    vec4 b = uintBitsToFloat(HalvesOf(words.at[first + 1u]));
+    vec4 c = uintBitsToFloat(HalvesOf(words.at[first + 2u]));
+    uvec4 d = HalvesOf(words.at[first + 3u]);
+    uvec4 e = HalvesOf(words.at[first + 4u]);
+    uvec4 f = HalvesOf(words.at[first + 5u]);
+    InstanceRecord record;
+    record.objectToWorld = mat4x3(a.xyz, vec3(a.w, b.xy), vec3(b.zw, c.x), c.yzw);
+    record.positions = d.xy;
+    record.indices = d.zw;
+    record.triangleGeometries = e.xy;
+    record.triangleLights = e.zw;
+    record.firstGeometry = f.x;
+    record.instance = f.y;
+    record.firstLight = f.z;
+    record.draw = f.w;
+    return record;
+}
 
 bool IsPresent(uvec2 address) { return (address.x | address.y) != 0u; }
 

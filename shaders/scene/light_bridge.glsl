@@ -6,11 +6,44 @@
 #include "scene/material_textures.glsl"
 
 LightSetRecord LightSet() { return parameters.value.lights; }
-LightRecord LightAt(uint index) { return lights.at[index]; }
-LightNode LightNodeAt(uint index) { return lightNodes.at[index]; }
+LightRecord LightAt(uint index) {
+    Words words = Words(lights);
+    uint first = 4u * index;
+    uvec4 a = HalvesOf(words.at[first]);
+    uvec4 b = HalvesOf(words.at[first + 1u]);
+    uvec4 c = HalvesOf(words.at[first + 2u]);
+    uvec4 d = HalvesOf(words.at[first + 3u]);
+    LightRecord record;
+    record.p0 = uintBitsToFloat(a.xyz);
+    record.kind = a.w;
+    record.e1 = uintBitsToFloat(b.xyz);
+    record.flags = b.w;
+    record.e2 = uintBitsToFloat(c.xyz);
+    record.instance = c.w;
+    record.primitive = d.x;
+    record.bitTrail = d.y;
+    record.spotScale = uintBitsToFloat(d.z);
+    record.spotOffsetOrClearance = uintBitsToFloat(d.w);
+    return record;
+}
+LightNode LightNodeAt(uint index) {
+    Words words = Words(lightNodes);
+    uint first = 3u * index;
+    uvec4 a = HalvesOf(words.at[first]);
+    uvec4 b = HalvesOf(words.at[first + 1u]);
+    uvec4 c = HalvesOf(words.at[first + 2u]);
+    LightNode record;
+    record.boundsMin = uintBitsToFloat(a.xyz);
+    record.power = uintBitsToFloat(a.w);
+    record.boundsMax = uintBitsToFloat(b.xyz);
+    record.link = b.w;
+    record.axis = uintBitsToFloat(c.xyz);
+    record.cones = c.w;
+    return record;
+}
 AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
 LightMeshRecord LightMeshAt(uint index) { return lightMeshes.at[index]; }
-mat4x3 LightPlacement(uint index) { return instances.at[index].objectToWorld; }
+mat4x3 LightPlacement(uint index) { return InstanceAt(index).objectToWorld; }
 float LightProfileAt(uint index) { return lightProfiles.at[index]; }
 EnvironmentEntry EnvironmentEntryAt(uint index) { return environmentTable.at[index]; }
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
@@ -38,7 +71,7 @@ SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, Mate
 // Mean radiance of rays to a point of a light triangle: partly transparent ones let some rays pass. The same
 // in all directions, but under a clear coat.
 vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
-    InstanceRecord instance = instances.at[light.instance];
+    InstanceRecord instance = InstanceAt(light.instance);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];
     MaterialRecord material = materials.at[geometry.material];
     if (!HasTraceFeature(kTraceTextures | kTraceClearcoat | kTraceAnyHit)) return material.emission;

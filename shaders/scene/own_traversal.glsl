@@ -10,20 +10,14 @@
 #endif
 #include "shared/wide_bvh.h"
 
-// In words of 64 bits: Mesa's driver for CPUs loads word by word, and branches for each lane of a load.
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-TABLE(16, WideNodes, u64vec2)
-TABLE(16, WideTriangles, u64vec2)
-TABLE(16, WideInstances, u64vec2)
 layout(set = 0, binding = 6, scalar) uniform WideTables {
-    WideNodes wideNodes;
-    WideTriangles wideTriangles;
-    WideInstances wideInstances;
+    Words wideNodes;
+    Words wideTriangles;
+    Words wideInstances;
 };
 
 layout(constant_id = 11) const uint kWideLevels = 2u;  // 1 or 2: see shared/wide_bvh.h
 
-uvec4 HalvesOf(u64vec2 words) { return uvec4(unpackUint2x32(words.x), unpackUint2x32(words.y)); }
 uvec4 WideNodeWord(uint at) { return HalvesOf(wideNodes.at[at]); }
 uvec4 WideTriangleWord(uint at) { return HalvesOf(wideTriangles.at[at]); }
 uvec4 WideInstanceWord(uint at) { return HalvesOf(wideInstances.at[at]); }

@@ -17,7 +17,7 @@ void StorePrimaryHit(ivec2 pixel, Hit hit, Ray ray) {
     uvec4 outIds = uvec4(0xFFFFFFFFu);
     if (IsHit(hit)) {
         SurfaceInteraction surface = SurfaceAt(hit, ray);
-        InstanceRecord instance = instances.at[hit.instance];
+        InstanceRecord instance = InstanceAt(hit.instance);
         uint geometryIndex = GeometryIndex(instance, hit.primitive);
         GeometryRecord geometry = geometries.at[geometryIndex];
         float depth = dot(surface.position - parameters.value.camera.origin, parameters.value.camera.forward);

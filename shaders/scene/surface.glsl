@@ -248,7 +248,7 @@ void TangentPlaneAt(CapsuleRecord capsule, vec2 place, out vec3 p, out vec3 e1, 
 
 // `ray` is the ray that found the hit.
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
-    InstanceRecord instance = instances.at[hit.instance];
+    InstanceRecord instance = InstanceAt(hit.instance);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, hit.primitive)];
     MaterialRecord material = materials.at[geometry.material];
     Triangle triangle = WithTexCoords(TriangleAt(instance, hit.primitive, hit.barycentrics), geometry);

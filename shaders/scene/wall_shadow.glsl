@@ -15,7 +15,7 @@ const float kEdgeWeight = 1e-5f;
 const float kSameDistance = 1e-6f;
 
 bool IsMetTwice(Hit hit, float lastDistance) {
-    if (IsRound(instances.at[hit.instance])) return false;  // has no edges
+    if (IsRound(InstanceAt(hit.instance))) return false;  // has no edges
     float weight = min(min(hit.barycentrics.x, hit.barycentrics.y),
                        1.0f - hit.barycentrics.x - hit.barycentrics.y);
     return weight < kEdgeWeight && abs(hit.t - lastDistance) <= kSameDistance * hit.t;
@@ -26,7 +26,7 @@ bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout Sha
     if (!IsThere(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
     // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures
     // needlessly.
-    GeometryRecord geometry = geometries.at[GeometryIndex(instances.at[hit.instance], hit.primitive)];
+    GeometryRecord geometry = geometries.at[GeometryIndex(InstanceAt(hit.instance), hit.primitive)];
     if (materials.at[geometry.material].transmission == 0.0f) return true;
     Ray ray;
     ray.origin = origin;
