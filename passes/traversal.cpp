@@ -42,7 +42,7 @@ BufferId TraverseBuffer(Renderer& renderer, const WideDeviceScene::Ids& scene, B
             pass.Compute("bench/traverse.comp");
             pass.Specialize("kIsAny", isAny ? 1 : 0);
             pass.Specialize("kCounts", settings.counts ? 1 : 0);
-            pass.Specialize("kSharedGroups", settings.sharedGroups);
+            pass.Specialize("kHasOneLevel", settings.hasOneLevel ? 1 : 0);
             pass.Reads("wideNodes", scene.nodes);
             pass.Reads("wideTriangles", scene.triangles);
             pass.Reads("wideInstances", scene.instances);

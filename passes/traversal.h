@@ -19,8 +19,7 @@ enum class RayQuestion : uint8_t {
 
 struct TraverseSettings {
     RayQuestion question = RayQuestion::Nearest;
-    // So many groups of the stack are in shared memory, 8 bytes each and invocation.
-    uint32_t sharedGroups = 0;
+    bool hasOneLevel = false;    // the scene is of BuildOneLevel
     BufferId* counts = nullptr;  // set to one of gpu::WideCounts a ray
 };
 [[nodiscard]] RAYGRAPH_API BufferId TraverseBuffer(Renderer& renderer, const WideDeviceScene::Ids& scene,

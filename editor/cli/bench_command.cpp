@@ -168,7 +168,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     }
     DeviceScene scene(*device, input, settings);
     const TracingChoice chosen =
-        ChooseTracing(scene, {settings.paths.form, settings.traversal}, ChoiceMemory(FormMemoryFile()));
+        ChooseTracing(scene, {settings.paths.form, settings.traversal}, ChoiceMemory(TracingMemoryFile()));
     if (settings.traversal == passes::Traversal::Own && chosen.traversal != settings.traversal)
         WarnOfDriver(log, scene.WhyNoOwnTraversal());
     settings.paths.form = chosen.form;

@@ -1,6 +1,7 @@
 #include "editor/cli/bench_traversal.h"
 
 #include <deque>
+#include <optional>
 
 #include "base/os/process.h"
 #include "base/text.h"
@@ -17,7 +18,6 @@ namespace {
 using passes::RayQuestion;
 
 constexpr uint32_t kBounces = 3;
-constexpr uint32_t kSharedGroups = 8;
 constexpr uint32_t kWarmUpFrames = 2;
 constexpr uint32_t kCheckedDifferences = 8;  // of a kind of rays
 
@@ -29,8 +29,11 @@ struct RaySet {
 
 class TraversalBench {
   public:
-    TraversalBench(rhi::Device& device, const BvhScene& scene, const WideScene& wideScene)
+    // `oneLevel`: null: the scene has too many triangles.
+    TraversalBench(rhi::Device& device, const BvhScene& scene, const WideScene& wideScene,
+                   const WideScene* oneLevel)
         : m_renderer(device), m_scene(scene), m_wide(device, wideScene) {
+        if (oneLevel) m_oneLevel.emplace(device, *oneLevel);
         for (const BuildOrder order : Values<BuildOrder>()) m_drivers.emplace_back(device, scene, order);
     }
 
@@ -71,10 +74,10 @@ class TraversalBench {
         for (size_t i = 0; i < m_drivers.size(); ++i)
             ways.push_back({[this, i, &set] { DeclareDriver(i, set.question); }, &times.driverMs[i], {}});
         ways.push_back({[this, &set] { DeclareWide({.question = set.question}); }, &times.wideMs, {}});
-        ways.push_back(
-            {[this, &set] { DeclareWide({.question = set.question, .sharedGroups = kSharedGroups}); },
-             &times.wideSharedMs,
-             {}});
+        if (m_oneLevel)
+            ways.push_back({[this, &set] { DeclareWide({.question = set.question, .hasOneLevel = true}); },
+                            &times.oneLevelMs,
+                            {}});
         for (const Way& way : ways) RunFrames(way.declare, kWarmUpFrames);
         std::ignore = m_renderer.TakeTimings();
         for (uint32_t round = 0; round < plan.rounds; ++round)
@@ -117,7 +120,8 @@ class TraversalBench {
                                    question);
     }
     BufferId DeclareWide(const passes::TraverseSettings& settings) {
-        return passes::TraverseBuffer(m_renderer, m_wide.Declare(m_renderer), Rays(), m_rayCount, settings);
+        WideDeviceScene& scene = settings.hasOneLevel ? *m_oneLevel : m_wide;
+        return passes::TraverseBuffer(m_renderer, scene.Declare(m_renderer), Rays(), m_rayCount, settings);
     }
 
     // Returns with the device idle.
@@ -190,6 +194,7 @@ class TraversalBench {
     Renderer m_renderer;
     const BvhScene& m_scene;
     WideDeviceScene m_wide;
+    std::optional<WideDeviceScene> m_oneLevel;
     std::deque<DriverScene> m_drivers;  // by order
     rhi::Buffer m_rays;
     ResourceState m_raysState;
@@ -211,10 +216,12 @@ TraversalResult BenchTraversal(rhi::Device& device, const scene::SceneData& data
     result.instances = scene.instances.size();
     progress.ShowStep("building trees");
     const WideScene wide = BuildWideScene(scene);
+    std::optional<WideScene> oneLevel;
+    if (result.placedTriangles <= kMaxLevelTriangles) oneLevel = BuildOneLevel(scene);
     result.sahOfInstances = wide.sahOfInstances;
     result.sahOfMeshes = wide.sahOfMeshes;
     result.wideBuildSeconds = wide.buildSeconds;
-    TraversalBench bench(device, scene, wide);
+    TraversalBench bench(device, scene, wide, oneLevel ? &*oneLevel : nullptr);
     bench.Describe(result);
     const bool isCpu = device.Info().type == rhi::DeviceType::Cpu;
     result.measure = isCpu ? "cpu seconds" : "gpu timestamps";

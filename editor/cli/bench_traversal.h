@@ -27,14 +27,15 @@ struct TraversalTimes {
     double hitShare = 0.0;
     // Milliseconds of one pass over all of them
     std::array<double, Values<BuildOrder>().size()> driverMs{};  // by the order it was built in
-    double wideMs = 0.0;                                         // stack in registers or local memory
-    double wideSharedMs = 0.0;                                   // the first groups of it in shared memory
+    double wideMs = 0.0;                                         // by trees of two levels
+    double oneLevelMs = 0.0;  // by a tree of one; 0: there is none, of so many triangles
     double nodesPerRay = 0.0, trianglesPerRay = 0.0, instancesPerRay = 0.0;  // of the wide trees
     HitDifferences differences;
 
-    // Above 1: the wide trees are faster than the driver, built in the order that GpuScene has.
+    // Above 1: the trees that renders of still scenes have are faster than the driver, built in the order
+    // that GpuScene has.
     double Ratio() const {
-        return driverMs[static_cast<size_t>(kUsedOrder)] / std::min(wideMs, wideSharedMs);
+        return driverMs[static_cast<size_t>(kUsedOrder)] / (oneLevelMs > 0.0 ? oneLevelMs : wideMs);
     }
 };
 

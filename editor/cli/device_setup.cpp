@@ -38,9 +38,9 @@ std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& l
     }
 }
 
-std::filesystem::path FormMemoryFile() {
+std::filesystem::path TracingMemoryFile() {
     const std::filesystem::path folder = CacheFolder();
-    return folder.empty() ? folder : folder / "forms.txt";
+    return folder.empty() ? folder : folder / "tracing.txt";
 }
 
 std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arguments,

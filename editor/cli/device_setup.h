@@ -22,8 +22,8 @@ struct DeviceChoice {
 // Error{NoDevice} as of Device::Create; it names the variable, if the choice is that of the variable.
 std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& log);
 
-// Where it is remembered which form of the integrator is the fastest: SessionDesc::formMemory.
-std::filesystem::path FormMemoryFile();
+// Where it is remembered which form and traversal are the fastest: SessionDesc::tracingMemory.
+std::filesystem::path TracingMemoryFile();
 
 // Those of a render, at least one, each once more for each time that it is named. In a group, where none is
 // asked for: each process takes its share of the best kind of devices of its computer, and one that is shared

@@ -33,7 +33,7 @@ Json ToJson(const TraversalResult& result) {
                          {"hit_share", times.hitShare},
                          {"driver_ms", driver},
                          {"wide_ms", times.wideMs},
-                         {"wide_shared_ms", times.wideSharedMs},
+                         {"one_level_ms", times.oneLevelMs > 0.0 ? Json(times.oneLevelMs) : Json()},
                          {"ratio", times.Ratio()},
                          {"driver_mrays_per_s", Mrays(times, driver)},
                          {"nodes_per_ray", times.nodesPerRay},
@@ -74,15 +74,15 @@ void PrintForPeople(const TraversalResult& result) {
         result.measure.c_str());
     std::fprintf(
         stderr,
-        "  rays            driver ms   Mrays/s  wide ms  shared ms  ratio  nodes  triangles  instances  "
+        "  rays            driver ms   Mrays/s  wide ms  1 level ms  ratio  nodes  triangles  instances  "
         "differ");
     for (const BuildOrder order : Values<BuildOrder>()) std::fprintf(stderr, "  %7s", Name(order));
     std::fprintf(stderr, "\n");
     for (const TraversalTimes& times : result.kinds) {
         const double driver = times.driverMs[static_cast<size_t>(kUsedOrder)];
-        std::fprintf(stderr, "  %-7s %-7s %9.3f %9.1f %8.3f  %9.3f  %5.2f  %5.1f  %9.1f  %9.2f  %6u",
+        std::fprintf(stderr, "  %-7s %-7s %9.3f %9.1f %8.3f  %10.3f  %5.2f  %5.1f  %9.1f  %9.2f  %6u",
                      times.rays.c_str(), NameOf(times.question), driver, Mrays(times, driver), times.wideMs,
-                     times.wideSharedMs, times.Ratio(), times.nodesPerRay, times.trianglesPerRay,
+                     times.oneLevelMs, times.Ratio(), times.nodesPerRay, times.trianglesPerRay,
                      times.instancesPerRay, times.differences.all);
         for (const double ms : times.driverMs) std::fprintf(stderr, "  %7.3f", ms / driver);
         const uint32_t wrong = times.differences.wideIsWrong;

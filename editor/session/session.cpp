@@ -101,7 +101,7 @@ struct Session::Impl {
           plan(PlanOf(desc)),
           asked(AskedBy(desc.settings)),
           shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.group) {
-        FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.formMemory));
+        FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.tracingMemory));
         chosen = tracing.choice;
         if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&
             !tracing.whyNotOwn.empty())

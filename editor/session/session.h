@@ -55,7 +55,7 @@ struct SessionDesc {
     // Where the settings leave the form of the integrator open (IntegratorForm::Auto), a session of
     // path-traced pictures begins by choosing the fastest, which the render records. Measured choices are
     // remembered in this file; empty: measured each time. A render that is continued keeps the form it has.
-    std::filesystem::path formMemory;
+    std::filesystem::path tracingMemory;
     // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
     // session of the same settings, first sample and AOVs, on devices of its own, and makes the same calls in
     // the same order; what says so below is for the root alone. `resumed` is given to the root.

@@ -27,6 +27,7 @@ struct Box {
             if (!std::isfinite(min[axis]) || !std::isfinite(max[axis]) || min[axis] > max[axis]) return false;
         return true;
     }
+    bool operator==(const Box&) const = default;
     glm::vec3 Center() const { return 0.5f * min + 0.5f * max; }
     // 0 for an empty box.
     float HalfArea() const {

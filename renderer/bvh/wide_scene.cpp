@@ -38,23 +38,13 @@ bool IsNearEnough(const Box& box) {
     return box.IsFinite() && std::max({reach.x, reach.y, reach.z}) < kFarthest;
 }
 
-// Of the triangles that have an area: rounding might let rays hit others.
-WideMesh BuildMesh(std::vector<gpu::WideTriangle> triangles, uint32_t maxThreads) {
+WideMesh WithoutFlat(std::vector<gpu::WideTriangle> triangles) {
     std::erase_if(triangles, [](const gpu::WideTriangle& t) {
         return glm::cross(glm::dvec3(t.p1) - glm::dvec3(t.p0), glm::dvec3(t.p2) - glm::dvec3(t.p0)) ==
                glm::dvec3(0.0);
     });
-    std::vector<Box> boxes;
-    boxes.reserve(triangles.size());
-    for (const gpu::WideTriangle& triangle : triangles) boxes.push_back(BoxOf({&triangle, 1}));
-    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes, {.maxThreads = maxThreads}));
-    if (tree.depth > kMaxMeshDepth)
-        tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true, .maxThreads = maxThreads}));
-    WideMesh mesh{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
-    mesh.triangles.reserve(tree.primitives.size());
-    for (const uint32_t primitive : tree.primitives) mesh.triangles.push_back(triangles[primitive]);
-    mesh.box = BoxOf(mesh.triangles);
-    return mesh;
+    const Box box = BoxOf(triangles);
+    return {.triangles = std::move(triangles), .box = box};
 }
 
 }  // namespace
@@ -88,21 +78,44 @@ std::vector<Box> InstanceBoxes(const BvhScene& scene) {
     return boxes;
 }
 
-WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
-                       uint32_t maxThreads) {
+WideMesh CollectTriangles(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
     std::vector<gpu::WideTriangle> triangles;
     triangles.reserve(indices.size() / 3);
     for (uint32_t i = 0; i < indices.size() / 3; ++i) {
         const auto corner = [&](uint32_t c) { return positions[indices[size_t{3} * i + c]]; };
         triangles.push_back({.p0 = corner(0), .primitive = i, .p1 = corner(1), .p2 = corner(2)});
     }
-    return BuildMesh(std::move(triangles), maxThreads);
+    return WithoutFlat(std::move(triangles));
+}
+
+void BuildTree(WideMesh& mesh, uint32_t maxThreads) {
+    std::vector<Box> boxes;
+    boxes.reserve(mesh.triangles.size());
+    for (const gpu::WideTriangle& triangle : mesh.triangles) boxes.push_back(BoxOf({&triangle, 1}));
+    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes, {.maxThreads = maxThreads}));
+    if (tree.depth > kMaxMeshDepth)
+        tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true, .maxThreads = maxThreads}));
+    std::vector<gpu::WideTriangle> ordered;
+    ordered.reserve(tree.primitives.size());
+    for (const uint32_t primitive : tree.primitives) ordered.push_back(mesh.triangles[primitive]);
+    mesh.triangles = std::move(ordered);
+    mesh.nodes = std::move(tree.nodes);
+    mesh.depth = tree.depth;
+    mesh.sahCost = tree.sahCost;
+}
+
+WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
+                       uint32_t maxThreads) {
+    WideMesh mesh = CollectTriangles(positions, indices);
+    BuildTree(mesh, maxThreads);
+    return mesh;
 }
 
 WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed) {
     std::vector<gpu::WideTriangle> triangles;
     for (const PlacedTriangles& mesh : placed) {
-        if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = mesh.objectToWorld}, ignored)) continue;
+        if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = mesh.objectToWorld}, ignored))
+            continue;
         // In double: a vertex is rounded once, less than RayClearance allows for a ray's way into object space
         const glm::dmat4x3 toWorld(mesh.objectToWorld);
         const auto place = [&](const glm::vec3& p) { return glm::vec3(toWorld * glm::dvec4(p, 1.0)); };
@@ -118,7 +131,9 @@ WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed) {
                                  .flags = flags});
         if (!IsNearEnough(BoxOf(std::span(triangles).subspan(first)))) triangles.resize(first);
     }
-    return BuildMesh(std::move(triangles), 0);
+    WideMesh level = WithoutFlat(std::move(triangles));
+    BuildTree(level);
+    return level;
 }
 
 WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {
@@ -183,6 +198,26 @@ WideScene BuildWideScene(const BvhScene& scene) {
     wide.instances = std::move(instances.instances);
     wide.buildSeconds = watch.Seconds();
     return wide;
+}
+
+WideScene BuildOneLevel(const BvhScene& scene) {
+    const Stopwatch watch;
+    std::vector<WideMesh> meshes;
+    for (const BvhMesh& mesh : scene.meshes) meshes.push_back(CollectTriangles(mesh.positions, mesh.indices));
+    std::vector<PlacedTriangles> placed;
+    for (const BvhInstance& instance : scene.instances)
+        placed.push_back({.triangles = meshes[instance.mesh].triangles,
+                          .objectToWorld = instance.objectToWorld,
+                          .number = static_cast<uint32_t>(placed.size())});
+    WideMesh level = BuildWideLevel(placed);
+    if (level.depth > kMaxMeshDepth)
+        throw MakeError(ErrorKind::Usage, "a wide tree of {} levels: there is room for {}", level.depth,
+                        kMaxMeshDepth);
+    return {.nodes = std::move(level.nodes),
+            .triangles = std::move(level.triangles),
+            .instances = {{}},
+            .sahOfMeshes = level.sahCost,
+            .buildSeconds = watch.Seconds()};
 }
 
 }  // namespace raygraph

@@ -29,14 +29,19 @@ struct BvhScene {
 
 // The wide tree of a mesh: children and triangles count from its own first ones.
 struct WideMesh {
-    std::vector<gpu::WideNode> nodes;
+    std::vector<gpu::WideNode> nodes;  // none: the tree is not built yet
     std::vector<gpu::WideTriangle> triangles;
     Box box;
     uint32_t depth = 0;
     double sahCost = 0.0;
 };
-// Of the triangles that have an area. Trees that are deeper than kMaxMeshDepth are built again, balanced.
-// `maxThreads` as of BvhSettings.
+// Of the triangles that have an area: rounding might let rays hit others.
+RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
+                                       std::span<const uint32_t> indices);
+// Builds the tree. One that would be deeper than kMaxMeshDepth is built again, balanced. `maxThreads` as of
+// BvhSettings.
+RAYGRAPH_API void BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
+// Both.
 RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
                                     uint32_t maxThreads = 0);
 
@@ -50,6 +55,8 @@ struct PlacedTriangles {
 // A tree of one level: its triangles are those of all instances in one space. Those that have no area there
 // are left out, and as by BuildWideInstances all those of some instances.
 RAYGRAPH_API WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed);
+// With more triangles, building it takes longer than it saves.
+inline constexpr uint64_t kMaxLevelTriangles = 1 << 19;
 
 // A placed tree of a mesh.
 struct WidePlacement {
@@ -58,6 +65,8 @@ struct WidePlacement {
     uint32_t root = 0;
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...
+
+    bool operator==(const WidePlacement&) const = default;
 };
 struct WideInstances {
     std::vector<gpu::WideNode> nodes;          // children count from their own first one
@@ -88,6 +97,8 @@ struct WideScene {
 
 // Error{Usage} for trees that are too deep.
 RAYGRAPH_API WideScene BuildWideScene(const BvhScene& scene);
+// Of one level, likewise.
+RAYGRAPH_API WideScene BuildOneLevel(const BvhScene& scene);
 
 RAYGRAPH_API std::vector<Box> TriangleBoxes(std::span<const glm::vec3> positions,
                                             std::span<const uint32_t> indices);

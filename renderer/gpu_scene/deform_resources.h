@@ -83,11 +83,18 @@ struct DeformResources {
 // Moves the emitters of a group to where its pose has them.
 void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters);
 
+// What is made of a mesh for own traversal, where nothing deforms it.
+enum class WideUse {
+    None,
+    Triangles,  // a WideMesh whose tree is not built
+    Tree,
+};
+
 // How a mesh is drawn.
 struct MeshUse {
-    bool isDeformed = false;   // there are copies of it
-    bool isBaseDrawn = true;   // as the file has it
-    bool hasTree = false;      // a wide tree for own traversal, where nothing deforms it
+    bool isDeformed = false;  // there are copies of it
+    bool isBaseDrawn = true;  // as the file has it
+    WideUse tree = WideUse::None;
     uint32_t treeThreads = 0;  // that build it; 0: as many as the machine has cores
 };
 

@@ -58,7 +58,9 @@ struct GpuScene::Impl {
     void Finish(SceneUpload::Content& content);
     void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
     ResourceSettings SettingsOfResources() const;
-    PrepareSettings Preparing() const { return {.hasWideTrees = desc.hasWideTrees}; }
+    PrepareSettings Preparing() const {
+        return {.hasWideTrees = desc.hasWideTrees, .prefersOneWideLevel = desc.prefersOneWideLevel};
+    }
     TextureUploadSettings TextureSettings(uint64_t budget) const {
         return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
     }

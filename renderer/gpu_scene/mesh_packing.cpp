@@ -1,11 +1,11 @@
 #include "renderer/gpu_scene/mesh_packing.h"
-#include "renderer/bvh/wide_scene.h"
 
 #include <algorithm>
 #include <iterator>
 #include <numeric>
 #include <utility>
 
+#include "renderer/bvh/wide_scene.h"
 #include "renderer/gpu_scene/alpha_bounds.h"
 #include "renderer/gpu_scene/capsules.h"
 #include "renderer/gpu_scene/group_kinds.h"
@@ -111,9 +111,10 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
                      kind.isRound ? capsules.records.size() : result.triangleCount,
                      kind.isRound ? capsules.originals : triangles.originals);
     result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
-    if (use.hasTree && !kind.isRound && !(use.isDeformed && MayDeform(primitives)))
-        result.tree = std::make_shared<WideMesh>(
-            BuildWideMesh(triangles.positions, triangles.indices, use.treeThreads));
+    if (use.tree != WideUse::None && !kind.isRound && !(use.isDeformed && MayDeform(primitives))) {
+        result.tree = std::make_shared<WideMesh>(CollectTriangles(triangles.positions, triangles.indices));
+        if (use.tree == WideUse::Tree) BuildTree(*result.tree, use.treeThreads);
+    }
 
     StreamPacker& packer = result.streams;
     result.positions = kind.isRound ? packer.Append(capsules.records) : packer.Append(triangles.positions);

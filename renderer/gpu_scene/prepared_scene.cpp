@@ -8,6 +8,7 @@
 
 #include "base/out_of_memory.h"
 #include "base/text.h"
+#include "renderer/bvh/wide_scene.h"
 #include "renderer/gpu_scene/alpha_bounds.h"
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/material_records.h"
@@ -16,6 +17,17 @@
 
 namespace raygraph {
 namespace {
+
+// No scene with meshes that deform can be traced by trees, and one level has a tree of its own.
+WideUse TreesOf(const SceneContent& content, const PrepareSettings& settings) {
+    if (!settings.hasWideTrees || content.deform) return WideUse::None;
+    if (!settings.prefersOneWideLevel) return WideUse::Tree;
+    uint64_t placed = 0;
+    for (const scene::Instance& instance : content.data.instances)
+        for (const scene::Primitive& primitive : content.data.meshes[instance.mesh].primitives)
+            placed += primitive.TriangleCount();
+    return placed <= kMaxLevelTriangles ? WideUse::Triangles : WideUse::Tree;
+}
 
 void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     constexpr uint32_t kMaxThreads = 64;
@@ -26,6 +38,7 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     limits.maxTriangles = std::min<uint64_t>(limits.maxTriangles, std::max(1u, settings.maxTriangles));
     scene::SceneData& data = content.data;
     const PackingMaterials materials{MaterialRecords(data.materials, {}), LowestTextureAlphas(data)};
+    const WideUse trees = TreesOf(content, settings);
     content.meshes.resize(data.meshes.size());
     const auto workers = static_cast<uint32_t>(std::clamp<size_t>(data.meshes.size(), 1, threadCount));
     std::atomic<uint32_t> next = 0;
@@ -33,7 +46,7 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
         EmitterFinder finder(data);
         for (uint32_t i = next++; i < data.meshes.size(); i = next++) {
             MeshUse use = content.deform ? content.deform->UseOf(i) : MeshUse{};
-            use.hasTree = settings.hasWideTrees;
+            use.tree = trees;
             use.treeThreads = threadCount / workers;
             content.meshes[i] = PackMesh(data.meshes[i], materials, use, finder, limits);
         }

@@ -27,6 +27,8 @@ struct PrepareSettings {
     uint32_t maxTriangles = 1u << 24;
     // Builds wide trees of meshes, for GpuSceneDesc::hasWideTrees.
     bool hasWideTrees = false;
+    // For GpuSceneDesc::prefersOneWideLevel: leaves those out that it does without.
+    bool prefersOneWideLevel = false;
 };
 
 class RAYGRAPH_API PreparedScene {

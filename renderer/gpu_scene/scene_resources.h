@@ -74,7 +74,7 @@ struct GroupResources {
     scene::Bounds bounds;        // object space
     // Not null: the group can be deformed. `blas` is null where only its copies are drawn.
     std::shared_ptr<const BaseShape> base;
-    std::shared_ptr<WideMesh> tree;  // for own traversal, emptied by WideSet; null: it has none
+    std::shared_ptr<WideMesh> tree;  // for own traversal, taken by WideSet; null: it has none
 
     VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
     // By raster views. Not so a group that has been removed.

@@ -12,9 +12,6 @@
 namespace raygraph {
 namespace {
 
-// A tree over more triangles takes longer to build than it saves: half a second.
-constexpr size_t kMaxLevelTriangles = 1 << 19;
-
 // Memory for a table of so many records, which are all there.
 template <typename T>
 void Grow(std::vector<T>& records, GrowingTable& table, size_t count) {
@@ -32,20 +29,21 @@ uint32_t FlagsOf(const GroupKind& kind) {
 }  // namespace
 
 WideSet::WideSet(rhi::Device& device, bool prefersOneLevel)
-    : m_prefersOneLevel(prefersOneLevel),
+    : m_isOneLevel(prefersOneLevel),
       m_nodeTable(device, "wideNodes", "UploadWideNodes", sizeof(gpu::WideNode)),
       m_triangleTable(device, "wideTriangles", "UploadWideTriangles", sizeof(gpu::WideTriangle)),
       m_instanceTable(device, "wideInstances", "UploadWideInstances", sizeof(gpu::WideInstance)) {}
 
 void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
-    if (m_hasFailed) return;
+    if (m_hasFailed || m_version == instances.Version()) return;
     try {
-        // There are no more nodes above instances than instances, or one
-        const bool areMeshesChanged = FollowMeshes(resources, instances.Placements().size() + 1);
-        if (!areMeshesChanged && m_version == instances.Version()) return;
-        m_whyNone.clear();
-        FollowInstances(resources, instances);
+        std::vector<Part> parts = VisibleParts(resources, instances);
         m_version = instances.Version();
+        if (!m_whyNone.empty() || (m_isBuilt && parts == m_parts)) return;
+        if (m_isOneLevel) m_isOneLevel = BuildLevel(parts);
+        if (!m_isOneLevel) BuildInstances(resources, parts);
+        m_isBuilt = m_whyNone.empty();
+        m_parts = std::move(parts);
     } catch (const std::exception& error) {
         // No memory, or a table that no shader can bind. Frames in flight may still read what there was
         m_whyNone = error.what();
@@ -55,33 +53,95 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
         m_instances = {};
         m_placed = {};
         m_level = {};
+        m_parts = {};
     }
 }
 
-bool WideSet::FollowMeshes(SceneResources& resources, size_t spareNodes) {
-    bool isChanged = false;
+std::vector<WideSet::Part> WideSet::VisibleParts(const SceneResources& resources,
+                                                 const InstanceSet& instances) {
+    m_whyNone.clear();
+    std::vector<Part> parts;
+    const std::span<const InstanceSet::Placement> all = instances.Placements();
+    for (uint32_t i = 0; i < all.size(); ++i) {
+        if (all[i].group == InstanceSet::kNoGroup || !instances.IsVisible(all[i].instance)) continue;
+        const GroupResources& group = resources.groups[all[i].group];
+        if (!group.tree) {
+            m_whyNone = "the scene has round primitives, meshes that deform, or others without a tree";
+            return {};
+        }
+        parts.push_back({.tree = group.tree,
+                         .group = all[i].group,
+                         .placement = {.objectToWorld = instances.DeviceTransform(all[i].instance),
+                                       .number = i,
+                                       .flags = FlagsOf(group.kind)}});
+    }
+    return parts;
+}
+
+bool WideSet::BuildLevel(std::span<const Part> parts) {
+    std::vector<PlacedTriangles> placed;
+    uint64_t count = 0;
+    for (const Part& part : parts) {
+        placed.push_back({.triangles = part.tree->triangles,
+                          .objectToWorld = part.placement.objectToWorld,
+                          .number = part.placement.number,
+                          .flags = part.placement.flags});
+        count += part.tree->triangles.size();
+    }
+    if (m_level.tree) Free(m_level);
+    if (count > kMaxLevelTriangles) return false;
+    const auto tree = std::make_shared<WideMesh>(BuildWideLevel(placed));
+    if (tree->depth > kMaxMeshDepth) return false;
+    Place(m_level, tree);
+    PutInstances({{.root = m_level.nodes.first}});
+    return true;
+}
+
+void WideSet::BuildInstances(const SceneResources& resources, std::span<const Part> parts) {
+    // There are no more nodes above instances than instances, or one
+    FollowMeshes(resources, parts.size() + 1);
+    std::vector<WidePlacement> placements;
+    for (const Part& part : parts) {
+        const Placed& placed = m_placed[part.group];
+        if (placed.depth > kMaxMeshDepth) {
+            m_whyNone = Text("a mesh has a tree of {} levels, of {} at most", placed.depth, kMaxMeshDepth);
+            return;
+        }
+        placements.push_back(part.placement);
+        placements.back().box = placed.box;
+        placements.back().root = placed.nodes.first;
+    }
+    WideInstances tree = BuildWideInstances(placements);
+    if (tree.depth > kMaxInstanceDepth) {
+        m_whyNone =
+            Text("the instances have a tree of {} levels, of {} at most", tree.depth, kMaxInstanceDepth);
+        return;
+    }
+    m_nodeSlots.Free(m_instanceNodes.first, std::exchange(m_instanceNodes.count, 0));
+    tree.instances[0].root = TakeNodes(tree.nodes, 0, m_instanceNodes);
+    PutInstances(std::move(tree.instances));
+}
+
+void WideSet::FollowMeshes(const SceneResources& resources, size_t spareNodes) {
     m_placed.resize(std::max(m_placed.size(), resources.groups.size()));
     const auto treeOf = [&](size_t i) {
         return i < resources.groups.size() ? resources.groups[i].tree : std::shared_ptr<WideMesh>();
     };
-    for (size_t i = 0; i < m_placed.size(); ++i) {
-        if (m_placed[i].tree == treeOf(i)) continue;
-        isChanged = true;
-        Free(m_placed[i]);
-    }
     size_t nodes = 0, triangles = 0;
-    for (size_t i = 0; i < m_placed.size(); ++i)
-        if (const std::shared_ptr<WideMesh> tree = treeOf(i); tree && tree != m_placed[i].tree) {
-            nodes += tree->nodes.size();
-            triangles += tree->triangles.size();
-        }
-    if (!isChanged) return false;
+    for (size_t i = 0; i < m_placed.size(); ++i) {
+        const std::shared_ptr<WideMesh> tree = treeOf(i);
+        if (m_placed[i].tree == tree) continue;
+        Free(m_placed[i]);
+        if (!tree) continue;
+        if (tree->nodes.empty()) BuildTree(*tree);
+        nodes += tree->nodes.size();
+        triangles += tree->triangles.size();
+    }
     m_nodeTable.Reserve(m_nodeSlots.End() + nodes + spareNodes);
     m_triangleTable.Reserve(m_triangleSlots.End() + triangles);
     for (size_t i = 0; i < m_placed.size(); ++i)
         if (const std::shared_ptr<WideMesh> tree = treeOf(i); tree != m_placed[i].tree)
             Place(m_placed[i], tree);
-    return true;
 }
 
 void WideSet::Place(Placed& placed, const std::shared_ptr<WideMesh>& tree) {
@@ -114,68 +174,9 @@ void WideSet::Free(Placed& placed) {
     placed = {};
 }
 
-void WideSet::FollowInstances(const SceneResources& resources, const InstanceSet& instances) {
-    std::vector<WidePlacement> placements;
-    std::vector<uint32_t> groups;  // of these
-    size_t triangles = 0;
-    const std::span<const InstanceSet::Placement> all = instances.Placements();
-    for (uint32_t i = 0; i < all.size(); ++i) {
-        if (all[i].group == InstanceSet::kNoGroup || !instances.IsVisible(all[i].instance)) continue;
-        const Placed& placed = m_placed[all[i].group];
-        if (!placed.tree) {
-            m_whyNone = "the scene has round primitives, meshes that deform, or others without a tree";
-            return;
-        }
-        if (placed.depth > kMaxMeshDepth) {
-            m_whyNone = Text("a mesh has a tree of {} levels, of {} at most", placed.depth, kMaxMeshDepth);
-            return;
-        }
-        placements.push_back({.objectToWorld = instances.DeviceTransform(all[i].instance),
-                              .box = placed.box,
-                              .root = placed.nodes.first,
-                              .number = i,
-                              .flags = FlagsOf(resources.groups[all[i].group].kind)});
-        groups.push_back(all[i].group);
-        triangles += placed.triangles.count;
-    }
-    if (m_level.tree) Free(m_level);
-    if (m_prefersOneLevel && triangles <= kMaxLevelTriangles)
-        BuildLevel(placements, groups);
-    else
-        BuildInstances(placements);
-}
-
-void WideSet::BuildLevel(std::span<const WidePlacement> placements, std::span<const uint32_t> groups) {
-    std::vector<PlacedTriangles> placed;
-    for (size_t i = 0; i < placements.size(); ++i) {
-        const Range& range = m_placed[groups[i]].triangles;
-        placed.push_back({.triangles = std::span(m_triangles).subspan(range.first, range.count),
-                          .objectToWorld = placements[i].objectToWorld,
-                          .number = placements[i].number,
-                          .flags = placements[i].flags});
-    }
-    const auto tree = std::make_shared<WideMesh>(BuildWideLevel(placed));
-    if (tree->depth > kMaxMeshDepth) {
-        BuildInstances(placements);
-        return;
-    }
-    Place(m_level, tree);
-    m_instanceTable.Reserve(1);
-    m_instances.assign(1, {.root = m_level.nodes.first});
-    m_instanceTable.Mark(0, 1);
-}
-
-void WideSet::BuildInstances(std::span<const WidePlacement> placements) {
-    WideInstances tree = BuildWideInstances(placements);
-    if (tree.depth > kMaxInstanceDepth) {
-        m_whyNone =
-            Text("the instances have a tree of {} levels, of {} at most", tree.depth, kMaxInstanceDepth);
-        return;
-    }
-    m_nodeSlots.Free(m_instanceNodes.first, std::exchange(m_instanceNodes.count, 0));
-    tree.instances[0].root = TakeNodes(tree.nodes, 0, m_instanceNodes);
-    m_instanceTable.Reserve(tree.instances.size());
-    m_instances = std::move(tree.instances);
+void WideSet::PutInstances(std::vector<gpu::WideInstance>&& instances) {
+    m_instanceTable.Reserve(instances.size());
+    m_instances = std::move(instances);
     m_instanceTable.Mark(0, static_cast<uint32_t>(m_instances.size()));
 }
 

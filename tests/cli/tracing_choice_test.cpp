@@ -49,7 +49,7 @@ class TracingChoiceTest : public testing::VulkanTest {
 }  // namespace
 
 TEST_F(TracingChoiceTest, TheMemoryKeepsTheLastChoiceOfEachKey) {
-    const std::filesystem::path file = folder.Path() / "new" / "forms.txt";
+    const std::filesystem::path file = folder.Path() / "new" / "tracing.txt";
     const ChoiceMemory memory(file);
     EXPECT_EQ(Found(memory, "a"), "none");
     memory.Remember("a", "own wavefront:4");
@@ -61,7 +61,7 @@ TEST_F(TracingChoiceTest, TheMemoryKeepsTheLastChoiceOfEachKey) {
 }
 
 TEST_F(TracingChoiceTest, LinesWithoutAKeyAndATextAreNone) {
-    const std::filesystem::path file = folder.Path() / "forms.txt";
+    const std::filesystem::path file = folder.Path() / "tracing.txt";
     std::ofstream(file) << "a\n\td\tx\n\ne\ty\n";
     const ChoiceMemory memory(file);
     for (const char* key : {"a", "d"}) EXPECT_EQ(Found(memory, key), "none") << key;
@@ -71,7 +71,7 @@ TEST_F(TracingChoiceTest, LinesWithoutAKeyAndATextAreNone) {
 TEST_F(TracingChoiceTest, WithoutAPlaceNothingIsRemembered) {
     std::ofstream(folder.Path() / "file") << "x";
     for (const std::filesystem::path& file :
-         {std::filesystem::path(), folder.Path() / "file" / "forms.txt"}) {
+         {std::filesystem::path(), folder.Path() / "file" / "tracing.txt"}) {
         const ChoiceMemory memory(file);
         memory.Remember("a", "x");
         EXPECT_EQ(Found(memory, "a"), "none");
@@ -98,7 +98,7 @@ TEST_F(TracingChoiceTest, EveryChoiceIsMeasured) {
 }
 
 TEST_F(TracingChoiceTest, AChoiceIsMeasuredOnceAndNotAtAllOnACpu) {
-    const std::filesystem::path file = folder.Path() / "forms.txt";
+    const std::filesystem::path file = folder.Path() / "tracing.txt";
     SceneInput input = Cornell();
     DeviceScene scene(Device(), input, Small());
     const TracingChoice chosen = ChooseTracing(scene, {}, ChoiceMemory(file));

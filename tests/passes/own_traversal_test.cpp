@@ -1,6 +1,7 @@
 // Trace by the scene's own trees: sees what the driver sees, after every change of the scene.
 #include <cmath>
 
+#include "renderer/bvh/wide_scene.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -38,7 +39,8 @@ glm::mat4x3 Placed(const glm::vec3& at, const glm::vec3& scale) {
     return {glm::vec3(scale.x, 0, 0), glm::vec3(0, scale.y, 0), glm::vec3(0, 0, scale.z), at};
 }
 
-class OwnTraversal : public VulkanTest {
+// By trees of two levels and of one.
+class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uint32_t> {
   protected:
     // Above a floor: what is mirrored, stretched, culled and seen through in part.
     static scene::SceneData Things() {
@@ -76,9 +78,16 @@ class OwnTraversal : public VulkanTest {
         settings.sampleIndex = sample;
         return render.TraceOnce(settings);
     }
+    bool HasOneLevel() {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        render.renderer.Execute();
+        return ids.hasOneWideLevel;
+    }
     // Hits differ in the last bits, so that here and there a path takes another turn.
-    void ExpectAlike(const char* what) {
+    void ExpectAlike(const char* what, bool mayHaveOneLevel = true) {
         SCOPED_TRACE(what);
+        EXPECT_EQ(HasOneLevel(), mayHaveOneLevel && GetParam() == 1);
         size_t unlike = 0;
         double sum = 0.0, sumOfOwn = 0.0;
         for (uint32_t sample = 0; sample < 4; ++sample) {
@@ -97,12 +106,13 @@ class OwnTraversal : public VulkanTest {
         EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "");
     }
 
-    SceneRender render{Device(), {.hasWideTrees = true}};
+    SceneRender render{Device(), {.hasWideTrees = true, .prefersOneWideLevel = GetParam() == 1}};
 };
+INSTANTIATE_TEST_SUITE_P(Levels, OwnTraversal, ::testing::Values(1u, 2u));
 
 }  // namespace
 
-TEST_F(OwnTraversal, SeesWhatTheDriverSees) {
+TEST_P(OwnTraversal, SeesWhatTheDriverSees) {
     render.scene.SetScene(Things());
     ExpectAlike("as it is set");
     // Of the whole program: that of the trees, not of the driver
@@ -110,7 +120,7 @@ TEST_F(OwnTraversal, SeesWhatTheDriverSees) {
     EXPECT_GT(mean.y, 0.05);
 }
 
-TEST_F(OwnTraversal, FollowsEveryChange) {
+TEST_P(OwnTraversal, FollowsEveryChange) {
     render.scene.SetScene(Things());
     ExpectAlike("as it is set");
     render.scene.SetTransform(2, Placed({-0.6f, 0.2f, 0.9f}, {0.5f, 1, 1}));
@@ -139,7 +149,7 @@ TEST_F(OwnTraversal, FollowsEveryChange) {
     ExpectAlike("set again");
 }
 
-TEST_F(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
+TEST_P(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
     render.scene.SetScene({});
     EXPECT_EQ(Traced(Traversal::Own).Mean(), Traced(Traversal::Driver).Mean());
     scene::SceneData data = PlainThings();
@@ -154,7 +164,7 @@ TEST_F(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
     ExpectAlike("without what is round");
 }
 
-TEST_F(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
+TEST_P(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
     render.scene.SetScene(PlainThings());
     TraceSettings settings = View(Traversal::Own);
     const FloatImage loop = render.TraceOnce(settings);
@@ -165,8 +175,25 @@ TEST_F(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
     EXPECT_LT(unlike, Device().Info().type == rhi::DeviceType::Cpu ? 1u : loop.values.size() / 50);
 }
 
+// A tree over all of their triangles would take too long to build.
+TEST_P(OwnTraversal, ManyTrianglesAreInTwoLevels) {
+    scene::SceneData data = PlainThings();
+    data.meshes.push_back(SphereMesh(0.1f, 64, 1));
+    const uint64_t each = data.meshes.back().primitives[0].TriangleCount();
+    for (uint64_t placed = 0; placed <= kMaxLevelTriangles; placed += each) {
+        const float x = 4e-6f * static_cast<float>(placed) - 1.0f;
+        data.instances.push_back({.mesh = 2, .objectToWorld = Placed({x, 0.6f, 0.4f}, {1, 1, 1})});
+    }
+    const auto count = static_cast<uint32_t>(data.instances.size());
+    render.scene.SetScene(std::move(data));
+    ExpectAlike("too many", false);
+    // They stay so: their tables are there
+    for (uint32_t i = 8; i < count; ++i) render.scene.RemoveInstance(i);
+    ExpectAlike("few", false);
+}
+
 // Nobody reads the driver's structures then, and none are built.
-TEST_F(OwnTraversal, BuildsNothingForTheDriver) {
+TEST_P(OwnTraversal, BuildsNothingForTheDriver) {
     render.scene.SetScene(PlainThings());
     Traced(Traversal::Own);
     EXPECT_EQ(render.scene.Statistics().blasBuilds, 0u);

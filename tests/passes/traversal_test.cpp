@@ -85,17 +85,17 @@ TEST_F(TraversalTest, Driver_FindsTheSameInEveryOrder) {
     }
 }
 
-TEST_F(TraversalTest, WideTrees_FindTheSameWhereverTheStackIs) {
-    WideDeviceScene wide(Device(), BuildWideScene(m_scene));
-    for (const uint32_t sharedGroups : {0u, 2u, 8u})
-        for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any}) {
-            SCOPED_TRACE(sharedGroups);
+TEST_F(TraversalTest, WideTrees_FindTheSameInOneLevelAndInTwo) {
+    for (const bool hasOneLevel : {false, true}) {
+        SCOPED_TRACE(hasOneLevel);
+        WideDeviceScene wide(Device(), hasOneLevel ? BuildOneLevel(m_scene) : BuildWideScene(m_scene));
+        for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any})
             Check(Run([&](BufferId rays) {
                       return passes::TraverseBuffer(m_renderer, wide.Declare(m_renderer), rays, RayCount(),
-                                                    {.question = question, .sharedGroups = sharedGroups});
+                                                    {.question = question, .hasOneLevel = hasOneLevel});
                   }),
                   question);
-        }
+    }
 }
 
 // A ray that misses the root's children visits the root alone; others more.

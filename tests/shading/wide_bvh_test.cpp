@@ -179,12 +179,21 @@ TEST(WideBvh, WithoutPrimitivesIsOneEmptyNode) {
 gpu::WideHit Traverse(const WideScene& scene, const gpu::BenchRay& ray, bool isAny) {
     shading::s_scene = &scene;
     gpu::WideCounts counts{};
-    return shading::TraverseWide(ray.origin, ray.direction, ray.tMax, isAny, false, counts);
+    const bool hasOneLevel = scene.instances.size() == 1;
+    return shading::TraverseWide(ray.origin, ray.direction, ray.tMax, isAny, hasOneLevel, counts);
 }
 
-TEST(WideTraversal, FindsWhatIsNearestOfAllTriangles) {
+class WideLevels : public ::testing::TestWithParam<uint32_t> {
+  protected:
+    static WideScene Build(const BvhScene& scene) {
+        return GetParam() == 1 ? BuildOneLevel(scene) : BuildWideScene(scene);
+    }
+};
+INSTANTIATE_TEST_SUITE_P(WideTraversal, WideLevels, ::testing::Values(1u, 2u));
+
+TEST_P(WideLevels, FindTheNearestOfAllTriangles) {
     const BvhScene scene = testing::SoupWithInstances();
-    const WideScene wide = BuildWideScene(scene);
+    const WideScene wide = Build(scene);
     uint32_t hits = 0, differences = 0;
     const std::vector<gpu::BenchRay> rays = RandomRays(2000, 7);
     for (const gpu::BenchRay& ray : rays) {
@@ -198,16 +207,25 @@ TEST(WideTraversal, FindsWhatIsNearestOfAllTriangles) {
         }
         ASSERT_GE(hit.t, 0.0f);
         EXPECT_NEAR(double{hit.t}, exact.t, 1e-4 * exact.t);
-        if (hit.instance != exact.instance || hit.primitive != exact.primitive) ++differences;
+        if (hit.instance != exact.instance || hit.primitive != exact.primitive) {
+            ++differences;
+            continue;
+        }
+        const BvhMesh& mesh = scene.meshes[scene.instances[hit.instance].mesh];
+        const auto corner = [&](uint32_t i) { return mesh.positions[mesh.indices[3 * hit.primitive + i]]; };
+        const glm::vec3 inObject = corner(0) + hit.barycentrics.x * (corner(1) - corner(0)) +
+                                   hit.barycentrics.y * (corner(2) - corner(0));
+        const glm::vec3 point = scene.instances[hit.instance].objectToWorld * glm::vec4(inObject, 1.0f);
+        EXPECT_LT(glm::distance(point, ray.origin + hit.t * ray.direction), 1e-4f);
     }
     EXPECT_GT(hits, rays.size() / 4);
     EXPECT_LT(hits, rays.size());
     EXPECT_EQ(differences, 0u);
 }
 
-TEST(WideTraversal, AnyHitIsWhetherSomethingIsNearer) {
+TEST_P(WideLevels, AnyHitIsWhetherSomethingIsNearer) {
     const BvhScene scene = testing::SoupWithInstances();
-    const WideScene wide = BuildWideScene(scene);
+    const WideScene wide = Build(scene);
     uint32_t hits = 0;
     std::vector<gpu::BenchRay> rays = RandomRays(2000, 8);
     for (gpu::BenchRay& ray : rays) {
@@ -221,17 +239,21 @@ TEST(WideTraversal, AnyHitIsWhetherSomethingIsNearer) {
     EXPECT_LT(hits, rays.size() / 2);
 }
 
-// A quad in the plane z = 0, whose front faces +z, placed.
-WideScene PlacedQuad(const glm::mat4x3& objectToWorld, uint32_t flags) {
+// A quad in the plane z = 0, whose front faces +z, placed; in two levels, and in one.
+std::array<WideScene, 2> PlacedQuad(const glm::mat4x3& objectToWorld, uint32_t flags) {
     WideMesh mesh = BuildWideMesh(std::vector<glm::vec3>{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}},
                                   std::vector<uint32_t>{0, 1, 2, 0, 2, 3});
     WideInstances instances =
         BuildWideInstances(std::vector<WidePlacement>{{objectToWorld, mesh.box, 0, 7, flags}});
+    const WideMesh level =
+        BuildWideLevel(std::vector<PlacedTriangles>{{mesh.triangles, objectToWorld, 7, flags}});
     WideScene scene{.nodes = mesh.nodes, .triangles = mesh.triangles, .instances = instances.instances};
     scene.instances[0].root = static_cast<uint32_t>(scene.nodes.size());
+    // One instance is none and stands for one level: another one is added, which nothing leads to
+    if (scene.instances.size() == 1) scene.instances.emplace_back();
     MoveNodes(instances.nodes, scene.instances[0].root, 0);
     scene.nodes.insert(scene.nodes.end(), instances.nodes.begin(), instances.nodes.end());
-    return scene;
+    return {scene, {.nodes = level.nodes, .triangles = level.triangles, .instances = {{}}}};
 }
 
 glm::mat4x3 Scaling(float x, float y, float z) {
@@ -239,17 +261,20 @@ glm::mat4x3 Scaling(float x, float y, float z) {
 }
 
 // From +z and from -z; in the plane of the quad a step from its center, so that both triangles are met.
-std::array<bool, 2> Seen(const WideScene& scene) {
-    std::array<bool, 2> seen{};
-    for (const float side : {1.0f, -1.0f}) {
-        const gpu::WideHit hit = Traverse(
-            scene, {.origin = {0.1f, 0.3f, 3.0f * side}, .tMax = 10.0f, .direction = {0, 0, -side}}, false);
-        seen[side > 0.0f ? 0 : 1] = hit.t >= 0.0f;
-        if (hit.t < 0.0f) continue;
-        EXPECT_NEAR(hit.t, 3.0f, 1e-6f);
-        EXPECT_EQ(hit.instance, 7u);
-    }
-    return seen;
+std::array<bool, 2> Seen(const std::array<WideScene, 2>& scenes) {
+    std::array<std::array<bool, 2>, 2> seen{};
+    for (const float side : {1.0f, -1.0f})
+        for (size_t i = 0; i < 2; ++i) {
+            const gpu::WideHit hit = Traverse(
+                scenes[i], {.origin = {0.1f, 0.3f, 3.0f * side}, .tMax = 10.0f, .direction = {0, 0, -side}},
+                false);
+            seen[i][side > 0.0f ? 0 : 1] = hit.t >= 0.0f;
+            if (hit.t < 0.0f) continue;
+            EXPECT_NEAR(hit.t, 3.0f, 1e-6f);
+            EXPECT_EQ(hit.instance, 7u);
+        }
+    EXPECT_EQ(seen[0], seen[1]) << "two levels, and one";
+    return seen[0];
 }
 
 TEST(WideTraversal, BackFacesAreCulledWhereTheInstanceSaysSo) {
@@ -268,22 +293,23 @@ TEST(WideTraversal, FlatInstancesAreNotThere) {
 }
 
 TEST(WideTraversal, TestedTrianglesAreAskedForOnceEach) {
-    const WideScene scene = PlacedQuad(Scaling(1, -1, 1), gpu::kWideTested);
+    const std::array<WideScene, 2> scenes = PlacedQuad(Scaling(1, -1, 1), gpu::kWideTested);
     const gpu::BenchRay ray{.origin = {0.1f, 0.3f, 3.0f}, .tMax = 10.0f, .direction = {0, 0, -1}};
-    for (const bool isAny : {false, true})
-        for (const bool isHit : {false, true}) {
-            uint32_t asked = 0;
-            shading::s_isAccepted = [&](const gpu::WideHit& hit, bool isBack, bool ofAny) {
-                ++asked;
-                EXPECT_NEAR(hit.t, 3.0f, 1e-6f);
-                EXPECT_EQ(hit.instance, 7u);
-                EXPECT_FALSE(isBack);
-                EXPECT_EQ(ofAny, isAny);
-                return isHit;
-            };
-            EXPECT_EQ(Traverse(scene, ray, isAny).t >= 0.0f, isHit);
-            EXPECT_EQ(asked, 1u);
-        }
+    for (uint32_t i = 0; i < 8; ++i) {
+        const bool isAny = (i & 1u) != 0, isHit = (i & 2u) != 0;
+        const WideScene& scene = scenes[i >> 2];
+        uint32_t asked = 0;
+        shading::s_isAccepted = [&](const gpu::WideHit& hit, bool isBack, bool ofAny) {
+            ++asked;
+            EXPECT_NEAR(hit.t, 3.0f, 1e-6f);
+            EXPECT_EQ(hit.instance, 7u);
+            EXPECT_FALSE(isBack);
+            EXPECT_EQ(ofAny, isAny);
+            return isHit;
+        };
+        EXPECT_EQ(Traverse(scene, ray, isAny).t >= 0.0f, isHit);
+        EXPECT_EQ(asked, 1u);
+    }
 }
 
 TEST(WideTraversal, TrianglesWithoutAnAreaAreNotThere) {
@@ -318,15 +344,15 @@ TEST(WideTraversal, InstancesThatNoRayMeetsLeaveTheOthers) {
                 scene.instances.push_back({0, at});
             }
             if (place == 3) scene.instances.push_back({mesh, objectToWorld});
-            const WideScene wide = BuildWideScene(scene);
-            for (uint32_t i = 0; i < 3; ++i) {
-                const gpu::WideHit hit = Traverse(
-                    wide,
-                    {.origin = {3.0f * float(i) + 0.1f, 0.3f, 3.0f}, .tMax = 10.0f, .direction = {0, 0, -1}},
-                    false);
-                EXPECT_NEAR(hit.t, 3.0f, 1e-6f) << place << " " << i;
-                EXPECT_EQ(hit.instance, i + (place <= i ? 1 : 0)) << place << " " << i;
-            }
+            for (const WideScene& wide : {BuildWideScene(scene), BuildOneLevel(scene)})
+                for (uint32_t i = 0; i < 3; ++i) {
+                    const gpu::BenchRay ray{.origin = {3.0f * float(i) + 0.1f, 0.3f, 3.0f},
+                                            .tMax = 10.0f,
+                                            .direction = {0, 0, -1}};
+                    const gpu::WideHit hit = Traverse(wide, ray, false);
+                    EXPECT_NEAR(hit.t, 3.0f, 1e-6f) << place << " " << i;
+                    EXPECT_EQ(hit.instance, i + (place <= i ? 1 : 0)) << place << " " << i;
+                }
         }
 }
 
