@@ -6,24 +6,38 @@ namespace raygraph::passes {
 
 TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, LimitKind kind,
                 TextureId* rayCounts) {
-    const bool isPath = kind == LimitKind::Path;
+    const bool isPath = kind != LimitKind::CameraRays, isOwn = kind == LimitKind::OwnPath;
     TextureId result = renderer.CreateTexture("limit", {settings.extent, Format::R32Float});
     if (rayCounts)
         *rayCounts = renderer.CreateTexture("limit.rayCounts", {settings.extent, Format::R32Float});
     renderer.AddPass(
-        isPath ? "LimitPath" : "Limit", PassKind::RayTracing,
+        isOwn    ? "LimitPathOwn"
+        : isPath ? "LimitPath"
+                 : "Limit",
+        isOwn ? PassKind::Compute : PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            if (isPath)
+            if (isOwn)
+                pass.Compute(rayCounts ? "bench/limit_path_own_counted.comp" : "bench/limit_path_own.comp");
+            else if (isPath)
                 pass.RayGen(rayCounts ? "bench/limit_path_counted.rgen" : "bench/limit_path.rgen");
             else
                 pass.RayGen(rayCounts ? "bench/limit_counted.rgen" : "bench/limit.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::Off);
+            if (isOwn) {
+                pass.Specialize("kTraceFeatures", 0);
+                BindOwnTracing(pass, scene, ParametersFor(scene, settings));
+                pass.Reads("geometries", scene.geometries);  // by the text of alpha tests, which never runs
+                BindMaterials(pass, scene);
+            } else {
+                BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::Off);
+            }
             if (isPath) BindInstances(pass, scene);
             result = pass.Writes("result", result);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },
-        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
+        [extent = settings.extent, isOwn](CommandList& commands) {
+            isOwn ? commands.DispatchOver(extent) : commands.TraceRays(extent);
+        });
     return result;
 }
 

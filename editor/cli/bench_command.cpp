@@ -46,6 +46,8 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
             {"limit", tracing(result.limit)},
             {"limit_path", tracing(result.limitPath)},
             {"trace_efficiency", result.traceEfficiency},
+            {"limit_path_own", result.limitPathOwn ? tracing(*result.limitPathOwn) : Json()},
+            {"trace_efficiency_own", orNull(result.traceEfficiencyOwn)},
             {"cost", ToJson(result.cost)},
             {"recursion",
              {{"loop_ms", result.recursion.loopMs},
@@ -111,6 +113,10 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
     tracing("limit", result.limit);
     tracing("limit_path", result.limitPath);
     std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", result.traceEfficiency);
+    if (result.limitPathOwn) {
+        tracing("limit_path_own", *result.limitPathOwn);
+        std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", *result.traceEfficiencyOwn);
+    }
     std::fprintf(stderr, "  %-16s %9.3f of limit_path, by %s\n", "cost", result.cost.median,
                  result.cost.measure.c_str());
     PrintRecursion(result.recursion, device);

@@ -71,6 +71,12 @@ class Bench {
         return mean;
     }
 
+    bool HasOwnTrees() {
+        m_renderer.BeginFrame();
+        const bool hasTrees = m_scene.Declare(m_sampleIndex).wideNodes.IsValid();
+        m_renderer.Execute();
+        return hasTrees;
+    }
     Renderer& GraphRenderer() { return m_renderer; }
 
   private:
@@ -127,6 +133,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     constexpr size_t kLimitPath = 1;
     std::vector<DeclareFrame> yardsticks{limitOf(passes::LimitKind::CameraRays),
                                          limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop)};
+    if (bench.HasOwnTrees()) yardsticks.push_back(limitOf(passes::LimitKind::OwnPath));
     if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
     const passes::TraceSettings traced = scene.SettingsFor(0);
@@ -193,6 +200,10 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         SpeedOf(yardstickTimes.MedianMs("LimitPath"), limitRays(passes::LimitKind::Path), pixels);
     if (result.limitPath.raysPerSecond > 0.0)
         result.traceEfficiency = result.trace.raysPerSecond / result.limitPath.raysPerSecond;
+    if (const double ms = yardstickTimes.MedianMs("LimitPathOwn"); ms > 0.0) {
+        result.limitPathOwn = SpeedOf(ms, limitRays(passes::LimitKind::OwnPath), pixels);
+        result.traceEfficiencyOwn = result.trace.raysPerSecond / result.limitPathOwn->raysPerSecond;
+    }
     result.cost = RelativeCostOf(isCpu ? "cpu seconds" : "gpu timestamps", costs);
     result.recursion = RecursionOf(yardstickTimes);
     const double total = static_cast<double>(samples) * result.frames;

@@ -39,7 +39,10 @@ struct BenchResult {
     TracingSpeed limit;                     // camera rays alone
     TracingSpeed limitPath;                 // four cosine bounces more, no shading
     double traceEfficiency = 0.0;           // rays per second of trace over those of limitPath
-    RelativeCost cost;                      // of whole path-traced frames, in frames of limitPath
+    // By own traversal; none: the scene has no trees for it, or the driver's was asked for.
+    std::optional<TracingSpeed> limitPathOwn;
+    std::optional<double> traceEfficiencyOwn;
+    RelativeCost cost;  // of whole path-traced frames, in frames of limitPath
     RecursionSpeed recursion;
     double secondsPerSample = 0.0;  // of whole path-traced frames, wall clock, mean
     double samplesPerSecond = 0.0;

@@ -1,6 +1,16 @@
 // An upper bound for a path tracer on this device, in this scene: the same camera rays in the same TLAS, and
 // no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
-// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS. Round primitives are not hit.
+// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS and OWN_TRAVERSAL (a compute shader, by the
+// scene's own trees). Round primitives are not hit.
+#ifdef OWN_TRAVERSAL
+#define NO_TLAS
+layout(local_size_x = 8, local_size_y = 8) in;
+#define LAUNCH_ID   gl_GlobalInvocationID
+#define LAUNCH_SIZE imageSize(result)
+#else
+#define LAUNCH_ID   gl_LaunchIDEXT
+#define LAUNCH_SIZE gl_LaunchSizeEXT
+#endif
 #include "scene/extensions.glsl"
 
 #include "bench/limit_ray_offset.glsl"
@@ -20,9 +30,12 @@ layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
 const float kLimitAlbedo = 0.5f;
 
 void main() {
-    uvec2 pixel = gl_LaunchIDEXT.xy;
+    uvec2 pixel = LAUNCH_ID.xy;
+#ifdef OWN_TRAVERSAL
+    if (any(greaterThanEqual(pixel, uvec2(imageSize(result))))) return;
+#endif
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
-    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(gl_LaunchSizeEXT.xy);
+    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(LAUNCH_SIZE.xy);
     Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
     Hit hit = Intersect(ray, 0u);
     float value = hit.t;

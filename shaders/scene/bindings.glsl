@@ -3,8 +3,6 @@
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-
 #include "shared/environment_entries.h"
 #include "shared/light_records.h"
 #include "shared/scene_records.h"

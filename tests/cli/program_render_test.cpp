@@ -387,6 +387,12 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     const double trace = json.at("trace").at("mrays_per_s"), path = json.at("limit_path").at("mrays_per_s");
     EXPECT_GT(trace, 0.0);
     EXPECT_NEAR(json.at("trace_efficiency").get<double>(), trace / path, 1e-6);
+    const nlohmann::json& own = json.at("limit_path_own");
+    EXPECT_NEAR(json.at("trace_efficiency_own").get<double>(), trace / own.at("mrays_per_s").get<double>(),
+                1e-6);
+    // The same paths, but for what rounding turns
+    EXPECT_NEAR(own.at("rays_per_sample").get<double>(),
+                json.at("limit_path").at("rays_per_sample").get<double>(), 0.02);
     EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);
     EXPECT_GT(json.at("trace").at("rays_per_sample").get<double>(), 1.0);
     EXPECT_GT(json.at("msamples_per_cpu_s").get<double>(), 0.0);

@@ -385,12 +385,12 @@ BvhMesh ClosedBody(uint32_t rings, uint32_t sectors) {
 }
 
 // From inside, at the very edges and vertices.
-TEST(WideTraversal, NoRayLeavesAClosedBody) {
+TEST_P(WideLevels, NoRayLeavesAClosedBody) {
     BvhScene scene;
     scene.meshes = {ClosedBody(24, 40)};
     scene.instances.push_back({0, glm::mat4x3(1.0f)});
     scene.instances[0].objectToWorld[3] = glm::vec3(0.3f, -0.2f, 0.1f);
-    const WideScene wide = BuildWideScene(scene);
+    const WideScene wide = Build(scene);
     const BvhMesh& mesh = scene.meshes[0];
     std::mt19937 random(3);
     const auto unit = [&] { return float(random() >> 8) / 16777216.0f; };
@@ -411,7 +411,7 @@ TEST(WideTraversal, NoRayLeavesAClosedBody) {
 }
 
 // Rays along the axes, on triangles without extent in one of them.
-TEST(WideTraversal, FlatTrianglesAndAxisParallelRays) {
+TEST_P(WideLevels, FlatTrianglesAndAxisParallelRays) {
     BvhScene scene;
     BvhMesh& grid = scene.meshes.emplace_back();
     constexpr uint32_t kSide = 16;
@@ -423,7 +423,7 @@ TEST(WideTraversal, FlatTrianglesAndAxisParallelRays) {
             grid.indices.insert(grid.indices.end(), {a, b, c, b, d, c});
         }
     scene.instances.push_back({0, glm::mat4x3(1.0f)});
-    const WideScene wide = BuildWideScene(scene);
+    const WideScene wide = Build(scene);
     for (uint32_t y = 0; y < kSide; ++y)
         for (uint32_t x = 0; x < kSide; ++x) {
             const gpu::BenchRay ray{.origin = {float(x) + 0.25f, 3.0f, float(y) + 0.25f},
