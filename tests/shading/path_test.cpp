@@ -34,6 +34,17 @@ TEST_F(Path, RouletteChangesTheNoiseAndNotTheMean) {
     EXPECT_LT(early.rays, late.rays);
 }
 
+TEST_F(Path, RouletteLeavesPathsOfLittleThroughputAThird) {
+    // Bounces survive with 0.99, 0.25 * 3 / 0.99, and then, at a third of throughput, with the albedo
+    SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
+    const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 1u), 1u << 16);
+    EXPECT_NEAR(mean.rays, 1.0 + 0.99 + 0.75 * 2.0, 0.03);
+    PathState path = StartPath(FromCenter(), StartPixelSample(uvec2(0u), 0u, 0u));
+    for (path.throughput = vec3(1.0e-3f); !SurviveRoulette(path, Unbiased(kNoLimit, 1u));)
+        path.throughput = vec3(1.0e-3f);
+    EXPECT_FLOAT_EQ(path.throughput.x, 1.0f / 3.0f);
+}
+
 TEST_F(Path, DepthLimitCutsTheGeometricSeries) {
     SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
     for (const uint depth : {0u, 1u, 2u, 5u}) {
