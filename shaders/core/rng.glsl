@@ -17,7 +17,8 @@
 //
 // Sobol: shuffled, Owen-scrambled, padded (0,2)-sequences. Every draw is a sequence of its own over the
 // sample index, independent of other draws and pixels; each aligned block of 2^k samples of a pixel is a
-// (0,k,2)-net, of Get3D a (1,k,3)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4).
+// (0,k,2)-net, of Get3D a (1,k,3)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). The two
+// draws of a pair are of one sequence (Get3DOfPair).
 //
 // Pcg: PCG4D, independent numbers. Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3).
 //
@@ -89,6 +90,46 @@ INLINE uint SobolThirdReversed(uint index) {
     return index;
 }
 
+// Another third dimension, of x^3 + x + 1: blocks of 2^k points are (2,k,3)-nets. As above, but that the
+// middle term of what a step divides by is so near to the first that a part of the quotient is divided again.
+INLINE uint SobolThirdOfPairReversed(uint index) {
+    uint quotient = index >> 24u;
+    index ^= (quotient << 8u) ^ quotient;
+    quotient = index & 0x00fff000u;
+    quotient ^= (quotient >> 8u) & 0x0000f000u;
+    index = (index & 0xff000fffu) ^ quotient ^ ((quotient >> 8u) & 0x00000ff0u) ^ (quotient >> 12u);
+    quotient = index & 0xc0fc0fc0u;
+    quotient ^= (quotient >> 4u) & 0x000c00c0u;
+    index = (index & 0x3f03f03fu) ^ quotient ^ ((quotient >> 4u) & 0x0c03c03cu) ^ (quotient >> 6u);
+    quotient = index & 0x38e38e38u;
+    quotient ^= (quotient >> 2u) & 0x08208208u;
+    return (index & 0xc71c71c7u) ^ quotient ^ ((quotient >> 2u) & 0x06186186u) ^ (quotient >> 3u);
+}
+
+// Pairs of bits are numbers of the field of four elements, whose generator w is 2: times w, and times w^2.
+INLINE uint TimesW(uint x) {
+    uint high = (x >> 1u) & 0x55555555u;
+    uint low = x & 0x55555555u;
+    return high | ((low ^ high) << 1u);
+}
+INLINE uint TimesW2(uint x) {
+    uint high = (x >> 1u) & 0x55555555u;
+    uint low = x & 0x55555555u;
+    return (low ^ high) | (low << 1u);
+}
+
+// The index at which the second draw of a pair takes the dimensions that the first takes at `index`: Pascal's
+// triangle over the field of four elements, with powers of w. Of blocks of 4^k points the first two numbers
+// of both draws are then a (0,k,4)-net in base 4 (Faure's sequence), and those of each a (0,2k,2)-net in base
+// 2 as before. A. Ahmed et al. 2024, "SZ Sequences: Binary-Based (0, 2^q)-Sequences".
+INLINE uint SobolSecondOfPair(uint index) {
+    index ^= TimesW2(index >> 16u);
+    index ^= TimesW((index >> 8u) & 0x00ff00ffu);
+    index ^= TimesW2((index >> 4u) & 0x0f0f0f0fu);
+    index ^= TimesW((index >> 2u) & 0x33333333u);
+    return index;
+}
+
 // The seed of a draw, from which the seeds of its three scramblings are derived.
 INLINE uint SobolDrawSeed(Sampler rng) {
     return MixBits(rng.pixelSeed ^ (rng.dimension * 0x9e3779b9u));
@@ -126,6 +167,19 @@ INLINE vec3 SobolDraw3D(Sampler rng) {
     uint third = OwenScrambleReversed(SobolThirdReversed(index), SobolSubSeed(seed, 0x1b56c4e9u));
     return vec3(BitsToUnit(bitfieldReverse(first)), BitsToUnit(bitfieldReverse(second)),
                 BitsToUnit(bitfieldReverse(third)));
+}
+
+INLINE vec3 SobolDraw3DOfPair(Sampler rng, uint first) {
+    uint seed = SobolDrawSeed(rng);
+    bool isSecond = rng.dimension != first;
+    rng.dimension = first;
+    uint index = SobolShuffledIndex(rng, SobolDrawSeed(rng));
+    if (isSecond) index = SobolSecondOfPair(index);
+    uint x = OwenScrambleReversed(index, SobolSubSeed(seed, 0x2c1b3c6du));
+    uint y = OwenScrambleReversed(SobolSecondReversed(index), SobolSubSeed(seed, 0x297a2d39u));
+    uint z = OwenScrambleReversed(SobolThirdOfPairReversed(index), SobolSubSeed(seed, 0x1b56c4e9u));
+    return vec3(BitsToUnit(bitfieldReverse(x)), BitsToUnit(bitfieldReverse(y)),
+                BitsToUnit(bitfieldReverse(z)));
 }
 
 INLINE uvec4 Pcg4d(uvec4 v) {
@@ -210,6 +264,15 @@ INLINE vec3 Get3D(INOUT(Sampler) rng) {
     }
     float z = Get1D(rng);
     return vec3(Get2D(rng), z);
+}
+
+// As Get3D, for two decisions of which one follows from the other: x and y of both together are spread
+// evenly. `first` is the dimension of the first draw of the two.
+INLINE vec3 Get3DOfPair(INOUT(Sampler) rng, uint first) {
+    if (ActiveSamplerKind() != kSamplerKindSobol) return Get3D(rng);
+    vec3 u = SobolDraw3DOfPair(rng, first);
+    rng.dimension += 3u;
+    return u;
 }
 
 SHADING_END

@@ -144,6 +144,14 @@ INLINE float DrawOfCandidates(PathState path) {
     return Get1D(path.rng);
 }
 
+// Which direction a bounce takes, and in z by which lobe. Where light comes from after two bounces is a
+// matter of both directions, so that each second bounce has its numbers of the sequence of the one before.
+INLINE vec3 DirectionNumbers(INOUT(PathState) path) {
+    uint dimension = kCameraDimensions + path.depth * kBounceDimensions + 3u;
+    path.rng.dimension = dimension;
+    return Get3DOfPair(path.rng, dimension - (path.depth & 1u) * kBounceDimensions);
+}
+
 // Draws a direction to a light and one from the BSDF, and follows both. False: the path ends here.
 //
 // The light is chosen of several candidates by what they would contribute (Talbot et al. 2005, "Importance
@@ -152,16 +160,14 @@ INLINE float DrawOfCandidates(PathState path) {
 // they are no better than one.
 INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings,
                         INOUT(DirectLight) direct) {
-    path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
     vec3 toLightU = vec3(0.0f);
     uint candidates = 0u;
     if (HasTraceFeature(kTraceLightSampling)) {
+        path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
         toLightU = Get3D(path.rng);
         if (IsNonSpecular(vertex.bsdf.flags)) candidates = LightCandidates(vertex);
-    } else {
-        path.rng.dimension += 3u;
     }
-    vec3 u = Get3D(path.rng);
+    vec3 u = DirectionNumbers(path);
     bool isEvaluated = false;
     BSDFSample scattered = SampleDirection(vertex.bsdf, u.z, vec2(u), isEvaluated);
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f

@@ -14,6 +14,9 @@
 SHADING_BEGIN
 
 CONST float kMaxSurvival = 0.99f;  // even a path without losses must end
+// Where the throughput is less than the inverse of this, paths are ended at random, and those left have just
+// that. By measurement (docs/performance.md): at 1, early bounces were most of the noise of rooms.
+CONST float kSurvivalOfThroughput = 3.0f;
 
 struct PathSettings {
     uint maxDepth;        // bounces
@@ -117,7 +120,7 @@ INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     float survival = 1.0f;
     if (path.depth + 1u < settings.rouletteStart) return true;
     if (ActiveRoulette() == kRouletteThroughput) {
-        survival = min(sqrt(MaxComponent(path.throughput) * path.etaScale), kMaxSurvival);
+        survival = min(kSurvivalOfThroughput * MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
         if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
     } else if (ActiveRoulette() == kRouletteConstant) {
         survival = settings.survival;

@@ -1,4 +1,6 @@
 // The path integrator: energy, depth, roulette, media, and light through smooth thin walls.
+#include <set>
+
 #include "tests/shading/path_scene.h"
 
 namespace raygraph::shading {
@@ -32,6 +34,39 @@ TEST_F(Path, RouletteChangesTheNoiseAndNotTheMean) {
     EXPECT_NEAR(early.radiance, 2.0, 4.0 * early.standardError);
     EXPECT_NEAR(late.radiance, 2.0, 4.0 * late.standardError + 1e-3);
     EXPECT_LT(early.rays, late.rays);
+}
+
+TEST_F(Path, RouletteLeavesPathsOfLittleThroughputAThird) {
+    // Bounces survive with 0.99, 0.25 * 3 / 0.99, and then, at a third of throughput, with the albedo
+    SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
+    const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 1u), 1u << 16);
+    EXPECT_NEAR(mean.rays, 1.0 + 0.99 + 0.75 * 2.0, 0.03);
+    PathState path = StartPath(FromCenter(), StartPixelSample(uvec2(0u), 0u, 0u));
+    for (path.throughput = vec3(1.0e-3f); !SurviveRoulette(path, Unbiased(kNoLimit, 1u));)
+        path.throughput = vec3(1.0e-3f);
+    EXPECT_FLOAT_EQ(path.throughput.x, 1.0f / 3.0f);
+}
+
+TEST_F(Path, DirectionsOfEachTwoBouncesAreSpreadTogether) {
+    const auto draw = [](uint sample, uint depth) {
+        PathState path = StartPath({}, StartPixelSample(uvec2(8u, 3u), sample, 1u));
+        path.depth = depth;
+        return DirectionNumbers(path);
+    };
+    const auto boxes = [&](uint first, uint second) {
+        std::set<int> taken;
+        for (uint sample = 0; sample < 256; ++sample) {
+            const vec3 u = draw(sample, first);
+            const vec3 v = draw(sample, second);
+            taken.insert(((int(u.x * 4.0f) * 4 + int(u.y * 4.0f)) * 4 + int(v.x * 4.0f)) * 4 +
+                         int(v.y * 4.0f));
+        }
+        return taken.size();
+    };
+    EXPECT_EQ(boxes(0, 1), 256u);
+    EXPECT_EQ(boxes(2, 3), 256u);
+    EXPECT_LT(boxes(1, 2), 220u) << "as many as 256 points at random take";
+    EXPECT_LT(boxes(0, 3), 220u);
 }
 
 TEST_F(Path, DepthLimitCutsTheGeometricSeries) {

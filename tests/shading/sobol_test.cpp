@@ -142,6 +142,100 @@ TEST(Sobol, ThreeDimensionsTogetherAreNets) {
     }
 }
 
+// The digits of a polynomial over the field of two elements in the base of another, lowest first.
+uint DigitsInBase(uint number, uint base, int degree) {
+    uint digits = 0u;
+    for (int at = 0; number != 0u; at += degree) {
+        uint quotient = 0u;
+        for (int bit = 31; bit >= degree; --bit) {
+            if ((number >> bit & 1u) == 0u) continue;
+            quotient |= 1u << (bit - degree);
+            number ^= base << (bit - degree);
+        }
+        digits |= number << at;
+        number = quotient;
+    }
+    return digits;
+}
+
+TEST(Sobol, ThirdDimensionsAreDigitsInTheirBases) {
+    for (uint n = 0; n < 100'000; ++n) {
+        const uint i = n * 2654435761u;
+        ASSERT_EQ(SobolThirdReversed(i), DigitsInBase(i, 0b111u, 2)) << i;
+        ASSERT_EQ(SobolThirdOfPairReversed(i), DigitsInBase(i, 0b1011u, 3)) << i;
+    }
+}
+
+TEST(Sobol, PairsOfDrawsAreNetsTogether) {
+    constexpr uint kFirst = 7u;
+    for (uint seed = 0; seed < 4; ++seed) {
+        const auto draw = [seed](uint i, uint dimension) {
+            Sampler rng = StartPixelSample(uvec2(seed * 7u, 3u), i, seed);
+            rng.dimension = dimension;
+            const vec3 u = Get3DOfPair(rng, kFirst);
+            EXPECT_EQ(rng.dimension, dimension + 3u);
+            return u;
+        };
+        for (int k = 0; k <= 5; ++k) {
+            const uint count = 1u << (2 * k);
+            for (uint start : {0u, 5u * count, 0u - count}) {
+                std::vector<vec4> points;
+                std::vector<vec2> firsts, seconds;
+                for (uint i = 0; i < count; ++i) {
+                    const vec3 u = draw(start + i, kFirst);
+                    const vec3 v = draw(start + i, kFirst + 10u);
+                    points.emplace_back(u.x, u.y, v.x, v.y);
+                    firsts.emplace_back(u.x, u.y);
+                    seconds.emplace_back(v.x, v.y);
+                }
+                ExpectNet(firsts, 2 * k);
+                ExpectNet(seconds, 2 * k);
+                // Every box of 4^-a x 4^-b x 4^-c x 4^-d with a + b + c + d = k holds exactly one
+                for (int a = 0; a <= k; ++a) {
+                    for (int b = 0; a + b <= k; ++b) {
+                        for (int c = 0; a + b + c <= k; ++c) {
+                            const int powers[] = {a, b, c, k - a - b - c};
+                            std::set<uint> boxes;
+                            for (const vec4& point : points) {
+                                uint box = 0u;
+                                for (int axis = 0; axis < 4; ++axis)
+                                    box = (box << (2 * powers[axis])) +
+                                          static_cast<uint>(std::ldexp(point[axis], 2 * powers[axis]));
+                                boxes.insert(box);
+                            }
+                            ASSERT_EQ(boxes.size(), count) << k << ": " << a << ' ' << b << ' ' << c;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(Sobol, NumbersOfAPairAreStratifiedWithTheThird) {
+    // Every box of volume 4 / 2^k holds exactly four of the 2^k points, of either draw
+    for (uint dimension : {4u, 11u}) {
+        for (int k = 2; k <= 11; ++k) {
+            const uint count = 1u << k;
+            for (int p = 0; p <= k - 2; ++p) {
+                for (int q = 0; p + q <= k - 2; ++q) {
+                    const int r = k - 2 - p - q;
+                    std::vector<int> hits(count / 4, 0);
+                    for (uint i = 0; i < count; ++i) {
+                        Sampler rng = StartPixelSample(uvec2(5u, 3u), i, 2u);
+                        rng.dimension = dimension;
+                        const vec3 u = Get3DOfPair(rng, 4u);
+                        const auto a = static_cast<size_t>(std::ldexp(u.x, p));
+                        const auto b = static_cast<size_t>(std::ldexp(u.y, q));
+                        ++hits[(((a << q) + b) << r) + static_cast<size_t>(std::ldexp(u.z, r))];
+                    }
+                    for (int hit : hits) ASSERT_EQ(hit, 4) << "k = " << k << ", " << p << ", " << q;
+                }
+            }
+        }
+    }
+}
+
 TEST(Sobol, OneDimensionalDrawsAreStratified) {
     for (uint dimension = 0; dimension < 20; ++dimension) {
         for (int k = 0; k <= 12; ++k) {
