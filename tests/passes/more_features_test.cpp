@@ -1,0 +1,86 @@
+// Programs that can do more than a scene needs.
+#include <cmath>
+
+#include "passes/scene_bindings.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using passes::TraceSettings;
+
+namespace {
+
+constexpr uint32_t kSamples = 64;
+
+class MoreFeatures : public VulkanTest {
+  protected:
+    // The same mean, to the noise, with the features of every scene.
+    void ExpectSameMean(TraceSettings settings) {
+        const RenderedImage own = render.Render(settings, kSamples);
+        settings.seed = 1;
+        const RenderedImage more = Wide(settings, kSamples);
+        const glm::dvec3 a = own.mean.Mean(), b = more.mean.Mean();
+        const glm::dvec3 errorA = own.StandardErrorOfMean(), errorB = more.StandardErrorOfMean();
+        EXPECT_GT(a.y, 0.0);
+        for (int i = 0; i < 3; ++i) {
+            const double error = std::hypot(errorA[i], errorB[i]);
+            EXPECT_NEAR(a[i], b[i], 4.0 * error + 1e-6);
+            EXPECT_LT(error, 0.03 * a[i]) << "too noisy to prove anything";
+        }
+    }
+
+    // Samples of a program with the features of every scene.
+    RenderedImage Wide(TraceSettings settings, uint32_t sampleCount) {
+        passes::Accumulation accumulation("wide");
+        RenderedImage image;
+        for (uint32_t i = 0; i < sampleCount; ++i, ++settings.sampleIndex) {
+            render.renderer.BeginFrame();
+            const SceneIds ids = passes::WithFeatures(render.scene.Declare(render.renderer), ~0u);
+            const passes::AccumulatedIds accumulated = passes::Accumulate(
+                render.renderer, passes::Trace(render.renderer, ids, settings).radiance, accumulation, true);
+            const Readback mean = render.renderer.ReadBack(accumulated.mean);
+            const Readback variance = render.renderer.ReadBack(accumulated.variance);
+            render.renderer.Execute();
+            if (i + 1 == sampleCount) image = {ToFloatImage(mean), ToFloatImage(variance), sampleCount};
+        }
+        return image;
+    }
+
+    SceneRender render{Device()};
+};
+
+TraceSettings Inside() {
+    TraceSettings settings = LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 24);
+    settings.scattering = {};
+    return settings;
+}
+
+}  // namespace
+
+// No light at all that could be sampled, no texture, nothing transparent: the sky alone, seen from inside.
+TEST_F(MoreFeatures, OfAPlainScene_KeepTheMean) {
+    scene::Material chalk;
+    chalk.baseColorFactor = {0.7f, 0.5f, 0.3f, 1.0f};
+    chalk.metallicFactor = 0.0f;
+    chalk.roughnessFactor = 0.6f;
+    render.scene.SetScene(SceneOf({QuadMesh(3.0f), BoxMesh(0.4f)}, {chalk},
+                                  {Translation({0.0f, 0.0f, -2.0f}), Translation({0.4f, -0.5f, 0.1f})}));
+    render.scene.SetEnvironment({.radiance = {0.4f, 0.5f, 0.6f}});
+    ExpectSameMean(Inside());
+}
+
+TEST_F(MoreFeatures, OfALitRoom_KeepTheMean) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f), BoxMesh(0.4f, 1)},
+                                  {Lambert(glm::vec3(0.6f), glm::vec3(0.3f)), Lambert(glm::vec3(0.8f))},
+                                  {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})}));
+    ExpectSameMean(Inside());
+}
+
+// Nothing shines: features of light find none.
+TEST_F(MoreFeatures, OfADarkScene_StayDark) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.6f))}));
+    EXPECT_EQ(Wide(Inside(), 1).mean.Mean(), glm::dvec3(0.0));
+}
+
+}  // namespace raygraph::testing
