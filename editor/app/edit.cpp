@@ -12,7 +12,7 @@ namespace raygraph::editor {
 namespace {
 
 // Seconds between frames without input while pipelines are made, which on a CPU device take its time.
-constexpr double kPreparingPoll = 0.05;
+constexpr double kPreparingPoll = 0.2;
 constexpr double kBusyPoll = 0.002;  // seconds: so much later a frame may begin than it could
 
 void RequireEnvironment(const std::filesystem::path& file) {

@@ -109,7 +109,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
     if (preview.isOn) {
         const bool isAtStart = m_full.Declared().IsAtStart() && Coarseness() == 0;
         const TracePrograms::Choice program =
-            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), isAtStart);
+            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), isAtStart, m_isPreviewThere);
         if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
         if (program.moreFeatures != 0) {
             const SceneIds wide = passes::WithFeatures(scene, program.moreFeatures);
@@ -158,8 +158,8 @@ PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const Sce
     const PassId first = renderer.NextPass();
     ids.radiance = ids.base = passes::Preview(renderer, scene, coarse, preview.gain);
     // With samples nothing has changed since they were shown: the picture is right
-    const bool isThere = PreparePipelines(renderer, first, renderer.NextPass()) && m_full.SampleCount() == 0;
-    ids.isHeld = preview.canHold && !isThere;
+    m_isPreviewThere = PreparePipelines(renderer, first, renderer.NextPass());
+    ids.isHeld = preview.canHold && (!m_isPreviewThere || m_full.SampleCount() > 0);
     if (ids.baseScale > 1) ids.radiance = passes::Upscale(renderer, ids.base, extent);
     return ids;
 }

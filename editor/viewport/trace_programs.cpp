@@ -19,7 +19,7 @@ bool Prepare(Renderer& renderer, const SceneIds& scene, const passes::TraceSetti
 
 TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& scene,
                                             const passes::TraceSettings& settings, uint32_t samples,
-                                            bool isAtStart) {
+                                            bool isAtStart, bool mayMake) {
     const uint32_t wanted = passes::TraceFeatures(scene, settings);
     const passes::PathSettings& paths = settings;
     const uint64_t frame = renderer.FrameNumber();
@@ -34,7 +34,7 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
             return {true, more};
         }
     }
-    if (!Prepare(renderer, scene, settings, 0)) return {};
+    if (!mayMake || !Prepare(renderer, scene, settings, 0)) return {};
     m_used = {wanted, paths, frame};
     return {true, 0};
 }

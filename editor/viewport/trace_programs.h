@@ -20,9 +20,10 @@ class TracePrograms {
         bool isThere = false;       // else it is being made, and no other program does
         uint32_t moreFeatures = 0;  // of the program (passes::WithFeatures)
     };
-    // Of the open frame. `samples`: of the picture so far; it begins with this frame if `isAtStart`.
+    // Of the open frame. `samples`: of the picture so far; it begins with this frame if `isAtStart`. Without
+    // `mayMake` none is made: others come first.
     Choice Choose(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                  uint32_t samples, bool isAtStart);
+                  uint32_t samples, bool isAtStart, bool mayMake);
 
   private:
     struct Used {

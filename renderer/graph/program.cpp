@@ -15,6 +15,8 @@ namespace raygraph {
 
 namespace {
 
+constexpr size_t kLongWords = 50'000;  // of a ray-generation shader that takes seconds to compile
+
 rhi::ShaderStage StageOf(const Shader* shader) {
     if (!shader) return {};
     return {.name = shader->name, .spirv = shader->words};
@@ -249,7 +251,9 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead)
             desc.maxRecursion = request.maxRecursion;
             made.rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
             made.creationMs = made.rayTracing.CreationMs();
-            if (isAhead) rhi::CompileAhead(m_device, desc, made.rayTracing);
+            // A second device is not worth a second of compilation
+            if (isAhead && request.rayGen->words.size() > kLongWords)
+                rhi::CompileAhead(m_device, desc, made.rayTracing);
             break;
         }
         case PassKind::Transfer:
