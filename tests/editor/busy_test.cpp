@@ -125,7 +125,6 @@ TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
     viewport::BudgetSettings budget = editor.Work().view.Budget();
     budget.whilePreparing = viewport::PreparingView::Preview;
     editor.Work().view.SetBudget(budget);
-    PictureScreen screen;
     FrameInput input;
     input.extent = {320, 200};
     editor.SavePicture(folder / "picture.png");

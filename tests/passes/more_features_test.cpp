@@ -12,11 +12,9 @@ using passes::TraceSettings;
 namespace {
 
 constexpr uint32_t kSamples = 64;
-// All of them would take a minute to compile.
+// Those of light and of what materials read; all of them would take a minute to compile.
 constexpr uint32_t kMore = kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights |
-                           kTraceEnvironmentLight | kTraceMeshLights | kTraceTextures | kTraceVertexColors |
-                           kTraceAnyHit | kTraceThinWalls | kTraceCapsules | kTraceGlass |
-                           kTraceShadowTerminator;
+                           kTraceEnvironmentLight | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
 
 class MoreFeatures : public VulkanTest {
   protected:
@@ -56,9 +54,7 @@ class MoreFeatures : public VulkanTest {
 };
 
 TraceSettings Inside() {
-    TraceSettings settings = LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 24);
-    settings.scattering = {};
-    return settings;
+    return LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 24);
 }
 
 }  // namespace
@@ -86,6 +82,23 @@ TEST_F(MoreFeatures, OfALitRoom_KeepTheMean) {
 TEST_F(MoreFeatures, OfADarkScene_StayDark) {
     render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.6f))}));
     EXPECT_EQ(Wide(Inside(), 1).mean.Mean(), glm::dvec3(0.0));
+}
+
+// A scene that is given features has those of a scene with what they are for, and no others.
+TEST(WithFeatures, AreThoseOfTheProgram) {
+    TraceSettings settings = Inside();
+    settings.scattering.brdf = BrdfModel::Gltf;
+    const SceneIds scene{.lobeFeatures = kTraceOpaque};
+    for (const uint32_t feature : {kTraceAnyHit, kTraceThinWalls, kTraceCapsules, kTraceVolumes, kMore}) {
+        const SceneIds wide = passes::WithFeatures(scene, feature);
+        EXPECT_EQ(passes::TraceFeatures(wide, settings), kTraceOpaque | feature);
+        EXPECT_EQ(wide.hasAlpha, feature == kTraceAnyHit);
+        EXPECT_EQ(wide.hasThinWalls, feature == kTraceThinWalls);
+        EXPECT_EQ(wide.hasCapsules, feature == kTraceCapsules);
+    }
+    constexpr uint32_t kOfSettings =
+        kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment | kTracePixelList;
+    EXPECT_EQ(passes::TraceFeatures(passes::WithFeatures(scene, kOfSettings), settings), kTraceOpaque);
 }
 
 }  // namespace raygraph::testing
