@@ -222,6 +222,17 @@ uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings) {
     return features;
 }
 
+SceneIds WithFeatures(const SceneIds& scene, uint32_t features) {
+    constexpr uint32_t kOfSettings =
+        kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment | kTracePixelList;
+    SceneIds wide = scene;
+    wide.textureFeatures |= features & ~kOfSettings;  // taken over as they are
+    wide.hasAlpha |= (features & kTraceAnyHit) != 0;
+    wide.hasThinWalls |= (features & kTraceThinWalls) != 0;
+    wide.hasCapsules |= (features & kTraceCapsules) != 0;
+    return wide;
+}
+
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
     SpecializeModels(pass, settings, TraceFeatures(scene, settings));
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));

@@ -55,6 +55,10 @@ RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, con
                                    bool hasTextureLevels);
 // The features of the integrator for that: bits of kTraceFeatures.
 RAYGRAPH_API uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings);
+// The scene as one that needs these features, too (bits of kTraceFeatures, but those that follow from
+// settings): Trace's program has them, and the samples have the same mean. One program then does for scenes
+// that need them or not.
+RAYGRAPH_API SceneIds WithFeatures(const SceneIds& scene, uint32_t features);
 // The choices that TraceSettings makes when a pipeline is created.
 RAYGRAPH_API void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 

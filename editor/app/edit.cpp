@@ -11,6 +11,8 @@ namespace raygraph::editor {
 
 namespace {
 
+// Seconds between frames without input while pipelines are made, which on a CPU device take its time.
+constexpr double kPreparingPoll = 0.2;
 constexpr double kBusyPoll = 0.002;  // seconds: so much later a frame may begin than it could
 
 void RequireEnvironment(const std::filesystem::path& file) {
@@ -50,6 +52,9 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     Editor editor(*device,
                   {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
     window.ShareClipboard();
+    viewport::BudgetSettings budget = editor.Work().view.Budget();
+    budget.whilePreparing = viewport::PreparingView::Preview;
+    editor.Work().view.SetBudget(budget);
     if (!config.empty()) editor.UseConfig(config);
     Begin(editor.Work(), options);
     RunFrames(editor, screen,
@@ -82,7 +87,9 @@ void RunFrames(Editor& editor, Screen& screen, const FrameSource& window) {
             for (FrameInput input = window.poll(0.0); editor.Frame(input, screen);) {
                 const std::string wanted = TitleOf(editor.Work().document);
                 if (wanted != title) window.setTitle(title = wanted);
-                input = window.poll(input.extent.IsEmpty() ? 0.1 : 0.0);
+                input = window.poll(input.extent.IsEmpty() ? 0.1
+                                    : editor.IsPreparing() ? kPreparingPoll
+                                                           : 0.0);
                 // A window whose events wait for the device is taken for one that hangs
                 while (!screen.IsReady(editor.Work().renderer)) input.Append(window.poll(kBusyPoll));
             }

@@ -43,6 +43,12 @@ bool Editor::IsBusy() const {
            m_worker.IsBusy() || !m_pictureFile.empty() || !m_windowFile.empty();
 }
 
+bool Editor::IsPreparing() const {
+    const bool isPreview =
+        viewport::ShowsPathTraced(m_work.view.Show().view) && m_work.view.Progress().isPreview;
+    return m_isAwaiting || m_isPreparing || isPreview;
+}
+
 bool Editor::Frame(const FrameInput& given, Screen& screen) {
     FrameInput ignored;
     ignored.extent = given.extent;
@@ -89,7 +95,7 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     }
     const TextureId picture = m_work.view.Declare();
     const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
-    if (!m_pictureFile.empty() && picture.IsValid())
+    if (!m_pictureFile.empty() && picture.IsValid() && !m_work.view.Progress().isPreview)
         m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false});
     if (!m_windowFile.empty())
         m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
@@ -101,6 +107,7 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
 void Editor::DrawKept(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
     renderer.BeginFrame();
+    if (m_work.IsLoading()) static_cast<void>(m_work.gpu.Declare(renderer));  // copies
     if (const std::optional<TextureId> target = screen.Begin(renderer, input.extent))
         screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareKept()));
     else
@@ -120,8 +127,10 @@ bool Editor::Draw(Screen& screen, const FrameInput& input) {
         m_windowFile = windowPath;
     };
     try {
-        const bool isDrawn = DrawFrame(screen, input);
-        if (m_isPreparing) {
+        m_isAwaiting = m_work.IsLoading() && m_work.document.File().empty() && !m_work.hasDrawn &&
+                       m_work.view.Budget().whilePreparing == viewport::PreparingView::Preview;
+        const bool isDrawn = !m_isAwaiting && DrawFrame(screen, input);
+        if (m_isAwaiting || m_isPreparing) {
             drop();
             DrawKept(screen, input);
         }
@@ -280,10 +289,13 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
     if (const std::optional<SceneLoader::Progress> progress = m_work.LoadProgress()) {
         ImGui::SetCursorPos({0.5f * width - 160.0f, 0.5f * height});
         ImGui::ProgressBar(progress->fraction, {320.0f, 0.0f}, progress->stage.c_str());
-    } else if (m_isPreparing) {
-        constexpr const char* kText = "Making the shaders for this picture";
-        ImGui::SetCursorPos({0.5f * (width - ImGui::CalcTextSize(kText).x), 0.5f * height});
-        ImGui::TextUnformatted(kText);
+    } else if (IsPreparing()) {
+        const char* text =
+            m_isPreparing ? "Making the shaders for this picture" : "Preview: the path tracer is being made";
+        const ImVec2 size = ImGui::CalcTextSize(text);
+        ImGui::SetCursorPos(
+            {0.5f * (width - size.x), m_isPreparing ? 0.5f * height : height - 2.0f * size.y});
+        ImGui::TextUnformatted(text);
     }
     ImGui::End();
 }

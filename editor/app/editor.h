@@ -45,6 +45,8 @@ class Editor {
     glm::ivec2 PictureOrigin() const { return m_viewOrigin; }
     // Whether `wait` of a script must go on waiting: for a scene, a pick or a file.
     bool IsBusy() const;
+    // Whether what is to be shown waits for a first scene or for pipelines: nothing else moves by itself.
+    bool IsPreparing() const;
     // Why the last frame was not drawn, one line; empty: it was.
     const std::string& FrameError() const { return m_frameError; }
     // How many pictures, of the view or of the window, have been written so far.
@@ -116,7 +118,9 @@ class Editor {
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
     bool m_isOverView = false;
-    bool m_isPreparing = false;         // pipelines of the picture are being created
+    bool m_isPreparing = false;  // pipelines of the picture are being created
+    // The first scene is being loaded: the empty one before it is not worth its pipelines
+    bool m_isAwaiting = false;
     std::optional<MouseButton> m_drag;  // began over the picture
     glm::vec2 m_lastMouse{0.0f}, m_pressedAt{0.0f};
     bool m_hasMoved = false;

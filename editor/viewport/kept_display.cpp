@@ -42,19 +42,21 @@ TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
                                const passes::TonemapSettings& tonemap) {
     const Extent2D extent = renderer.Desc(source.mean).extent;
     TextureId display = renderer.Persist(m_name, {extent, Format::Rgba8Unorm});
+    const bool hasSample = source.after.sampleCount > 0 && !source.isPreview;
     const Key now{.extent = extent,
                   .tonemap = tonemap,
                   .resetCount = source.resetCount,
                   .progress = source.after,
-                  .baseScale = source.after.sampleCount > 0 ? 1 : source.baseScale};
+                  .baseScale = hasSample ? 1 : source.baseScale,
+                  .isPreview = source.isPreview};
     const auto made = [this, now] { m_made = now; };
     std::vector<Region> changed = source.tiles;
     if (renderer.IsFresh(display) || !IsValid(source, now)) {
-        if (source.after.sampleCount > 0) {
+        if (hasSample) {
             changed = {passes::WholeOf(extent)};
         } else {
             display = passes::Show(renderer, passes::Tonemap(renderer, source.base, tonemap), display, made);
-            changed = DoneBy(source.after.cursor, extent);
+            if (!source.isPreview) changed = DoneBy(source.after.cursor, extent);
         }
     }
     if (source.finer.IsValid()) {
@@ -65,6 +67,10 @@ TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
     for (const Region& region : changed)
         display = passes::TonemapInto(renderer, source.mean, display, region, tonemap, made);
     return display;
+}
+
+bool KeptDisplay::HasLast(Renderer& renderer, Extent2D extent) const {
+    return m_made && m_made->extent == extent && DeclareLast(renderer).IsValid();
 }
 
 TextureId KeptDisplay::DeclareLast(Renderer& renderer) const {

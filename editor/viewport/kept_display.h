@@ -27,9 +27,12 @@ class KeptDisplay {
         // The next finer picture, of which this frame has added that tile; invalid: none.
         TextureId finer;
         passes::Region finerTile{};
+        bool isPreview = false;  // the base is shown whatever the samples are
     };
     // Declares the passes that bring the picture up to date, possibly none. rgba8.
     TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap);
+    // Whether DeclareLast returns a picture of that extent.
+    bool HasLast(Renderer& renderer, Extent2D extent) const;
     // As the last submitted frame left it; an invalid id if none has made it.
     TextureId DeclareLast(Renderer& renderer) const;
     void Forget(Renderer& renderer) { renderer.Forget(m_name); }
@@ -42,6 +45,7 @@ class KeptDisplay {
         uint64_t resetCount = 0;
         passes::Accumulation::Progress progress;
         uint32_t baseScale = 1;  // 1 with a whole sample
+        bool isPreview = false;
 
         bool operator==(const Key&) const = default;
     };

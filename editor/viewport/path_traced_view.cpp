@@ -5,6 +5,9 @@
 #include <algorithm>
 
 #include "passes/overlay.h"
+#include "passes/preview.h"
+#include "passes/scene_bindings.h"
+#include "renderer/graph/pipelines.h"
 
 namespace raygraph::viewport {
 
@@ -15,6 +18,7 @@ using passes::Region;
 using passes::TileCursor;
 
 constexpr uint32_t kMaxLevels = 10;
+constexpr uint64_t kPreviewPixels = uint64_t{1} << 18;  // 0.1 s on two cores
 
 uint64_t PixelsOf(Extent2D extent) {
     return uint64_t{extent.width} * extent.height;
@@ -100,8 +104,24 @@ PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const Frame
 
 PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& scene,
                                             passes::TraceSettings settings, const FrameBudget& budget,
-                                            const BudgetSettings& limits) {
+                                            const BudgetSettings& limits, const PreviewSettings& preview) {
     m_tiles.clear();
+    if (preview.isOn) {
+        const bool isAtStart = m_full.Declared().IsAtStart() && Coarseness() == 0;
+        const TracePrograms::Choice program =
+            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), isAtStart, m_isPreviewThere);
+        if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
+        if (program.moreFeatures != 0) {
+            const SceneIds wide = passes::WithFeatures(scene, program.moreFeatures);
+            return DeclareTraced(renderer, wide, settings, budget, limits);
+        }
+    }
+    return DeclareTraced(renderer, scene, settings, budget, limits);
+}
+
+PathTracedView::Ids PathTracedView::DeclareTraced(Renderer& renderer, const SceneIds& scene,
+                                                  const passes::TraceSettings& settings,
+                                                  const FrameBudget& budget, const BudgetSettings& limits) {
     const bool isBegun = !m_full.Declared().cursor.IsAtStart();
     if (m_full.SampleCount() == 0 && (budget.IsLimited() || isBegun))
         return DeclareFirstSample(renderer, scene, settings, budget);
@@ -126,6 +146,22 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         if (!m_full.Declared().cursor.IsAtStart()) break;
     }
     return {.radiance = ids.mean, .samples = ids, .base = ids.mean};
+}
+
+PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const SceneIds& scene,
+                                                   const passes::TraceSettings& settings,
+                                                   const PreviewSettings& preview) {
+    const Extent2D extent = settings.extent;
+    Ids ids{.samples = passes::Kept(renderer, m_full, extent, true), .isPreview = true};
+    passes::TraceSettings coarse = settings;
+    while (PixelsOf(coarse.extent) > kPreviewPixels) coarse.extent = ExtentAt(extent, ids.baseScale *= 2);
+    const PassId first = renderer.NextPass();
+    ids.radiance = ids.base = passes::Preview(renderer, scene, coarse, preview.gain);
+    // With samples nothing has changed since they were shown: the picture is right
+    m_isPreviewThere = PreparePipelines(renderer, first, renderer.NextPass());
+    ids.isHeld = preview.canHold && (!m_isPreviewThere || m_full.SampleCount() > 0);
+    if (ids.baseScale > 1) ids.radiance = passes::Upscale(renderer, ids.base, extent);
+    return ids;
 }
 
 PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const SceneIds& scene,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "editor/viewport/frame_budget.h"
+#include "editor/viewport/trace_programs.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 
@@ -25,11 +26,19 @@ class PathTracedView {
         // The coarse picture to which this frame adds a tile without completing it.
         TextureId finer;
         passes::Region finerTile{};
+        bool isPreview = false;  // `base` is one; none of the samples is shown
+        bool isHeld = false;     // the same, but the preview is not there: the last picture stays
+    };
+    // How a frame is shown that cannot wait for pipelines (PreparingView::Preview).
+    struct PreviewSettings {
+        bool isOn = false;
+        bool canHold = false;  // there is a last picture
+        float gain = 1.0f;     // as of passes::Preview
     };
     // Declares the tracing of a frame, and returns what to show. All of it is culled, and adds nothing,
     // unless one of the ids is used for something shown. `settings.extent` is not empty.
     Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
-                const FrameBudget& budget, const BudgetSettings& limits);
+                const FrameBudget& budget, const BudgetSettings& limits, const PreviewSettings& preview);
     void Reset(passes::ResetCause cause);
     // Releases the memory; between frames.
     void Forget(Renderer& renderer);
@@ -61,10 +70,14 @@ class PathTracedView {
     passes::AccumulatedIds DeclareTile(Renderer& renderer, const SceneIds& scene,
                                        passes::TraceSettings settings, const passes::Region& region,
                                        passes::Accumulation& into, bool withVariance);
+    Ids DeclareTraced(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                      const FrameBudget& budget, const BudgetSettings& limits);
     Ids DeclareSamples(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                        const FrameBudget& budget, const BudgetSettings& limits);
     Ids DeclareFirstSample(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                            const FrameBudget& budget);
+    Ids DeclarePreview(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                       const PreviewSettings& preview);
     // The finest complete level, or none.
     Level* Finest(Extent2D extent);
     // The next finer one; null: it is the full picture.
@@ -76,6 +89,8 @@ class PathTracedView {
     passes::Accumulation m_full;
     std::deque<Level> m_levels;  // scales 2, 4, 8, ...; never moved: frames refer to them
     std::vector<Tile> m_tiles;
+    TracePrograms m_programs;
+    bool m_isPreviewThere = false;  // its pipelines are
 };
 
 }  // namespace raygraph::viewport

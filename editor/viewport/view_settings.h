@@ -64,6 +64,15 @@ enum class MotionView : uint8_t {
     Raster,
 };
 
+// What a frame shows as path-traced while the pipelines for that are made, which may take seconds.
+enum class PreparingView : uint8_t {
+    PathTraced,  // its samples: Renderer::Execute waits for the pipelines
+    // Nothing waits. Until they are there, what is shown stays as it is or becomes a preview: surfaces lit
+    // from the camera (passes/preview.h), of which no sample counts (ViewportProgress::isPreview). A program
+    // that the frame before used goes on being used for a scene that needs less than it can.
+    Preview,
+};
+
 // How much work is done in a frame. A change does not restart accumulation.
 struct BudgetSettings {
     // Milliseconds of the device that a frame may take, 0: no limit. With a limit, a sample that takes
@@ -75,6 +84,7 @@ struct BudgetSettings {
     uint32_t maxSamples = 0;         // the path-traced view stops there; 0: never
     uint32_t maxRasterSamples = 64;  // likewise; of jittered pictures, which smooth edges
     MotionView whileMoving = MotionView::PathTraced;
+    PreparingView whilePreparing = PreparingView::PathTraced;
     double settleMs = 150.0;  // how long after the last move a camera counts as moving
 
     bool operator==(const BudgetSettings&) const = default;

@@ -180,7 +180,8 @@ ViewportProgress Viewport::Progress() const {
                 pixels > 0.0 ? static_cast<double>(progress.cursor.PixelCount(size)) / pixels : 0.0,
             .rasterSamples = m_impl->raster.Samples().SampleCount(),
             .rasterSamplesWanted = m_impl->raster.WantedSamples(),
-            .coarseness = m_impl->pathTraced.Coarseness()};
+            .coarseness = m_impl->pathTraced.Coarseness(),
+            .isPreview = m_impl->isPreview};
 }
 
 uint32_t Viewport::ResetCount(passes::ResetCause cause) const {

@@ -59,6 +59,9 @@ struct ViewportProgress {
     // The factor by which the path-traced picture is coarser, in pixels along an edge: 1 once every pixel has
     // a sample, 0 while there is no picture.
     uint32_t coarseness = 0;
+    // Of the frame declared last: what is shown as path-traced has no samples of the scene as it is now,
+    // because pipelines are being made (PreparingView).
+    bool isPreview = false;
 };
 
 // The difference between the raster and the path-traced picture, at these sample counts.

@@ -1,5 +1,6 @@
 // What a Viewport does in a frame.
 #include <algorithm>
+#include <cmath>
 
 #include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
@@ -121,9 +122,14 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const passes::TraceSettings settings = passes::FrameSettings(size, camera, lens, paths);
     declaredScene = ids;
     declaredSettings = settings;
-    const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
+    const PathTracedView::PreviewSettings preview{
+        .isOn = budgetSettings.whilePreparing == PreparingView::Preview && ShowsPathTraced(shownAs.view),
+        .canHold = pathTracedDisplay.HasLast(renderer, size),
+        .gain = std::exp2(-shownAs.tonemap.exposureEv)};
+    const PathTracedView::Ids traced =
+        pathTraced.Declare(renderer, ids, settings, budget, budgetSettings, preview);
     shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
     shownAs.tonemap.isUnassociated = false;
     const uint64_t pixels = uint64_t{size.width} * size.height;
@@ -142,17 +148,20 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                    .rasterSamples = drawnSamples.Declared().sampleCount,
                                    .coarseness = pathTraced.Coarseness(),
                                    .resetCount = tracedSamples.ResetCount() + drawnSamples.ResetCount()};
-    pictures.pathTracedDisplay = pathTracedDisplay.Declare(renderer,
-                                                           {.mean = traced.samples.mean,
-                                                            .before = tracedSamples.Submitted(),
-                                                            .after = tracedSamples.Declared(),
-                                                            .tiles = pathTraced.TilesOfSamples(),
-                                                            .resetCount = tracedSamples.ResetCount(),
-                                                            .base = traced.base,
-                                                            .baseScale = traced.baseScale,
-                                                            .finer = traced.finer,
-                                                            .finerTile = traced.finerTile},
-                                                           shownAs.tonemap);
+    pictures.pathTracedDisplay = traced.isHeld
+                                     ? pathTracedDisplay.DeclareLast(renderer)
+                                     : pathTracedDisplay.Declare(renderer,
+                                                                 {.mean = traced.samples.mean,
+                                                                  .before = tracedSamples.Submitted(),
+                                                                  .after = tracedSamples.Declared(),
+                                                                  .tiles = pathTraced.TilesOfSamples(),
+                                                                  .resetCount = tracedSamples.ResetCount(),
+                                                                  .base = traced.base,
+                                                                  .baseScale = traced.baseScale,
+                                                                  .finer = traced.finer,
+                                                                  .finerTile = traced.finerTile,
+                                                                  .isPreview = traced.isPreview},
+                                                                 shownAs.tonemap);
     const bool isDrawnAnew = !(drawnSamples.Submitted() == drawnSamples.Declared());
     const bool isDrawn = isDrawnAnew || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
@@ -202,6 +211,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (shownAs.view == View::Raster && isDrawn)
         timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
     if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
+    isPreview = traced.isPreview;
     renderer.OnSubmitted([this, timed = std::move(timed)] {
         timedFrames.push_back(timed);
         if (timedFrames.size() > kMaxTimedFrames) timedFrames.pop_front();

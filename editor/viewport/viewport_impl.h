@@ -77,6 +77,7 @@ struct Viewport::Impl {
     passes::TraceSettings declaredSettings;
     std::deque<TimedFrame> timedFrames;  // submitted, without times so far
     double lastFrameMs = 0.0;
+    bool isPreview = false;  // of the last declared one
 };
 
 }  // namespace raygraph::viewport

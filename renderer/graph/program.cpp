@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <utility>
 
 #include "base/error.h"
 #include "base/text.h"
 #include "renderer/graph/text.h"
+#include "rhi/compile_ahead.h"
 #include "rhi/device.h"
 
 namespace raygraph {
 
 namespace {
+
+constexpr size_t kLongWords = 50'000;  // of a ray-generation shader that takes seconds to compile
 
 rhi::ShaderStage StageOf(const Shader* shader) {
     if (!shader) return {};
@@ -114,7 +118,9 @@ void ProgramCache::MakeKey(const ProgramRequest& request) {
 Program* ProgramCache::Find(const ProgramRequest& request) {
     MakeKey(request);
     const auto known = m_programs.find(m_key);
-    return known == m_programs.end() ? nullptr : known->second.get();
+    if (known == m_programs.end()) return nullptr;
+    known->second->m_isAsked = true;
+    return known->second.get();
 }
 
 Program& ProgramCache::Add(const ProgramRequest& request, std::string_view pass) {
@@ -164,14 +170,32 @@ void ProgramCache::EnsurePipeline(Program& program) {
     if (program.m_coming.valid())
         Take(program, program.m_coming.get());
     else
-        Take(program, MakePipeline(program));
+        Take(program, MakePipeline(program, false));
 }
 
 bool ProgramCache::BeginPipeline(Program& program) {
     if (program.m_hasPipeline) return true;
     if (!program.m_coming.valid())
-        program.m_coming = std::async(std::launch::async, [this, &program] { return MakePipeline(program); });
+        program.m_coming =
+            std::async(std::launch::async, [this, &program] { return MakePipeline(program, true); });
     return program.m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+void ProgramCache::EndFrame() {
+    m_frameEnd = std::chrono::steady_clock::now();
+    for (auto& [key, program] : m_programs)
+        if (std::exchange(program->m_isAsked, false)) program->m_lastAsked = m_frameEnd;
+}
+
+void ProgramCache::Trim(double lifetime) {
+    std::erase_if(m_programs, [&](const auto& entry) {
+        const Program& program = *entry.second;
+        const bool isBeingMade =
+            program.m_coming.valid() &&
+            program.m_coming.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+        const std::chrono::duration<double> unused = m_frameEnd - program.m_lastAsked;
+        return !program.m_isAsked && unused.count() > lifetime && !isBeingMade;
+    });
 }
 
 void ProgramCache::WaitForPipelines() {
@@ -179,7 +203,7 @@ void ProgramCache::WaitForPipelines() {
         if (program->m_coming.valid()) program->m_coming.wait();
 }
 
-ProgramPipeline ProgramCache::MakePipeline(const Program& program) const {
+ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead) const {
     const ProgramRequest& request = program.m_request;
     ProgramPipeline made;
     switch (request.kind) {
@@ -227,6 +251,9 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program) const {
             desc.maxRecursion = request.maxRecursion;
             made.rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
             made.creationMs = made.rayTracing.CreationMs();
+            // A second device is not worth a second of compilation
+            if (isAhead && request.rayGen->words.size() > kLongWords)
+                rhi::CompileAhead(m_device, desc, made.rayTracing);
             break;
         }
         case PassKind::Transfer:
@@ -273,11 +300,12 @@ std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> ch
         if (std::ranges::none_of(program->m_shaders, isChanged)) continue;
         Program next;
         next.m_request = program->m_request;
+        next.m_lastAsked = program->m_lastAsked;
         try {
             Reflect(next, program->m_name);
             if (program->m_hasPipeline) {
                 next.m_hasPipeline = true;
-                Take(next, MakePipeline(next));
+                Take(next, MakePipeline(next, false));
             }
             *program = std::move(next);
         } catch (const Error& error) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <future>
 #include <memory>
@@ -84,6 +85,8 @@ class Program {
     std::vector<const Shader*> m_shaders;  // without repetition
     rhi::ShaderInterface m_interface;
     std::vector<rhi::SpecializationValue> m_specialization;
+    bool m_isAsked = true;                              // since the last frame
+    std::chrono::steady_clock::time_point m_lastAsked;  // the end of a frame
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
     std::future<ProgramPipeline> m_coming;  // its thread reads the members above but for the last two
@@ -101,6 +104,11 @@ class ProgramCache {
     void EnsurePipeline(Program& program);
     // Begins to create it on another thread. True: EnsurePipeline has nothing to wait for, or fails.
     bool BeginPipeline(Program& program);
+    // A frame was executed, for which those that were asked for since the last one were needed.
+    void EndFrame();
+    // Between frames: removes those that no frame has needed for more than `lifetime` seconds before the end
+    // of the last one. Those that threads are working on stay.
+    void Trim(double lifetime);
     // Until no thread reads shaders.
     void WaitForPipelines();
     // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
@@ -116,12 +124,14 @@ class ProgramCache {
   private:
     void MakeKey(const ProgramRequest& request);
     void Reflect(Program& program, std::string_view pass) const;
-    ProgramPipeline MakePipeline(const Program& program) const;
+    // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
+    ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
     void Take(Program& program, ProgramPipeline&& made);
 
     rhi::Device& m_device;
     std::unordered_map<std::string, std::unique_ptr<Program>> m_programs;
     std::string m_key;  // of the current request; kept for its memory
+    std::chrono::steady_clock::time_point m_frameEnd;
     double m_creationMs = 0.0;
     uint32_t m_pipelineCount = 0;
 };

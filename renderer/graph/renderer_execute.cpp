@@ -82,6 +82,14 @@ bool Renderer::PreparePipelines() {
     return areAllThere;
 }
 
+bool Renderer::Impl::PreparePipelines(PassId first, PassId end) {
+    RequireOpen("PreparePipelines");
+    bool areAllThere = true;
+    for (uint32_t pass = first.index; pass < end.index; ++pass)
+        if (Program* program = passes[pass].program) areAllThere &= programs.BeginPipeline(*program);
+    return areAllThere;
+}
+
 // Finds or creates what the executed passes use: memory, persistent resources, pipelines.
 void Renderer::Impl::Prepare() {
     transients.Reserve(plan.blocks, frameNumber);
@@ -363,6 +371,8 @@ uint64_t Renderer::Execute() {
     timing.compileMs = impl.compileMs;
     impl.timer.EndFrame(value, std::move(timing));
     impl.transients.Trim(impl.frameNumber);
+    impl.programs.EndFrame();
+    impl.programs.Trim(kPipelineLifetime);
     return value;
 }
 

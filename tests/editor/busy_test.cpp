@@ -120,4 +120,25 @@ TEST_F(BusyTest, PanelsAreDrawnWhilePipelinesAreMade) {
     EXPECT_TRUE(std::filesystem::exists(folder / "window.png"));
 }
 
+// While the path tracer is being made there is a preview, which is not what the user wants to keep.
+TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
+    viewport::BudgetSettings budget = editor.Work().view.Budget();
+    budget.whilePreparing = viewport::PreparingView::Preview;
+    editor.Work().view.SetBudget(budget);
+    FrameInput input;
+    input.extent = {320, 200};
+    editor.SavePicture(folder / "picture.png");
+    ASSERT_TRUE(editor.Frame(input, screen));
+    EXPECT_TRUE(editor.IsPreparing());
+    for (int frame = 0; frame < 100'000 && editor.SavedCount() == 0; ++frame) {
+        EXPECT_EQ(editor.FrameError(), "");
+        ASSERT_TRUE(editor.Frame(input, screen));
+        if (editor.IsPreparing()) {
+            EXPECT_EQ(editor.SavedCount(), 0u);
+        }
+    }
+    EXPECT_FALSE(editor.IsPreparing());
+    EXPECT_TRUE(std::filesystem::exists(folder / "picture.png"));
+}
+
 }  // namespace raygraph::editor

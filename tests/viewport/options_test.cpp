@@ -193,8 +193,10 @@ TEST_F(ViewportOptions, EverySettingOfTheOutlineChangesTheLineAlone) {
 
 TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
     auto rows = OptionRowsOf<BudgetSettings>([](BudgetSettings& s) {
-        auto& [frameMs, samplesPerFrame, maxSamples, maxRasterSamples, whileMoving, settleMs] = s;
-        return std::tie(frameMs, samplesPerFrame, maxSamples, maxRasterSamples, whileMoving, settleMs);
+        auto& [frameMs, samplesPerFrame, maxSamples, maxRasterSamples, whileMoving, whilePreparing,
+               settleMs] = s;
+        return std::tie(frameMs, samplesPerFrame, maxSamples, maxRasterSamples, whileMoving, whilePreparing,
+                        settleMs);
     });
     struct Counters {
         uint32_t traced = 0, drawn = 0, coarseness = 1;
@@ -239,6 +241,21 @@ TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
     EXPECT_EQ(counters("settled never", {}, slow, true), (Counters{1, 0}));
     EXPECT_EQ(counters("settled at once", drawn, {.whileMoving = MotionView::Raster, .settleMs = 0.0}, true),
               (Counters{1, 0}));
+    // The path tracer for such paths is not there yet
+    const BudgetSettings previewed{.whilePreparing = viewport::PreparingView::Preview};
+    rows.Add("shown while preparing", {}, previewed);
+    for (const bool isPreviewed : {true, false}) {
+        Viewport viewport(viewed.renderer, viewed.scene, {.name = "prepared", .size = {96, 64}});
+        viewport::PathSettings paths = viewed.viewport.Paths();
+        paths.roulette.kind = isPreviewed ? Roulette::Constant : Roulette::Off;
+        paths.biases.maxDepth = 3;
+        viewport.SetPaths(paths);
+        viewport.SetCamera(InsideBoxes());
+        viewport.SetBudget(isPreviewed ? previewed : BudgetSettings{});
+        viewport.RenderFrame();
+        EXPECT_EQ(viewport.Progress().isPreview, isPreviewed);
+        EXPECT_EQ(viewport.Progress().pathTracedSamples, isPreviewed ? 0u : 1u);
+    }
     rows.ExpectComplete();
 }
 

@@ -44,6 +44,64 @@ class PreparedPipelines : public VulkanTest {
     TextureId picture;
 };
 
+// A viewport that shows previews.
+class Previewed : public PreparedPipelines {
+  protected:
+    Previewed() {
+        viewport::PathSettings paths;
+        paths.lights.isOn = false;  // takes less time to compile
+        viewport.SetPaths(paths);
+        viewport.SetBudget({.whilePreparing = viewport::PreparingView::Preview});
+    }
+    bool IsPreview() const { return viewport.Progress().isPreview; }
+    uint32_t Samples() const { return viewport.Progress().pathTracedSamples; }
+    // A frame, and what it shows.
+    std::vector<uint8_t> Frame() {
+        renderer.BeginFrame();
+        picture = viewport.Declare();
+        return Finish();
+    }
+    // Frames until one shows samples; how many did not.
+    uint32_t FramesUntilSamples() {
+        using std::chrono::steady_clock;
+        const steady_clock::time_point start = steady_clock::now();
+        uint32_t previews = 0;
+        while (steady_clock::now() - start < std::chrono::minutes(2)) {
+            Frame();
+            if (!IsPreview()) return previews;
+            EXPECT_EQ(Samples(), 0u) << "counted of a preview";
+            ++previews;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        ADD_FAILURE() << "no samples after two minutes";
+        return previews;
+    }
+    // The picture of as many samples, without previews, of a viewport of its own.
+    std::vector<uint8_t> Expected(scene::SceneData data) {
+        Renderer other(Device());
+        GpuScene otherScene(other);
+        otherScene.SetScene(std::move(data));
+        Viewport usual(other, otherScene, {.size = kSize});
+        usual.SetCamera(InsideBoxes());
+        usual.SetRaster(PlainRaster());
+        usual.SetPaths(viewport.Paths());
+        std::vector<uint8_t> bytes;
+        for (uint32_t i = 0; i < Samples(); ++i) {
+            other.BeginFrame();
+            const Readback readback = other.ReadBack(usual.Declare());
+            other.Execute();
+            bytes = BytesOf(readback);
+        }
+        return bytes;
+    }
+    static scene::Material Glass() {
+        scene::Material glass;
+        glass.metallicFactor = glass.roughnessFactor = 0.0f;
+        glass.transmissionFactor = 1.0f;
+        return glass;
+    }
+};
+
 }  // namespace
 
 TEST_F(PreparedPipelines, FramesGoOnWithThePictureThatThereIs) {
@@ -97,6 +155,106 @@ TEST_F(PreparedPipelines, RendererMayGoMeanwhile) {
     other.Present(usual.Declare());
     EXPECT_FALSE(other.PreparePipelines());
     other.DropFrame();
+}
+
+TEST_F(Previewed, FramesGoOnUntilThereAreSamples) {
+    const std::vector<uint8_t> preview = Frame();
+    EXPECT_TRUE(IsPreview()) << "the path tracer's pipeline takes longer";
+    EXPECT_NE(std::ranges::count(preview, uint8_t{0}), ptrdiff_t(preview.size() * 3 / 4)) << "black";
+    // A camera that moves is followed
+    scene::CameraView moved = InsideBoxes();
+    moved.eye += glm::vec3(0.0f, 0.2f, 0.0f);
+    viewport.SetCamera(moved);
+    const std::vector<uint8_t> movedPreview = Frame();
+    EXPECT_NE(movedPreview, preview) << "or samples";
+    viewport.SetCamera(InsideBoxes());
+    FramesUntilSamples();
+    EXPECT_EQ(Samples(), 1u);
+    const std::vector<uint8_t> shown = Frame();
+    EXPECT_EQ(Samples(), 2u);
+    EXPECT_NE(shown, preview);
+    EXPECT_EQ(shown, Expected(Boxes())) << "something of the preview is in it";
+}
+
+TEST_F(Previewed, ExposureDoesNotDarkenIt) {
+    const auto exposed = [&](float exposureEv) {
+        viewport::ShowSettings show;
+        show.tonemap.exposureEv = exposureEv;
+        viewport.SetShow(show);
+        const std::vector<uint8_t> bytes = Frame();
+        EXPECT_TRUE(IsPreview());
+        return bytes;
+    };
+    EXPECT_EQ(exposed(0.0f), exposed(-6.0f));
+}
+
+// The only light goes off and on, as in an editor: the program that can sample it goes on.
+TEST_F(Previewed, FeaturesThatGo_NeedNoOtherPipeline) {
+    scene::SceneData data = Boxes();
+    data.materials[0].emissiveFactor = glm::vec3(0.0f);
+    const scene::Light light = data.lights[0];
+    scene.SetScene(scene::SceneData(data));
+    viewport.SetPaths({.scattering = {.brdf = BrdfModel::Lambert}});
+    FramesUntilSamples();
+    const std::vector<uint8_t> lit = Expected(scene::SceneData(data));
+    const uint32_t before = renderer.PipelineCount();
+    scene::Light off = light;
+    off.intensity = 0.0f;
+    for (int i = 0; i < 2; ++i) {
+        scene.SetLight(0, off);
+        EXPECT_NE(Frame(), lit);
+        EXPECT_FALSE(IsPreview());
+        EXPECT_EQ(Samples(), 1u);
+        scene.SetLight(0, light);
+        EXPECT_EQ(Frame(), lit);
+        EXPECT_FALSE(IsPreview());
+    }
+    EXPECT_EQ(renderer.PipelineCount(), before);
+    EXPECT_EQ(renderer.PipelineReports().size(), size_t{before}) << "one is being made";
+}
+
+// The only glass becomes opaque, and stays so.
+TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOutAtTheNextRestart) {
+    scene::SceneData data = Boxes();
+    const scene::Material chalk = data.materials[1];
+    data.materials[1] = Glass();
+    scene.SetScene(scene::SceneData(data));
+    FramesUntilSamples();
+    const size_t before = renderer.PipelineReports().size();
+    data.materials[1] = chalk;
+    scene.SetMaterial(1, chalk);
+    for (int i = 0; i < 64; ++i) Frame();
+    EXPECT_EQ(Samples(), 64u) << "what there is can show it";
+    EXPECT_EQ(renderer.PipelineReports().size(), before) << "too early";
+    Frame();
+    EXPECT_EQ(renderer.PipelineReports().size(), before + 1);  // waits for it
+    const uint32_t count = renderer.PipelineCount();
+    Frame();
+    EXPECT_EQ(Samples(), 66u);
+    scene.SetTransform(1, Translation({0.1f, 0.0f, 0.0f}));
+    data.instances[1].objectToWorld = Translation({0.1f, 0.0f, 0.0f});
+    const std::vector<uint8_t> shown = Frame();
+    EXPECT_FALSE(IsPreview());
+    EXPECT_EQ(Samples(), 1u);
+    EXPECT_EQ(shown, Expected(std::move(data)));
+    EXPECT_EQ(renderer.PipelineCount(), count);
+}
+
+// The first glass: what there is cannot show it.
+TEST_F(Previewed, FeaturesThatCome_RestartWithThePipelineThatHasThem) {
+    FramesUntilSamples();
+    Frame();
+    scene.SetMaterial(1, Glass());
+    Frame();
+    EXPECT_TRUE(IsPreview());
+    EXPECT_EQ(Samples(), 0u);
+    FramesUntilSamples();
+    EXPECT_EQ(Samples(), 1u);
+    scene::SceneData data = Boxes();
+    data.materials[1] = Glass();
+    const std::vector<uint8_t> shown = Frame();
+    EXPECT_EQ(Samples(), 2u);
+    EXPECT_EQ(shown, Expected(std::move(data)));
 }
 
 }  // namespace raygraph::testing

@@ -1,0 +1,38 @@
+// TracePrograms: which of the path tracer's programs a frame uses, where frames do not wait for pipelines.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "passes/trace.h"
+
+namespace raygraph::viewport {
+
+// A program has the features of a scene (kTraceFeatures), compiled in. One that has more gives the right
+// picture, only slower: it goes on being used when the scene comes to need less, so that no pipeline is made
+// for a light that is off for a moment. Once the picture has kSettledSamples, the scene's own program is made
+// on another thread, and takes over when accumulation restarts.
+class TracePrograms {
+  public:
+    static constexpr uint32_t kSettledSamples = 64;
+
+    struct Choice {
+        bool isThere = false;       // else it is being made, and no other program does
+        uint32_t moreFeatures = 0;  // of the program (passes::WithFeatures)
+    };
+    // Of the open frame. `samples`: of the picture so far; it begins with this frame if `isAtStart`. Without
+    // `mayMake` none is made: others come first.
+    Choice Choose(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                  uint32_t samples, bool isAtStart, bool mayMake);
+
+  private:
+    struct Used {
+        uint32_t features = 0;
+        passes::PathSettings paths;  // what else a program is made for follows from these
+        uint64_t frame = 0;          // the last one
+    };
+    std::optional<Used> m_used;
+    std::optional<uint32_t> m_own;  // features of a program that was found to be there
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,70 @@
+#include "rhi/compile_ahead.h"
+
+#include <cstring>
+
+#include "base/error.h"
+#include "rhi/command_list.h"
+#include "rhi/device.h"
+#include "rhi/shader_compiler.h"
+
+namespace raygraph::rhi {
+
+namespace {
+
+// Of the first group that is made on a device.
+constexpr uint32_t kFirstNumber = 2;
+
+// The number of its first group on its device: what a handle of this driver is.
+uint32_t FirstGroup(const Device& device, const RayTracingPipeline& pipeline) {
+    std::vector<std::byte> handle(device.Info().shaderGroupHandleSize);
+    device.Check(device.Vk().vkGetRayTracingShaderGroupHandlesKHR(device.Handle(), pipeline.Handle(), 0, 1,
+                                                                  handle.size(), handle.data()),
+                 pipeline.Name() + ": vkGetRayTracingShaderGroupHandlesKHR");
+    uint32_t number = 0;
+    std::memcpy(&number, handle.data(), sizeof number);
+    return number;
+}
+
+std::vector<uint32_t> Nothing(StageKind stage) {
+    return CompileGlsl({.name = "nothing",
+                        .text = "#version 460\n#extension GL_EXT_ray_tracing : require\nvoid main() {}\n",
+                        .stage = stage});
+}
+
+// Makes that many groups, at least 3: a pipeline has no fewer.
+void SkipGroups(Device& device, uint32_t count) {
+    const std::vector<uint32_t> rayGen = Nothing(StageKind::RayGen), miss = Nothing(StageKind::Miss);
+    RayTracingPipelineDesc desc{.name = "skipped groups"};
+    desc.rayGen.stage = {.name = "nothing.rgen", .spirv = rayGen};
+    if (count % kRayTypeCount == 0) desc.miss[0].stage = {.name = "nothing.rmiss", .spirv = miss};
+    desc.hitSets.resize((count - 1) / kRayTypeCount);
+    static_cast<void>(CreateRayTracingPipeline(device, desc));
+}
+
+void Execute(Device& device, const RayTracingPipeline& pipeline) {
+    CommandList commands = device.BeginCommands("compile ahead");
+    const DeviceFunctions& vk = device.Vk();
+    vk.vkCmdBindPipeline(commands.Handle(), VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, pipeline.Handle());
+    vk.vkCmdTraceRaysKHR(commands.Handle(), &pipeline.RayGenRegion(), &pipeline.MissRegion(),
+                         &pipeline.HitRegion(), &pipeline.CallableRegion(), 0, 1, 1);
+    device.WaitFor(device.Submit(std::move(commands)));
+}
+
+}  // namespace
+
+void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc, const RayTracingPipeline& made) {
+    if (!device.Info().isLavapipe) return;
+    try {
+        const std::unique_ptr<Device> ahead = Device::Create(
+            {.name = "compile ahead", .select = device.Info().name, .savePipelineCache = false});
+        if (!ahead->Info().isLavapipe) return;
+        const uint32_t first = FirstGroup(device, made);
+        if (first > kFirstNumber) SkipGroups(*ahead, first - kFirstNumber);
+        const RayTracingPipeline same = CreateRayTracingPipeline(*ahead, desc);
+        if (FirstGroup(*ahead, same) == first) Execute(*ahead, same);
+    } catch (const Error&) {
+        // The first frame compiles
+    }
+}
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,104 @@
+// Programs that can do more than a scene needs.
+#include <cmath>
+
+#include "passes/scene_bindings.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using passes::TraceSettings;
+
+namespace {
+
+constexpr uint32_t kSamples = 64;
+// Those of light and of what materials read; all of them would take a minute to compile.
+constexpr uint32_t kMore = kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights |
+                           kTraceEnvironmentLight | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
+
+class MoreFeatures : public VulkanTest {
+  protected:
+    // The same mean, to the noise, with more features.
+    void ExpectSameMean(TraceSettings settings) {
+        const RenderedImage own = render.Render(settings, kSamples);
+        settings.seed = 1;
+        const RenderedImage more = Wide(settings, kSamples);
+        const glm::dvec3 a = own.mean.Mean(), b = more.mean.Mean();
+        const glm::dvec3 errorA = own.StandardErrorOfMean(), errorB = more.StandardErrorOfMean();
+        EXPECT_GT(a.y, 0.0);
+        for (int i = 0; i < 3; ++i) {
+            const double error = std::hypot(errorA[i], errorB[i]);
+            EXPECT_NEAR(a[i], b[i], 4.0 * error + 1e-6);
+            EXPECT_LT(error, 0.03 * a[i]) << "too noisy to prove anything";
+        }
+    }
+
+    // Samples of a program with more features than these scenes have.
+    RenderedImage Wide(TraceSettings settings, uint32_t sampleCount) {
+        passes::Accumulation accumulation("wide");
+        RenderedImage image;
+        for (uint32_t i = 0; i < sampleCount; ++i, ++settings.sampleIndex) {
+            render.renderer.BeginFrame();
+            const SceneIds ids = passes::WithFeatures(render.scene.Declare(render.renderer), kMore);
+            const passes::AccumulatedIds accumulated = passes::Accumulate(
+                render.renderer, passes::Trace(render.renderer, ids, settings).radiance, accumulation, true);
+            const Readback mean = render.renderer.ReadBack(accumulated.mean);
+            const Readback variance = render.renderer.ReadBack(accumulated.variance);
+            render.renderer.Execute();
+            if (i + 1 == sampleCount) image = {ToFloatImage(mean), ToFloatImage(variance), sampleCount};
+        }
+        return image;
+    }
+
+    SceneRender render{Device()};
+};
+
+TraceSettings Inside() {
+    return LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 24);
+}
+
+}  // namespace
+
+// No light at all that could be sampled, no texture, nothing transparent: the sky alone, seen from inside.
+TEST_F(MoreFeatures, OfAPlainScene_KeepTheMean) {
+    scene::Material chalk;
+    chalk.baseColorFactor = {0.7f, 0.5f, 0.3f, 1.0f};
+    chalk.metallicFactor = 0.0f;
+    chalk.roughnessFactor = 0.6f;
+    render.scene.SetScene(SceneOf({QuadMesh(3.0f), BoxMesh(0.4f)}, {chalk},
+                                  {Translation({0.0f, 0.0f, -2.0f}), Translation({0.4f, -0.5f, 0.1f})}));
+    render.scene.SetEnvironment({.radiance = {0.4f, 0.5f, 0.6f}});
+    ExpectSameMean(Inside());
+}
+
+TEST_F(MoreFeatures, OfALitRoom_KeepTheMean) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f), BoxMesh(0.4f, 1)},
+                                  {Lambert(glm::vec3(0.6f), glm::vec3(0.3f)), Lambert(glm::vec3(0.8f))},
+                                  {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})}));
+    ExpectSameMean(Inside());
+}
+
+// Nothing shines: features of light find none.
+TEST_F(MoreFeatures, OfADarkScene_StayDark) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.6f))}));
+    EXPECT_EQ(Wide(Inside(), 1).mean.Mean(), glm::dvec3(0.0));
+}
+
+// A scene that is given features has those of a scene with what they are for, and no others.
+TEST(WithFeatures, AreThoseOfTheProgram) {
+    TraceSettings settings = Inside();
+    settings.scattering.brdf = BrdfModel::Gltf;
+    const SceneIds scene{.lobeFeatures = kTraceOpaque};
+    for (const uint32_t feature : {kTraceAnyHit, kTraceThinWalls, kTraceCapsules, kTraceVolumes, kMore}) {
+        const SceneIds wide = passes::WithFeatures(scene, feature);
+        EXPECT_EQ(passes::TraceFeatures(wide, settings), kTraceOpaque | feature);
+        EXPECT_EQ(wide.hasAlpha, feature == kTraceAnyHit);
+        EXPECT_EQ(wide.hasThinWalls, feature == kTraceThinWalls);
+        EXPECT_EQ(wide.hasCapsules, feature == kTraceCapsules);
+    }
+    constexpr uint32_t kOfSettings =
+        kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment | kTracePixelList;
+    EXPECT_EQ(passes::TraceFeatures(passes::WithFeatures(scene, kOfSettings), settings), kTraceOpaque);
+}
+
+}  // namespace raygraph::testing

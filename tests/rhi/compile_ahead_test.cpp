@@ -1,0 +1,103 @@
+// Pipelines of which a driver that compiles when it executes has the machine code before.
+#include "rhi/compile_ahead.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "rhi/command_list.h"
+#include "rhi/device.h"
+#include "rhi/shader_compiler.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::rhi {
+namespace {
+
+// A value of the environment, until it goes.
+class Environment {
+  public:
+    Environment(const char* name, const std::string& value) : m_name(name) {
+        if (const char* before = std::getenv(name)) m_before = before;
+        setenv(name, value.c_str(), 1);
+    }
+    ~Environment() { m_before ? setenv(m_name, m_before->c_str(), 1) : unsetenv(m_name); }
+
+  private:
+    const char* m_name;
+    std::optional<std::string> m_before;
+};
+
+// Mesa's cache in a folder of its own, in which each piece of machine code is a file.
+class CompileAheadTest : public ::testing::Test {
+  protected:
+    RayTracingPipelineDesc Desc(const std::vector<uint32_t>& words) const {
+        RayTracingPipelineDesc desc{.name = "ahead"};
+        desc.rayGen.stage = {.name = "ahead.rgen", .spirv = words};
+        return desc;
+    }
+    static std::vector<uint32_t> RayGen(const std::string& value) {
+        return CompileGlsl({.name = "ahead.rgen",
+                            .text = R"(#version 460
+                                #extension GL_EXT_ray_tracing : require
+                                #extension GL_EXT_buffer_reference_uvec2 : require
+                                layout(buffer_reference) buffer Number { uint number; };
+                                layout(push_constant) uniform Constants { uvec2 at; } constants;
+                                void main() {
+                                    if (gl_LaunchIDEXT.x > 99u) Number(constants.at).number = )" +
+                                    value + "; }\n"});
+    }
+    // Of a device that has ended: it has written what it compiled.
+    size_t FileCount() const {
+        namespace fs = std::filesystem;
+        return static_cast<size_t>(
+            std::count_if(fs::recursive_directory_iterator(m_folder.Path()),
+                          fs::recursive_directory_iterator(), [](const fs::directory_entry& entry) {
+                              return entry.is_regular_file() && entry.path().filename() != "index" &&
+                                     entry.path().filename() != "marker";
+                          }));
+    }
+    // Files that are written by the first execution of a pipeline that comes after `skipped` others.
+    size_t FilesOfFirstExecution(uint32_t skipped, bool isAhead) {
+        size_t before = 0;
+        {
+            const std::unique_ptr<Device> device = Device::Create({.savePipelineCache = false});
+            const std::vector<uint32_t> other = RayGen("7u");
+            for (uint32_t i = 0; i < skipped; ++i)
+                static_cast<void>(CreateRayTracingPipeline(*device, Desc(other)));
+            const std::vector<uint32_t> words = RayGen(std::to_string(skipped + 10) + "u");
+            RayTracingPipelineDesc desc = Desc(words);
+            const RayTracingPipeline pipeline = CreateRayTracingPipeline(*device, desc);
+            if (isAhead) CompileAhead(*device, desc, pipeline);
+            before = FileCount();
+            CommandList commands = device->BeginCommands("first");
+            commands.Bind(pipeline);
+            const std::array<uint32_t, 2> nowhere{};
+            commands.PushConstants(std::as_bytes(std::span(nowhere)));
+            commands.TraceRays({1, 1});
+            device->WaitFor(device->Submit(std::move(commands)));
+        }
+        return FileCount() - before;
+    }
+
+  private:
+    test::TemporaryFolder m_folder;
+    Environment m_cache{"MESA_SHADER_CACHE_DIR", m_folder.Path().string()};
+    Environment m_isOff{"MESA_SHADER_CACHE_DISABLE", "false"};
+    Environment m_kind{"MESA_DISK_CACHE_MULTI_FILE", "true"};
+};
+
+TEST_F(CompileAheadTest, TheFirstExecutionFindsTheMachineCode) {
+    if (!Device::Create({.savePipelineCache = false})->Info().isLavapipe)
+        GTEST_SKIP() << "of drivers that compile when they execute";
+    EXPECT_EQ(FilesOfFirstExecution(0, false), 1u) << "else there is nothing to do ahead";
+    // The numbers of groups, which the code contains, are those on the device, whatever came before
+    for (const uint32_t skipped : {1u, 2u, 3u})
+        EXPECT_EQ(FilesOfFirstExecution(skipped, true), 0u) << skipped;
+}
+
+}  // namespace
+}  // namespace raygraph::rhi
