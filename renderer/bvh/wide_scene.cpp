@@ -116,7 +116,7 @@ WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed) {
     for (const PlacedTriangles& mesh : placed) {
         if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = mesh.objectToWorld}, ignored))
             continue;
-        // In double: a vertex is rounded once, less than RayClearance allows for a ray's way into object space
+        // In double: a vertex is rounded once, less than RayClearance allows for rays in object space
         const glm::dmat4x3 toWorld(mesh.objectToWorld);
         const auto place = [&](const glm::vec3& p) { return glm::vec3(toWorld * glm::dvec4(p, 1.0)); };
         const bool isMirrored = glm::determinant(glm::dmat3(toWorld)) < 0.0;

@@ -62,7 +62,7 @@ struct SceneIds {
     // are none: see GpuSceneDesc::hasWideTrees.
     BufferId wideNodes, wideTriangles, wideInstances;
     bool hasOneWideLevel = false;  // GpuSceneDesc::prefersOneWideLevel
-    BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
+    BlasSetId blases;              // referenced by the TLAS, with the vertex streams: ReadsByAddress
     // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
     BufferId deformedStreams;
     BufferId instances;        // "instances": gpu::InstanceRecord[]

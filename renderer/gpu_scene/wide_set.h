@@ -1,5 +1,6 @@
 // The wide trees of a scene on the device (shaders/shared/wide_bvh.h): those of meshes, which stay, and the
-// one over the instances; or the one over all triangles. For renderer/gpu_scene alone. Threads: that of the Renderer.
+// one over the instances; or the one over all triangles. For renderer/gpu_scene alone. Threads: that of the
+// Renderer.
 #pragma once
 
 #include <cstdint>

@@ -17,8 +17,8 @@
 //
 // Sobol: shuffled, Owen-scrambled, padded (0,2)-sequences. Every draw is a sequence of its own over the
 // sample index, independent of other draws and pixels; each aligned block of 2^k samples of a pixel is a
-// (0,k,2)-net, of Get3D a (1,k,3)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). The two
-// draws of a pair are of one sequence (Get3DOfPair).
+// (0,k,2)-net, of Get3D a (1,k,3)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). The
+// two draws of a pair are of one sequence (Get3DOfPair).
 //
 // Pcg: PCG4D, independent numbers. Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3).
 //

@@ -143,8 +143,8 @@ INLINE float Turn(vec2 a, vec2 b) {
     return turn;
 }
 
-// Sets `hit` if the triangle is nearer than tMax. `isBack`: the ray hits the back face. `instance` and `flags`
-// are given, or, of one level, those of the triangle.
+// Sets `hit` if the triangle is nearer than tMax. `isBack`: the ray hits the back face. `instance` and
+// `flags` are given, or, of one level, those of the triangle.
 INLINE bool MeetTriangle(WideRay ray, float tMax, bool hasOneLevel, uint triangle, INOUT(uint) instance,
                          INOUT(uint) flags, INOUT(WideHit) hit, OUT(bool) isBack) {
     uint at = kWideTriangleWords * triangle;

@@ -64,7 +64,7 @@ struct WideTriangle {
     vec3 p1;
     uint instance;  // of one level: its number, and
     vec3 p2;
-    uint flags;     // kWideBackCulled, ...
+    uint flags;  // kWideBackCulled, ...
 };
 
 struct WideInstance {
