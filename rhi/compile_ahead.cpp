@@ -1,6 +1,7 @@
 #include "rhi/compile_ahead.h"
 
 #include <cstring>
+#include <exception>
 
 #include "base/error.h"
 #include "rhi/command_list.h"
@@ -62,7 +63,7 @@ void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc, cons
         if (first > kFirstNumber) SkipGroups(*ahead, first - kFirstNumber);
         const RayTracingPipeline same = CreateRayTracingPipeline(*ahead, desc);
         if (FirstGroup(*ahead, same) == first) Execute(*ahead, same);
-    } catch (const Error&) {
+    } catch (const std::exception&) {
         // The first frame compiles
     }
 }

@@ -9,6 +9,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/app/panels.h"
+#include "renderer/graph/pipelines.h"
 
 namespace raygraph::editor {
 
@@ -33,6 +34,8 @@ void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
     ImGui::End();
 }
 
+constexpr double kPipelineLifetime = 300.0;  // seconds of frames that have no use for one
+
 }  // namespace
 
 Editor::Editor(rhi::Device& device, EditorOptions options)
@@ -46,7 +49,9 @@ bool Editor::IsBusy() const {
 bool Editor::IsPreparing() const {
     const bool isPreview =
         viewport::ShowsPathTraced(m_work.view.Show().view) && m_work.view.Progress().isPreview;
-    return m_isAwaiting || m_isPreparing || isPreview;
+    // Each frame copies a part of what arrives
+    const bool isMoving = (m_work.IsLoading() && !m_work.loader.IsLoading()) || m_work.timeline.IsPlaying();
+    return !isMoving && (m_isAwaiting || m_isPreparing || isPreview);
 }
 
 bool Editor::Frame(const FrameInput& given, Screen& screen) {
@@ -54,6 +59,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     ignored.extent = given.extent;
     ignored.scale = given.scale;
     const FrameInput& input = m_isLeaving ? ignored : given;
+    ForgetPipelines(m_work.renderer, kPipelineLifetime);
     FinishLoading();
     for (const std::filesystem::path& file : input.dropped) Open(file);
     TakePick();

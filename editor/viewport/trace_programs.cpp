@@ -22,20 +22,17 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
                                             bool isAtStart, bool mayMake) {
     const uint32_t wanted = passes::TraceFeatures(scene, settings);
     const passes::PathSettings& paths = settings;
-    const uint64_t frame = renderer.FrameNumber();
     if (m_used && m_used->paths == paths && (wanted & ~m_used->features) == 0) {
         const uint32_t more = m_used->features & ~wanted;
         const bool isSettled = more != 0 && samples >= kSettledSamples && m_own != wanted;
         if (isSettled && Prepare(renderer, scene, settings, 0)) m_own = wanted;
-        const bool isReplaced = more != 0 && isAtStart && m_own == wanted;
-        // What no frame has used for a while may be gone
-        if (!isReplaced && (m_used->frame + 1 >= frame || Prepare(renderer, scene, settings, more))) {
-            m_used->frame = frame;
-            return {true, more};
-        }
+        // What no frame has declared for a while may be gone, of both
+        const bool isReplaced =
+            more != 0 && isAtStart && m_own == wanted && Prepare(renderer, scene, settings, 0);
+        if (!isReplaced && Prepare(renderer, scene, settings, more)) return {true, more};
     }
     if (!mayMake || !Prepare(renderer, scene, settings, 0)) return {};
-    m_used = {wanted, paths, frame};
+    m_used = {wanted, paths};
     return {true, 0};
 }
 

@@ -29,7 +29,6 @@ class TracePrograms {
     struct Used {
         uint32_t features = 0;
         passes::PathSettings paths;  // what else a program is made for follows from these
-        uint64_t frame = 0;          // the last one
     };
     std::optional<Used> m_used;
     std::optional<uint32_t> m_own;  // features of a program that was found to be there

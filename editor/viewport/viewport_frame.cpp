@@ -125,7 +125,8 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
     const PathTracedView::PreviewSettings preview{
-        .isOn = budgetSettings.whilePreparing == PreparingView::Preview && ShowsPathTraced(shownAs.view),
+        // A preview is nothing to compare with
+        .isOn = budgetSettings.whilePreparing == PreparingView::Preview && shownAs.view == View::PathTraced,
         .canHold = pathTracedDisplay.HasLast(renderer, size),
         .gain = std::exp2(-shownAs.tonemap.exposureEv)};
     const PathTracedView::Ids traced =

@@ -18,9 +18,9 @@
 namespace raygraph {
 namespace {
 
-// No scene with meshes that deform can be traced by trees, and one level has a tree of its own.
+// One level has a tree of its own.
 WideUse TreesOf(const SceneContent& content, const PrepareSettings& settings) {
-    if (!settings.hasWideTrees || content.deform) return WideUse::None;
+    if (!settings.hasWideTrees) return WideUse::None;
     if (!settings.prefersOneWideLevel) return WideUse::Tree;
     uint64_t placed = 0;
     for (const scene::Instance& instance : content.data.instances)

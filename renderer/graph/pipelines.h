@@ -12,11 +12,9 @@ namespace raygraph {
 // and uses one of them. Compiles nothing.
 RAYGRAPH_API bool PreparePipelines(Renderer& renderer, PassId first, PassId end);
 
-// A pipeline is kept for so many seconds after the last frame that declared a pass for it. One that is needed
-// again later is made again.
-inline constexpr double kPipelineLifetime = 300.0;
-// Between frames: lets go of those that no frame has needed in the last so many seconds of frames. Execute
-// does it with kPipelineLifetime. A pipeline that is being made stays.
+// Between frames: lets go of the pipelines for which the frames of the last so many seconds have declared no
+// pass, culled or not. One that is needed again later is made again; one that is being made stays. Nobody else
+// does it: without this call all are kept.
 RAYGRAPH_API void ForgetPipelines(Renderer& renderer, double lifetime);
 
 }  // namespace raygraph

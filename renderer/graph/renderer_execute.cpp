@@ -372,7 +372,6 @@ uint64_t Renderer::Execute() {
     impl.timer.EndFrame(value, std::move(timing));
     impl.transients.Trim(impl.frameNumber);
     impl.programs.EndFrame();
-    impl.programs.Trim(kPipelineLifetime);
     return value;
 }
 

@@ -1,5 +1,4 @@
-// An upper bound for a path tracer on this device, in this scene: the same camera rays in the same TLAS, and
-// no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
+// An upper bound for a path tracer on this device, in this scene: the same camera rays, and no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
 // Includers define LIMIT_BOUNCES, and may define COUNT_RAYS and OWN_TRAVERSAL (a compute shader, by the
 // scene's own trees). Round primitives are not hit.
 #ifdef OWN_TRAVERSAL
@@ -42,7 +41,11 @@ void main() {
     float rayCount = 1.0f;
 #if LIMIT_BOUNCES > 0
     for (uint bounce = 0u; bounce < LIMIT_BOUNCES && IsHit(hit); ++bounce) {
+#ifdef OWN_TRAVERSAL
+        InstanceRecord instance = InstanceAt(hit.instance);
+#else
         InstanceRecord instance = instances.at[hit.instance];
+#endif
         UintStream indices = UintStream(instance.indices);
         Vec3Stream positions = Vec3Stream(instance.positions);
         uint first = 3u * hit.primitive;

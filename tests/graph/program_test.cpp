@@ -28,7 +28,7 @@ TEST_F(ProgramLife, OneThatNoFrameDeclares_IsLetGoAfterItsTime) {
     ForgetPipelines(m_renderer, 0.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u) << "the last frame declared both";
     EXPECT_EQ(Frame(m_renderer, false), 2u);
-    ForgetPipelines(m_renderer, kPipelineLifetime);
+    ForgetPipelines(m_renderer, 300.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u) << "too early";
     EXPECT_EQ(Frame(m_renderer, false), 2u);
     ForgetPipelines(m_renderer, 0.0);
