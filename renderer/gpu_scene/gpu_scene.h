@@ -210,8 +210,8 @@ struct GpuSceneDesc {
     bool hasWideTrees = false;
     // Of these trees makes one over the triangles of all instances, up to half a million: rays are traced
     // faster, but all of it is built again in frames after any instance has moved, come or gone, and the
-    // triangles of meshes stay on the host. Once there are more, the frame in which they come builds the trees
-    // of all meshes, and there are two levels from then on.
+    // triangles of meshes stay on the host. Once there are more, the frame in which they come builds the
+    // trees of all meshes, and there are two levels from then on.
     bool prefersOneWideLevel = false;
     TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     LightRule lightRule = LightRule::Decay;

@@ -13,8 +13,8 @@ namespace raygraph {
 RAYGRAPH_API bool PreparePipelines(Renderer& renderer, PassId first, PassId end);
 
 // Between frames: lets go of the pipelines for which the frames of the last so many seconds have declared no
-// pass, culled or not. One that is needed again later is made again; one that is being made stays. Nobody else
-// does it: without this call all are kept.
+// pass, culled or not. One that is needed again later is made again; one that is being made stays. Without
+// this call all are kept.
 RAYGRAPH_API void ForgetPipelines(Renderer& renderer, double lifetime);
 
 }  // namespace raygraph

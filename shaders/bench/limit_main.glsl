@@ -1,4 +1,5 @@
-// An upper bound for a path tracer on this device, in this scene: the same camera rays, and no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
+// An upper bound for a path tracer on this device, in this scene: the same camera rays, and no shading.
+// LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
 // Includers define LIMIT_BOUNCES, and may define COUNT_RAYS and OWN_TRAVERSAL (a compute shader, by the
 // scene's own trees). Round primitives are not hit.
 #ifdef OWN_TRAVERSAL
