@@ -8,8 +8,8 @@ namespace raygraph::passes {
 
 // The base colors of what the camera sees, lit from the camera, times `gain`; dark gray where it sees no
 // surface. rgba32f of the settings' region. No light, no shadow and no refraction is in it; its programs
-// depend on whether the scene has alpha tests and round primitives, and on the sampler, on nothing else. For a
-// viewport that has nothing better yet.
+// depend on whether the scene has alpha tests and round primitives, and on the sampler, on nothing else. For
+// a viewport that has nothing better yet.
 [[nodiscard]] RAYGRAPH_API TextureId Preview(Renderer& renderer, const SceneIds& scene,
                                              const TraceSettings& settings, float gain = 1.0f);
 

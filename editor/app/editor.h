@@ -45,7 +45,7 @@ class Editor {
     glm::ivec2 PictureOrigin() const { return m_viewOrigin; }
     // Whether `wait` of a script must go on waiting: for a scene, a pick or a file.
     bool IsBusy() const;
-    // Whether what is to be shown waits for a first scene's file or for pipelines, and nothing moves by itself.
+    // Whether what is to be shown waits for a first scene's file or for pipelines, and nothing else moves.
     bool IsPreparing() const;
     // Why the last frame was not drawn, one line; empty: it was.
     const std::string& FrameError() const { return m_frameError; }
