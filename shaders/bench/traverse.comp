@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 
+#include "scene/words.glsl"
 #include "shared/wide_bvh.h"
 
 layout(local_size_x = 64) in;
@@ -20,7 +21,6 @@ layout(set = 0, binding = 4, scalar) writeonly buffer Hits { WideHit at[]; } hit
 layout(set = 0, binding = 5, scalar) writeonly buffer Counts { WideCounts at[]; } counts;
 layout(push_constant, scalar) uniform Constants { BenchConstants constants; };
 
-uvec4 HalvesOf(u64vec2 word) { return uvec4(unpackUint2x32(word.x), unpackUint2x32(word.y)); }
 uvec4 WideNodeWord(uint at) { return HalvesOf(wideNodes.at[at]); }
 uvec4 WideTriangleWord(uint at) { return HalvesOf(wideTriangles.at[at]); }
 uvec4 WideInstanceWord(uint at) { return HalvesOf(wideInstances.at[at]); }

@@ -3,6 +3,7 @@
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
+#include "scene/words.glsl"
 #include "shared/environment_entries.h"
 #include "shared/light_records.h"
 #include "shared/scene_records.h"
@@ -51,11 +52,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Stream { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Stream { vec4 at[]; };
 
-// Records whose size is a multiple of 16 bytes, in words of that size. A device loads such a word at once,
-// and Mesa's driver for CPUs, which branches for each lane of each scalar that it loads, in two parts.
+// Of a table whose records have a multiple of 16 bytes.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Words { u64vec2 at[]; };
-
-uvec4 HalvesOf(u64vec2 word) { return uvec4(unpackUint2x32(word.x), unpackUint2x32(word.y)); }
 
 InstanceRecord InstanceAt(uint index) {
     Words words = Words(instances);
