@@ -4,9 +4,9 @@
 #include <optional>
 #include <spirv_cross.hpp>
 #include <tuple>
-#include <unordered_set>
 
 #include "base/text.h"
+#include "rhi/static_use.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -73,9 +73,7 @@ std::optional<Format> FormatOf(spv::ImageFormat format) {
 class Reflector {
   public:
     Reflector(std::span<const uint32_t> spirv, std::string_view name)
-        : m_name(name),
-          m_compiler(spirv.data(), spirv.size()),
-          m_used(m_compiler.get_active_interface_variables()) {}
+        : m_name(name), m_compiler(spirv.data(), spirv.size()), m_used(StaticUse(spirv)) {}
 
     ShaderReflection Run() {
         ReadEntryPoint();
@@ -176,8 +174,8 @@ class Reflector {
         if (!m_compiler.get_type(resource.type_id).array.empty())
             Fail("'{}' is an array of tables of addresses, which cannot be bound", NameOf(resource));
         const spirv_cross::SPIRType& table = m_compiler.get_type(resource.base_type_id);
-        std::unordered_set<uint32_t> used;
-        for (const auto& range : m_compiler.get_active_buffer_ranges(resource.id)) used.insert(range.index);
+        const auto found = m_used.find(resource.id);
+        const UsedVariable used = found == m_used.end() ? UsedVariable() : found->second;
         for (uint32_t i = 0; i < table.member_types.size(); ++i) {
             const spirv_cross::SPIRType& block = *Referenced(m_compiler.get_type(table.member_types[i]));
             const auto isAll = [&](spv::Decoration decoration) {
@@ -195,7 +193,7 @@ class Reflector {
             binding.kind = BindingKind::BufferAddress;
             binding.isReadable = !isAll(spv::DecorationNonReadable);
             binding.isWritable = !isAll(spv::DecorationNonWritable);
-            binding.isUsed = used.contains(i);
+            binding.isUsed = used.Uses(i);
             binding.blockBytes = static_cast<uint32_t>(fixed);
             binding.elementBytes = static_cast<uint32_t>(withOne - fixed);
         }
@@ -272,7 +270,7 @@ class Reflector {
 
     std::string m_name;
     spirv_cross::Compiler m_compiler;
-    std::unordered_set<spirv_cross::VariableID> m_used;
+    std::unordered_map<uint32_t, UsedVariable> m_used;
     ShaderReflection m_result;
 };
 

@@ -1,0 +1,23 @@
+// What the entry point of a SPIR-V module uses: by the text of the functions that it calls, whatever their
+// branches depend on. One pass over the module, where SPIRV-Cross follows each call anew. Threads: pure
+// functions. For rhi/ alone.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace raygraph::rhi {
+
+struct UsedVariable {
+    bool isWhole = false;                  // more than some members
+    std::unordered_set<uint32_t> members;  // of a block, by their numbers
+    bool Uses(uint32_t member) const { return isWhole || members.contains(member); }
+};
+
+// By the ids of variables outside of functions; those of the first entry point. The words are those of a
+// module that has been parsed.
+std::unordered_map<uint32_t, UsedVariable> StaticUse(std::span<const uint32_t> spirv);
+
+}  // namespace raygraph::rhi
