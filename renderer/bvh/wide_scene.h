@@ -65,8 +65,6 @@ struct WidePlacement {
     uint32_t root = 0;
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...
-
-    bool operator==(const WidePlacement&) const = default;
 };
 struct WideInstances {
     std::vector<gpu::WideNode> nodes;          // children count from their own first one

@@ -71,9 +71,9 @@ std::vector<WideSet::Part> WideSet::VisibleParts(const SceneResources& resources
         }
         parts.push_back({.tree = group.tree,
                          .group = all[i].group,
-                         .placement = {.objectToWorld = instances.DeviceTransform(all[i].instance),
-                                       .number = i,
-                                       .flags = FlagsOf(group.kind)}});
+                         .objectToWorld = instances.DeviceTransform(all[i].instance),
+                         .number = i,
+                         .flags = FlagsOf(group.kind)});
     }
     return parts;
 }
@@ -83,9 +83,9 @@ bool WideSet::BuildLevel(std::span<const Part> parts) {
     uint64_t count = 0;
     for (const Part& part : parts) {
         placed.push_back({.triangles = part.tree->triangles,
-                          .objectToWorld = part.placement.objectToWorld,
-                          .number = part.placement.number,
-                          .flags = part.placement.flags});
+                          .objectToWorld = part.objectToWorld,
+                          .number = part.number,
+                          .flags = part.flags});
         count += part.tree->triangles.size();
     }
     if (m_level.tree) Free(m_level);
@@ -107,9 +107,11 @@ void WideSet::BuildInstances(const SceneResources& resources, std::span<const Pa
             m_whyNone = Text("a mesh has a tree of {} levels, of {} at most", placed.depth, kMaxMeshDepth);
             return;
         }
-        placements.push_back(part.placement);
-        placements.back().box = placed.box;
-        placements.back().root = placed.nodes.first;
+        placements.push_back({.objectToWorld = part.objectToWorld,
+                              .box = placed.box,
+                              .root = placed.nodes.first,
+                              .number = part.number,
+                              .flags = part.flags});
     }
     WideInstances tree = BuildWideInstances(placements);
     if (tree.depth > kMaxInstanceDepth) {

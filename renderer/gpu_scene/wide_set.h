@@ -48,7 +48,9 @@ class WideSet {
     struct Part {
         std::shared_ptr<WideMesh> tree;
         uint32_t group = 0;
-        WidePlacement placement;  // without box and root
+        glm::mat4x3 objectToWorld{1.0f};
+        uint32_t number = 0;
+        uint32_t flags = 0;  // gpu::kWideBackCulled, ...
 
         bool operator==(const Part&) const = default;
     };
