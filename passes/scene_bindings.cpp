@@ -45,7 +45,7 @@ uint32_t FrameDepth(const TraceSettings& settings) {
 
 // The shader features that lights and materials need; bits of kTraceFeatures.
 uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = LobeFeatures(scene, settings) | scene.textureFeatures;
+    uint32_t features = LobeFeatures(scene, settings) | scene.textureFeatures | scene.moreFeatures;
     const gpu::LightSetRecord& lights = scene.lightSet;
     if (settings.lights.isOn && lights.activeCount > 0) {
         features |= kTraceLightSampling;
@@ -64,7 +64,7 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
 
 // That of reading textures at other levels than 0, if the scene has any.
 uint32_t LevelFeature(const SceneIds& scene) {
-    const bool hasTextures = (scene.textureFeatures & kTraceTextures) != 0;
+    const bool hasTextures = ((scene.textureFeatures | scene.moreFeatures) & kTraceTextures) != 0;
     return hasTextures && scene.hasTextureLevels ? kTraceTextureLod : 0u;
 }
 
@@ -226,7 +226,7 @@ SceneIds WithFeatures(const SceneIds& scene, uint32_t features) {
     constexpr uint32_t kOfSettings =
         kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment | kTracePixelList;
     SceneIds wide = scene;
-    wide.textureFeatures |= features & ~kOfSettings;  // taken over as they are
+    wide.moreFeatures |= features & ~kOfSettings;
     wide.hasAlpha |= (features & kTraceAnyHit) != 0;
     wide.hasThinWalls |= (features & kTraceThinWalls) != 0;
     wide.hasCapsules |= (features & kTraceCapsules) != 0;

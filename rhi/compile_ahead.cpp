@@ -3,7 +3,9 @@
 #include <cstring>
 #include <exception>
 
-#include "base/error.h"
+#include "base/log.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
 #include "rhi/shader_compiler.h"
@@ -42,6 +44,7 @@ void SkipGroups(Device& device, uint32_t count) {
     static_cast<void>(CreateRayTracingPipeline(device, desc));
 }
 
+// No invocation, so that nothing is read: unlike others, this driver needs no resources bound for that.
 void Execute(Device& device, const RayTracingPipeline& pipeline) {
     CommandList commands = device.BeginCommands("compile ahead");
     const DeviceFunctions& vk = device.Vk();
@@ -55,16 +58,22 @@ void Execute(Device& device, const RayTracingPipeline& pipeline) {
 
 void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc, const RayTracingPipeline& made) {
     if (!device.Info().isLavapipe) return;
+    const Stopwatch watch;
+    const auto say = [&](std::string_view outcome) {
+        Say(device.Log(), LogLevel::Debug, log_category::kShaders, "{}: {}", made.Name(), outcome);
+    };
     try {
         const std::unique_ptr<Device> ahead = Device::Create(
             {.name = "compile ahead", .select = device.Info().name, .savePipelineCache = false});
-        if (!ahead->Info().isLavapipe) return;
+        if (!ahead->Info().isLavapipe) return say("no second device to compile ahead on");
         const uint32_t first = FirstGroup(device, made);
         if (first > kFirstNumber) SkipGroups(*ahead, first - kFirstNumber);
         const RayTracingPipeline same = CreateRayTracingPipeline(*ahead, desc);
-        if (FirstGroup(*ahead, same) == first) Execute(*ahead, same);
-    } catch (const std::exception&) {
-        // The first frame compiles
+        if (FirstGroup(*ahead, same) != first) return say("the second device counts groups otherwise");
+        Execute(*ahead, same);
+        say("compiled ahead in " + DurationText(watch.Seconds()));
+    } catch (const std::exception& error) {
+        say(Text("the first frame compiles it: {}", error.what()));
     }
 }
 

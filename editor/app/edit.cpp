@@ -61,6 +61,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
               {.poll = [&](double seconds) { return window.Poll(seconds); },
                .setTitle = [&](const std::string& title) { window.SetTitle(title); }});
     editor.KeepSettings();
+    window.Hide();  // pipelines that are being created take seconds, and their threads are waited for
 }
 
 std::string TitleOf(const Document& document) {

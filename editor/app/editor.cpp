@@ -9,7 +9,6 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/app/panels.h"
-#include "renderer/graph/pipelines.h"
 
 namespace raygraph::editor {
 
@@ -59,7 +58,8 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     ignored.extent = given.extent;
     ignored.scale = given.scale;
     const FrameInput& input = m_isLeaving ? ignored : given;
-    ForgetPipelines(m_work.renderer, kPipelineLifetime);
+    m_work.renderer.ForgetPipelines(kPipelineLifetime);
+    if (m_isReloading && !m_work.renderer.IsPreparingPipelines()) ReloadShaders();
     FinishLoading();
     for (const std::filesystem::path& file : input.dropped) Open(file);
     TakePick();

@@ -119,6 +119,7 @@ class Editor {
     GizmoView m_gizmo;
     bool m_isOverView = false;
     bool m_isPreparing = false;  // pipelines of the picture are being created
+    bool m_isReloading = false;  // shaders, once no pipeline is being created
     // The first scene is being loaded: the empty one before it is not worth its pipelines
     bool m_isAwaiting = false;
     std::optional<MouseButton> m_drag;  // began over the picture

@@ -107,6 +107,11 @@ void Editor::ReloadShaders() {
         return;
     }
     Renderer& renderer = m_work.renderer;
+    m_isReloading = renderer.IsPreparingPipelines();
+    if (m_isReloading) {
+        m_work.Say("shaders are reloaded once the pipelines are there");
+        return;
+    }
     const double before = renderer.PipelineCreationMs();  // grows with each that is made
     const std::vector<std::string> messages = renderer.ReloadShaders();
     if (!messages.empty())

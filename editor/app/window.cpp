@@ -173,6 +173,10 @@ void Window::SetTitle(const std::string& title) {
     glfwSetWindowTitle(m_impl->window, title.c_str());
 }
 
+void Window::Hide() {
+    glfwHideWindow(m_impl->window);
+}
+
 void Window::ShareClipboard() {
     ImGuiIO& io = ImGui::GetIO();
     io.ClipboardUserData = m_impl->window;

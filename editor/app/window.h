@@ -28,6 +28,7 @@ class Window {
     // an event.
     FrameInput Poll(double seconds = 0.0);
     void SetTitle(const std::string& title);
+    void Hide();
     // What ImGui copies and pastes is the desktop's from then on, while the window lives. Needs ImGui's
     // context.
     void ShareClipboard();

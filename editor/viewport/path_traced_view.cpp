@@ -7,7 +7,6 @@
 #include "passes/overlay.h"
 #include "passes/preview.h"
 #include "passes/scene_bindings.h"
-#include "renderer/graph/pipelines.h"
 
 namespace raygraph::viewport {
 
@@ -158,7 +157,7 @@ PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const Sce
     const PassId first = renderer.NextPass();
     ids.radiance = ids.base = passes::Preview(renderer, scene, coarse, preview.gain);
     // With samples nothing has changed since they were shown: the picture is right
-    m_isPreviewThere = PreparePipelines(renderer, first, renderer.NextPass());
+    m_isPreviewThere = renderer.PreparePipelines(first, renderer.NextPass());
     ids.isHeld = preview.canHold && (!m_isPreviewThere || m_full.SampleCount() > 0);
     if (ids.baseScale > 1) ids.radiance = passes::Upscale(renderer, ids.base, extent);
     return ids;

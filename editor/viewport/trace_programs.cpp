@@ -1,19 +1,28 @@
 #include "editor/viewport/trace_programs.h"
 
 #include "passes/scene_bindings.h"
-#include "renderer/graph/pipelines.h"
 
 namespace raygraph::viewport {
 
 namespace {
 
-// Whether that program's pipelines are there; else they are being made. The passes are culled.
-bool Prepare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-             uint32_t moreFeatures) {
-    const PassId first = renderer.NextPass();
-    static_cast<void>(passes::Trace(renderer, passes::WithFeatures(scene, moreFeatures), settings));
-    return PreparePipelines(renderer, first, renderer.NextPass());
-}
+// The passes of the program with those features more, declared in the open frame and culled. Others that
+// settings choose are compiled in as well, so only the renderer can say whether a program is there.
+class DeclaredProgram {
+  public:
+    DeclaredProgram(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                    uint32_t moreFeatures)
+        : m_renderer(renderer), m_first(renderer.NextPass()) {
+        static_cast<void>(passes::Trace(renderer, passes::WithFeatures(scene, moreFeatures), settings));
+        m_end = renderer.NextPass();
+    }
+    bool IsThere() const { return m_renderer.HasPipelines(m_first, m_end); }
+    bool Prepare() const { return m_renderer.PreparePipelines(m_first, m_end); }
+
+  private:
+    Renderer& m_renderer;
+    PassId m_first, m_end;
+};
 
 }  // namespace
 
@@ -21,18 +30,17 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
                                             const passes::TraceSettings& settings, uint32_t samples,
                                             bool isAtStart, bool mayMake) {
     const uint32_t wanted = passes::TraceFeatures(scene, settings);
-    const passes::PathSettings& paths = settings;
-    if (m_used && m_used->paths == paths && (wanted & ~m_used->features) == 0) {
-        const uint32_t more = m_used->features & ~wanted;
-        const bool isSettled = more != 0 && samples >= kSettledSamples && m_own != wanted;
-        if (isSettled && Prepare(renderer, scene, settings, 0)) m_own = wanted;
-        // What no frame has declared for a while may be gone, of both
-        const bool isReplaced =
-            more != 0 && isAtStart && m_own == wanted && Prepare(renderer, scene, settings, 0);
-        if (!isReplaced && Prepare(renderer, scene, settings, more)) return {true, more};
+    const uint32_t more = m_features & ~wanted;
+    if (more != 0 && (wanted & ~m_features) == 0 &&
+        DeclaredProgram(renderer, scene, settings, more).IsThere()) {
+        if (!isAtStart && samples < kSettledSamples) return {true, more};
+        const DeclaredProgram own(renderer, scene, settings, 0);
+        if (samples >= kSettledSamples) static_cast<void>(own.Prepare());
+        if (!isAtStart || !own.IsThere()) return {true, more};
     }
-    if (!mayMake || !Prepare(renderer, scene, settings, 0)) return {};
-    m_used = {wanted, paths};
+    const DeclaredProgram own(renderer, scene, settings, 0);
+    if (!own.IsThere() && !(mayMake && own.Prepare())) return {};
+    m_features = wanted;
     return {true, 0};
 }
 

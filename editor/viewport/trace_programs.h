@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "passes/trace.h"
 
@@ -26,12 +25,7 @@ class TracePrograms {
                   uint32_t samples, bool isAtStart, bool mayMake);
 
   private:
-    struct Used {
-        uint32_t features = 0;
-        passes::PathSettings paths;  // what else a program is made for follows from these
-    };
-    std::optional<Used> m_used;
-    std::optional<uint32_t> m_own;  // features of a program that was found to be there
+    uint32_t m_features = 0;  // of the program that was used last
 };
 
 }  // namespace raygraph::viewport

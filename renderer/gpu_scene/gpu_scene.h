@@ -83,6 +83,7 @@ struct SceneIds {
     bool hasAlpha = false;          // an any-hit shader decides whether rays hit some surfaces
     uint32_t lobeFeatures = 0;      // bits of kTraceFeatures: LobeFeatures of all materials
     uint32_t textureFeatures = 0;   // bits of kTraceFeatures: TextureFeatures of all surfaces
+    uint32_t moreFeatures = 0;      // bits of kTraceFeatures: passes::WithFeatures
     bool hasTextureLevels = false;  // textures have mip levels (GpuSceneDesc::textureLevels)
     bool hasVolumes = false;        // a material bounds a medium
     bool hasCapsules = false;       // some primitives are round

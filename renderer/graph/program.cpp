@@ -15,7 +15,8 @@ namespace raygraph {
 
 namespace {
 
-constexpr size_t kLongWords = 50'000;  // of a ray-generation shader that takes seconds to compile
+// Words of a ray-generation shader from which on compilation takes longer than making another device does.
+constexpr size_t kLongWords = 50'000;
 
 rhi::ShaderStage StageOf(const Shader* shader) {
     if (!shader) return {};
@@ -178,7 +179,7 @@ bool ProgramCache::BeginPipeline(Program& program) {
     if (!program.m_coming.valid())
         program.m_coming =
             std::async(std::launch::async, [this, &program] { return MakePipeline(program, true); });
-    return program.m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    return program.HasPipeline();
 }
 
 void ProgramCache::EndFrame() {
@@ -190,12 +191,13 @@ void ProgramCache::EndFrame() {
 void ProgramCache::Trim(double lifetime) {
     std::erase_if(m_programs, [&](const auto& entry) {
         const Program& program = *entry.second;
-        const bool isBeingMade =
-            program.m_coming.valid() &&
-            program.m_coming.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
         const std::chrono::duration<double> unused = m_frameEnd - program.m_lastAsked;
-        return !program.m_isAsked && unused.count() > lifetime && !isBeingMade;
+        return !program.m_isAsked && unused.count() > lifetime && !program.IsBeingMade();
     });
+}
+
+bool ProgramCache::IsMakingPipelines() const {
+    return std::ranges::any_of(m_programs, [](const auto& entry) { return entry.second->IsBeingMade(); });
 }
 
 void ProgramCache::WaitForPipelines() {
@@ -251,7 +253,6 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead)
             desc.maxRecursion = request.maxRecursion;
             made.rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
             made.creationMs = made.rayTracing.CreationMs();
-            // A second device is not worth a second of compilation
             if (isAhead && request.rayGen->words.size() > kLongWords)
                 rhi::CompileAhead(m_device, desc, made.rayTracing);
             break;

@@ -77,9 +77,15 @@ class Program {
     const rhi::ComputePipeline& Compute() const { return m_pipeline.compute; }
     const rhi::RasterPipeline& Raster() const { return m_pipeline.raster; }
     const rhi::RayTracingPipeline& RayTracing() const { return m_pipeline.rayTracing; }
+    // False: none has been asked for, or a thread is creating it.
+    bool HasPipeline() const { return m_hasPipeline || (m_coming.valid() && !IsBeingMade()); }
 
   private:
     friend class ProgramCache;
+    bool IsBeingMade() const {
+        return m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+    }
+
     ProgramRequest m_request;
     std::string m_name;
     std::vector<const Shader*> m_shaders;  // without repetition
@@ -109,6 +115,7 @@ class ProgramCache {
     // Between frames: removes those that no frame has needed for more than `lifetime` seconds before the end
     // of the last one. Those that threads are working on stay.
     void Trim(double lifetime);
+    bool IsMakingPipelines() const;  // on other threads
     // Until no thread reads shaders.
     void WaitForPipelines();
     // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the

@@ -218,6 +218,19 @@ class RAYGRAPH_API Renderer {
     // may take seconds, drops the frame while this is false, shows what it has, and declares it again;
     // Execute waits for those that are being created.
     bool PreparePipelines();
+    // The same of the declared passes from `first` on, up to `end` without it, whether the open frame will
+    // execute them or not: for one that declares both what it would like to show and what it can, and uses
+    // one of them. Compiles no plan.
+    bool PreparePipelines(PassId first, PassId end);
+    // Whether those are all there, without beginning to create any.
+    bool HasPipelines(PassId first, PassId end) const;
+    // Whether any pipeline is being created on another thread. ReloadShaders, AddShader of other words and
+    // the destructor wait for those.
+    bool IsPreparingPipelines() const;
+    // Between frames: lets go of the pipelines for which the frames of the last so many seconds have declared
+    // no pass, culled or not. One that is needed again later is created again; one that is being created
+    // stays. Without this call all are kept. Does nothing while a frame is open.
+    void ForgetPipelines(double lifetime);
 
     // --- What happened ---
     bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled

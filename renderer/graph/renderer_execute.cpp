@@ -82,12 +82,30 @@ bool Renderer::PreparePipelines() {
     return areAllThere;
 }
 
-bool Renderer::Impl::PreparePipelines(PassId first, PassId end) {
-    RequireOpen("PreparePipelines");
+bool Renderer::PreparePipelines(PassId first, PassId end) {
+    m_impl->RequireOpen("PreparePipelines");
     bool areAllThere = true;
     for (uint32_t pass = first.index; pass < end.index; ++pass)
-        if (Program* program = passes[pass].program) areAllThere &= programs.BeginPipeline(*program);
+        if (Program* program = m_impl->passes[pass].program)
+            areAllThere &= m_impl->programs.BeginPipeline(*program);
     return areAllThere;
+}
+
+bool Renderer::HasPipelines(PassId first, PassId end) const {
+    m_impl->RequireOpen("HasPipelines");
+    for (uint32_t pass = first.index; pass < end.index; ++pass) {
+        const Program* program = m_impl->passes[pass].program;
+        if (program && !program->HasPipeline()) return false;
+    }
+    return true;
+}
+
+bool Renderer::IsPreparingPipelines() const {
+    return m_impl->programs.IsMakingPipelines();
+}
+
+void Renderer::ForgetPipelines(double lifetime) {
+    if (!m_impl->isOpen) m_impl->programs.Trim(lifetime);
 }
 
 // Finds or creates what the executed passes use: memory, persistent resources, pipelines.

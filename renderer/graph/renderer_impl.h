@@ -14,7 +14,6 @@
 #include "renderer/graph/pass_declaration.h"
 #include "renderer/graph/pass_marks.h"
 #include "renderer/graph/persistent_store.h"
-#include "renderer/graph/pipelines.h"
 #include "renderer/graph/program.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/graph/shader_library.h"
@@ -92,17 +91,7 @@ struct Renderer::Impl {
     BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
     std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
 
-    // --- Of pipelines.h; "used": emitted here, for the files that see the declarations only ---
-    static Impl& Of(Renderer& renderer) { return *renderer.m_impl; }
-    [[gnu::used]] friend bool PreparePipelines(Renderer& renderer, PassId first, PassId end) {
-        return Of(renderer).PreparePipelines(first, end);
-    }
-    [[gnu::used]] friend void ForgetPipelines(Renderer& renderer, double lifetime) {
-        if (!Of(renderer).isOpen) Of(renderer).programs.Trim(lifetime);
-    }
-
     // --- Executing (renderer_execute.cpp) ---
-    bool PreparePipelines(PassId first, PassId end);
     void CompileFrame();
     void Prepare();
     uint64_t TakeUniform(uint64_t bytes);

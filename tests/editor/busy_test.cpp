@@ -141,4 +141,27 @@ TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
     EXPECT_TRUE(std::filesystem::exists(folder / "picture.png"));
 }
 
+// What is copied to the device comes with frames: none of them waits as those of a preview do, which leave
+// a CPU device to the compiler.
+TEST_F(BusyTest, FramesThatCopyAScene_AreNotHeldBackByAPreview) {
+    viewport::BudgetSettings budget = editor.Work().view.Budget();
+    budget.whilePreparing = viewport::PreparingView::Preview;
+    editor.Work().view.SetBudget(budget);
+    FrameInput input;
+    input.extent = {320, 200};
+    // The path tracer's pipeline is being made for the empty scene
+    for (int frame = 0; frame < 1000 && !editor.Work().view.Progress().isPreview; ++frame)
+        ASSERT_TRUE(editor.Frame(input, screen));
+    ASSERT_TRUE(editor.IsPreparing());
+    editor.Open(test::SourceFile("scenes/texture_formats_grid.gltf"));
+    int copying = 0;
+    while (editor.Work().IsLoading()) {
+        ASSERT_TRUE(editor.Frame(input, screen));
+        if (!editor.Work().IsLoading() || editor.Work().loader.IsLoading()) continue;
+        ++copying;
+        EXPECT_FALSE(editor.IsPreparing());
+    }
+    EXPECT_GT(copying, 0);
+}
+
 }  // namespace raygraph::editor

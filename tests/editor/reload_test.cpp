@@ -52,4 +52,29 @@ TEST_F(ReloadTest, SaysWhetherShadersHaveChanged) {
     play("size 320x200\nkey F5\nexpect message no shader has changed\n");
 }
 
+// F5 does not stop the frames until the path tracer is there: they go on, and shaders are reloaded then.
+TEST_F(ReloadTest, WaitsForNoPipelineThatIsBeingMade) {
+    Workspace& work = m_editor->Work();
+    viewport::BudgetSettings budget = work.view.Budget();
+    budget.whilePreparing = viewport::PreparingView::Preview;
+    work.view.SetBudget(budget);
+    FrameInput input;
+    input.extent = {320, 200};
+    const auto isTracerComing = [&] {
+        return work.view.Progress().isPreview && work.renderer.IsPreparingPipelines();
+    };
+    for (int frame = 0; frame < 1000 && !isTracerComing(); ++frame) m_editor->Frame(input, m_screen);
+    if (!Device().Info().isLavapipe) GTEST_SKIP() << "of drivers that take long to make a pipeline";
+    ASSERT_TRUE(isTracerComing());
+    input.pressed = {Key::F5};
+    m_editor->Frame(input, m_screen);
+    EXPECT_TRUE(isTracerComing());
+    EXPECT_EQ(work.message, "shaders are reloaded once the pipelines are there");
+    input.pressed.clear();
+    while (work.renderer.IsPreparingPipelines()) m_editor->Frame(input, m_screen);
+    m_editor->Frame(input, m_screen);
+    EXPECT_EQ(work.message, "no shader has changed");
+    EXPECT_EQ(m_editor->FrameError(), "");
+}
+
 }  // namespace raygraph::editor

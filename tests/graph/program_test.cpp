@@ -1,5 +1,4 @@
 // How long programs and their pipelines are kept.
-#include "renderer/graph/pipelines.h"
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
 
@@ -25,13 +24,13 @@ class ProgramLife : public GraphTest {
 
 TEST_F(ProgramLife, OneThatNoFrameDeclares_IsLetGoAfterItsTime) {
     EXPECT_EQ(Frame(m_renderer, true), 2u);
-    ForgetPipelines(m_renderer, 0.0);
+    m_renderer.ForgetPipelines(0.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u) << "the last frame declared both";
     EXPECT_EQ(Frame(m_renderer, false), 2u);
-    ForgetPipelines(m_renderer, 300.0);
+    m_renderer.ForgetPipelines(300.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u) << "too early";
     EXPECT_EQ(Frame(m_renderer, false), 2u);
-    ForgetPipelines(m_renderer, 0.0);
+    m_renderer.ForgetPipelines(0.0);
     EXPECT_EQ(Frame(m_renderer, true), 3u);
     EXPECT_EQ(Frame(m_renderer, true), 3u);
 }
@@ -43,7 +42,7 @@ TEST_F(ProgramLife, ACulledPass_KeepsIts) {
     static_cast<void>(Scale(m_renderer, "unseen", filled, 2.0f));
     m_renderer.Present(filled);
     m_renderer.Execute();
-    ForgetPipelines(m_renderer, 0.0);
+    m_renderer.ForgetPipelines(0.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u);
 }
 
@@ -55,17 +54,22 @@ TEST_F(ProgramLife, PipelinesOfPassesArePreparedBeforeAFrameUsesThem) {
     const TextureId filled = GraphTest::Fill(renderer, "filled", kExtent, 1.0f);
     const PassId second = renderer.NextPass();
     static_cast<void>(Scale(renderer, "unseen", filled, 2.0f));
-    EXPECT_TRUE(PreparePipelines(renderer, second, second)) << "of no pass";
-    while (!PreparePipelines(renderer, second, renderer.NextPass())) {
+    EXPECT_TRUE(renderer.PreparePipelines(second, second)) << "of no pass";
+    EXPECT_TRUE(renderer.HasPipelines(second, second));
+    for (int i = 0; i < 2; ++i) EXPECT_FALSE(renderer.HasPipelines(first, renderer.NextPass()));
+    EXPECT_FALSE(renderer.IsPreparingPipelines()) << "asking begins nothing";
+    while (!renderer.PreparePipelines(second, renderer.NextPass())) {
     }
+    EXPECT_TRUE(renderer.HasPipelines(second, renderer.NextPass()));
+    EXPECT_FALSE(renderer.HasPipelines(first, renderer.NextPass())) << "not that of the first pass";
     EXPECT_EQ(renderer.PipelineReports().size(), 1u) << "none was asked for of the first pass";
-    while (!PreparePipelines(renderer, first, renderer.NextPass())) {
+    while (!renderer.PreparePipelines(first, renderer.NextPass())) {
     }
     EXPECT_EQ(renderer.PipelineReports().size(), 2u);
     renderer.Present(filled);
     renderer.Execute();
     EXPECT_EQ(renderer.PipelineCount(), 2u);
-    EXPECT_NE(testing::ErrorTextOf([&] { PreparePipelines(renderer, first, second); }), "")
+    EXPECT_NE(testing::ErrorTextOf([&] { renderer.PreparePipelines(first, second); }), "")
         << "no frame is open";
 }
 

@@ -240,6 +240,103 @@ TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOutAtTheNextRestart) {
     EXPECT_EQ(renderer.PipelineCount(), count);
 }
 
+// Glass that becomes opaque has a pipeline without glass made, and then all of them go. The restart after
+// that must not take any of them for there.
+TEST_F(Previewed, PipelinesThatWereLetGo_AreNotWaitedFor) {
+    scene::SceneData data = Boxes();
+    const scene::Material chalk = data.materials[1];
+    data.materials[1] = Glass();
+    scene.SetScene(scene::SceneData(data));
+    FramesUntilSamples();
+    scene.SetMaterial(1, chalk);
+    for (int i = 0; i < 65; ++i) Frame();
+    std::ignore = renderer.PipelineReports();  // waits for those that are being made
+    Frame();
+    renderer.BeginFrame();  // without the viewport
+    renderer.Execute();
+    renderer.ForgetPipelines(0.0);
+    scene.SetTransform(1, Translation({0.1f, 0.0f, 0.0f}));
+    Frame();
+    EXPECT_TRUE(IsPreview()) << "or the frame has waited";
+    FramesUntilSamples();
+    data.materials[1] = chalk;
+    data.instances[1].objectToWorld = Translation({0.1f, 0.0f, 0.0f});
+    const std::vector<uint8_t> shown = Frame();
+    EXPECT_EQ(shown, Expected(std::move(data)));
+}
+
+// Those of the preview are not, but nothing needs it.
+TEST_F(Previewed, PipelinesThatAreThere_AreUsedFromTheFirstFrameOn) {
+    viewport.SetBudget({});
+    Frame();
+    ASSERT_EQ(Samples(), 1u);
+    const uint32_t before = renderer.PipelineCount();
+    viewport.SetBudget({.whilePreparing = viewport::PreparingView::Preview});
+    Frame();
+    EXPECT_FALSE(IsPreview());
+    EXPECT_EQ(Samples(), 2u);
+    EXPECT_EQ(renderer.PipelineCount(), before);
+}
+
+// A pipeline that can do more goes on when settings change that no pipeline depends on.
+TEST_F(Previewed, SettingsOfFramesNeedNoOtherPipeline) {
+    scene::SceneData data = Boxes();
+    data.materials[1] = Glass();
+    scene.SetScene(scene::SceneData(data));
+    FramesUntilSamples();
+    data.materials[1] = Lambert(glm::vec3(0.8f));
+    scene.SetMaterial(1, data.materials[1]);
+    Frame();
+    const size_t before = renderer.PipelineReports().size();
+    viewport::PathSettings paths = viewport.Paths();
+    paths.seed = 7;
+    paths.biases.maxDepth = 3;
+    viewport.SetPaths(paths);
+    const std::vector<uint8_t> shown = Frame();
+    EXPECT_FALSE(IsPreview());
+    EXPECT_EQ(Samples(), 1u);
+    EXPECT_EQ(shown, Expected(scene::SceneData(data)));
+    EXPECT_EQ(renderer.PipelineReports().size(), before) << "one is being made";
+    // Those that one does depend on have another one made
+    paths.sampler = SamplerKind::Pcg;
+    viewport.SetPaths(paths);
+    Frame();
+    EXPECT_TRUE(IsPreview());
+    FramesUntilSamples();
+    const std::vector<uint8_t> other = Frame();
+    EXPECT_EQ(other, Expected(std::move(data)));
+}
+
+// What is compared are samples: a frame waits for them.
+TEST_F(Previewed, ComparisonsHaveNone) {
+    viewport.SetView(View::SideBySide);
+    Frame();
+    EXPECT_FALSE(IsPreview());
+    EXPECT_EQ(Samples(), 1u);
+}
+
+// On the driver that compiles when pipelines are executed for the first time.
+TEST(PreparedAhead, TheLargePipelineIsExecutedByAnotherDeviceBeforeAFrameUsesIt) {
+    MessageLog heard;
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.validation = true, .log = heard.Listener(LogLevel::Debug)});
+    if (!device->Info().isLavapipe) GTEST_SKIP() << "of drivers that compile when they execute";
+    {
+        Renderer renderer(*device);
+        GpuScene scene(renderer);
+        scene.SetScene(Boxes());
+        Viewport viewport(renderer, scene, {.size = kSize});
+        for (bool isThere = false; !isThere;) {
+            renderer.BeginFrame();
+            renderer.Present(viewport.Declare());
+            isThere = renderer.PreparePipelines();
+            renderer.DropFrame();
+        }
+    }
+    EXPECT_THAT(heard.Text(), ::testing::ContainsRegex("pathtrace/[a-z_.]+: compiled ahead in "));
+    EXPECT_THAT(heard.Text(), ::testing::Not(::testing::HasSubstr("onemap.comp: compiled ahead")));
+}
+
 // The first glass: what there is cannot show it.
 TEST_F(Previewed, FeaturesThatCome_RestartWithThePipelineThatHasThem) {
     FramesUntilSamples();
