@@ -106,9 +106,8 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
                                             const BudgetSettings& limits, const PreviewSettings& preview) {
     m_tiles.clear();
     if (preview.isOn) {
-        const bool isAtStart = m_full.Declared().IsAtStart() && Coarseness() == 0;
         const TracePrograms::Choice program =
-            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), isAtStart, m_isPreviewThere);
+            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewThere);
         if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
         if (program.moreFeatures != 0) {
             const SceneIds wide = passes::WithFeatures(scene, program.moreFeatures);

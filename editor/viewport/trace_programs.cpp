@@ -28,18 +28,16 @@ class DeclaredProgram {
 
 TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& scene,
                                             const passes::TraceSettings& settings, uint32_t samples,
-                                            bool isAtStart, bool mayMake) {
+                                            bool mayMake) {
     const uint32_t wanted = passes::TraceFeatures(scene, settings);
     const uint32_t more = m_features & ~wanted;
-    if (more != 0 && (wanted & ~m_features) == 0 &&
-        DeclaredProgram(renderer, scene, settings, more).IsThere()) {
-        if (!isAtStart && samples < kSettledSamples) return {true, more};
-        const DeclaredProgram own(renderer, scene, settings, 0);
-        if (samples >= kSettledSamples) static_cast<void>(own.Prepare());
-        if (!isAtStart || !own.IsThere()) return {true, more};
-    }
     const DeclaredProgram own(renderer, scene, settings, 0);
-    if (!own.IsThere() && !(mayMake && own.Prepare())) return {};
+    if (!own.IsThere()) {
+        const bool canDoAll = more != 0 && (wanted & ~m_features) == 0;
+        const bool isOtherThere = canDoAll && DeclaredProgram(renderer, scene, settings, more).IsThere();
+        const bool makes = isOtherThere ? samples >= kSettledSamples : mayMake;
+        if (!makes || !own.Prepare()) return {isOtherThere, isOtherThere ? more : 0};
+    }
     m_features = wanted;
     return {true, 0};
 }

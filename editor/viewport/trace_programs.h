@@ -10,7 +10,7 @@ namespace raygraph::viewport {
 // A program has the features of a scene (kTraceFeatures), compiled in. One that has more gives the right
 // picture, only slower: it goes on being used when the scene comes to need less, so that no pipeline is made
 // for a light that is off for a moment. Once the picture has kSettledSamples, the scene's own program is made
-// on another thread, and takes over when accumulation restarts.
+// on another thread, and takes over when it is there.
 class TracePrograms {
   public:
     static constexpr uint32_t kSettledSamples = 64;
@@ -19,10 +19,9 @@ class TracePrograms {
         bool isThere = false;       // else it is being made, and no other program does
         uint32_t moreFeatures = 0;  // of the program (passes::WithFeatures)
     };
-    // Of the open frame. `samples`: of the picture so far; it begins with this frame if `isAtStart`. Without
-    // `mayMake` none is made: others come first.
+    // Of the open frame. `samples`: of the picture so far. Without `mayMake` none is made: others come first.
     Choice Choose(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                  uint32_t samples, bool isAtStart, bool mayMake);
+                  uint32_t samples, bool mayMake);
 
   private:
     uint32_t m_features = 0;  // of the program that was used last

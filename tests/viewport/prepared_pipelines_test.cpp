@@ -214,12 +214,14 @@ TEST_F(Previewed, FeaturesThatGo_NeedNoOtherPipeline) {
 }
 
 // The only glass becomes opaque, and stays so.
-TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOutAtTheNextRestart) {
+TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOut) {
     scene::SceneData data = Boxes();
     const scene::Material chalk = data.materials[1];
     data.materials[1] = Glass();
     scene.SetScene(scene::SceneData(data));
     FramesUntilSamples();
+    Frame();
+    renderer.ForgetPipelines(0.0);  // those of the preview
     const size_t before = renderer.PipelineReports().size();
     data.materials[1] = chalk;
     scene.SetMaterial(1, chalk);
@@ -231,6 +233,8 @@ TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOutAtTheNextRestart) {
     const uint32_t count = renderer.PipelineCount();
     Frame();
     EXPECT_EQ(Samples(), 66u);
+    renderer.ForgetPipelines(0.0);
+    EXPECT_EQ(renderer.PipelineReports().size(), before) << "the one with glass is still used";
     scene.SetTransform(1, Translation({0.1f, 0.0f, 0.0f}));
     data.instances[1].objectToWorld = Translation({0.1f, 0.0f, 0.0f});
     const std::vector<uint8_t> shown = Frame();
