@@ -43,9 +43,14 @@ uint32_t FrameDepth(const TraceSettings& settings) {
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 
+// What a program that samples lights has, whatever the lights are.
+constexpr uint32_t kLightSamplingFeatures = kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights |
+                                            kTraceLightProfiles | kTraceEnvironmentLight;
+
 // The shader features that lights and materials need; bits of kTraceFeatures.
 uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = LobeFeatures(scene, settings) | scene.textureFeatures | scene.moreFeatures;
+    const uint32_t more = scene.moreFeatures & ~(settings.lights.isOn ? 0u : kLightSamplingFeatures);
+    uint32_t features = LobeFeatures(scene, settings) | scene.textureFeatures | more;
     const gpu::LightSetRecord& lights = scene.lightSet;
     if (settings.lights.isOn && lights.activeCount > 0) {
         features |= kTraceLightSampling;

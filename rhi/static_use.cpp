@@ -54,7 +54,7 @@ class Scan {
     // The member of a block is the first index; where it is no constant, the variable is an array.
     void UseMember(Words instruction) {
         constexpr size_t kBase = 3, kIndex = 4;
-        if (!m_variables.contains(instruction[kBase])) return;
+        if (instruction.size() <= kBase || !m_variables.contains(instruction[kBase])) return;
         const auto index =
             instruction.size() > kIndex ? m_constants.find(instruction[kIndex]) : m_constants.end();
         if (index == m_constants.end()) return Use(instruction, kBase);
@@ -62,6 +62,10 @@ class Scan {
     }
 
     void Read(spv::Op op, Words instruction) {
+        constexpr size_t kShortest = 4;  // with which these are complete
+        const bool isRead = op == spv::OpEntryPoint || op == spv::OpConstant || op == spv::OpVariable ||
+                            op == spv::OpFunction || op == spv::OpFunctionCall;
+        if (isRead && instruction.size() < kShortest) return;
         switch (op) {
             case spv::OpEntryPoint:
                 if (m_entry == 0) m_entry = instruction[2];

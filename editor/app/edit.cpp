@@ -49,8 +49,18 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
+    // Pipelines that are being created take seconds, and the editor waits for their threads
+    class Hidden {
+      public:
+        explicit Hidden(Window& window) : m_window(window) {}
+        ~Hidden() { m_window.Hide(); }
+
+      private:
+        Window& m_window;
+    };
     Editor editor(*device,
                   {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
+    const Hidden whenDone(window);
     window.ShareClipboard();
     viewport::BudgetSettings budget = editor.Work().view.Budget();
     budget.whilePreparing = viewport::PreparingView::Preview;
@@ -61,7 +71,6 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
               {.poll = [&](double seconds) { return window.Poll(seconds); },
                .setTitle = [&](const std::string& title) { window.SetTitle(title); }});
     editor.KeepSettings();
-    window.Hide();  // pipelines that are being created take seconds, and their threads are waited for
 }
 
 std::string TitleOf(const Document& document) {

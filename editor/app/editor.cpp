@@ -59,7 +59,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     ignored.scale = given.scale;
     const FrameInput& input = m_isLeaving ? ignored : given;
     m_work.renderer.ForgetPipelines(kPipelineLifetime);
-    if (m_isReloading && !m_work.renderer.IsPreparingPipelines()) ReloadShaders();
+    if (m_isReloading && !m_isLeaving && !m_work.renderer.IsPreparingPipelines()) ReloadShaders();
     FinishLoading();
     for (const std::filesystem::path& file : input.dropped) Open(file);
     TakePick();

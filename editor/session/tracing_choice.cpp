@@ -38,13 +38,23 @@ std::string KeyOf(DeviceScene& scene, const SceneIds& ids, const TracingChoice& 
     const passes::TraceSettings settings = scene.SettingsFor(0);
     const GpuSceneStatistics& statistics = scene.Scene().Statistics();
     return Text(
-        "{} | {} | {}.{}.{} | features {:x} | {} pixels, {} triangles, {} instances, powers of two | "
-        "{} at once | of {}",
+        "{} | {} | {}.{}.{} | features {:x} | {} pixels, {} triangles, {} instances, powers of two | {} level"
+        "{} | {} at once | of {}",
         device.name, device.driver, version.major, version.minor, version.patch,
         passes::TraceFeatures(ids, settings),
         std::bit_width(uint64_t{passes::RegionOf(settings).PixelCount()}),
         std::bit_width(statistics.trianglesPlaced), std::bit_width(statistics.instanceCount),
-        SamplesOf(scene), TracingText(wanted));
+        ids.hasOneWideLevel ? 1 : 2, ids.hasOneWideLevel ? "" : "s", SamplesOf(scene), TracingText(wanted));
+}
+
+// Where each sample has its own time, the host builds the tree over the instances for each. That takes as long
+// as own traversal saves in so many pixels on a CPU, and on a GPU in thousands.
+constexpr uint64_t kPixelsPerMovedInstance = 8;
+
+bool SavesTime(DeviceScene& scene, bool isCpu) {
+    if (!scene.IsBlurred()) return true;
+    return isCpu && passes::RegionOf(scene.SettingsFor(0)).PixelCount() >=
+                        kPixelsPerMovedInstance * scene.Scene().Statistics().instanceCount;
 }
 
 SceneIds DeclareOnce(DeviceScene& scene) {
@@ -138,6 +148,7 @@ TracingChoice ChooseTracing(DeviceScene& scene, const TracingChoice& asked, cons
     TracingChoice wanted = asked;
     if (!scene.WhyNoOwnTraversal().empty()) wanted.traversal = Traversal::Driver;
     const bool isCpu = device.Info().type == rhi::DeviceType::Cpu;
+    if (wanted.traversal == Traversal::Auto && !SavesTime(scene, isCpu)) wanted.traversal = Traversal::Driver;
     if (isCpu || device.Info().timestampPeriodNs <= 0.0) {
         if (wanted.form.kind == IntegratorForm::Auto) wanted.form.kind = IntegratorForm::Loop;
         if (wanted.traversal == Traversal::Auto)

@@ -109,6 +109,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewThere);
         if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
+        m_isPreviewThere = false;  // for the scene of now, as far as anybody knows
         if (program.moreFeatures != 0) {
             const SceneIds wide = passes::WithFeatures(scene, program.moreFeatures);
             return DeclareTraced(renderer, wide, settings, budget, limits);

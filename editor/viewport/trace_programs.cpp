@@ -36,7 +36,9 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
         const bool canDoAll = more != 0 && (wanted & ~m_features) == 0;
         const bool isOtherThere = canDoAll && DeclaredProgram(renderer, scene, settings, more).IsThere();
         const bool makes = isOtherThere ? samples >= kSettledSamples : mayMake;
-        if (!makes || !own.Prepare()) return {isOtherThere, isOtherThere ? more : 0};
+        // A failure counts only where there is no other
+        const bool isReady = makes && own.Prepare() && (own.IsThere() || !isOtherThere);
+        if (!isReady) return {isOtherThere, isOtherThere ? more : 0};
     }
     m_features = wanted;
     return {true, 0};

@@ -89,6 +89,7 @@ WideMesh CollectTriangles(std::span<const glm::vec3> positions, std::span<const 
 }
 
 void BuildTree(WideMesh& mesh, uint32_t maxThreads) {
+    if (!mesh.triangles.empty() && !IsNearEnough(mesh.box)) return;
     std::vector<Box> boxes;
     boxes.reserve(mesh.triangles.size());
     for (const gpu::WideTriangle& triangle : mesh.triangles) boxes.push_back(BoxOf({&triangle, 1}));
@@ -172,6 +173,8 @@ WideScene BuildWideScene(const BvhScene& scene) {
     uint32_t depth = 0;
     for (const BvhMesh& mesh : scene.meshes) {
         WideMesh tree = BuildWideMesh(mesh.positions, mesh.indices);
+        if (tree.nodes.empty())
+            throw Error(ErrorKind::Usage, "a wide tree of a mesh that reaches farther than 1e18");
         roots.push_back(static_cast<uint32_t>(wide.nodes.size()));
         boxes.push_back(tree.box);
         MoveNodes(tree.nodes, roots.back(), static_cast<uint32_t>(wide.triangles.size()));

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
+#include "base/error.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/scene_resources.h"
@@ -26,6 +29,13 @@ uint32_t FlagsOf(const GroupKind& kind) {
     return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
 }
 
+// No memory, or a table that no shader can bind.
+bool IsTooLarge(const std::exception& error) {
+    if (const auto* known = dynamic_cast<const Error*>(&error))
+        return known->Kind() == ErrorKind::OutOfMemory || known->Kind() == ErrorKind::Usage;
+    return dynamic_cast<const std::bad_alloc*>(&error) || dynamic_cast<const std::length_error*>(&error);
+}
+
 }  // namespace
 
 WideSet::WideSet(rhi::Device& device, bool prefersOneLevel)
@@ -45,7 +55,8 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
         m_isBuilt = m_whyNone.empty();
         m_parts = std::move(parts);
     } catch (const std::exception& error) {
-        // No memory, or a table that no shader can bind. Frames in flight may still read what there was
+        if (!IsTooLarge(error)) throw;
+        // Frames in flight may still read what there was
         m_whyNone = error.what();
         m_hasFailed = true;
         m_nodes = {};
@@ -100,6 +111,7 @@ bool WideSet::BuildLevel(std::span<const Part> parts) {
 void WideSet::BuildInstances(const SceneResources& resources, std::span<const Part> parts) {
     // There are no more nodes above instances than instances, or one
     FollowMeshes(resources, parts.size() + 1);
+    if (!m_whyNone.empty()) return;
     std::vector<WidePlacement> placements;
     for (const Part& part : parts) {
         const Placed& placed = m_placed[part.group];
@@ -136,6 +148,10 @@ void WideSet::FollowMeshes(const SceneResources& resources, size_t spareNodes) {
         Free(m_placed[i]);
         if (!tree) continue;
         if (tree->nodes.empty()) BuildTree(*tree);
+        if (tree->nodes.empty()) {
+            m_whyNone = "a mesh reaches too far for a tree";
+            return;
+        }
         nodes += tree->nodes.size();
         triangles += tree->triangles.size();
     }

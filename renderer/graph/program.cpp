@@ -167,19 +167,30 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
 }
 
 void ProgramCache::EnsurePipeline(Program& program) {
-    if (program.m_hasPipeline) return;
-    if (program.m_coming.valid())
-        Take(program, program.m_coming.get());
-    else
-        Take(program, MakePipeline(program, false));
+    if (program.m_coming.valid()) TakeComing(program);
+    if (program.m_failure) std::rethrow_exception(std::exchange(program.m_failure, nullptr));
+    if (!program.m_hasPipeline) Take(program, MakePipeline(program, false));
 }
 
 bool ProgramCache::BeginPipeline(Program& program) {
-    if (program.m_hasPipeline) return true;
+    if (HasPipeline(program) || program.m_failure) return true;
     if (!program.m_coming.valid())
         program.m_coming =
             std::async(std::launch::async, [this, &program] { return MakePipeline(program, true); });
-    return program.HasPipeline();
+    return HasPipeline(program) || program.m_failure;
+}
+
+bool ProgramCache::HasPipeline(Program& program) {
+    if (program.m_coming.valid() && !program.IsBeingMade()) TakeComing(program);
+    return program.m_hasPipeline;
+}
+
+void ProgramCache::TakeComing(Program& program) {
+    try {
+        Take(program, program.m_coming.get());
+    } catch (const std::exception&) {
+        program.m_failure = std::current_exception();
+    }
 }
 
 void ProgramCache::EndFrame() {

@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <future>
 #include <memory>
 #include <span>
@@ -77,8 +78,6 @@ class Program {
     const rhi::ComputePipeline& Compute() const { return m_pipeline.compute; }
     const rhi::RasterPipeline& Raster() const { return m_pipeline.raster; }
     const rhi::RayTracingPipeline& RayTracing() const { return m_pipeline.rayTracing; }
-    // False: none has been asked for, or a thread is creating it.
-    bool HasPipeline() const { return m_hasPipeline || (m_coming.valid() && !IsBeingMade()); }
 
   private:
     friend class ProgramCache;
@@ -95,7 +94,8 @@ class Program {
     std::chrono::steady_clock::time_point m_lastAsked;  // the end of a frame
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
-    std::future<ProgramPipeline> m_coming;  // its thread reads the members above but for the last two
+    std::exception_ptr m_failure;           // of its thread, until EnsurePipeline reports it
+    std::future<ProgramPipeline> m_coming;  // its thread reads the members above but for the last three
 };
 
 class ProgramCache {
@@ -110,6 +110,8 @@ class ProgramCache {
     void EnsurePipeline(Program& program);
     // Begins to create it on another thread. True: EnsurePipeline has nothing to wait for, or fails.
     bool BeginPipeline(Program& program);
+    // Whether it is there: neither is it being created, nor has that failed.
+    bool HasPipeline(Program& program);
     // A frame was executed, for which those that were asked for since the last one were needed.
     void EndFrame();
     // Between frames: removes those that no frame has needed for more than `lifetime` seconds before the end
@@ -134,6 +136,8 @@ class ProgramCache {
     // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
     ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
     void Take(Program& program, ProgramPipeline&& made);
+    // Takes what its thread has made, or why it has failed.
+    void TakeComing(Program& program);
 
     rhi::Device& m_device;
     std::unordered_map<std::string, std::unique_ptr<Program>> m_programs;

@@ -220,9 +220,10 @@ class RAYGRAPH_API Renderer {
     bool PreparePipelines();
     // The same of the declared passes from `first` on, up to `end` without it, whether the open frame will
     // execute them or not: for one that declares both what it would like to show and what it can, and uses
-    // one of them. Compiles no plan.
+    // one of them. Error{Usage} for passes that are not declared.
     bool PreparePipelines(PassId first, PassId end);
-    // Whether those are all there, without beginning to create any.
+    // Whether those are all there, without beginning to create any. One that could not be created is not: it
+    // fails when it is needed.
     bool HasPipelines(PassId first, PassId end) const;
     // Whether any pipeline is being created on another thread. ReloadShaders, AddShader of other words and
     // the destructor wait for those.

@@ -82,22 +82,27 @@ bool Renderer::PreparePipelines() {
     return areAllThere;
 }
 
+std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, PassId end,
+                                                               std::string_view what) const {
+    RequireOpen(what);
+    if (first.index > end.index || end.index > graph.passes.size())
+        throw MakeError(ErrorKind::Usage, "{}: passes {} to {} were asked for, of {} that are declared", what,
+                        first.index, end.index, graph.passes.size());
+    return std::span(passes).subspan(first.index, end.index - first.index);
+}
+
 bool Renderer::PreparePipelines(PassId first, PassId end) {
-    m_impl->RequireOpen("PreparePipelines");
     bool areAllThere = true;
-    for (uint32_t pass = first.index; pass < end.index; ++pass)
-        if (Program* program = m_impl->passes[pass].program)
-            areAllThere &= m_impl->programs.BeginPipeline(*program);
+    for (const PassDeclaration& pass : m_impl->PassesBetween(first, end, "PreparePipelines"))
+        if (pass.program) areAllThere &= m_impl->programs.BeginPipeline(*pass.program);
     return areAllThere;
 }
 
 bool Renderer::HasPipelines(PassId first, PassId end) const {
-    m_impl->RequireOpen("HasPipelines");
-    for (uint32_t pass = first.index; pass < end.index; ++pass) {
-        const Program* program = m_impl->passes[pass].program;
-        if (program && !program->HasPipeline()) return false;
-    }
-    return true;
+    const std::span<const PassDeclaration> asked = m_impl->PassesBetween(first, end, "HasPipelines");
+    return std::ranges::all_of(asked, [&](const PassDeclaration& pass) {
+        return !pass.program || m_impl->programs.HasPipeline(*pass.program);
+    });
 }
 
 bool Renderer::IsPreparingPipelines() const {

@@ -92,6 +92,8 @@ struct Renderer::Impl {
     std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
 
     // --- Executing (renderer_execute.cpp) ---
+    // Of the open frame; Error{Usage} for others.
+    std::span<const PassDeclaration> PassesBetween(PassId first, PassId end, std::string_view what) const;
     void CompileFrame();
     void Prepare();
     uint64_t TakeUniform(uint64_t bytes);

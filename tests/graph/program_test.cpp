@@ -66,6 +66,10 @@ TEST_F(ProgramLife, PipelinesOfPassesArePreparedBeforeAFrameUsesThem) {
     while (!renderer.PreparePipelines(first, renderer.NextPass())) {
     }
     EXPECT_EQ(renderer.PipelineReports().size(), 2u);
+    for (const PassId end : {PassId{}, PassId{renderer.NextPass().index + 1}}) {
+        EXPECT_NE(testing::ErrorTextOf([&] { renderer.PreparePipelines(first, end); }), "") << "of no pass";
+        EXPECT_NE(testing::ErrorTextOf([&] { std::ignore = renderer.HasPipelines(first, end); }), "");
+    }
     renderer.Present(filled);
     renderer.Execute();
     EXPECT_EQ(renderer.PipelineCount(), 2u);

@@ -1,5 +1,7 @@
 // A few failing Vulkan calls over the lifetime of renderer, scene and viewport; the kind `long` has
 // each.
+#include "passes/trace.h"
+#include "tests/support/error_of.h"
 #include "tests/support/failure_sweep.h"
 
 namespace raygraph::testing {
@@ -16,6 +18,43 @@ TEST(InjectedFailure, ViewportWithoutMemory_DropsTheFrameAndGoesOn) {
 
 TEST(InjectedFailure, LostDevice_IsToldByEveryCall) {
     EXPECT_GT(SweepDeviceLoss(RendererScenario(), {}, 97), 4u);
+}
+
+// Ahead of its need: frames of others go on, and the one that needs it says what there was not.
+TEST(InjectedFailure, PipelineThatCannotBeMade_IsNotThereAndFailsWhereItIsNeeded) {
+    const static std::shared_ptr<rhi::VulkanLoader> system = rhi::VulkanLoader::Open();
+    MessageLog log;
+    InjectFailure({});
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.name = "failing",
+                             .validation = true,
+                             .log = log.Listener(),
+                             .savePipelineCache = false,
+                             .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
+    {
+        Renderer renderer(*device);
+        GpuScene scene(renderer);
+        scene.SetScene({});
+        const auto declare = [&] {
+            renderer.BeginFrame();
+            const SceneIds ids = scene.Declare(renderer);
+            const PassId first = renderer.NextPass();
+            renderer.Present(passes::Trace(renderer, ids, {.extent = {8, 8}}).radiance);
+            return first;
+        };
+        const PassId first = declare();
+        InjectFailure(InjectedFailure{.call = FailingCall::Creation, .lasts = true});
+        while (!renderer.PreparePipelines(first, renderer.NextPass())) {
+        }
+        LiftFailure();
+        EXPECT_TRUE(HasFailed());
+        EXPECT_FALSE(renderer.HasPipelines(first, renderer.NextPass()));
+        EXPECT_TRUE(renderer.PreparePipelines(first, renderer.NextPass())) << "nothing is left to wait for";
+        EXPECT_EQ(ErrorOf([&] { renderer.Execute(); }).Kind(), ErrorKind::OutOfMemory);
+        declare();
+        EXPECT_NO_THROW(renderer.Execute()) << "it is made again";
+    }
+    EXPECT_EQ(log.Text(), "");
 }
 
 }  // namespace

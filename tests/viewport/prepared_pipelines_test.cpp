@@ -311,6 +311,18 @@ TEST_F(Previewed, SettingsOfFramesNeedNoOtherPipeline) {
     EXPECT_EQ(other, Expected(std::move(data)));
 }
 
+// The program that samples lights is there, but would do it.
+TEST_F(Previewed, LightsThatAreNotSampledAnyMore_AreNotSeen) {
+    viewport.SetPaths({.scattering = {.brdf = BrdfModel::Lambert}});
+    FramesUntilSamples();
+    viewport::PathSettings paths = viewport.Paths();
+    paths.lights.isOn = false;
+    viewport.SetPaths(paths);
+    FramesUntilSamples();
+    const std::vector<uint8_t> shown = Frame();
+    EXPECT_EQ(shown, Expected(Boxes()));
+}
+
 // What is compared are samples: a frame waits for them.
 TEST_F(Previewed, ComparisonsHaveNone) {
     viewport.SetView(View::SideBySide);
