@@ -14,6 +14,10 @@ namespace raygraph {
 
 namespace {
 
+// Of the mean luminance: what is no brighter is left to BSDF sampling, which finds it as well. By measurement
+// (docs/performance.md); at 1, an even map would have no density at all.
+constexpr double kShareLeftToScattering = 0.5;
+
 // Luminance of Rec. 709.
 double Luminance(const glm::dvec3& color) {
     return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z;
@@ -47,6 +51,23 @@ class TexelMeans {
     const image::ImageF& m_map;
     std::vector<glm::dvec3> m_column, m_row;
 };
+
+// Of a texel of row y.
+double SolidAngle(const image::ImageF& map, uint32_t y) {
+    const double theta0 = std::numbers::pi * y / map.height;
+    const double theta1 = std::numbers::pi * (y + 1) / map.height;
+    return 4.0 * std::numbers::pi / map.width * std::sin(0.5 * (theta0 + theta1)) *
+           std::sin(0.5 * (theta1 - theta0));
+}
+
+glm::dvec3 MeanOverTheSphere(const image::ImageF& map, TexelMeans& means) {
+    glm::dvec3 flux(0.0);
+    for (uint32_t y = 0; y < map.height; ++y) {
+        const double solidAngle = SolidAngle(map, y);
+        for (const glm::dvec3& texel : means.Row(y)) flux += solidAngle * texel;
+    }
+    return flux / (4.0 * std::numbers::pi);
+}
 
 // Deals the kEnvironmentSteps steps of u to the entries in proportion to their weights, one at least to each
 // of a weight above 0. Returns the sum of the weights.
@@ -108,21 +129,17 @@ EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCel
     const std::span<gpu::EnvironmentEntry> rows = std::span(result.entries).first(result.height);
 
     TexelMeans means(map);
-    glm::dvec3 flux(0.0);  // integral over the sphere
+    const glm::dvec3 mean = MeanOverTheSphere(map, means);
+    const double level = kShareLeftToScattering * Luminance(mean);
     std::vector<double> rowWeights(result.height);
     std::vector<double> weights(result.width);
     for (uint32_t row = 0; row < result.height; ++row) {
         std::fill(weights.begin(), weights.end(), 0.0);
         for (uint32_t y = row * step; y < (row + 1) * step; ++y) {
-            const double theta0 = std::numbers::pi * y / map.height;
-            const double theta1 = std::numbers::pi * (y + 1) / map.height;
-            const double solidAngle = 4.0 * std::numbers::pi / map.width * std::sin(0.5 * (theta0 + theta1)) *
-                                      std::sin(0.5 * (theta1 - theta0));
+            const double solidAngle = SolidAngle(map, y);
             const std::vector<glm::dvec3>& texels = means.Row(y);
-            for (uint32_t x = 0; x < map.width; ++x) {
-                flux += solidAngle * texels[x];
-                weights[x / step] += solidAngle * Luminance(texels[x]);
-            }
+            for (uint32_t x = 0; x < map.width; ++x)
+                weights[x / step] += solidAngle * std::max(Luminance(texels[x]) - level, 0.0);
         }
         const size_t first = result.height + size_t{row} * result.width;
         rowWeights[row] = DealSteps(weights, std::span(result.entries).subspan(first, result.width));
@@ -135,7 +152,7 @@ EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCel
                 cell.probability =
                     std::max(cell.probability * rows[row].probability, std::numeric_limits<float>::min());
     }
-    result.meanRadiance = glm::vec3(flux / (4.0 * std::numbers::pi));
+    result.meanRadiance = glm::vec3(mean);
     return result;
 }
 

@@ -23,9 +23,11 @@ inline constexpr uint64_t kMaxEnvironmentCells = uint64_t{1} << 22;
 void RequireRadiance(const image::ImageF& map);
 
 // A cell is a texel, or a square of 2^k x 2^k where the map is larger than `maxCells` and its size allows.
-// Its weight is the integral of the luminance of the map as a sampler interpolates it (bilinear, repeated in
-// u, clamped in v) times solid angle: it is 0 only where the interpolated map is black all over the cell.
-// Values of the map are finite and not negative. Linear time; needs no device.
+// Its weight is the luminance of its texels above half of the map's mean, times solid angle, of the map as a
+// sampler interpolates it (bilinear, repeated in u, clamped in v). So directions to the dim part of a map
+// have no density: BSDF sampling finds them anyway (Karlik et al. 2019, "MIS Compensation: Optimizing
+// Sampling Techniques in Multiple Importance Sampling"). Values of the map are finite and not negative.
+// Linear time; needs no device.
 EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCells = kMaxEnvironmentCells);
 
 // The table of an environment without a map: one cell, uniform over all directions.

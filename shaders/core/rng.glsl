@@ -224,10 +224,24 @@ INLINE Sampler StartPixelSample(uvec2 pixel, uint sampleIndex, uint seed) {
     return rng;
 }
 
-// Seed of decisions along ray `rayIndex` of a sample that use no dimension: which partly transparent surfaces
-// stop it.
-INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
+// Seed of decisions where ray `rayIndex` of a sample ends that use no dimension: walks between facets.
+INLINE uint FacetSeed(Sampler rng, uint rayIndex) {
     return MixBits(rng.pixelSeed ^ MixBits(rng.index * 0x9e3779b9u + rayIndex));
+}
+
+// What AlphaDraw needs to know of ray `rayIndex` of a sample. For Sobol it is the index of the sample, in an
+// order of that ray of the pixel.
+INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
+    if (ActiveSamplerKind() != kSamplerKindSobol) return FacetSeed(rng, rayIndex);
+    return OwenScrambleReversed(rng.index, MixBits(rng.pixelSeed ^ (rayIndex * 0x85ebca6bu)));
+}
+
+// By what surface number `surface` stops a ray or does not: the same whenever it is asked, in any order. For
+// Sobol each surface has a sequence of its own, of which aligned blocks of 2^k samples are even.
+INLINE float AlphaDraw(uint alphaSeed, uint surface) {
+    uint seed = MixBits(surface);
+    uint index = bitfieldReverse(OwenScrambleReversed(alphaSeed, seed));
+    return BitsToUnit(bitfieldReverse(OwenScrambleReversed(index, SobolSubSeed(seed, 0x2c1b3c6du))));
 }
 
 INLINE vec2 Get2D(INOUT(Sampler) rng) {

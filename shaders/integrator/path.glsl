@@ -395,7 +395,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     vertex.frame = FrameOf(surface);
     float minAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
     SurfaceSetting setting =
-        SettingOf(surface, vertex.frame, eta, minAlpha, AlphaSeed(path.rng, path.rayCount));
+        SettingOf(surface, vertex.frame, eta, minAlpha, FacetSeed(path.rng, path.rayCount));
     setting.isMatched = isMatched;
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     if (isWall) {

@@ -1,6 +1,6 @@
 // Directions to the environment, by a table over the cells of its equirectangular map: a row, a cell of the
-// row, then uniform in solid angle within the cell. A cell's probability comes from the interpolated map:
-// where there is radiance there is density.
+// row, then uniform in solid angle within the cell. A cell's probability comes from the interpolated map,
+// less half of its mean: where the map is dim there is no density, and BSDF sampling finds it alone.
 //
 // The bridge: EnvironmentEntry EnvironmentEntryAt(uint), LightSetRecord LightSet().
 #ifndef RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL

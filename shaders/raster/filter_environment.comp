@@ -20,7 +20,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D filtered;
 
-const uint kSamples = 64u;  // of each strategy
+const uint kSamples = 256u;  // of each strategy
 
 struct Lobe {
     bool isDiffuse;

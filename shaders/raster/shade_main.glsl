@@ -168,7 +168,7 @@ vec4 Shade(Hit hit, Ray ray) {
     if (HasTraceFeature(kTraceScattering)) FillWithMedium(surface.material);
     Sampler rng = StartPixelSample(uvec2(Pixel()), parameters.value.sampleIndex, parameters.value.seed);
     Frame frame = FrameOf(surface);
-    SurfaceSetting setting = SettingOf(surface, frame, EtaOf(surface), 0.0f, AlphaSeed(rng, 1u));
+    SurfaceSetting setting = SettingOf(surface, frame, EtaOf(surface), 0.0f, FacetSeed(rng, 1u));
     SurfaceBSDF bsdf = BSDFOf(surface.material, ToLocal(frame, -ray.direction), setting);
     vec3 scattered = ScatteredLight(surface, frame, bsdf, rng);
     float open = (constants.option & kShadeOcclusion) != 0u ? texelFetch(openShare, Pixel(), 0).x : 1.0f;

@@ -25,8 +25,9 @@ bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentri
     Triangle triangle = WithTexCoords(TriangleAt(instance, primitive, barycentrics), geometry);
     float opacity = Opacity(geometry, material, triangle);
     // The two sides of a capsule are one primitive, but stop light independently
-    if (IsRound(instance) && isBack) alphaSeed = MixBits(alphaSeed);
-    return BitsToUnit(MixBits(alphaSeed ^ MixBits(instanceIndex * 0x9e3779b9u + primitive))) < opacity;
+    uint number = instanceIndex * 0x9e3779b9u + primitive;
+    if (IsRound(instance) && isBack) number = MixBits(number);
+    return AlphaDraw(alphaSeed, number) < opacity;
 }
 
 #endif

@@ -202,6 +202,40 @@ TEST_P(SamplerTest, CorrelationsVanish) {
     }
 }
 
+// Of surfaces behind one another each stops its share of the rays that those before it let through.
+TEST_P(SamplerTest, PartlyTransparentSurfacesStopRaysIndependently) {
+    const auto draw = [](uvec2 pixel, uint sampleIndex, uint ray, uint surface) {
+        return AlphaDraw(AlphaSeed(StartPixelSample(pixel, sampleIndex, 1u), ray), surface);
+    };
+    struct Place {
+        uint ray, surface;
+    };
+    // The triangles of one instance, its neighbor's, and the next rays'
+    const Place places[] = {{1u, 0u}, {1u, 1u}, {1u, 0x9e3779b9u}, {1u, 0x9e3779bau}, {2u, 0u}, {3u, 1u}};
+    for (const Place& a : places)
+        for (const Place& b : places) {
+            if (&a >= &b) continue;
+            const auto overPixels = [&](uint i) {
+                return vec2(draw(PixelOf(i), 3u, a.ray, a.surface), draw(PixelOf(i), 3u, b.ray, b.surface));
+            };
+            EXPECT_GT(PairPValue(kPixelCount, overPixels), kLevel) << a.surface << ' ' << b.surface;
+            const auto overSamples = [&](uint i) {
+                const uvec2 pixel = PixelOf(i / 4u);
+                return vec2(draw(pixel, i % 4u, a.ray, a.surface), draw(pixel, i % 4u, b.ray, b.surface));
+            };
+            EXPECT_GT(PairPValue(kPixelCount, overSamples), kLevel) << a.surface << ' ' << b.surface;
+            // In each pixel the share that two surfaces of 0.5 let through tends to a quarter
+            for (uint pixel = 0; pixel < 8; ++pixel) {
+                constexpr uint kCount = 1u << 12u;
+                uint through = 0;
+                for (uint i = 0; i < kCount; ++i)
+                    through += draw(uvec2(pixel, 9u), i, a.ray, a.surface) >= 0.5f &&
+                               draw(uvec2(pixel, 9u), i, b.ray, b.surface) >= 0.5f;
+                EXPECT_NEAR(through, kCount / 4.0, 5.0 * std::sqrt(kCount * 3.0 / 16.0)) << pixel;
+            }
+        }
+}
+
 class IndependentSamplerTest : public SamplerTest {};
 
 INSTANTIATE_TEST_SUITE_P(Kinds, IndependentSamplerTest, ::testing::Values(SamplerKind::Pcg, SamplerKind::Tea),

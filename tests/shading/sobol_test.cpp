@@ -249,6 +249,18 @@ TEST(Sobol, OneDimensionalDrawsAreStratified) {
     }
 }
 
+TEST(Sobol, EachSurfaceStopsItsShareOfEveryBlockOfSamples) {
+    for (uint surface = 0; surface < 20; ++surface)
+        for (int k = 0; k <= 10; ++k) {
+            std::set<int> strata;
+            for (uint i = 3u << k; i < 4u << k; ++i) {
+                const Sampler rng = StartPixelSample(uvec2(5u, surface), i, 8u);
+                strata.insert(static_cast<int>(std::ldexp(AlphaDraw(AlphaSeed(rng, 2u), surface), k)));
+            }
+            ASSERT_EQ(strata.size(), size_t{1} << k) << surface;
+        }
+}
+
 TEST(Sobol, CoordinatesAreScrambledIndependently) {
     // How many of the 16 points of a net, one in each row and column of a 16 x 16 grid, lie on the diagonal:
     // one in the mean. Were both coordinates scrambled alike, the count would be the number of solutions of a
