@@ -44,8 +44,9 @@ uint32_t FrameDepth(const TraceSettings& settings) {
 }
 
 // What a program that samples lights has, whatever the lights are.
-constexpr uint32_t kLightSamplingFeatures = kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights |
-                                            kTraceLightProfiles | kTraceEnvironmentLight;
+constexpr uint32_t kLightSamplingFeatures = kTraceLightSampling | kTraceTriangleLights |
+                                            kTracePunctualLights | kTraceLightProfiles |
+                                            kTraceEnvironmentLight;
 
 // The shader features that lights and materials need; bits of kTraceFeatures.
 uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {

@@ -47,8 +47,8 @@ std::string KeyOf(DeviceScene& scene, const SceneIds& ids, const TracingChoice& 
         ids.hasOneWideLevel ? 1 : 2, ids.hasOneWideLevel ? "" : "s", SamplesOf(scene), TracingText(wanted));
 }
 
-// Where each sample has its own time, the host builds the tree over the instances for each. That takes as long
-// as own traversal saves in so many pixels on a CPU, and on a GPU in thousands.
+// Where each sample has its own time, the host builds the tree over the instances for each. For one that
+// takes as long as own traversal saves in so many pixels on a CPU, and on a GPU in thousands.
 constexpr uint64_t kPixelsPerMovedInstance = 8;
 
 bool SavesTime(DeviceScene& scene, bool isCpu) {

@@ -38,8 +38,8 @@ struct WideMesh {
 // Of the triangles that have an area: rounding might let rays hit others.
 RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
                                        std::span<const uint32_t> indices);
-// Builds the tree; none of triangles that reach farther than 1e18. One that would be deeper than kMaxMeshDepth
-// is built again, balanced. `maxThreads` as of BvhSettings.
+// Builds the tree; none of triangles that reach farther than 1e18. One that would be deeper than
+// kMaxMeshDepth is built again, balanced. `maxThreads` as of BvhSettings.
 RAYGRAPH_API void BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
 // Both.
 RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
