@@ -115,8 +115,8 @@ TEST_F(PreparedPipelines, FramesGoOnWithThePictureThatThereIs) {
         while (!Begin() && steady_clock::now() - start < std::chrono::minutes(2))
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
-    waitUntilThere();
     const uint32_t before = renderer.PipelineCount();
+    waitUntilThere();
     const std::vector<uint8_t> traced = Finish();
     EXPECT_GT(renderer.PipelineCount(), before);
     Renderer other(Device());
