@@ -42,7 +42,7 @@ std::vector<TracingTime> MeasureTracing(DeviceScene& scene, std::span<const Trac
 // On a CPU: the loop, by own traversal, which were faster wherever they have been measured
 // (docs/performance.md): compiling kernels to measure them takes longer than most pictures. Else what is
 // remembered for device, driver, version, shader features, number of pixels and size of the scene; if nothing
-// is, the fastest of a few, measured. With a shutter, where instances move in each sample, by the driver,
+// is, the fastest of a few, measured. With a shutter, as instances may move in each sample, by the driver,
 // unless the device is a CPU and instances are few.
 TracingChoice ChooseTracing(DeviceScene& scene, const TracingChoice& wanted, const ChoiceMemory& memory);
 

@@ -95,7 +95,7 @@ class Program {
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
     std::exception_ptr m_failure;           // of its thread, until EnsurePipeline reports it
-    std::future<ProgramPipeline> m_coming;  // its thread reads the members above but for the last three
+    std::future<ProgramPipeline> m_coming;  // its thread reads m_request, m_name and m_specialization
 };
 
 class ProgramCache {

@@ -26,7 +26,7 @@ bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentri
     float opacity = Opacity(geometry, material, triangle);
     // The two sides of a capsule are one primitive, but stop light independently
     uint number = instanceIndex * 0x9e3779b9u + primitive;
-    if (IsRound(instance) && isBack) number = MixBits(number);
+    if (IsRound(instance) && isBack) number = ~number;
     return AlphaDraw(alphaSeed, number) < opacity;
 }
 

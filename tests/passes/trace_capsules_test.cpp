@@ -193,7 +193,8 @@ TEST_F(TraceCapsules, Trace_BlendedSpheresPassTheirShareOfEachSide) {
         veil.isDoubleSided = isDoubleSided;
         scene::Mesh ball = RoundSphere(0.5f, 1, {0, 0, 2});
         ball.primitives[0].colors = {{1, 1, 1, 0.5f}};  // alpha 0.3 in all
-        scene::SceneData scene = SceneOf({QuadMesh(4.0f, 0), ball}, {Lambert(glm::vec3(0.5f)), veil});
+        // Instance 0 is the ball: the number that tells surfaces apart is 0 for its primitive
+        scene::SceneData scene = SceneOf({ball, QuadMesh(4.0f, 0)}, {Lambert(glm::vec3(0.5f)), veil});
         scene::Light sun;
         sun.type = scene::LightType::Directional;
         sun.intensity = 2.0f;

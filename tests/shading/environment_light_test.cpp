@@ -45,22 +45,42 @@ uint ChosenByDefinition(uint first, uint count, float u) {
     return entry;
 }
 
+// Even, so that entries end where slots do, but for three black rows, of which no light reaches the middle.
+image::ImageF BandedMap(uvec2 size) {
+    image::ImageF map{.width = size.x, .height = size.y, .rgba = {}};
+    for (uint32_t i = 0; i < 4 * size.x * size.y; ++i)
+        map.rgba.push_back(float((i / 4 / size.x + 1) / 3 != 1));
+    return map;
+}
+
+// The left half is 1. The right half is half of the mean, which is left to BSDF sampling, and 2^-10 to 2^-26
+// of that more: entries of all numbers of steps, from one on.
+image::ImageF BarelyAboveTheLevel(uvec2 size, std::mt19937& random) {
+    const image::ImageF exponents = RandomMap(size.x, size.y, random);
+    image::ImageF map = exponents;
+    float level = 0.3f;
+    for (int i = 0; i < 60; ++i) {  // the mean depends on the level
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x) {
+                const size_t at = 4 * (y * size.x + x);
+                const float above = std::exp2(-10.0f - 16.0f * exponents.rgba[at]);
+                for (size_t c = 0; c < 3; ++c)
+                    map.rgba[at + c] = 2 * x < size.x ? 1.0f : level + level * above;
+            }
+        level = 0.5f * BuildEnvironmentTable(map).meanRadiance.y;
+    }
+    return map;
+}
+
 TEST(EnvironmentLight, EachStepOfTheNumberChoosesTheEntryThatItsProbabilityCounts) {
     std::mt19937 random(18);
     for (const uvec2 size : {uvec2(1u, 1u), uvec2(16u, 8u), uvec2(7u, 5u), uvec2(301u, 3u), uvec2(13u, 6u)}) {
         testLights = {};
-        image::ImageF map = RandomMap(size.x, size.y, random);
-        // A sun, and half of the rest black. The last map is even, so that entries end where slots do, but for
-        // three black rows, of which no light reaches the middle
-        for (size_t i = 0; i < map.rgba.size(); i += 4)
-            for (size_t c = 0; c < 3; ++c)
-                if (size.x == 13u)
-                    map.rgba[i + c] = float((i / 4 / 13 + 1) / 3 != 1);
-                else
-                    map.rgba[i + c] *= i == 0 ? 1e6f : float(i / 4 % 16 < 8);
+        const image::ImageF map = size.x == 13u ? BandedMap(size) : BarelyAboveTheLevel(size, random);
         testLights.SetEnvironment(map, vec3(1.0f));
         testLights.Build();
-        const auto expectRow = [](uint first, uint count, float share) {
+        uint few = 0;  // entries of at most 64 steps
+        const auto expectRow = [&few](uint first, uint count, float share) {
             double sum = 0.0;
             for (uint i = 0; i < count; ++i) {
                 const float begin = i > 0u ? EnvironmentEntryAt(first + i - 1u).end : 0.0f;
@@ -68,6 +88,7 @@ TEST(EnvironmentLight, EachStepOfTheNumberChoosesTheEntryThatItsProbabilityCount
                 ASSERT_NEAR(EnvironmentEntryAt(first + i).probability, share * (end - begin),
                             1e-6f * share * (end - begin));
                 sum += double(end - begin);
+                few += end > begin && end - begin <= 0x1p-18f;
                 for (const float u : {begin, begin + 0x1p-24f, 0.5f * (begin + end), end - 0x1p-24f, end,
                                       float(i) / float(count), float(i + 1u) / float(count) - 0x1p-24f}) {
                     if (u < 0.0f || u > kOneMinusEpsilon) continue;
@@ -85,6 +106,9 @@ TEST(EnvironmentLight, EachStepOfTheNumberChoosesTheEntryThatItsProbabilityCount
             if (const float share = EnvironmentEntryAt(row).probability; share > 0.0f)
                 expectRow(size.y + row * size.x, size.x, share);
         if (HasFatalFailure()) return;
+        if (size.x != 1u && size.x != 13u) {
+            EXPECT_GT(few, 0u);
+        }
     }
 }
 

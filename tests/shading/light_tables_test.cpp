@@ -58,8 +58,9 @@ void SetTexel(image::ImageF& map, uint32_t x, uint32_t y, vec3 color) {
     for (int c = 0; c < 3; ++c) map.rgba[4 * (y * map.width + x) + size_t(c)] = color[c];
 }
 
-TEST(EnvironmentTable, WhereInterpolationLeavesBrightLightThereIsDensity) {
-    // One bright texel at the seam, in the top row, in the middle: its light reaches the cells around it
+TEST(EnvironmentTable, WhereInterpolationLeavesLightThereIsDensity) {
+    // One bright texel at the seam, in the top row, in the middle: its light reaches the cells around it, whose
+    // means are above half of that of the map
     for (const uvec2 bright : {uvec2(0u, 3u), uvec2(7u, 0u), uvec2(4u, 6u), uvec2(15u, 7u)}) {
         testLights = {};
         image::ImageF map = BlackMap(16, 8);
@@ -71,7 +72,7 @@ TEST(EnvironmentTable, WhereInterpolationLeavesBrightLightThereIsDensity) {
         for (int i = 0; i < 100'000; ++i) {
             const vec3 wi =
                 SampleUniformSphere(vec2(float(random() >> 8) * 0x1p-24f, float(random() >> 8) * 0x1p-24f));
-            const bool isLit = MaxComponent(EnvironmentRadiance(wi)) > 2e4f;
+            const bool isLit = MaxComponent(EnvironmentRadiance(wi)) > 0.0f;
             litCount += isLit;
             if (isLit) {
                 ASSERT_GT(EnvironmentLightPDF(LightSet(), wi), 0.0f);
