@@ -43,7 +43,14 @@ TEST(FrameInput, WhatComesLaterIsAddedAndWhatWasHeldHasHappened) {
     EXPECT_TRUE(input.isClosing);
 }
 
-class BusyTest : public EditorTest {};
+class BusyTest : public EditorTest {
+  protected:
+    void ShowPreviews() {
+        viewport::BudgetSettings budget = editor.Work().view.Budget();
+        budget.whilePreparing = viewport::PreparingView::Preview;
+        editor.Work().view.SetBudget(budget);
+    }
+};
 
 // F1 opens the help, and the window's button ends the editor: both come while no frame can begin.
 TEST_F(BusyTest, EventsAreTakenUntilAFrameCanBegin) {
@@ -122,9 +129,7 @@ TEST_F(BusyTest, PanelsAreDrawnWhilePipelinesAreMade) {
 
 // While the path tracer is being made there is a preview, which is not what the user wants to keep.
 TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
-    viewport::BudgetSettings budget = editor.Work().view.Budget();
-    budget.whilePreparing = viewport::PreparingView::Preview;
-    editor.Work().view.SetBudget(budget);
+    ShowPreviews();
     FrameInput input;
     input.extent = {320, 200};
     editor.SavePicture(folder / "picture.png");
@@ -144,9 +149,7 @@ TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
 // What is copied to the device comes with frames: none of them waits as those of a preview do, which leave
 // a CPU device to the compiler.
 TEST_F(BusyTest, FramesThatCopyAScene_AreNotHeldBackByAPreview) {
-    viewport::BudgetSettings budget = editor.Work().view.Budget();
-    budget.whilePreparing = viewport::PreparingView::Preview;
-    editor.Work().view.SetBudget(budget);
+    ShowPreviews();
     FrameInput input;
     input.extent = {320, 200};
     // The path tracer's pipeline is being made for the empty scene
