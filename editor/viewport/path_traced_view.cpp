@@ -115,6 +115,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
             return DeclareTraced(renderer, wide, settings, budget, limits);
         }
     }
+    m_programs.NoteUsed();
     return DeclareTraced(renderer, scene, settings, budget, limits);
 }
 

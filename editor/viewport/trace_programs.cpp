@@ -29,6 +29,7 @@ class DeclaredProgram {
 TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& scene,
                                             const passes::TraceSettings& settings, uint32_t samples,
                                             bool mayMake) {
+    if (!mayMake && !m_isUsed) return {};
     const uint32_t wanted = passes::TraceFeatures(scene, settings);
     const uint32_t more = m_features & ~wanted;
     const DeclaredProgram own(renderer, scene, settings, 0);
@@ -41,6 +42,7 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
         if (!isReady) return {isOtherThere, isOtherThere ? more : 0};
     }
     m_features = wanted;
+    m_isUsed = true;
     return {true, 0};
 }
 

@@ -23,8 +23,12 @@ class TracePrograms {
     Choice Choose(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                   uint32_t samples, bool mayMake);
 
+    // A frame uses one without asking.
+    void NoteUsed() { m_isUsed = true; }
+
   private:
     uint32_t m_features = 0;  // of the program that was used last
+    bool m_isUsed = false;    // else none is there: reading its shaders takes longer than a preview's do
 };
 
 }  // namespace raygraph::viewport
