@@ -1,6 +1,6 @@
 // What the entry point of a SPIR-V module uses: by the text of the functions that it calls, whatever their
-// branches depend on. One pass over the module, where SPIRV-Cross follows each call anew. Threads: pure
-// functions. For rhi/ alone.
+// branches depend on. Reads the module once; SPIRV-Cross reads a function again for each call of it. Threads:
+// pure functions. For rhi/ alone.
 #pragma once
 
 #include <cstdint>
