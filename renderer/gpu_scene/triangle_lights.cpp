@@ -10,8 +10,8 @@ namespace raygraph {
 
 namespace {
 
-// Squares of twice a triangle's area, as floats, stay finite and normal within these.
-constexpr float kMinAreaSquare = 1e-36f, kMaxAreaSquare = 1e36f;
+// Twice a triangle's area and its inverse are finite and normal floats within these.
+constexpr double kMinArea = 1e-36, kMaxArea = 1e36;
 
 // Of the rays that end anywhere on a triangle, whose record has the world's p0, e1 and e2. RayClearance is
 // convex in the point; the record adds roundings of its own.
@@ -25,10 +25,8 @@ float TriangleClearance(const Emitter& emitter, const glm::mat4x3& objectToWorld
     if (emitter.error > 0.0f)
         for (int axis = 0; axis < 3; ++axis) clearance += emitter.error * glm::length(objectToWorld[axis]);
     const glm::vec3 across = glm::cross(e1, e2);
-    const float length = glm::length(across);
     const glm::vec3 sizes = glm::abs(p0) + glm::abs(e1) + glm::abs(e2);
-    return clearance +
-           4.0f * gpu::kRoundoff * (length > 0.0f ? glm::dot(glm::abs(across), sizes) / length : 0.0f);
+    return clearance + 4.0f * gpu::kRoundoff * glm::dot(glm::abs(across), sizes) * gpu::InverseLength(across);
 }
 
 }  // namespace
@@ -58,11 +56,10 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
 }
 
 double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance) {
-    const glm::vec3 normal = glm::cross(light.e1, light.e2);
-    const float square = glm::dot(normal, normal);
-    if (!(square >= kMinAreaSquare && square <= kMaxAreaSquare)) return 0.0;
+    const double area = glm::length(glm::dvec3(glm::cross(light.e1, light.e2)));  // twice
+    if (!(area >= kMinArea && area <= kMaxArea)) return 0.0;
     const double sides = (light.flags & gpu::kLightDoubleSided) != 0 ? 2.0 : 1.0;
-    return sides * std::numbers::pi * 0.5 * std::sqrt(double{square}) * Luminance(meanRadiance);
+    return sides * std::numbers::pi * 0.5 * area * Luminance(meanRadiance);
 }
 
 }  // namespace raygraph

@@ -22,9 +22,7 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
 // Of a triangle with those edges, on its front, unit length; a sliver, which has no normal of its own, faces
 // the viewer.
 vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
-    vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float square = dot(ng, ng);
-    return square > 0.0f ? ng * inversesqrt(square) : wo;
+    return UnitOr(NormalToWorld(instance.objectToWorld, cross(e1, e2)), wo);
 }
 
 // The normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit length.
@@ -44,9 +42,7 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
         vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
         if (dot(bent, n) > 0.0f) n = bent;
     }
-    n = NormalToWorld(instance.objectToWorld, n);
-    float square = dot(n, n);
-    return square > 0.0f ? n * inversesqrt(square) : ng;
+    return UnitOr(NormalToWorld(instance.objectToWorld, n), ng);
 }
 
 vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
@@ -89,7 +85,7 @@ vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle tri
 vec3 TangentToWorld(InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 sides,
                     vec2 direction) {
     vec3 n = IsPresent(geometry.normals) ? InterpolateVec3(Vec3Stream(geometry.normals), triangle) : sides;
-    n *= inversesqrt(max(dot(n, n), 1e-30f));
+    n = UnitOr(n, vec3(0.0f));
     vec4 tangent = vec4(n.z, 0.0f, -n.x, 1.0f);
     if (IsPresent(geometry.tangents))
         tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
@@ -162,9 +158,10 @@ float UvArea(uvec2 stream, Triangle triangle) {
 void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
                    vec3 e1, vec3 e2, Ray ray, float t) {
     vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float area = length(normal);  // of the triangle, twice
-    if (!(area > 0.0f)) return;
-    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, dot(normal, ray.direction) / area) / area;
+    float inverse = InverseLength(normal);  // 1 / twice the triangle's area
+    if (inverse == 0.0f) return;
+    float cosine = dot(normal, ray.direction) * inverse;
+    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, cosine) * inverse;
     triangle.uvAreas = seen * vec2(UvArea(geometry.uv0, triangle), UvArea(geometry.uv1, triangle));
 }
 #endif
@@ -182,7 +179,8 @@ float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Tri
     }
     vec3 normal = cross(e1, e2);
     vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
-    float shrink = sqrt(dot(normal, normal) / max(dot(inWorld, inWorld), 1e-30f));  // of areas
+    float inverse = InverseLength(normal);
+    float shrink = inverse > 0.0f ? InverseLength(inWorld) / inverse : 0.0f;  // of areas
     return sqrt(shrink) * curvature;
 }
 
@@ -225,9 +223,9 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
     surface.fromInstance += mat3(instance.objectToWorld) * lift;
     surface.position = surface.fromInstance + surface.instanceOrigin;
     vec3 n = side * NormalToWorld(instance.objectToWorld, InterpolateVec3(normals, triangle));
-    float square = dot(n, n);
-    if (!(square > 0.0f)) return;
-    n = AdaptShadingNormal(n * inversesqrt(square), surface.geometricNormal, wo);
+    float inverse = InverseLength(n);
+    if (inverse == 0.0f) return;
+    n = AdaptShadingNormal(n * inverse, surface.geometricNormal, wo);
     surface.clearance /= max(dot(n, surface.geometricNormal), 0.1f);  // it was along the triangle's normal
     surface.geometricNormal = n;
     surface.shadingNormal = AdaptShadingNormal(surface.shadingNormal, surface.geometricNormal, wo);
