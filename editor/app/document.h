@@ -132,7 +132,7 @@ class Document {
     Edit Current(const Edit& of) const;
     // That no animation has another value in the place of one that was edited.
     void RequireShown(const Edit& edit) const;
-    // A node that has an inverse keeps one, where it or a node below places something.
+    // A node keeps its area where it or a node below places a mesh, and its inverse where one places a light.
     void RequirePlace(const TransformEdit& edit) const;
     // An edit of rest values: here, and what follows from it on the device. On an error nothing has changed.
     void Put(const Edit& edit, GpuScene& gpu);

@@ -8,6 +8,7 @@
 #include "renderer/gpu_scene/material_features.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/flat_transform.h"
 
 namespace raygraph {
 
@@ -161,13 +162,21 @@ void GpuScene::SetTransforms(std::span<const uint32_t> instances,
     if (instances.size() != objectToWorld.size())
         throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} transforms for {} instances",
                         objectToWorld.size(), instances.size());
+    std::vector<scene::PlacedTransform> solid;  // with a thickness, where some are flat
     for (size_t i = 0; i < instances.size(); ++i) {
         m_impl->RequireInstance(instances[i]);
         const scene::PlacedTransform& transform = objectToWorld[i];
-        if (scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
-        if (set.Transform(instances[i]) == transform) continue;  // a scene's may be flat
-        scene::CheckTransform(transform, Text("GpuScene: SetTransform: instance {}", instances[i]));
+        const bool isFlat = scene::IsFlat(transform.matrix);
+        if (!isFlat && scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
+        const scene::PlacedTransform shown =
+            scene::CheckedPlacement(transform, set.BoundsOf(set.MeshOf(instances[i])),
+                                    Text("GpuScene: SetTransform: instance {}", instances[i]));
+        if (solid.empty())
+            WithMemoryErrors("SetTransform",
+                             [&] { solid.assign(objectToWorld.begin(), objectToWorld.end()); });
+        solid[i] = shown;
     }
+    if (!solid.empty()) objectToWorld = solid;
     if (!WithMemoryErrors("SetTransform", [&] { return set.SetTransforms(instances, objectToWorld); }))
         return;
     ++m_impl->revisions.transforms;

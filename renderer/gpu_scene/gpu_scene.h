@@ -302,8 +302,8 @@ class RAYGRAPH_API GpuScene {
     void SetViewpoint(const glm::dvec3& eye);
 
     // Instance indices are those of SceneData::instances. The translation is PlacedTransform::Place, added in
-    // double; a plain matrix has no rest. Error{Usage} out of range, and for a transform that is not finite
-    // or has no inverse.
+    // double; a plain matrix has no rest. A flat one gets a thickness (renderer/scene/flat_transform.h).
+    // Error{Usage} out of range, and for a transform that is not finite or scales to nothing or to a line.
     void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
         SetTransforms({&instance, 1}, {&objectToWorld, 1});
     }
@@ -316,7 +316,7 @@ class RAYGRAPH_API GpuScene {
     void SetTransforms(std::span<const uint32_t> instances,
                        std::span<const scene::PlacedTransform> objectToWorld);
     bool HasInstance(uint32_t instance) const;  // not of one that was removed
-    // The current value: setting it again changes nothing.
+    // The current value, with its thickness if it is flat: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
     // --- Instances with Instance::isDeformed. Those that agree in mesh, skin and, with morph targets, node
     // share one deformed copy of the mesh. SetScene shows the pose that the scene has, in its nodes; from

@@ -126,9 +126,9 @@ uint32_t GpuScene::AddInstance(uint32_t mesh, const scene::PlacedTransform& obje
     if (!m_impl->IsShowable(mesh))
         throw MakeError(ErrorKind::Usage, "GpuScene: AddInstance: mesh {} is there as deformed copies alone",
                         mesh);
-    scene::CheckTransform(objectToWorld, "GpuScene: AddInstance");
-    return WithMemoryErrors("AddInstance",
-                            [&] { return m_impl->AddInstance(mesh, objectToWorld, isVisible); });
+    const scene::PlacedTransform shown =
+        scene::CheckedPlacement(objectToWorld, m_impl->instances->BoundsOf(mesh), "GpuScene: AddInstance");
+    return WithMemoryErrors("AddInstance", [&] { return m_impl->AddInstance(mesh, shown, isVisible); });
 }
 
 uint32_t GpuScene::AddMesh(scene::Mesh&& mesh) {

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/flat_transform.h"
 #include "renderer/scene/split_mesh.h"
 #include "renderer/scene/split_place.h"
 
@@ -174,10 +175,11 @@ void UpdateWorldTransforms(SceneData& scene) {
         if (instance.node != kNone) {
             const PlacedTransform placed = skin != kNone ? SkinFrame(transforms, scene.skins[skin])
                                                          : PlaceInstance(transforms[instance.node], instance);
-            instance.isCollapsed = instance.isCollapsed && !CanInvert(placed.matrix);
+            const std::optional<PlacedTransform> shown = WithThickness(scene, instance, placed);
+            instance.isCollapsed = instance.isCollapsed && !shown;
             if (!instance.isCollapsed) {
-                instance.objectToWorld = placed.matrix;
-                instance.translationRest = placed.rest;
+                instance.objectToWorld = shown.value_or(placed).matrix;
+                instance.translationRest = shown.value_or(placed).rest;
             }
         }
         const Bounds& shape = instance.isDeformed ? boxes.Of(instance, skin) : meshBounds[instance.mesh];
