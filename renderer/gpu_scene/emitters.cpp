@@ -172,6 +172,28 @@ std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::P
     return candidates;
 }
 
+bool EmitterFinder::MayEmit(const scene::Primitive& primitive) const {
+    return std::ranges::any_of(CandidatesOf(primitive), &Candidate::mayEmit);
+}
+
+bool IsAboutClosed(const scene::Mesh& mesh) {
+    constexpr double kAbout = 0.1;
+    glm::dvec3 sum(0.0);
+    double sizes = 0.0;
+    for (const scene::Primitive& primitive : mesh.primitives) {
+        if (primitive.IsRound()) continue;
+        for (size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+            const auto at = [&](size_t corner) {
+                return glm::dvec3(primitive.positions[primitive.indices[i + corner]]);
+            };
+            const glm::dvec3 area = glm::cross(at(1) - at(0), at(2) - at(0));
+            sum += area;
+            sizes += glm::length(area);
+        }
+    }
+    return glm::length(sum) <= kAbout * sizes;
+}
+
 glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Primitive& primitive,
                                      const uint32_t (&vertices)[3], uint32_t maxCuts) {
     const scene::TextureRef& reference = m_scene.materials[candidate.material].emissiveTexture;

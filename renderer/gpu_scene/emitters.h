@@ -35,10 +35,17 @@ struct FoundEmitters {
     std::vector<EmitterVariant> variants;
 };
 
+// Whether the areas of the mesh's triangles, as vectors along their normals, add up to less than a tenth of
+// their sizes: those of a closed mesh are 0 together.
+bool IsAboutClosed(const scene::Mesh& mesh);
+
 class EmitterFinder {
   public:
     // Refers to the materials, textures and images of `scene`, and to no mesh.
     explicit EmitterFinder(const scene::SceneData& scene);
+
+    // Whether Find may find some of the primitive's.
+    bool MayEmit(const scene::Primitive& primitive) const;
 
     // The triangles whose material, or that of a variant, emits, has an emissive texture, or may be made to
     // emit by an animation, except those

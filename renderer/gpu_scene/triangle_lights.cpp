@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "renderer/scene/flat_transform.h"
 #include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
@@ -37,6 +38,10 @@ double Luminance(const glm::vec3& color) {
     return 0.2126 * double{color.x} + 0.7152 * double{color.y} + 0.0722 * double{color.z};
 }
 
+bool IsBackInside(const Emitter& emitter, const glm::mat4x3& objectToWorld) {
+    return emitter.closedExtent.x >= 0.0f && scene::IsThin(objectToWorld, emitter.closedExtent);
+}
+
 gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const glm::mat4x3& objectToWorld) {
     const glm::dmat3 linear{glm::dvec3(objectToWorld[0]), glm::dvec3(objectToWorld[1]),
                             glm::dvec3(objectToWorld[2])};
@@ -44,11 +49,11 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
     const glm::vec3 e1 = linear * (glm::dvec3(emitter.p1) - glm::dvec3(emitter.p0));
     const glm::vec3 e2 = linear * (glm::dvec3(emitter.p2) - glm::dvec3(emitter.p0));
     const bool isMirrored = glm::determinant(glm::mat3(objectToWorld)) < 0.0f;
+    const bool isDoubleSided = emitter.isDoubleSided && !IsBackInside(emitter, objectToWorld);
     return {.p0 = p0,
             .kind = gpu::kLightTriangle,
             .e1 = e1,
-            .flags = (emitter.isDoubleSided ? gpu::kLightDoubleSided : 0u) |
-                     (isMirrored ? gpu::kLightMirrored : 0u),
+            .flags = (isDoubleSided ? gpu::kLightDoubleSided : 0u) | (isMirrored ? gpu::kLightMirrored : 0u),
             .e2 = e2,
             .instance = record,
             .primitive = emitter.primitive,

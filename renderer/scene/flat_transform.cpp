@@ -148,6 +148,17 @@ std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Insta
     return WithThickness(placed, mesh, IsPlacedMirrored(scene, instance));
 }
 
+bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent) {
+    constexpr double kAbout = 4.0;
+    const glm::dvec3 x = glm::dvec3(transform[0]) * double{extent.x},
+                     y = glm::dvec3(transform[1]) * double{extent.y},
+                     z = glm::dvec3(transform[2]) * double{extent.z};
+    const double area = std::max(
+        {glm::length(glm::cross(x, y)), glm::length(glm::cross(y, z)), glm::length(glm::cross(z, x))});
+    const double volume = std::abs(glm::dot(x, glm::cross(y, z)));
+    return volume <= kAbout * kFlatThickness * area * std::sqrt(area);
+}
+
 double MeanScale(const glm::mat4x3& transform) {
     const glm::dmat3 linear(transform);
     if (IsFlat(transform)) return std::sqrt(std::sqrt(SquareOf(Cofactors(linear))));

@@ -37,6 +37,9 @@ RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const PlacedTransform&
 RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Instance& instance,
                                                           const PlacedTransform& placed);
 
+// Whether a box of this extent (object space) is about as thin, once it is placed, as a flattened mesh is.
+RAYGRAPH_API bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent);
+
 // The factor by which the transform scales lengths on average over the directions that it does not squeeze:
 // the cube root of the volume of the unit cube's image; of a flat one, the square root of the greatest area
 // that the image of a unit square has.

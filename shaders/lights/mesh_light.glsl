@@ -74,6 +74,7 @@ INLINE LightRecord PlaceTriangle(LightRecord triangle, LightRecord mesh, mat4x3 
     placed.e1 = linear * triangle.e1;
     placed.e2 = linear * triangle.e2;
     placed.flags |= mesh.flags & kLightMirrored;
+    if ((mesh.flags & kLightOutward) != 0u) placed.flags &= ~kLightDoubleSided;
     placed.instance = mesh.instance;
     return placed;
 }

@@ -207,28 +207,44 @@ TEST_P(FlatNodes, TheFrontOfACardIsThatOfASmallScale) {
         }
 }
 
-// Radiance 2 times the form factor of a square of 1 m, 1 m above (trace_lights_test.cpp), and of a disc.
+// The form factors of a square of 1 m and of a disc, above the middle. Far away a shadow ray ends before the
+// thickness of what is flat.
 TEST_P(FlatNodes, FlatMeshesShineAsTheirPlanes) {
+    const auto square = [](double distance) {
+        const double slope = 0.5 / distance, side = slope / std::sqrt(1.0 + slope * slope);
+        return 4.0 / M_PI * side * std::atan(side);
+    };
+    const auto disc = [](double distance) { return 0.25 / (0.25 + distance * distance); };
     struct Lamp {
         const char* name;
         scene::Mesh mesh;
-        double formFactor;
+        std::function<double(double)> formFactor;
+        bool isShared = false;
     };
-    const double radius = 0.5;
-    const std::array lamps{Lamp{"card", QuadMesh(0.5f), 0.239456}, Lamp{"box", BoxMesh(0.5f), 0.239456},
-                           Lamp{"ball", SphereMesh(0.5f, 64), radius * radius / (radius * radius + 1.0)}};
+    // Of which the last one is placed twice, so that each placement is one light; the other one is out of sight
+    const std::array lamps{Lamp{"card", QuadMesh(0.5f), square}, Lamp{"box", BoxMesh(0.5f), square},
+                           Lamp{"ball", SphereMesh(0.5f, 24), disc},
+                           Lamp{"balls", SphereMesh(0.5f, 64), disc, true}};
     for (const Lamp& lamp : lamps)
-        for (const bool isDoubleSided : {false, true}) {
-            if (&lamp == &lamps[0] && !isDoubleSided) continue;  // it faces up
-            SCOPED_TRACE(lamp.name);
-            const glm::quat turn = glm::angleAxis(0.3f, vec3(0, 0, 1));
-            scene::SceneData scene = Under({Scaled(vec3(1), turn), Scaled({1, 1, 0})}, lamp.mesh,
-                                           Shining(vec3(2.0f), isDoubleSided), {0, 0, 1});
-            Add(scene, QuadMesh(0.001f), Lambert(vec3(1.0f)));
-            render.scene.SetScene(std::move(scene));
-            EXPECT_NEAR(LightOnWall(true, 64), 2.0 * lamp.formFactor, 0.005 * 2.0 * lamp.formFactor);
-            EXPECT_NEAR(LightOnWall(false, 128), 2.0 * lamp.formFactor, 0.02 * 2.0 * lamp.formFactor);
-        }
+        for (const float distance : {1.0f, 30.0f})
+            for (const bool isDoubleSided : {false, true}) {
+                if (&lamp == &lamps[0] && !isDoubleSided) continue;  // it faces up
+                SCOPED_TRACE(std::string(lamp.name) + (isDoubleSided ? ", both sides" : ""));
+                SCOPED_TRACE(distance);
+                const glm::quat turn = glm::angleAxis(0.3f, vec3(0, 0, 1));
+                scene::SceneData scene = Under({Scaled(vec3(1), turn), Scaled({1, 1, 0})}, lamp.mesh,
+                                               Shining(vec3(1.0f), isDoubleSided), {0, 0, distance});
+                if (lamp.isShared) {
+                    scene::Instance& other = scene.instances.emplace_back(scene.instances[0]);
+                    other.node = scene::kNone;
+                    other.objectToWorld[3].z = -5.0f;
+                }
+                Add(scene, QuadMesh(0.001f), Lambert(vec3(1.0f)));
+                render.scene.SetScene(std::move(scene));
+                const double expected = lamp.formFactor(double{distance});
+                EXPECT_NEAR(LightOnWall(true, lamp.isShared ? 256 : 64), expected, 0.01 * expected);
+                if (distance == 1.0f) EXPECT_NEAR(LightOnWall(false, 64), expected, 0.02 * expected);
+            }
 }
 
 // Into flatness, to a line, and out of it again; as a light, too.
