@@ -59,6 +59,13 @@ glm::mat4x3 Thickened(const glm::mat4x3& flat, const glm::dvec3& normal, const g
     return result;
 }
 
+// The sine of the angle between a unit vector and the nearest axis.
+double ObliquityOf(const glm::dvec3& unit) {
+    const glm::dvec3 sizes = glm::abs(unit);
+    const double cosine = std::max({sizes.x, sizes.y, sizes.z});
+    return std::sqrt(std::max(glm::dot(unit, unit) - cosine * cosine, 0.0));
+}
+
 // In the plane, the square root of the area of the box; `along` the squeezed direction, its extent.
 struct Sizes {
     double inPlane = 0.0, along = 0.0;
@@ -81,11 +88,10 @@ bool IsMirrored(const Node& node) {
     return (node.scale.x < 0.0f) != ((node.scale.y < 0.0f) != (node.scale.z < 0.0f));
 }
 
-// The product of the signs of all that places it, where 0 counts as positive.
-bool IsPlacedMirrored(const SceneData& scene, const Instance& instance) {
-    bool isMirrored = IsMirrored(instance.objectToNode);
-    for (uint32_t node = instance.node; node != kNone; node = scene.nodes[node].parent)
-        isMirrored ^= IsMirrored(scene.nodes[node]);
+// By the product of the signs of its scales and of those above it, where 0 counts as positive.
+bool IsMirroredAt(const SceneData& scene, uint32_t node) {
+    bool isMirrored = false;
+    for (; node != kNone; node = scene.nodes[node].parent) isMirrored ^= IsMirrored(scene.nodes[node]);
     return isMirrored;
 }
 
@@ -118,8 +124,14 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
     const glm::dvec3 normal = glm::normalize(cofactors[longest]);
     const glm::dvec3 squeezed = glm::normalize(normal * cofactors);
     const Sizes sizes = SizesOf(mesh, linear, squeezed);
-    const double most = kMostThickness * widths.s2;
-    const double wanted = sizes.along > 0.0 ? kFlatThickness * sizes.inPlane / sizes.along : most;
+    const double forRays = kObliqueThickness * ObliquityOf(squeezed);
+    const double most = std::max(kMostThickness, forRays) * widths.s2;
+    // Of a mesh that reaches far along what is squeezed, not so much that it would be seen
+    constexpr double kSeen = 4.0 * kObliqueThickness;
+    const double size = sizes.along > 0.0 ? sizes.inPlane / sizes.along : 1.0;
+    const double wanted = sizes.along > 0.0
+                              ? std::max(kFlatThickness * size, std::min(forRays * widths.s2, kSeen * size))
+                              : most;
     // As thick as it takes to tell its sides; a mesh without area in the plane stays as thin as that
     const double thickness = std::clamp(wanted, kLeastRatio * widths.s1, most);
     const double side = isMirrored ? -1.0 : 1.0;
@@ -145,7 +157,13 @@ std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Insta
     if (!IsFlat(placed.matrix)) return WithThickness(placed, {});
     Bounds mesh;
     for (const Primitive& primitive : scene.meshes[instance.mesh].primitives) mesh.Extend(primitive.bounds);
-    return WithThickness(placed, mesh, IsPlacedMirrored(scene, instance));
+    return WithThickness(placed, mesh,
+                         IsMirrored(instance.objectToNode) != IsMirroredAt(scene, instance.node));
+}
+
+PlacedTransform WithDirections(const SceneData& scene, uint32_t node, const PlacedTransform& nodeToWorld) {
+    if (!IsFlat(nodeToWorld.matrix)) return nodeToWorld;
+    return WithThickness(nodeToWorld, {}, IsMirroredAt(scene, node)).value_or(nodeToWorld);
 }
 
 bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent) {

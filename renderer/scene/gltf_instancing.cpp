@@ -68,7 +68,8 @@ std::vector<glm::quat> ReadRotations(GltfContext& context, AccessorReader& reade
     return rotations;
 }
 
-// A scale of 0 becomes so small a positive one that the matrix tells which side is the front and nothing else.
+// A scale of 0 becomes so small a positive one that the matrix tells which side is the front, and nothing
+// else.
 glm::vec3 AwayFromZero(glm::vec3 scale) {
     for (int i = 0; i < 3; ++i)
         if (scale[i] == 0.0f) scale[i] = std::numeric_limits<float>::min();

@@ -275,7 +275,7 @@ void PoseApplier::MoveInstances(SceneData& scene) {
 void PoseApplier::MoveCamerasAndLights(SceneData& scene) {
     const auto move = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
         if (!IsIn(m_isMoved, node)) return false;
-        const PlacedTransform& placed = m_nodeToWorld[node];
+        const PlacedTransform placed = WithDirections(scene, node, m_nodeToWorld[node]);
         if (!IsFinite(placed.matrix) || !IsFinite(placed.rest)) return false;
         if (placed == PlacedTransform{matrix, rest}) return false;
         matrix = placed.matrix;

@@ -159,8 +159,9 @@ void UpdateWorldTransforms(SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
         if (node == kNone) return;
-        matrix = transforms[node].matrix;
-        rest = transforms[node].rest;
+        const PlacedTransform placed = WithDirections(scene, node, transforms[node]);
+        matrix = placed.matrix;
+        rest = placed.rest;
     };
     std::vector<Bounds> meshBounds(scene.meshes.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
