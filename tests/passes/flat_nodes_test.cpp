@@ -271,7 +271,8 @@ TEST_P(FlatNodes, FlatMeshesShineAsTheirPlanes) {
                 render.scene.SetScene(std::move(scene));
                 const double expected = lamp.formFactor(double{distance});
                 EXPECT_NEAR(LightOnWall(true, lamp.isShared ? 256 : 64), expected, 0.01 * expected);
-                if (distance == 1.0f) EXPECT_NEAR(LightOnWall(false, 64), expected, 0.02 * expected);
+                if (distance > 1.0f) continue;  // chance finds none there
+                EXPECT_NEAR(LightOnWall(false, 64), expected, 0.02 * expected);
             }
 }
 
