@@ -199,12 +199,13 @@ uint32_t GpuScene::Impl::AddMesh(const HostMesh& mesh) {
     group.bounds = mesh.bounds;
     uploaded.records.push_back({.normals = AddressOf(mesh.normals),
                                 .tangents = AddressOf(mesh.tangents),
+                                .frameTurns = 0,
                                 .uv0 = AddressOf(mesh.uv0),
                                 .uv1 = AddressOf(mesh.uv1),
                                 .colors = AddressOf(mesh.colors),
                                 .primitives = 0,
                                 .material = mesh.material,
-                                .padding = 0});
+                                .tangentSet = gpu::kTangentsOfAllMaps});
     group.hostBlas = mesh.blas;
     if (mesh.blas == 0) {
         rhi::BlasDesc blas;
