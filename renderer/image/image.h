@@ -82,7 +82,9 @@ struct Environment {
 // Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part, scan
 // lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in the
 // file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes 0
-// with a warning. The EXR data window is the picture; the display window is ignored.
+// with a warning. The picture is the EXR's display window: black where the data window is smaller, cut off
+// where it is larger; with an envmap attribute it is the data window. Other chromaticities than those of Rec.
+// 709 are converted to these, white to white.
 RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
                                          const DecodeLimits& limits = kEnvironmentLimits);
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,

@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +57,10 @@ Bytes MakeExr(const ExrDesc& desc, std::span<const std::vector<float>> planes) {
     EXPECT_EQ(planes.size(), desc.channels.size());
     const auto width = static_cast<int>(desc.width), height = static_cast<int>(desc.height);
     const Imath::Box2i window({desc.minX, desc.minY}, {desc.minX + width - 1, desc.minY + height - 1});
-    Imf::Header header(Imath::Box2i({0, 0}, {width - 1, height - 1}), window);
+    const Imath::Box2i ownSize({0, 0}, {width - 1, height - 1});
+    Imf::Header header(desc.picture.isEmpty() ? ownSize : desc.picture, window);
+    if (desc.chromaticities) Imf::addChromaticities(header, *desc.chromaticities);
+    if (desc.envmap) Imf::addEnvmap(header, *desc.envmap);
     header.compression() = desc.compression;
     Imf::FrameBuffer frame;
     std::vector<std::vector<char>> data;
