@@ -90,6 +90,9 @@ std::vector<Seed> ImageSeeds() {
         {"gray.jpg", test::MakeJpeg(test::JpegKind::Gray, kWidth, kHeight,
                                     std::span(pattern.rgba).first(kWidth * kHeight))},
         {"progressive.jpg", test::MakeJpeg(test::JpegKind::ProgressiveRgb, kWidth, kHeight, rgb)},
+        {"scans.jpg", test::MakeJpeg(test::JpegKind::RgbInThreeScans, kWidth, kHeight, rgb)},
+        {"restarted.jpg", test::MakeJpeg(test::JpegKind::RestartedRgb, kWidth, kHeight, rgb)},
+        {"arithmetic.jpg", test::MakeJpeg(test::JpegKind::ArithmeticRgb, kWidth, kHeight, rgb)},
         {"plain_cmyk.jpg", test::MakeJpeg(test::JpegKind::PlainCmyk, kWidth, kHeight, pattern.rgba)},
         {"adobe_cmyk.jpg", test::MakeJpeg(test::JpegKind::AdobeCmyk, kWidth, kHeight, pattern.rgba)},
         {"lossless.webp", test::MakeLosslessWebp(pattern)},
@@ -108,6 +111,14 @@ std::vector<Seed> ImageSeeds() {
                                   std::span(pattern.rgba).first(64))},
     };
     std::ranges::move(Ktx2Seeds(), std::back_inserter(seeds));
+    // Without their ends
+    for (size_t i = 0, count = seeds.size(); i < count; ++i) {
+        const bool isPng = seeds[i].name.ends_with(".png");
+        if (!isPng && !seeds[i].name.ends_with(".jpg")) continue;
+        Seed cutOff{"cut_off_" + seeds[i].name, seeds[i].bytes};
+        cutOff.bytes.resize(cutOff.bytes.size() - (isPng ? 12 : 2));
+        seeds.push_back(std::move(cutOff));
+    }
     return seeds;
 }
 

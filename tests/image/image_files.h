@@ -39,7 +39,16 @@ struct PngDesc {
 // `rows` as PNG packs them, without filter bytes.
 Bytes MakePng(const PngDesc& desc, std::span<const uint8_t> rows);
 
-enum class JpegKind { Gray, Rgb, ProgressiveRgb, PlainCmyk, AdobeCmyk };
+enum class JpegKind {
+    Gray,
+    Rgb,
+    ProgressiveRgb,
+    RgbInThreeScans,
+    RestartedRgb,
+    ArithmeticRgb,
+    PlainCmyk,
+    AdobeCmyk
+};
 // `texels` of 1, 3 or 4 bytes; quality 100, no chroma subsampling.
 Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const uint8_t> texels);
 
