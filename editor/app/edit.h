@@ -20,6 +20,7 @@ struct EditOptions {
     std::filesystem::path scene;                // "": opens empty
     std::string variant = {};                   // of it, by name or index; "": none
     std::string camera = {};                    // to look through first, as of scene::ChooseView
+    std::filesystem::path root = {};            // of this and all later files: scene::LoadOptions::root
     std::filesystem::path environment = {};     // map to open, .hdr or .exr; "": none
     std::optional<viewport::View> view = {};    // none: as it was left, or path-traced
     std::optional<passes::View> surface = {};   // likewise, of View::Surface

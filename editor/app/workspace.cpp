@@ -31,7 +31,7 @@ void Workspace::Open(const std::filesystem::path& file, const std::string& varia
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file, variant, pointsAndLines, choice)) Say("another scene is being loaded");
+    if (!loader.Start(file, variant, pointsAndLines, choice, root)) Say("another scene is being loaded");
 }
 
 template <typename Change>

@@ -124,6 +124,7 @@ class Workspace {
     SceneLoader loader;
     Timeline timeline;                                 // of the document's scene
     scene::PointsAndLines pointsAndLines;              // radii of those of scenes that are opened
+    std::filesystem::path root;                        // of such scenes: scene::LoadOptions::root
     std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // in it

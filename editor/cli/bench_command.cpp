@@ -163,6 +163,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
+                                                   .root = arguments.root,
                                                    .environment = arguments.environment,
                                                    .log = log});
     RequireMapFor(arguments.given, input);

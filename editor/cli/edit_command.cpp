@@ -24,6 +24,7 @@ void EditCommand(const EditArguments& arguments, Console& console) {
     editor::RunEditor({.scene = arguments.scene,
                        .variant = arguments.variant,
                        .camera = settings.camera,
+                       .root = arguments.root,
                        .environment = arguments.environment,
                        .view = view ? std::optional(view->view) : std::nullopt,
                        .surface = view ? view->surface : std::nullopt,

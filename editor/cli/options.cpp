@@ -143,6 +143,12 @@ void AddProgress(CLI::App& app, OutputArguments& arguments) {
     SetChoices(*option, {kTexts.begin(), kTexts.end()});
 }
 
+void AddRoot(CLI::App& app, std::filesystem::path& root) {
+    AddPath(app, "--root", "FOLDER",
+            "Folder below which the scene may name files, too, besides its own: for ../textures/wood.png",
+            root);
+}
+
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
     AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
 }

@@ -151,6 +151,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                    .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
+                                                   .root = arguments.root,
                                                    .environment = arguments.environment,
                                                    .log = log,
                                                    .progress = [&](std::string_view stage, float fraction) {

@@ -208,8 +208,12 @@ bool HasVisibleLight(const SceneData& scene) {
 bool HasEmission(const SceneData& scene) {
     const std::vector<bool> isVisible = VisibleNodes(scene);
     std::vector<bool> isEmitting(scene.materials.size());
-    for (size_t i = 0; i < scene.materials.size(); ++i)
-        isEmitting[i] = scene.materials[i].EmittedRadiance() != glm::vec3(0.0f);
+    for (size_t i = 0; i < scene.materials.size(); ++i) {
+        const Material& material = scene.materials[i];
+        const glm::vec3 emitted =
+            material.isUnlit ? glm::vec3(material.baseColorFactor) : material.EmittedRadiance();
+        isEmitting[i] = emitted != glm::vec3(0.0f);
+    }
     return std::ranges::any_of(scene.instances, [&](const Instance& instance) {
         if (!IsVisible(isVisible, instance)) return false;
         return std::ranges::any_of(scene.meshes[instance.mesh].primitives,

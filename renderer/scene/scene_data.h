@@ -375,7 +375,7 @@ inline bool IsVisible(const std::vector<bool>& visibleNodes, const Instance& ins
     return !instance.isCollapsed && IsVisible(visibleNodes, instance.node);
 }
 
-// True if some placed and visible surface emits light.
+// True if some placed and visible surface emits light; what is unlit emits its base color.
 RAYGRAPH_API bool HasEmission(const SceneData& scene);
 // True if some light is visible.
 RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);

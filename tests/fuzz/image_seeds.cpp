@@ -156,17 +156,15 @@ std::vector<Seed> EnvironmentSeeds() {
                                                 .type = Imf::UINT},
                                                std::span(planes).first(2))});
     // Parts of pictures: with a frame of black, beyond all sides, and outside of it
-    for (const Imath::Box2i& picture :
-         {Imath::Box2i({-3, -2}, {20, 9}), Imath::Box2i({2, 1}, {3, 3}), Imath::Box2i({50, 50}, {60, 60})})
-        seeds.push_back({"part" + std::to_string(picture.max.x) + ".exr",
+    for (const std::array<int, 4>& picture : {std::array{-3, -2, 20, 9}, {2, 1, 3, 3}, {50, 50, 60, 60}})
+        seeds.push_back({"part" + std::to_string(picture[2]) + ".exr",
                          test::MakeExr({.width = kWidth, .height = kHeight, .picture = picture}, planes)});
-    const Imf::Chromaticities aces({0.7347f, 0.2653f}, {0.0f, 1.0f}, {0.0001f, -0.077f},
-                                   {0.32168f, 0.33767f});
-    seeds.push_back(
-        {"aces.exr",
-         test::MakeExr(
-             {.width = kWidth, .height = kHeight, .chromaticities = aces, .envmap = Imf::ENVMAP_LATLONG},
-             planes)});
+    seeds.push_back({"aces.exr", test::MakeExr({.width = kWidth,
+                                                .height = kHeight,
+                                                .chromaticities = {{0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f,
+                                                                    -0.077f, 0.32168f, 0.33767f}},
+                                                .envmap = 0},
+                                               planes)});
     return seeds;
 }
 

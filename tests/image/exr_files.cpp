@@ -58,9 +58,13 @@ Bytes MakeExr(const ExrDesc& desc, std::span<const std::vector<float>> planes) {
     const auto width = static_cast<int>(desc.width), height = static_cast<int>(desc.height);
     const Imath::Box2i window({desc.minX, desc.minY}, {desc.minX + width - 1, desc.minY + height - 1});
     const Imath::Box2i ownSize({0, 0}, {width - 1, height - 1});
-    Imf::Header header(desc.picture.isEmpty() ? ownSize : desc.picture, window);
-    if (desc.chromaticities) Imf::addChromaticities(header, *desc.chromaticities);
-    if (desc.envmap) Imf::addEnvmap(header, *desc.envmap);
+    Imf::Header header(ownSize, window);
+    if (const auto& box = desc.picture)
+        header.displayWindow() = Imath::Box2i({(*box)[0], (*box)[1]}, {(*box)[2], (*box)[3]});
+    if (const auto& xy = desc.chromaticities)
+        Imf::addChromaticities(
+            header, {{(*xy)[0], (*xy)[1]}, {(*xy)[2], (*xy)[3]}, {(*xy)[4], (*xy)[5]}, {(*xy)[6], (*xy)[7]}});
+    if (desc.envmap) Imf::addEnvmap(header, static_cast<Imf::Envmap>(*desc.envmap));
     header.compression() = desc.compression;
     Imf::FrameBuffer frame;
     std::vector<std::vector<char>> data;

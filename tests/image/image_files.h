@@ -1,12 +1,10 @@
 // Small picture files made in memory by the reference libraries, to be read back by renderer/image.
 #pragma once
 
-#include <Imath/ImathBox.h>
-#include <OpenEXR/ImfChromaticities.h>
 #include <OpenEXR/ImfCompression.h>
-#include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfPixelType.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -67,10 +65,10 @@ struct ExrDesc {
     Imf::Compression compression = Imf::ZIP_COMPRESSION;
     uint32_t tileSize = 0;  // 0: scan lines.
     int sampling = 1;       // Of the last channel.
-    // The display window; empty: as large as the data window, from (0, 0) on.
-    Imath::Box2i picture = {};
-    std::optional<Imf::Chromaticities> chromaticities = {};
-    std::optional<Imf::Envmap> envmap = {};
+    // The first and the last pixel of the display window; none: as large as the data window, from (0, 0) on.
+    std::optional<std::array<int, 4>> picture = {};
+    std::optional<std::array<float, 8>> chromaticities = {};  // x and y of red, green, blue and white.
+    std::optional<int> envmap = {};                           // An Imf::Envmap.
 };
 // Channel c has the values planes[c], rows from the top (every sampling-th of the last one's if subsampled).
 Bytes MakeExr(const ExrDesc& desc, std::span<const std::vector<float>> planes);
