@@ -62,6 +62,9 @@ class Workspace {
     void Open(const std::filesystem::path& file, const std::string& variant = {},
               const std::string& choice = {});
     void RemoveEnvironmentMap();
+    // What lights the open scene, and scenes that are opened, where there is no map: what each brings along,
+    // or the studio as this says.
+    void UseLight(DefaultLight light);
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
     // Whether the open scene brings along an environment, which is shown where there is no file.
@@ -158,6 +161,10 @@ class Workspace {
         image::Environment map;
         std::string hash;
     };
+    EnvironmentSettings SceneEnvironment() const {
+        return {.radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = m_defaultLight};
+    }
+    DefaultLight m_defaultLight = DefaultLight::Auto;
     std::filesystem::path m_environmentFile, m_loadingEnvironment;
     std::string m_environmentHash;
     std::future<LoadedEnvironment> m_environment;  // being loaded

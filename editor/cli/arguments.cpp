@@ -129,7 +129,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
         app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
-    AddSettings(*edit, arguments.given, {"camera", "texture-budget"});
+    AddSettings(*edit, arguments.given, {"camera", "light", "texture-budget"});
     AddEnvironment(*edit, arguments.environment);
     std::vector<std::string> names = EditViewNames();
     const std::vector<std::string_view> views(names.begin(), names.end());
@@ -203,6 +203,7 @@ void CheckEdit(const EditArguments& arguments) {
         Refuse("--variant is one of a scene: it needs a FILE");
     if (arguments.scene.empty() && arguments.given.contains("camera"))
         Refuse("--camera looks at a scene: it needs a FILE");
+    CheckEnvironment(arguments.given, !arguments.environment.empty());
 }
 
 std::string OneLine(std::string text) {
@@ -249,6 +250,7 @@ std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
 PictureSettings BenchDefaults() {
     PictureSettings settings;
     settings.paths.biases.maxDepth = 16;
+    settings.light = DefaultLight::None;
     return settings;
 }
 

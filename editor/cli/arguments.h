@@ -118,6 +118,8 @@ struct EditArguments : OutputArguments {
 };
 
 // As for a render, but for the depth: a few long paths in a bright scene would decide how long a frame takes.
+// And scenes are timed in their own light alone: the studio would be another picture than the one of results
+// that are stored.
 PictureSettings BenchDefaults();
 
 // --help and --version: a text for stdout, and nothing else to do.

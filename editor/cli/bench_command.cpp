@@ -165,7 +165,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .pointsAndLines = settings.pointsAndLines,
                                                    .environment = arguments.environment,
                                                    .log = log});
-    RequireMapFor(arguments.given, input);
+    RequireMapFor(arguments.given, input, settings.light);
     const std::unique_ptr<rhi::Device> device =
         OpenDevice({.select = arguments.device, .capturesStatistics = arguments.isListingPipelines}, log);
     if (arguments.isTraversal) {

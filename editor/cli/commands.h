@@ -9,8 +9,9 @@
 
 namespace raygraph::cli {
 
-// Error{Usage} for options of an environment map where neither --env nor the scene has one.
-void RequireMapFor(const SettingTexts& given, const SceneInput& input);
+// Error{Usage} for options of an environment map where neither --env nor the scene has one, and `light`, as
+// it was decided, is not the studio.
+void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light);
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png. In a group
 // of processes each calls it with the same arguments, and the root writes. Returns TryAgain if it was asked
 // to end by SIGTERM or SIGUSR2.

@@ -25,6 +25,7 @@ void EditCommand(const EditArguments& arguments, Console& console) {
                        .variant = arguments.variant,
                        .camera = settings.camera,
                        .environment = arguments.environment,
+                       .light = settings.light,
                        .view = view ? std::optional(view->view) : std::nullopt,
                        .surface = view ? view->surface : std::nullopt,
                        .pointsAndLines = arguments.pointsAndLines,

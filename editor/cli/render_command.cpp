@@ -15,6 +15,7 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/render_job.h"
 #include "editor/cli/rendering.h"
+#include "editor/session/default_light.h"
 #include "editor/session/parse.h"
 #include "renderer/image/exr_threads.h"
 
@@ -30,7 +31,8 @@ void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& inp
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
     const auto& background = job.settings.background;
     const bool hasSky =
-        background ? *background != std::array<float, 3>{} : input.data.environment.IsPresent();
+        background ? *background != std::array<float, 3>{}
+                   : input.data.environment.IsPresent() || job.settings.light == DefaultLight::Studio;
     if (!hasSky && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
         log.Warn(input.file +
                  ": nothing emits light, the picture will be black; give --env FILE or "
@@ -117,8 +119,9 @@ RenderJob SharedJob(const RenderArguments& arguments, const Log& log, ProcessGro
 
 }  // namespace
 
-void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
+void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light) {
     if (!input.environmentFile.empty() || input.data.environment.IsPresent()) return;
+    if (light == DefaultLight::Studio) return;
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option))
             throw MakeError(ErrorKind::Usage, "--{} is of a map: it needs --env; {} has none", option,
@@ -157,7 +160,10 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                        progress.ShowLoading(stage, fraction);
                                                    }});
     threads.reset();
-    if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input);
+    settings.light = ChooseLight(input, settings, pictures.Resumed(), group);
+    if (settings.light == DefaultLight::Studio)
+        Say(log, LogLevel::Info, log_category::kScene, "{} is lit by the built-in studio", input.file);
+    if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input, settings.light);
     WarnOfDarkness(console.log, job, input);
     const std::vector<std::unique_ptr<rhi::Device>> devices = OpenDevices(arguments, group, log);
     std::vector<rhi::Device*> used;

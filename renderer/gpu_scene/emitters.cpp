@@ -148,12 +148,16 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
     return glm::max(sum / float(cuts * cuts), glm::vec3(kMinMean));
 }
 
-EmitterFinder::EmitterFinder(const scene::SceneData& scene)
-    : m_scene(scene), m_isAnimated(scene.materials.size()) {
+std::vector<bool> AnimatedEmission(const scene::SceneData& scene) {
+    std::vector<bool> isAnimated(scene.materials.size());
     for (const scene::Animation& animation : scene.animations)
         for (const scene::AnimationChannel& channel : animation.channels)
-            if (IsEmission(channel.target)) m_isAnimated[channel.target.object] = true;
+            if (IsEmission(channel.target)) isAnimated[channel.target.object] = true;
+    return isAnimated;
 }
+
+EmitterFinder::EmitterFinder(const scene::SceneData& scene)
+    : m_scene(scene), m_isAnimated(AnimatedEmission(scene)) {}
 
 std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::Primitive& primitive) const {
     std::vector<uint32_t> materials{primitive.material};
@@ -185,7 +189,7 @@ glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Pr
 }
 
 FoundEmitters EmitterFinder::Find(const GroupTriangles& triangles,
-                                  std::span<scene::Primitive* const> primitives, bool isDoubleSided) {
+                                  std::span<const scene::Primitive* const> primitives, bool isDoubleSided) {
     FoundEmitters found;
     std::vector<std::vector<Candidate>> candidatesOf;  // by primitive; none: it never emits
     bool isSomeEmitting = false;

@@ -35,6 +35,9 @@ struct FoundEmitters {
     std::vector<EmitterVariant> variants;
 };
 
+// By material: whether an animation changes how much it emits.
+std::vector<bool> AnimatedEmission(const scene::SceneData& scene);
+
 class EmitterFinder {
   public:
     // Refers to the materials, textures and images of `scene`, and to no mesh.
@@ -44,7 +47,7 @@ class EmitterFinder {
     // emit by an animation, except those
     // whose part of the texture is black. Positions and indices are taken from `triangles`, the rest from
     // `primitives`. Linear in triangles and, a few times over, in the texels they cover.
-    FoundEmitters Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
+    FoundEmitters Find(const GroupTriangles& triangles, std::span<const scene::Primitive* const> primitives,
                        bool isDoubleSided);
 
   private:

@@ -108,6 +108,7 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
         builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
     });
     ObjectOwners newOwners;
+    newOwners.meshes.Reset(data.meshes.size());
     newOwners.instances.Reset(data.instances.size());
     newOwners.materials.Reset(data.materials.size());
     newOwners.lights.Reset(data.lights.size());
@@ -138,6 +139,8 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     changedHostMeshes.clear();
     hostPlacements.clear();
     owners = std::move(newOwners);
+    lightSources = {};
+    lightSources.isScene = content.hasOwnLight;
     origin = newOrigin;
     originTurns = {};
     hasUnbuiltBlases = areAddressesDue = true;
@@ -276,6 +279,12 @@ void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
 
 const EnvironmentSettings& GpuScene::Environment() const {
     return m_impl->environment;
+}
+
+EnvironmentSettings GpuScene::ShownEnvironment() const {
+    EnvironmentSettings shown = m_impl->environment;
+    shown.defaultLight = m_impl->ShownDefault();
+    return shown;
 }
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {

@@ -12,6 +12,7 @@
 #include "renderer/gpu_scene/alpha_bounds.h"
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/material_records.h"
+#include "renderer/gpu_scene/own_light.h"
 #include "renderer/gpu_scene/scene_content.h"
 #include "renderer/scene/check.h"
 
@@ -76,6 +77,8 @@ PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& set
 
 void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& settings) {
     m_content = std::make_unique<SceneContent>();
+    m_content->hasOwnLight = settings.measuresLight ? HasOwnLight(data, settings.maxThreads)
+                                                    : !data.lights.empty() || scene::HasEmission(data);
     if (std::ranges::any_of(data.instances, &scene::Instance::isDeformed)) m_content->deform.emplace(data);
     m_content->data = std::move(data);
     try {

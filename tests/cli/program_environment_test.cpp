@@ -52,7 +52,7 @@ TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
     const ProgramResult resumed = RunProgram(folder, "render triangle.gltf --resume a.exr --spp 2 --quiet");
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").radiance[0], 0.0f);
-    const ProgramResult refused = RunProgram(folder, "render plain.gltf --env-tint 1,1,1");
+    const ProgramResult refused = RunProgram(folder, "render plain.gltf --light none --env-tint 1,1,1");
     EXPECT_EQ(refused.exitCode, 2);
     EXPECT_NE(refused.messages.find("--env-tint is of a map: it needs --env; plain.gltf has none"),
               std::string::npos)

@@ -297,7 +297,7 @@ TEST(ProgramRender, DarknessIsWarnedOfUnlessThereIsLight) {
     const test::TemporaryFolder folder;
     std::ofstream(folder / "triangle.gltf") << kTriangle;
     const std::string line = "render triangle.gltf --size 8x8 --spp 1 -o a.exr";
-    const ProgramResult dark = RunProgram(folder, line);
+    const ProgramResult dark = RunProgram(folder, line + " --light none");
     EXPECT_EQ(dark.exitCode, 0) << dark.messages;
     EXPECT_NE(dark.messages.find("nothing emits light"), std::string::npos) << dark.messages;
 
