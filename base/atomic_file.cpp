@@ -85,6 +85,11 @@ void AtomicFile::Fail(const char* what, const std::error_code& error) const {
     throw MakeError(ErrorKind::Io, "{}: {}: {}", m_target.string(), what, error.message());
 }
 
+void AtomicFile::FailToWrite(const std::error_code& error) {
+    if (!m_writeError) m_writeError = error;
+    Fail("cannot write", error);
+}
+
 std::FILE* AtomicFile::Stream() const {
     RG_CHECK(m_file != nullptr);
     return m_file->Stream();
@@ -92,10 +97,7 @@ std::FILE* AtomicFile::Stream() const {
 
 void AtomicFile::Write(std::span<const std::byte> bytes) {
     errno = 0;
-    if (std::fwrite(bytes.data(), 1, bytes.size(), Stream()) != bytes.size()) {
-        m_isWriteFailed = true;
-        Fail("cannot write", LastError());
-    }
+    if (std::fwrite(bytes.data(), 1, bytes.size(), Stream()) != bytes.size()) FailToWrite(LastError());
 }
 
 uint64_t AtomicFile::Position() const {
@@ -109,14 +111,13 @@ void AtomicFile::Seek(uint64_t position) {
     // Seeking writes out what is buffered, so it fails as a write does.
     std::error_code error;
     os::Seek(Stream(), position, error);
-    if (!error) return;
-    m_isWriteFailed = true;
-    Fail("cannot write", error);
+    if (error) FailToWrite(error);
 }
 
 void AtomicFile::Commit() {
     errno = 0;
-    if (m_isWriteFailed || std::ferror(Stream()) != 0) Fail("cannot write", LastError());
+    if (m_writeError) Fail("cannot write", m_writeError);
+    if (std::ferror(Stream()) != 0) Fail("cannot write", LastError());
     std::error_code error;
     m_file->Close(error);
     if (error) Fail("cannot write", error);

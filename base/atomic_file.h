@@ -20,13 +20,13 @@ class NewFile;
 }
 
 // Collects what is written in a new file, which Commit() puts in the place of `target`. Until then the target
-// is as it was, and nothing is left where the object ends, or the process is killed, before that. A target that
-// is a symbolic link is followed; an existing target's permissions are kept.
+// is as it was, and nothing is left where the object ends, or the process is killed, before that. A target
+// that is a symbolic link is followed; an existing target's permissions are kept.
 //
 // The constructor fails where Commit() would, but for a disk that is full by then: one that only makes sure
-// of that leaves no trace. A target that cannot be replaced but written to (WhyInPlace) is written in place by
-// Commit(), and so are devices and pipes; a folder is refused. Every failure is Error{Io} naming the target
-// and the system's reason. One object is for one thread at a time.
+// of that leaves no trace. A target that cannot be replaced but written to (WhyInPlace) is written in place
+// by Commit(), and so are devices and pipes; a folder is refused. Every failure is Error{Io} naming the
+// target and the system's reason. One object is for one thread at a time.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -52,12 +52,14 @@ class RAYGRAPH_API AtomicFile {
 
   private:
     [[noreturn]] void Fail(const char* what, const std::error_code& error) const;
+    [[noreturn]] void FailToWrite(const std::error_code& error);
     void FollowLinks();
     void OpenToReplace();
 
     std::filesystem::path m_target;
     std::unique_ptr<os::NewFile> m_file;  // It is null after Commit.
-    bool m_isInPlace = false, m_isWriteFailed = false;
+    bool m_isInPlace = false;
+    std::error_code m_writeError;  // of the first write that failed
     std::string m_whyInPlace;
 };
 

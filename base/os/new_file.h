@@ -1,5 +1,5 @@
-// New files that take the place of others at once, for base/atomic_file.h, which other code should use. Nothing
-// here throws: failures are error codes. Threads: one object is for one thread at a time.
+// New files that take the place of others at once, for base/atomic_file.h, which other code should use.
+// Nothing here throws: failures are error codes. Threads: one object is for one thread at a time.
 #pragma once
 
 #include <cstdio>
@@ -11,9 +11,10 @@
 namespace raygraph::os {
 
 // An empty file for writing and reading, which nobody else sees until Publish. It has no name where the file
-// system allows that, so that a killed process leaves nothing. Elsewhere its name begins with ".raygraph-" and
-// the file is locked while it is written; the next process that makes a NewFile in the folder removes files
-// whose lock is free. Those of another computer, whose locks may not be seen here, must be a day old for that.
+// system allows that, so that a killed process leaves nothing. Elsewhere its name begins with ".raygraph-"
+// and the file is locked while it is written; the next process that makes a NewFile in the folder removes
+// files whose lock is free. Those of another computer, whose locks may not be seen here, must be a day old
+// for that.
 class NewFile {
   public:
     // `folder`: "" is the current one. `permissions` take the place of the defaults of new files, if they can
@@ -31,8 +32,8 @@ class NewFile {
     void Close(std::error_code& error);
     // Both after Close. Gives the file a name in its folder, in place of whatever has it.
     void Publish(const std::filesystem::path& name, std::error_code& error);
-    // Copies the content into a regular file, which is created if there is none, a device or a pipe that has a
-    // reader. A regular file has a part of the content until this returns, and where this fails.
+    // Copies the content into a regular file, which is created if there is none, a device or a pipe that has
+    // a reader. A regular file has a part of the content until this returns, and where this fails.
     void CopyTo(const std::filesystem::path& target, std::error_code& error) const;
 
   private:

@@ -6,9 +6,9 @@
 namespace raygraph::os {
 
 // Notes signals instead of letting them end the process at once, so that a render can write its samples:
-// SIGINT (Ctrl-C); to end, SIGTERM, SIGUSR2, by which clusters say that a job is about to be ended, SIGHUP of a
-// closed terminal and SIGXCPU of a limit on processor time; SIGUSR1, by which clusters ask it to save. A second
-// SIGINT ends the process as usual. One that the process was started to ignore, as by nohup or in the
+// SIGINT (Ctrl-C); to end, SIGTERM, SIGUSR2, by which clusters say that a job is about to be ended, SIGHUP of
+// a closed terminal and SIGXCPU of a limit on processor time; SIGUSR1, by which clusters ask it to save. A
+// second SIGINT ends the process as usual. One that the process was started to ignore, as by nohup or in the
 // background of a script, stays ignored. One object at a time.
 class SignalWatch {
   public:

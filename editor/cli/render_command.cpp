@@ -1,4 +1,5 @@
 // raygraph render: from the command line to the files.
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -57,8 +58,9 @@ class Pictures {
                                 ? std::move(m_job.resumed)
                                 : ResumedFor(m_arguments, Current().name, m_console.log.ForLibraries());
                 isComplete = m_arguments.checkpointMinutes && m_resumed &&
-                             IsComplete(m_resumed->render,
-                                        {.samples = m_job.samplesWanted, .relativeError = m_arguments.error});
+                             IsComplete(m_resumed->render, {.samples = m_job.samplesWanted,
+                                                            .relativeError = m_arguments.error}) &&
+                             HasAllFiles();
             }
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
             if (!isComplete) return true;
@@ -77,17 +79,22 @@ class Pictures {
 
   private:
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
-    // Files that were asked for only now are not made of it.
-    void SayComplete() {
-        const std::string resumed = m_resumed->path.string();
+    // The render was written first. Files that are older, or were asked for only now, are of fewer samples.
+    bool HasAllFiles() const {
+        const auto writtenAt = [](const std::filesystem::path& file) {
+            std::error_code error;
+            const auto time = std::filesystem::last_write_time(file, error);
+            return error ? std::filesystem::file_time_type::min() : time;
+        };
+        const std::vector<std::filesystem::path> outputs = FilesOf(m_arguments, Current().name).outputs;
+        return std::ranges::all_of(outputs, [&](const std::filesystem::path& output) {
+            return writtenAt(output) >= writtenAt(m_resumed->path);
+        });
+    }
+    void SayComplete() const {
         if (!m_arguments.isQuiet)
-            PrintLine(
-                Text("{} is complete: {} samples a pixel", resumed, SampleCount(m_resumed->render.samples)));
-        std::error_code ignored;
-        for (const std::filesystem::path& output : FilesOf(m_arguments, Current().name).outputs)
-            if (!std::filesystem::exists(output, ignored))
-                m_console.log.Warn(Text("{} is not written: {} is complete, and nothing is rendered",
-                                        output.string(), resumed));
+            PrintLine(Text("{} is complete: {} samples a pixel", m_resumed->path.string(),
+                           SampleCount(m_resumed->render.samples)));
     }
 
     const RenderArguments& m_arguments;
@@ -100,12 +107,13 @@ class Pictures {
 };
 
 // The root's job, for all.
-RenderJob SharedJob(const RenderArguments& arguments, const Log& log, ProcessGroup* group) {
+RenderJob SharedJob(const RenderArguments& arguments, Console& console, ProcessGroup* group) {
+    const Log log = console.log.ForLibraries();
     if (group == nullptr) return PlanJob(arguments, log);
     RenderJob job;
     std::string text;
     if (group->IsRoot()) {
-        CheckWritable(FilesOf(arguments));
+        CheckWritable(FilesOf(arguments), console.log);
         job = PlanJob(arguments, log);
         text = JobText(job);
     }
@@ -135,9 +143,9 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     }
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
-    if (group == nullptr) CheckWritable(FilesOf(arguments));
+    if (group == nullptr) CheckWritable(FilesOf(arguments), console.log);
     const Log log = console.log.ForLibraries();
-    RenderJob job = SharedJob(arguments, log, group);
+    RenderJob job = SharedJob(arguments, console, group);
     Pictures pictures(arguments, job, console, group);
     if (!pictures.FindNext()) return ExitCode::Done;
     PictureSettings& settings = job.settings;
@@ -191,7 +199,8 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (rendering.IsStopped() && pictures.Left() > 0)
         console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));
     const bool isUnfinished = rendering.IsCutShort() || pictures.Left() > 0;
-    return rendering.IsTerminated() && isUnfinished ? ExitCode::TryAgain : ExitCode::Done;
+    if (rendering.IsTerminated() && isUnfinished && rendering.IsSaved()) return ExitCode::TryAgain;
+    return rendering.Result();
 }
 
 }  // namespace raygraph::cli

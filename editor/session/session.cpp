@@ -243,17 +243,20 @@ RunSummary Session::Impl::Run(const StopRule& rule,
         return shared.IsRoot() && rule.seconds && watch.Seconds() >= *rule.seconds ? End::Late
                                                                                    : End::Complete;
     };
-    for (bool isDone = false; !isDone;) {
+    const auto isComplete = [&] {
+        const uint32_t samples = shared.SampleCount();
+        return (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
+               samples == MostSamples();
+    };
+    for (bool isDone = before > 0 && isComplete(); !isDone;) {
         const End end = shared.RenderTo(NextPause(rule, goal), progress && canEstimateError, tick);
         const uint32_t samples = shared.SampleCount();
         if (goal.IsMeasuringAt(samples) && !goal.IsReachedAt(samples)) {
             described.measuredError = shared.MeasureError();
             goal.Measured(*described.measuredError);
         }
-        const bool isComplete = (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
-                                samples == MostSamples();
-        isDone = end != End::Complete || isComplete;
-        summary.wasStopped = end == End::Stopped && !isComplete;
+        isDone = end != End::Complete || isComplete();
+        summary.wasStopped = end == End::Stopped && !isComplete();
     }
     summary.seconds = watch.Seconds();
     if (const uint32_t fresh = shared.SampleCount() - before; doneAtFirst > 0 && fresh > doneAtFirst)

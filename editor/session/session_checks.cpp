@@ -109,7 +109,7 @@ void RequireRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bo
         Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
     if (rule.seconds && !std::isfinite(*rule.seconds))
         Refuse(Text("a run of {} seconds has no end", *rule.seconds));
-    if (rule.samples && *rule.samples <= before)
+    if (rule.samples && *rule.samples < std::max(before, 1u))
         Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
     const uint64_t wanted = std::max<uint64_t>(uint64_t{before} + 1, rule.samples.value_or(1));
     if (wanted > std::numeric_limits<uint32_t>::max()) Refuse("there are as many samples as can be counted");

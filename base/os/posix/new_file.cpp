@@ -32,7 +32,8 @@ std::error_code LastError() {
     return {errno, std::generic_category()};
 }
 
-// It is the same for all containers of a computer, and another one after each start; "" where it is not known.
+// It is the same for all containers of a computer, and another one after each start; "" where it is not
+// known.
 const std::string& StartOfThisComputer() {
     static const std::string id = [] {
         std::array<char, 36> text{};
@@ -59,8 +60,8 @@ bool IsSameFile(const struct stat& a, const struct stat& b) {
     return a.st_dev == b.st_dev && a.st_ino == b.st_ino;
 }
 
-// Takes the lock that a living writer holds. The name is looked at once more, because another process may have
-// removed the file in between; nobody does so while the lock is held.
+// Takes the lock that a living writer holds. The name is looked at once more, because another process may
+// have removed the file in between; nobody does so while the lock is held.
 void RemoveIfAbandoned(int folder, const char* name) {
     const int descriptor = openat(folder, name, O_RDWR | O_NOFOLLOW | kQuietly);
     if (descriptor < 0) return;
@@ -226,7 +227,8 @@ std::error_code RefusalToReplace(const std::filesystem::path& file) {
 std::error_code RefusalToWrite(const std::filesystem::path& file) {
     struct stat status {};
     if (stat(file.c_str(), &status) != 0) return LastError();
-    // The reader of a pipe would take the end of this for the end of the content, and a device may do anything
+    // The reader of a pipe would take the end of this for the end of the content, and a device may do
+    // anything
     if (!S_ISREG(status.st_mode))
         return faccessat(AT_FDCWD, file.c_str(), W_OK, AT_EACCESS) == 0 ? std::error_code() : LastError();
     const int descriptor = open(file.c_str(), O_WRONLY | kQuietly);
