@@ -6,7 +6,6 @@
 
 #include <cerrno>
 #include <cstdarg>
-#include <cstdio>
 
 namespace {
 
@@ -35,11 +34,18 @@ FailingFiles::~FailingFiles() {
 
 }  // namespace raygraph::testing
 
-// In place of the C library's, also for libraries that are loaded with the program.
+// In place of the C library's, also for libraries that are loaded with the program. They have its symbols and names of
+// their own, because its headers may declare more than functions.
 #pragma GCC visibility push(default)
 extern "C" {
+int ReplacedOpenat(int folder, const char* path, int flags, ...) __asm__("openat");
+int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* to,
+                   int flags) __asm__("linkat");
+int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) __asm__("renameat");
+}
+#pragma GCC visibility pop
 
-int openat(int folder, const char* path, int flags, ...) {
+int ReplacedOpenat(int folder, const char* path, int flags, ...) {
     va_list arguments;
     va_start(arguments, flags);
     const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0;
@@ -48,12 +54,10 @@ int openat(int folder, const char* path, int flags, ...) {
     return CallUnless(isNameless ? failing.openNameless : 0, SYS_openat, folder, path, flags, mode);
 }
 
-int linkat(int fromFolder, const char* from, int toFolder, const char* to, int flags) noexcept {
+int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* to, int flags) {
     return CallUnless(failing.linkat, SYS_linkat, fromFolder, from, toFolder, to, flags);
 }
 
-int renameat(int fromFolder, const char* from, int toFolder, const char* to) noexcept {
+int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) {
     return CallUnless(failing.renameat, SYS_renameat2, fromFolder, from, toFolder, to, 0);
 }
-}
-#pragma GCC visibility pop
