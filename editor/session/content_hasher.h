@@ -120,7 +120,11 @@ class ContentHasher {
     void Add(const scene::ImageData& image) {
         const auto& [name, width, height, rgba, blocks, lowestAlpha] = image;
         AddAll(width, height, rgba);
-        if (!blocks.IsEmpty()) Add(blocks.levels);
+        if (!blocks.IsEmpty()) Add(blocks);
+    }
+    void Add(const image::BlockLevels& blocks) {
+        const auto& [coding, levels] = blocks;
+        AddAll(coding, levels);
     }
     void Add(const scene::Node& node) {
         const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible,

@@ -26,6 +26,7 @@ struct State {
     PFN_vkWaitSemaphores wait = nullptr;
     PFN_vkGetPhysicalDeviceFormatProperties2 formats = nullptr;
     PFN_vkCreateBuffer createBuffer = nullptr;
+    PFN_vkCreateSampler createSampler = nullptr;
     PFN_vkResetCommandPool resetPool = nullptr;
     PFN_vkCmdPipelineBarrier2 barrier = nullptr;
     PFN_vkGetAccelerationStructureBuildSizesKHR buildSizes = nullptr;
@@ -123,6 +124,12 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateBuffer(VkDevice device, const VkBufferCreat
     int32_t& left = activeState->lies.buffersBeforeFailure;
     if (left >= 0 && left-- == 0) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
     return activeState->createBuffer(device, info, allocation, buffer);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL CreateSampler(VkDevice device, const VkSamplerCreateInfo* info,
+                                             const VkAllocationCallbacks* allocator, VkSampler* sampler) {
+    ++activeState->lies.samplers;
+    return activeState->createSampler(device, info, allocator, sampler);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL ResetPool(VkDevice device, VkCommandPool pool, VkCommandPoolResetFlags flags) {
@@ -319,6 +326,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     if (std::strcmp(name, "vkWaitSemaphores") == 0) return Replaced(real, activeState->wait, Wait);
     if (std::strcmp(name, "vkCreateBuffer") == 0)
         return Replaced(real, activeState->createBuffer, CreateBuffer);
+    if (std::strcmp(name, "vkCreateSampler") == 0)
+        return Replaced(real, activeState->createSampler, CreateSampler);
     if (std::strcmp(name, "vkResetCommandPool") == 0)
         return Replaced(real, activeState->resetPool, ResetPool);
     if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Replaced(real, activeState->barrier, Barrier);
