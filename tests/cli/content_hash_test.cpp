@@ -22,7 +22,7 @@ SceneData OneOfEach() {
     primitive.indices = {0, 1, 2};
     scene.materials.resize(1);
     scene.textures.resize(1);
-    scene.images.push_back({"", 1, 1, {1, 2, 3, 4}});
+    scene.images.push_back({"", 1, 1, {1, 2, 3, 4}, {image::BlockCoding::Bc1, {{std::byte{1}}}}});
     scene.nodes.resize(1);
     scene.nodeOrder = {0};
     scene.instances.resize(1);
@@ -88,6 +88,9 @@ void Change(TextureRef& value) {
 }
 void Change(Sampler& value) {
     Change(value.wrapU);
+}
+void Change(image::BlockLevels& value) {
+    value.levels.emplace_back();
 }
 void Change(EnvironmentLight& value) {
     Change(value.map.rgba[0]);
@@ -166,8 +169,12 @@ auto FieldsOf(Texture& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(ImageData& s) {
-    auto& [name, a, b, c, blocks, lowestAlpha] = s;
-    return std::tie(a, b, c);
+    auto& [name, a, b, c, d, lowestAlpha] = s;
+    return std::tie(a, b, c, d);
+}
+auto FieldsOf(image::BlockLevels& s) {
+    auto& [a, b] = s;
+    return std::tie(a, b);
 }
 auto FieldsOf(Node& s) {
     auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
@@ -233,6 +240,7 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("texture", [](SceneData& s) -> Texture& { return s.textures[0]; });
     ExpectEachChangeSeen("sampler", [](SceneData& s) -> Sampler& { return s.textures[0].sampler; });
     ExpectEachChangeSeen("image", [](SceneData& s) -> ImageData& { return s.images[0]; });
+    ExpectEachChangeSeen("blocks", [](SceneData& s) -> image::BlockLevels& { return s.images[0].blocks; });
     ExpectEachChangeSeen("node", [](SceneData& s) -> Node& { return s.nodes[0]; });
     ExpectEachChangeSeen("instance", [](SceneData& s) -> Instance& { return s.instances[0]; });
     ExpectEachChangeSeen("camera", [](SceneData& s) -> Camera& { return s.cameras[0]; });
@@ -322,6 +330,7 @@ TEST(ContentHash, KnowsWhoseValueItIs) {
 TEST(ContentHash, IsTheOneOfEarlierVersions) {
     SceneData scene = OneOfEach();
     scene.profiles.clear();  // A scene without them is hashed as before there were any.
+    scene.images[0].blocks = {};
     scene.environment = {};
     scene.skins.clear();  // Nor did anything move.
     scene.animations.clear();
