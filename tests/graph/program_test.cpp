@@ -33,6 +33,7 @@ class ProgramRequests : public testing::VulkanTest {
     };
 
     ProgramRequests() {
+        m_plain.kind = PassKind::Raster;
         m_plain.rayGen = m_plain.compute = m_plain.vertex = m_plain.fragment = m_one;
         m_plain.miss.fill(m_one);
         m_plain.hitSets.push_back({});

@@ -40,6 +40,7 @@ struct State {
     PFN_vkAllocateMemory allocateMemory = nullptr;
     PFN_vkCreateDevice createDevice = nullptr;
     PFN_vkCreateComputePipelines createCompute = nullptr;
+    PFN_vkCreateRayTracingPipelinesKHR createRayTracing = nullptr;
     std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
     // The real memory types: what they are, and which of them all resources asked about so far can use.
     VkPhysicalDeviceMemoryProperties realMemory{};
@@ -130,6 +131,16 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateSampler(VkDevice device, const VkSamplerCre
                                              const VkAllocationCallbacks* allocator, VkSampler* sampler) {
     ++activeState->lies.samplers;
     return activeState->createSampler(device, info, allocator, sampler);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL CreateRayTracing(VkDevice device, VkDeferredOperationKHR operation,
+                                                VkPipelineCache cache, uint32_t count,
+                                                const VkRayTracingPipelineCreateInfoKHR* infos,
+                                                const VkAllocationCallbacks* allocator,
+                                                VkPipeline* pipelines) {
+    if (const std::shared_future<void> before = activeState->lies.beforeRayTracing; before.valid())
+        before.wait();
+    return activeState->createRayTracing(device, operation, cache, count, infos, allocator, pipelines);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL ResetPool(VkDevice device, VkCommandPool pool, VkCommandPoolResetFlags flags) {
@@ -342,6 +353,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
         if (is("vkGetPipelineExecutableStatisticsKHR"))
             return reinterpret_cast<PFN_vkVoidFunction>(Statistics);
     }
+    if (is("vkCreateRayTracingPipelinesKHR"))
+        return Replaced(real, activeState->createRayTracing, CreateRayTracing);
     if (is("vkAllocateMemory")) return Replaced(real, activeState->allocateMemory, AllocateMemory);
     if (is("vkGetBufferMemoryRequirements2"))
         return Replaced(real, activeState->bufferRequirements, BufferRequirements);
