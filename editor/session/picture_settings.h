@@ -50,7 +50,7 @@ struct PictureSettings {
     float aperture = 0.0f;                 // lens radius, meters; 0: a pinhole
     float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};
-    passes::RasterSettings raster{};
+    passes::RasterSettings raster{};  // of which only the shadows are recorded: no option has the others
     passes::Traversal traversal = passes::Traversal::Auto;
     float environmentRotation = 0.0f;                        // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map

@@ -84,10 +84,6 @@ void RequireReadable(const PictureSettings& settings) {
     if (reread.lightGroups != settings.lightGroups)
         throw SettingError(ErrorKind::Usage, Text("light-group: {}: a pattern holds a comma or a semicolon",
                                                   Printable(ToText(settings.lightGroups))));
-    if (reread.raster != settings.raster)
-        throw SettingError(ErrorKind::Usage,
-                           "shadows: the other settings of raster views are not recorded "
-                           "with a render, so they have to be at their defaults");
 }
 
 std::string FirstFlaw(const RenderFile& render) {

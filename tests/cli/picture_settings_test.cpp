@@ -109,7 +109,7 @@ auto FieldsOf(PictureSettings& settings) {
     auto& [kind, start, survival] = roulette;
     auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
     auto& [formKind, steps] = form;
-    // What is refused where it is not at its default
+    // What no option changes is not recorded
     auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels] = raster;
     return std::tuple(size, crop, Number(view), camera, scene, variant, at, clips, shutter, points, lines,
                       aperture, focusDistance, Number(sampler), seed, Number(brdf), Number(distribution),

@@ -204,10 +204,6 @@ TEST_F(SessionTest, SettingsThatNoTextGivesAreRefused) {
     expectRefused([](PictureSettings& s) { s.aperture = -1.0f; }, "aperture: ");
     expectRefused([](PictureSettings& s) { s.lightGroups = {{"rest", {"Light"}}}; }, "light-group: ");
     expectRefused([](PictureSettings& s) { s.lightGroups = {{"lamps", {"a,b"}}}; }, "light-group: ");
-    expectRefused([](PictureSettings& s) { s.raster.shadowAtlasSize = 64; }, "shadows: ");
-    expectRefused([](PictureSettings& s) { s.raster.hasOcclusion = false; }, "shadows: ");
-    expectRefused([](PictureSettings& s) { s.raster.hasTransmission = false; }, "shadows: ");
-    expectRefused([](PictureSettings& s) { s.raster.hasTextureLevels = false; }, "shadows: ");
 }
 
 TEST_F(SessionTest, RunsThatCannotEndAreRefused) {
