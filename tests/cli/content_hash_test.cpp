@@ -14,6 +14,7 @@ namespace {
 
 using namespace scene;
 
+// With a value of all that is hashed only where it is not at its default.
 SceneData OneOfEach() {
     SceneData scene;
     scene.meshes.resize(1);
@@ -33,6 +34,10 @@ SceneData OneOfEach() {
     primitive.influences = {1, {0, 0, 0}, {1, 1, 1}, {}};
     primitive.targets.resize(1);
     primitive.hasFlatNormals = true;
+    scene.materials[0].transmissionTexture = {.texture = 0, .texCoord = 1, .transform = {.rotation = 1.0f}};
+    scene.nodes[0].skin = 0;
+    scene.nodes[0].weights = {0.5f};
+    scene.lights[0].profile = 0;
     scene.skins.push_back({"", {0}, {glm::mat4x3(1.0f)}});
     Animation& animation = scene.animations.emplace_back();
     animation.samplers.push_back({Interpolation::Linear, 1, {0}, {1}});
@@ -336,6 +341,8 @@ TEST(ContentHash, IsTheOneOfEarlierVersions) {
     scene.animations.clear();
     scene.meshes[0].primitives[0].influences = {};
     scene.meshes[0].primitives[0].targets.clear();
+    scene.nodes.assign(1, {});
+    scene.lights.assign(1, {});
     Material& material = scene.materials[0];
     material.baseColorFactor = {0.01f, 0.02f, 0.03f, 0.04f};
     material.metallicFactor = 0.05f;
