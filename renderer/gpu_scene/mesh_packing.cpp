@@ -91,6 +91,11 @@ void RestoreOriginals(std::span<const Piece> pieces, std::span<const uint32_t> g
     }
 }
 
+uint32_t TangentSetOf(const scene::Primitive& primitive) {
+    if (primitive.tangentTexCoord == scene::kNone) return gpu::kTangentsOfAllMaps;
+    return primitive.tangentTexCoord == 1 ? gpu::kTangentsOfSecondSet : gpu::kTangentsOfFirstSet;
+}
+
 // Empties the pieces.
 PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const MeshUse& use,
                       EmitterFinder& finder) {
@@ -133,12 +138,13 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
         result.records.push_back({
             .normals = packer.Append(primitive->normals),
             .tangents = packer.Append(primitive->tangents),
+            .frameTurns = packer.Append(primitive->frameTurns),
             .uv0 = packer.Append(primitive->uv0),
             .uv1 = packer.Append(primitive->uv1),
             .colors = packer.Append(primitive->colors),
             .primitives = originals,
             .material = primitive->material,
-            .padding = 0,
+            .tangentSet = TangentSetOf(*primitive),
         });
         *primitive = {};
     }
@@ -192,7 +198,15 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
     result.name = mesh.name.empty() ? "mesh" : mesh.name;
     result.use = use;
     std::vector<GroupPart> parts;
-    for (const scene::Primitive& primitive : mesh.primitives) parts.push_back(PartOf(primitive, materials));
+    bool shinesFromBothSides = false;
+    scene::Bounds bounds;
+    for (const scene::Primitive& primitive : mesh.primitives) {
+        parts.push_back(PartOf(primitive, materials));
+        bounds.Extend(primitive.bounds);
+        shinesFromBothSides |=
+            !KindOf({&parts.back(), 1}, materials.records).isBackCulled && finder.MayEmit(primitive);
+    }
+    const bool isClosed = shinesFromBothSides && IsAboutClosed(mesh);
     for (const GroupKind& kind : AllGroupKinds()) {
         std::vector<Piece> pieces;
         for (size_t i = 0; i < parts.size(); ++i) {
@@ -206,6 +220,9 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
             const size_t count = CountWithin(std::span(pieces).subspan(first), limits);
             result.groups.push_back(PackGroup(std::span(pieces).subspan(first, count), kind, use, finder));
             first += count;
+            if (!isClosed) continue;
+            for (Emitter& emitter : result.groups.back().emitters.emitters)
+                emitter.closedExtent = bounds.max - bounds.min;
         }
     }
     return result;

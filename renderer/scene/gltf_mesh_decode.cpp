@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "base/text.h"
@@ -8,17 +9,48 @@
 #include "renderer/scene/gltf_morphs.h"
 #include "renderer/scene/gltf_radii.h"
 #include "renderer/scene/gltf_skins.h"
+#include "renderer/scene/material_fields.h"
 #include "renderer/scene/tangents.h"
 
 namespace raygraph::scene {
 namespace {
 
+// What the materials read that a primitive is shown with.
+struct VertexUse {
+    std::array<bool, 2> texCoords{};
+    bool tangents = false;
+};
+
+void AddUse(const Material& material, const PrimitiveLayout& layout, VertexUse& use) {
+    ForEachShownTexture(material, [&](const TextureRef& texture) {
+        use.texCoords[static_cast<size_t>(texture.texCoord)] = true;
+    });
+    const std::vector<TextureRef> maps = material.DirectionalTextures();
+    if (maps.empty()) return;
+    use.tangents = true;
+    if (layout.Has(Attribute::Tangent) && layout.Has(Attribute::Normal)) return;
+    // Tangents are made along these coordinates.
+    for (const TextureRef& map : maps) use.texCoords[static_cast<size_t>(map.texCoord)] = true;
+}
+
+// The same elements, of which no picture depends on any unless they are read.
+ElementSelection UsedIf(bool isRead, ElementSelection elements) {
+    static const std::vector<uint32_t> none;
+    if (!isRead) elements.used = &none;
+    return elements;
+}
+
 class PrimitiveDecoder {
   public:
-    // `material`: what tangents are for.
+    // `maps` are what tangents are for.
     PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
-                     const Material& material, const JointLimit& joints)
-        : m_context(context), m_reader(reader), m_layout(layout), m_material(material), m_joints(joints) {}
+                     std::vector<TextureRef> maps, const VertexUse& use, const JointLimit& joints)
+        : m_context(context),
+          m_reader(reader),
+          m_layout(layout),
+          m_maps(std::move(maps)),
+          m_use(use),
+          m_joints(joints) {}
 
     Primitive Decode() {
         if (m_layout.mode < PrimitiveMode::Triangles) return DecodeRound();
@@ -40,15 +72,17 @@ class PrimitiveDecoder {
             chosen = CompactVertices(primitive.indices);
         }
         const bool readsAll = !makesNormals && chosen.empty();
-        const ElementSelection vertices = readsAll ? ElementSelection{m_layout.vertexCount}
-                                                   : ElementSelection{chosen.size(), chosen.data()};
+        const ElementSelection vertices =
+            readsAll ? ElementSelection{.count = m_layout.vertexCount, .used = &primitive.indices}
+                     : ElementSelection{chosen.size(), chosen.data()};
 
         ReadStreams(primitive, vertices);
         primitive.hasFlatNormals = makesNormals;
         if (m_joints.skin != kNone)
             primitive.influences =
                 DecodeInfluences(m_context, m_reader, m_layout, vertices, m_joints, m_decoded.attributes);
-        primitive.targets = DecodeTargets(m_context, m_reader, m_layout, vertices);
+        primitive.targets =
+            DecodeTargets(m_context, m_reader, m_layout, vertices, UsedIf(m_use.tangents, vertices));
         if (makesNormals) {
             m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
             primitive.normals = FlatNormals(primitive.positions);
@@ -56,7 +90,7 @@ class PrimitiveDecoder {
             primitive.normals = Stream<glm::vec3>(Attribute::Normal, vertices);
             const size_t lost = NormalizeNormals(primitive.normals, primitive.positions, primitive.indices);
             if (lost > 0) WarnLost("NORMAL", lost, "taken from the triangles around them");
-            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, vertices);
+            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, UsedIf(m_use.tangents, vertices));
             const size_t lostTangents = NormalizeTangents(primitive.tangents, primitive.normals);
             if (lostTangents > 0) WarnLost("TANGENT", lostTangents, "made perpendicular to the normal");
         }
@@ -85,8 +119,9 @@ class PrimitiveDecoder {
         primitive.indices = SegmentList(m_layout.mode, indices);
         std::vector<uint32_t> chosen;
         if (indices.size() < m_layout.vertexCount / 2) chosen = CompactVertices(primitive.indices);
-        const ElementSelection vertices = chosen.empty() ? ElementSelection{m_layout.vertexCount}
-                                                         : ElementSelection{chosen.size(), chosen.data()};
+        const ElementSelection vertices =
+            chosen.empty() ? ElementSelection{.count = m_layout.vertexCount, .used = &primitive.indices}
+                           : ElementSelection{chosen.size(), chosen.data()};
         ReadStreams(primitive, vertices);
         if (!m_layout.targets.empty() || m_layout.Has(Attribute::Joints0))
             m_context.Warn(m_layout.where, "round deformation",
@@ -101,8 +136,8 @@ class PrimitiveDecoder {
     // Those of round primitives, and of triangles too.
     void ReadStreams(Primitive& primitive, const ElementSelection& vertices) {
         primitive.positions = Stream<glm::vec3>(Attribute::Position, vertices);
-        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, vertices);
-        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, vertices);
+        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, UsedIf(m_use.texCoords[0], vertices));
+        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, UsedIf(m_use.texCoords[1], vertices));
         primitive.colors = Stream<glm::vec4>(Attribute::Color0, vertices, glm::vec4(1.0f));
         ClampColors(primitive.colors);
     }
@@ -158,12 +193,33 @@ class PrimitiveDecoder {
                                             m_decoded.attributes[static_cast<size_t>(attribute)]);
     }
 
-    // Along the texture coordinates that a normal map is read by, or an anisotropic material's. Without them
-    // there are none.
+    // Makes tangents along the texture coordinates of the first map that the primitive has coordinates for;
+    // without one there are none. If other maps are read by the other set, finds how its tangents are turned
+    // against them.
     void MakeTangents(Primitive& primitive) {
-        const TextureRef& map = m_material.TangentTexture();
-        const std::vector<glm::vec2>& stream = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
-        if (!m_material.WantsTangents() || stream.empty() || primitive.indices.empty()) return;
+        const auto hasCoordinates = [&primitive](const TextureRef& map) {
+            return !(map.texCoord == 1 ? primitive.uv1 : primitive.uv0).empty();
+        };
+        const auto first = std::ranges::find_if(m_maps, hasCoordinates);
+        if (first == m_maps.end() || primitive.indices.empty()) return;
+        primitive.tangentTexCoord = first->texCoord == 1 ? 1 : 0;
+        primitive.tangents = TangentsAlong(primitive, primitive.tangentTexCoord);
+        const bool hasOthers = std::ranges::any_of(m_maps, [&](const TextureRef& map) {
+            return map.texCoord != first->texCoord && hasCoordinates(map);
+        });
+        // Morph targets without displacements of tangents turn the image, but not the tangents
+        if (!hasOthers || !primitive.targets.empty()) return;
+        const std::vector<glm::vec4> others = TangentsAlong(primitive, 1 - primitive.tangentTexCoord);
+        primitive.frameTurns.reserve(others.size());
+        for (size_t i = 0; i < others.size(); ++i) {
+            const glm::vec3 from(primitive.tangents[i]), to(others[i]);
+            primitive.frameTurns.emplace_back(glm::dot(from, to),
+                                              glm::dot(primitive.normals[i], glm::cross(from, to)));
+        }
+    }
+
+    // Splits the vertices where several tangents along a set of texture coordinates meet.
+    std::vector<glm::vec4> TangentsAlong(Primitive& primitive, uint32_t texCoord) {
         // What its working tables take, and at most as many vertices as there are indices.
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
@@ -172,16 +228,12 @@ class PrimitiveDecoder {
             primitive.influences.perVertex * (sizeof(uint16_t) + sizeof(float)) +
             primitive.targets.size() * 2 * sizeof(glm::vec3);
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * deformationBytes);
-        // Along the axes of the image as it lies on the surface
-        std::vector<glm::vec2> uv = stream;
-        if (map.transform != TextureTransform{}) {
-            const glm::mat3x2 transform = map.transform.Matrix();
-            for (glm::vec2& place : uv) place = transform * glm::vec3(place, 1.0f);
-        }
-        TangentMesh mesh = GenerateTangents(primitive.positions, primitive.normals, uv, primitive.indices);
+        TangentMesh mesh = GenerateTangents(primitive.positions, primitive.normals,
+                                            texCoord == 1 ? primitive.uv1 : primitive.uv0, primitive.indices);
         const std::span<const uint32_t> added = std::span(mesh.sources).subspan(primitive.positions.size());
         AppendVertices(primitive.positions, added);
         AppendVertices(primitive.normals, added);
+        AppendVertices(primitive.tangents, added);
         AppendVertices(primitive.uv0, added);
         AppendVertices(primitive.uv1, added);
         AppendVertices(primitive.colors, added);
@@ -192,7 +244,7 @@ class PrimitiveDecoder {
             AppendVertices(target.normals, added);
         }
         primitive.indices = std::move(mesh.indices);
-        primitive.tangents = std::move(mesh.tangents);
+        return std::move(mesh.tangents);
     }
 
     // Copies of the vertices named, at the end of a stream that is there and has so many elements of each.
@@ -224,27 +276,41 @@ class PrimitiveDecoder {
     GltfContext& m_context;
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
-    const Material& m_material;
+    std::vector<TextureRef> m_maps;
+    const VertexUse& m_use;
     const JointLimit& m_joints;
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
 
-// The primitive's own material, or else the first of a variant, that has a use for tangents.
-const Material& TangentMaterial(GltfContext& context, const PrimitiveLayout& layout,
-                                const Primitive& primitive, std::span<const Material> materials) {
-    const Material* chosen = &materials[primitive.material];
+// Whether two textures turn a direction of the surface into different ones of the image: by another set of
+// coordinates, another rotation or another mirroring.
+bool ReadDifferently(const TextureRef& a, const TextureRef& b) {
+    return a.texCoord != b.texCoord || a.transform.rotation != b.transform.rotation ||
+           glm::sign(a.transform.scale) != glm::sign(b.transform.scale);
+}
+
+// The directional textures of the primitive's own material, then those of its variants.
+std::vector<TextureRef> DirectionalTextures(const Primitive& primitive, std::span<const Material> materials) {
+    std::vector<TextureRef> maps = materials[primitive.material].DirectionalTextures();
     for (const VariantMaterial& variant : primitive.variants) {
-        const Material& material = materials[variant.material];
-        if (!material.WantsTangents()) continue;
-        if (!chosen->WantsTangents()) chosen = &material;
-        const TextureRef &made = chosen->TangentTexture(), &map = material.TangentTexture();
-        const bool isAlike = made.texCoord == map.texCoord && made.transform == map.transform;
-        if (!isAlike && !layout.Has(Attribute::Tangent))
-            context.Warn(layout.where, "tangents of variants",
-                         "variants read normal maps by other texture coordinates than the tangents are made "
-                         "for");
+        const std::vector<TextureRef> more = materials[variant.material].DirectionalTextures();
+        maps.insert(maps.end(), more.begin(), more.end());
     }
-    return *chosen;
+    return maps;
+}
+
+// Tangents of the file are the frame of all maps, which a file whose maps differ in their coordinates may not
+// mean.
+void WarnOfSharedTangents(GltfContext& context, const PrimitiveLayout& layout, const Material& material) {
+    if (!layout.Has(Attribute::Tangent) || !layout.Has(Attribute::Normal)) return;
+    const std::vector<TextureRef> maps = material.DirectionalTextures();
+    const auto differs = [&](const TextureRef& map) { return ReadDifferently(map, maps[0]); };
+    if (std::ranges::any_of(maps, differs))
+        context.Warn(
+            layout.where["attributes"]["TANGENT"], "frame of several maps",
+            Text("material \"{}\" reads directions by different texture coordinates; all of them count "
+                 "along TANGENT",
+                 material.name));
 }
 
 }  // namespace
@@ -258,8 +324,13 @@ Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& 
         shown.material = given(part.material);
         for (const VariantMaterial& variant : part.variants)
             shown.variants.push_back({variant.variant, given(variant.material)});
-        const Material& material = TangentMaterial(context, part, shown, materials);
-        Primitive primitive = PrimitiveDecoder(context, reader, part, material, joints).Decode();
+        WarnOfSharedTangents(context, part, materials[shown.material]);
+        VertexUse use;
+        AddUse(materials[shown.material], part, use);
+        for (const VariantMaterial& variant : shown.variants) AddUse(materials[variant.material], part, use);
+        Primitive primitive =
+            PrimitiveDecoder(context, reader, part, DirectionalTextures(shown, materials), use, joints)
+                .Decode();
         if (primitive.indices.empty()) continue;
         primitive.material = shown.material;
         primitive.variants = std::move(shown.variants);

@@ -24,6 +24,7 @@ void ForEachVertexStream(Visit&& visit, P&... primitive) {
     visit(1u, primitive.positions...);
     visit(1u, primitive.normals...);
     visit(1u, primitive.tangents...);
+    visit(1u, primitive.frameTurns...);
     visit(1u, primitive.uv0...);
     visit(1u, primitive.uv1...);
     visit(1u, primitive.colors...);
@@ -145,6 +146,7 @@ class Splitter {
         }
         made.material = m_primitive.material;
         made.variants = m_primitive.variants;
+        made.tangentTexCoord = m_primitive.tangentTexCoord;
         made.hasFlatNormals = m_primitive.hasFlatNormals;
         made.influences.perVertex = m_primitive.influences.perVertex;
         made.targets.resize(m_primitive.targets.size());

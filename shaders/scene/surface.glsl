@@ -5,6 +5,7 @@
 #include "core/capsule.glsl"
 #include "core/ray_offset.glsl"
 #include "core/shading_normal.glsl"
+#include "core/tangent_frame.glsl"
 #include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
 
@@ -22,18 +23,56 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
 // Of a triangle with those edges, on its front, unit length; a sliver, which has no normal of its own, faces
 // the viewer.
 vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
-    vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float square = dot(ng, ng);
-    return square > 0.0f ? ng * inversesqrt(square) : wo;
+    return UnitOr(NormalToWorld(instance.objectToWorld, cross(e1, e2)), wo);
+}
+
+// Whether the transform leaves the axes of the coordinates as they are, but for their lengths.
+bool KeepsAxes(mat3x2 transform) {
+    return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
+}
+
+// The frame (core/tangent_frame.glsl) of a directional map (TEXTURE_OF) at a point of a geometry with
+// tangents, in object space; n is the interpolated normal, of any length. It is that of the stored tangents
+// where these were given for all maps, or were made along the set of coordinates by which the map is read.
+// Another set has smooth tangents, too, or else those of the triangle itself. A transform turns either within
+// the surface. e1 and e2 are the triangle's edges, as they are after deformation.
+vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2,
+               vec3 n) {
+    vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+    if (!HasTraceFeature(kTraceTextureTransforms) || map == kNoTexture) return tangent;
+    if (geometry.tangentSet == kTangentsOfAllMaps) return tangent;
+    bool isSecond = (map & kSecondTexCoord) != 0u;
+    bool isSameSet = geometry.tangentSet == (isSecond ? kTangentsOfSecondSet : kTangentsOfFirstSet);
+    bool isTurned = !KeepsAxes(transform);
+    uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
+    if ((isSameSet && !isTurned) || !IsPresent(stream)) return tangent;
+    Vec2Stream values = Vec2Stream(stream);
+    vec2 first = values.at[triangle.vertices.x];
+    vec2 a = values.at[triangle.vertices.y] - first;
+    vec2 b = values.at[triangle.vertices.z] - first;
+    n = UnitOr(n, vec3(0.0f));
+    vec4 ofTriangle = TriangleTangent(e1, e2, a, b, n);
+    bool hasFrame = ofTriangle.w != 0.0f;
+    if (!isSameSet && IsPresent(geometry.frameTurns)) {
+        vec2 turn = InterpolateVec2(Vec2Stream(geometry.frameTurns), triangle);
+        tangent.xyz = turn.x * tangent.xyz + turn.y * cross(n, tangent.xyz);
+        if (hasFrame) tangent.w = ofTriangle.w;
+    } else if (!isSameSet && hasFrame) {
+        tangent = ofTriangle;
+    }
+    if (!isTurned || !hasFrame) return tangent;
+    vec4 turned = TriangleTangent(e1, e2, transform * vec3(a, 0.0f), transform * vec3(b, 0.0f), n);
+    return turned.w != 0.0f ? TurnTangent(tangent, ofTriangle, turned, n) : tangent;
 }
 
 // The normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit length.
+// e1 and e2 are the triangle's edges, in object space.
 vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2 transform, float scale,
-              Triangle triangle, vec3 ng) {
+              Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
     if (!IsPresent(geometry.normals)) return ng;
     vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
     if (HasTraceFeature(kTraceTextures) && map != kNoTexture && IsPresent(geometry.tangents)) {
-        vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+        vec4 tangent = TangentOf(map, transform, geometry, triangle, e1, e2, n);
         vec3 bend = 2.0f * SampleTexture(map, transform, geometry, triangle).xyz - 1.0f;
         // Blocks of two channels have no blue: z of a unit vector that points up
         if (bend.z <= -1.0f) bend.z = sqrt(max(1.0f - dot(bend.xy, bend.xy), 0.0f));
@@ -44,21 +83,20 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
         vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
         if (dot(bent, n) > 0.0f) n = bent;
     }
-    n = NormalToWorld(instance.objectToWorld, n);
-    float square = dot(n, n);
-    return square > 0.0f ? n * inversesqrt(square) : ng;
+    return UnitOr(NormalToWorld(instance.objectToWorld, n), ng);
 }
 
 vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                     Triangle triangle, vec3 ng) {
-    return NormalAt(instance, geometry, TEXTURE_OF(material, normal), material.normalScale, triangle, ng);
+                     Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
+    return NormalAt(instance, geometry, TEXTURE_OF(material, normal), material.normalScale, triangle, e1, e2,
+                    ng);
 }
 
 // The clear coat's, on the side of wo, as `ng` is.
 vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                  Triangle triangle, vec3 ng, bool isFront, vec3 wo) {
+                  Triangle triangle, vec3 e1, vec3 e2, vec3 ng, bool isFront, vec3 wo) {
     vec3 n = NormalAt(instance, geometry, TEXTURE_OF(material, clearcoatNormal),
-                      material.clearcoatNormalScale, triangle, isFront ? ng : -ng);
+                      material.clearcoatNormalScale, triangle, e1, e2, isFront ? ng : -ng);
     return AdaptShadingNormal(isFront ? n : -n, ng, wo);
 }
 
@@ -71,7 +109,7 @@ float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Tri
            SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle).y;
 }
 
-// Strength of the stretch of highlights, and its direction in the tangent frame.
+// Strength of the stretch of highlights, and its direction in the frame of StretchToWorld.
 vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
     if (HasTraceFeature(kTraceTextures) && material.anisotropyTexture != kNoTexture) {
@@ -83,16 +121,20 @@ vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle tri
     return vec3(c * read.x - s * read.y, s * read.x + c * read.y, material.anisotropy * read.z);
 }
 
-// A direction of the tangent frame in world space. It lies in the surface as a scratch would: no inverse
-// transpose. Meshes without tangents have them around their y axis; `sides` has the direction of their normal
-// where they have no normals either.
-vec3 TangentToWorld(InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 sides,
-                    vec2 direction) {
-    vec3 n = IsPresent(geometry.normals) ? InterpolateVec3(Vec3Stream(geometry.normals), triangle) : sides;
-    n *= inversesqrt(max(dot(n, n), 1e-30f));
+// The direction of the stretch in world space, from the frame of the anisotropy texture, or without one of
+// the normal map. It lies in the surface as a scratch would: no inverse transpose. Meshes without tangents
+// have them around their y axis; cross(e1, e2) has the direction of their normal where they have no normals
+// either.
+vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                    Triangle triangle, vec3 e1, vec3 e2, vec2 direction) {
+    vec3 n = cross(e1, e2);
+    if (IsPresent(geometry.normals)) n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
+    n = UnitOr(n, vec3(0.0f));
     vec4 tangent = vec4(n.z, 0.0f, -n.x, 1.0f);
-    if (IsPresent(geometry.tangents))
-        tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+    if (IsPresent(geometry.tangents) && material.anisotropyTexture != kNoTexture)
+        tangent = TangentOf(TEXTURE_OF(material, anisotropy), geometry, triangle, e1, e2, n);
+    else if (IsPresent(geometry.tangents))
+        tangent = TangentOf(TEXTURE_OF(material, normal), geometry, triangle, e1, e2, n);
     else if (abs(n.y) > 0.9999f)
         tangent = vec4(1.0f, 0.0f, 0.0f, 1.0f);
     vec3 bitangent = tangent.w * cross(n, tangent.xyz);
@@ -162,9 +204,10 @@ float UvArea(uvec2 stream, Triangle triangle) {
 void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
                    vec3 e1, vec3 e2, Ray ray, float t) {
     vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float area = length(normal);  // of the triangle, twice
-    if (!(area > 0.0f)) return;
-    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, dot(normal, ray.direction) / area) / area;
+    float inverse = InverseLength(normal);  // 1 / twice the triangle's area
+    if (inverse == 0.0f) return;
+    float cosine = dot(normal, ray.direction) * inverse;
+    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, cosine) * inverse;
     triangle.uvAreas = seen * vec2(UvArea(geometry.uv0, triangle), UvArea(geometry.uv1, triangle));
 }
 #endif
@@ -182,7 +225,8 @@ float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Tri
     }
     vec3 normal = cross(e1, e2);
     vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
-    float shrink = sqrt(dot(normal, normal) / max(dot(inWorld, inWorld), 1e-30f));  // of areas
+    float inverse = InverseLength(normal);
+    float shrink = inverse > 0.0f ? InverseLength(inWorld) / inverse : 0.0f;  // of areas
     return sqrt(shrink) * curvature;
 }
 
@@ -225,9 +269,9 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
     surface.fromInstance += mat3(instance.objectToWorld) * lift;
     surface.position = surface.fromInstance + surface.instanceOrigin;
     vec3 n = side * NormalToWorld(instance.objectToWorld, InterpolateVec3(normals, triangle));
-    float square = dot(n, n);
-    if (!(square > 0.0f)) return;
-    n = AdaptShadingNormal(n * inversesqrt(square), surface.geometricNormal, wo);
+    float inverse = InverseLength(n);
+    if (inverse == 0.0f) return;
+    n = AdaptShadingNormal(n * inverse, surface.geometricNormal, wo);
     surface.clearance /= max(dot(n, surface.geometricNormal), 0.1f);  // it was along the triangle's normal
     surface.geometricNormal = n;
     surface.shadingNormal = AdaptShadingNormal(surface.shadingNormal, surface.geometricNormal, wo);
@@ -277,7 +321,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
 
     // Normals, on the side the ray came from
     vec3 ng = GeometricNormalAt(instance, e1, e2, -ray.direction);
-    vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, ng);
+    vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, e1, e2, ng);
     surface.isFront = dot(ng, ray.direction) <= 0.0f;
     if (!surface.isFront) {
         ng = -ng;
@@ -296,13 +340,13 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.material = MaterialInputs(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
         surface.coatNormal =
-            CoatNormalAt(instance, geometry, material, triangle, ng, surface.isFront, -ray.direction);
+            CoatNormalAt(instance, geometry, material, triangle, e1, e2, ng, surface.isFront, -ray.direction);
     if (HasTraceFeature(kTraceAnisotropy)) {
         vec3 anisotropy = AnisotropyAt(geometry, material, triangle);
         surface.material.anisotropy = anisotropy.z;
         surface.stretch = vec3(0.0f);
         if (anisotropy.z > 0.0f)
-            surface.stretch = TangentToWorld(instance, geometry, triangle, cross(e1, e2), anisotropy.xy);
+            surface.stretch = StretchToWorld(instance, geometry, material, triangle, e1, e2, anisotropy.xy);
     }
     if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
     if (HasTraceFeature(kTraceShadowTerminator))

@@ -225,6 +225,7 @@ TEST_F(SessionTest, RunsThatCannotEndAreRefused) {
     EXPECT_EQ(session.SampleCount(), 0u);
     session.Run({.samples = 1, .seconds = -1.0});
     EXPECT_EQ(session.SampleCount(), 1u) << "late before it began";
+    expectRefused({.samples = 0}, "0 samples");
 }
 
 TEST_F(SessionTest, RunForAnErrorEndsWhereThereIsNoLight) {

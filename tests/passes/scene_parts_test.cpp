@@ -174,7 +174,7 @@ TEST_F(SceneParts, WhatIsUsedOrIsNotThereIsRefused) {
     EXPECT_EQ(ErrorTextOf([&] { scene.AddMaterial(material); }),
               "GpuScene: texture 3 does not exist; the scene has 1");
     EXPECT_EQ(ErrorTextOf([&] { scene.AddInstance(0, scene::PlacedTransform{glm::mat4x3(0.0f)}); }),
-              "GpuScene: AddInstance: its transform is scaled to nothing or flat, it has no inverse");
+              "GpuScene: AddInstance: its transform is scaled to nothing or to a line");
     scene::SceneData wrong = SquareOf(1, 1, false);
     wrong.meshes[0].primitives[0].indices[0] = 9;
     EXPECT_TRUE(ErrorTextOf([&] { scene.Add(std::move(wrong)); }).starts_with("GpuScene: Add: meshes[0]"));

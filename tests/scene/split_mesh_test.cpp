@@ -38,6 +38,8 @@ Primitive AllStreams(size_t vertexCount, size_t triangleCount) {
     primitive.positions = numbers.Vectors<glm::vec3>(vertexCount);
     primitive.normals = numbers.Vectors<glm::vec3>(vertexCount);
     primitive.tangents = numbers.Vectors<glm::vec4>(vertexCount);
+    primitive.tangentTexCoord = 1;
+    primitive.frameTurns = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.uv0 = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.uv1 = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.colors = numbers.Vectors<glm::vec4>(vertexCount);
@@ -96,6 +98,7 @@ std::vector<uint32_t> VertexBits(const Primitive& primitive, size_t vertex) {
     AddBits(primitive.positions, vertex, 1, bits);
     AddBits(primitive.normals, vertex, 1, bits);
     AddBits(primitive.tangents, vertex, 1, bits);
+    AddBits(primitive.frameTurns, vertex, 1, bits);
     AddBits(primitive.uv0, vertex, 1, bits);
     AddBits(primitive.uv1, vertex, 1, bits);
     AddBits(primitive.colors, vertex, 1, bits);
@@ -143,6 +146,7 @@ void ExpectSame(const std::vector<PrimitivePiece>& pieces, const Primitive& whol
         EXPECT_EQ(part.material, whole.material);
         EXPECT_EQ(part.variants, whole.variants);
         EXPECT_EQ(part.hasFlatNormals, whole.hasFlatNormals);
+        EXPECT_EQ(part.tangentTexCoord, whole.tangentTexCoord);
         EXPECT_EQ(part.IsRound(), whole.IsRound());
         ExpectSameBounds(part.bounds, part.IsRound() ? RoundBounds(part) : BoundsOf(part.positions));
         Primitive bounded = part;
