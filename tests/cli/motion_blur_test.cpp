@@ -84,6 +84,7 @@ class MotionBlurTest : public testing::VulkanTest {
         desc.settings.size = {kSide, kSide};
         desc.settings.at = at;
         desc.settings.shutter = shutter;
+        desc.settings.light = DefaultLight::None;
         desc.aovs = aovs;
         return Session(Device(), std::move(input), desc);
     }

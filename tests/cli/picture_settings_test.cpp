@@ -28,6 +28,7 @@ PictureSettings Plain() {
     settings.paths.roulette.kind = Roulette::Constant;
     settings.traversal = passes::Traversal::Driver;
     settings.background = {0.0f, 0.0f, 0.0f};
+    settings.light = DefaultLight::None;
     settings.lightGroups = {{"key", {"lamp"}}};
     return settings;
 }
@@ -86,7 +87,7 @@ const Row kRows[] = {
     {"background", [](PictureSettings& s) { (*s.background)[1] = 0.5f; }},
     {"background", [](PictureSettings& s) { (*s.background)[2] = 0.5f; }},
     {"background", [](PictureSettings& s) { s.background.reset(); }},
-    {"light", [](PictureSettings& s) { s.light = DefaultLight::None; }},
+    {"light", [](PictureSettings& s) { s.light = DefaultLight::Studio; }},
     {"adaptive", [](PictureSettings& s) { s.isAdaptive = true; }},
     {"texture-budget", [](PictureSettings& s) { s.textureBudget = 1u << 20; }},
     {"light-group", [](PictureSettings& s) { s.lightGroups[0].name = "fill"; }},

@@ -229,7 +229,9 @@ TEST_F(SessionTest, RunsThatCannotEndAreRefused) {
 }
 
 TEST_F(SessionTest, RunForAnErrorEndsWhereThereIsNoLight) {
-    Session session(Device(), LoadInput(test::SceneFile("furnace_sphere.gltf")), Small());
+    SessionDesc dark = Small();
+    dark.settings.light = DefaultLight::None;
+    Session session(Device(), LoadInput(test::SceneFile("furnace_sphere.gltf")), dark);
     session.Run({.samples = 200, .relativeError = 0.1});
     EXPECT_GE(session.SampleCount(), 64u);
     EXPECT_LE(session.SampleCount(), 65u);
