@@ -24,9 +24,9 @@ struct SoftBox {
 };
 
 // What is brighter than the backdrop begins 25 degrees above the horizon, where level cameras do not see it.
-constexpr SoftBox kKey{-24.0, 46.0, 0.62, 0.38, 0.55, 10.0};
-constexpr SoftBox kFill{98.0, 14.0, 1.0, 0.75, 1.0, 1.0};
-constexpr SoftBox kBackRim{158.0, 58.0, 0.5, 0.2, 0.6, 6.0};
+constexpr SoftBox kKey{-22.0, 46.0, 0.62, 0.38, 0.55, 8.0};
+constexpr SoftBox kFill{98.0, 14.0, 1.0, 0.75, 1.0, 1.2};
+constexpr SoftBox kBackRim{158.0, 58.0, 0.5, 0.2, 0.6, 5.0};
 constexpr SoftBox kSideRim{-108.0, 52.0, 0.16, 0.4, 0.6, 7.0};
 // The backdrop below, at the horizon and above.
 constexpr double kFloor = 0.42, kHorizon = 0.58, kCeiling = 0.38;

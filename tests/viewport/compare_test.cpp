@@ -180,15 +180,28 @@ TEST_F(Compare, Viewport_MakesAMapAnewOnlyWhenItsPicturesChange) {
     ViewedScene viewed(Device());
     viewed.viewport.SetBudget({.maxSamples = 2, .maxRasterSamples = 2});
     viewed.viewport.SetView(View::Flip);
-    viewed.RenderFrames(2);
-    EXPECT_NE(viewed.renderer.DescribePlan().find("FlipColumns"), std::string::npos);
-    viewed.RenderFrames(1);
-    EXPECT_EQ(viewed.renderer.DescribePlan().find("FlipColumns"), std::string::npos);
+    const auto isMade = [&] {
+        viewed.RenderFrames(1);
+        return viewed.renderer.DescribePlan().find("FlipColumns") != std::string::npos;
+    };
+    EXPECT_TRUE(isMade());
+    EXPECT_TRUE(isMade());
+    EXPECT_FALSE(isMade());
     viewport::ShowSettings show = viewed.viewport.Show();
     show.tonemap.exposureEv = 1.0f;
     viewed.viewport.SetShow(show);
-    viewed.RenderFrames(1);
-    EXPECT_NE(viewed.renderer.DescribePlan().find("FlipColumns"), std::string::npos);
+    EXPECT_TRUE(isMade());
+    EXPECT_FALSE(isMade());
+    // Other pictures of as many samples
+    viewed.viewport.SetBudget({.maxSamples = 1, .maxRasterSamples = 1, .settleMs = 0.0});
+    for (const float x : {0.1f, 0.2f}) {
+        scene::CameraView camera = InsideBoxes();
+        camera.eye.x += x;
+        viewed.viewport.SetCamera(camera);
+        EXPECT_TRUE(isMade());
+        isMade();  // how fine the new picture is, is known by the next frame
+        EXPECT_FALSE(isMade());
+    }
 }
 
 }  // namespace raygraph::testing
