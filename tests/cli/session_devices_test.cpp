@@ -100,6 +100,7 @@ TEST_F(SessionDevicesTest, AProcessWithAnotherSceneOrEnvironment_IsRefused) {
     const auto begin = [&](SceneInput&& input, bool isFirst) {
         SecondProcess group(&said, isFirst);
         SessionDesc desc = Everything();
+        desc.settings.light = DefaultLight::None;  // no choice of which processes tell each other
         desc.group = &group;
         const Session session(Device(), std::move(input), desc);
     };

@@ -78,8 +78,10 @@ void Start(SweptScenario& steps) {
     steps.push_back({"open",
                      [](SweptWorld& world) {
                          scene::SceneData data = Load();
-                         world.camera = scene::ChooseView(data, "", 1.0f);
+                         // The camera stays as well where the scene does.
+                         const scene::CameraView view = scene::ChooseView(data, "", 1.0f);
                          world.scene->SetScene(std::move(data));
+                         world.camera = view;
                      },
                      true});
 }
