@@ -316,7 +316,8 @@ TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
     saved = session::ReadRenderFile(folder.Path() / "picture.exr");
     EXPECT_EQ(saved.environmentFile + saved.environmentHash, "");
     settings = session::SettingsFrom(saved.settings);
-    EXPECT_EQ(settings.background, (std::array{0.25f, 0.5f, 1.0f}));
+    EXPECT_FALSE(settings.background);
+    EXPECT_EQ(settings.light, DefaultLight::None) << "without the map the box has its lamp alone";
 }
 
 TEST_F(ScriptTest, ExrNamesLensAndRasterSettingsOfItsFrame) {
