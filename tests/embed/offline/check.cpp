@@ -116,7 +116,7 @@ void Refuse(rhi::Device& device, const char* scene) {
     Require(IsRefused([&] { session.Result(); }, ErrorKind::Usage), "there is no result before a run");
     Require(IsRefused([&] { session.Run({}); }, ErrorKind::Usage), "a run has an end");
     session.Run({.samples = 1});
-    Require(IsRefused([&] { session.Run({.samples = 1}); }, ErrorKind::Usage), "a run takes samples");
+    Require(IsRefused([&] { session.Run({.samples = 0}); }, ErrorKind::Usage), "a run takes no samples back");
     Require(IsRefused(
                 [&] {
                     session::Session(device, session::LoadInput(scene),
