@@ -204,7 +204,7 @@ uint32_t GpuScene::Impl::AddMesh(const HostMesh& mesh) {
                                 .colors = AddressOf(mesh.colors),
                                 .primitives = 0,
                                 .material = mesh.material,
-                                .padding = 0});
+                                .tangentSet = gpu::kTangentsOfAllMaps});
     group.hostBlas = mesh.blas;
     if (mesh.blas == 0) {
         rhi::BlasDesc blas;

@@ -77,6 +77,28 @@ bool HasTextureTransform(const gpu::MaterialRecord& material) {
 #undef RAYGRAPH_OR_IS_TRANSFORMED
 }
 
+// The sets of coordinates, as a mask of gpu::kTangents*, by which a material reads directions.
+uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
+    const auto setOf = [](uint32_t texture) {
+        if (texture == gpu::kNoTexture) return 0u;
+        return (texture & gpu::kSecondTexCoord) != 0u ? gpu::kTangentsOfSecondSet : gpu::kTangentsOfFirstSet;
+    };
+    uint32_t sets = setOf(material.normalTexture);
+    if (material.clearcoat > 0.0f) sets |= setOf(material.clearcoatNormalTexture);
+    if (material.anisotropy > 0.0f) sets |= setOf(material.anisotropyTexture);
+    return sets;
+}
+
+// Whether some material may read directions by another set than the one along which the tangents were made.
+bool MayNeedFrames(const SceneResources& resources) {
+    uint32_t sets = 0;
+    for (const uint32_t used : resources.usedMaterials)
+        sets |= DirectionalSets(resources.materialRecords[used]);
+    const bool areMixed =
+        (sets | resources.tangentSets) == (gpu::kTangentsOfFirstSet | gpu::kTangentsOfSecondSet);
+    return areMixed && sets != 0 && resources.tangentSets != 0;
+}
+
 }  // namespace
 
 bool MayBeSmooth(float roughness, uint32_t texture) {
@@ -97,7 +119,8 @@ uint32_t TextureFeatures(const SceneResources& resources) {
     const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
         return HasTextureTransform(resources.materialRecords[used]);
     });
-    return colors | kTraceTextures | (areTransformed ? kTraceTextureTransforms : 0u);
+    const bool needsTransforms = areTransformed || MayNeedFrames(resources);
+    return colors | kTraceTextures | (needsTransforms ? kTraceTextureTransforms : 0u);
 }
 
 bool HasVolumes(const SceneResources& resources) {

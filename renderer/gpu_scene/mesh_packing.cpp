@@ -91,6 +91,11 @@ void RestoreOriginals(std::span<const Piece> pieces, std::span<const uint32_t> g
     }
 }
 
+uint32_t TangentSetOf(const scene::Primitive& primitive) {
+    if (primitive.tangentTexCoord == scene::kNone) return gpu::kTangentsOfAllMaps;
+    return primitive.tangentTexCoord == 1 ? gpu::kTangentsOfSecondSet : gpu::kTangentsOfFirstSet;
+}
+
 // Empties the pieces.
 PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const MeshUse& use,
                       EmitterFinder& finder) {
@@ -138,7 +143,7 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
             .colors = packer.Append(primitive->colors),
             .primitives = originals,
             .material = primitive->material,
-            .padding = 0,
+            .tangentSet = TangentSetOf(*primitive),
         });
         *primitive = {};
     }

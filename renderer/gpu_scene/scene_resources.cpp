@@ -68,7 +68,10 @@ uint32_t SceneResources::AddMesh(UploadedMesh&& mesh) {
         added.triangleCount += group.triangleCount;
     }
     std::ranges::copy(mesh.records, geometryRecords.begin() + firstGeometry);
-    for (const gpu::GeometryRecord& record : mesh.records) hasVertexColors |= record.colors != 0;
+    for (const gpu::GeometryRecord& record : mesh.records) {
+        hasVertexColors |= record.colors != 0;
+        tangentSets |= record.tangentSet;
+    }
     geometries.Mark(firstGeometry, geometryCount);
     geometryBytes += mesh.bytes;
     CountParts(added, 1);

@@ -142,6 +142,7 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     subject.RequireFinite("positions", primitive.positions);
     subject.RequireStream("normals", primitive.normals, vertexCount);
     subject.RequireStream("tangents", primitive.tangents, vertexCount);
+    subject.RequireIndex("texture coordinates of the tangents", primitive.tangentTexCoord, 2, true);
     subject.RequireStream("uv0", primitive.uv0, vertexCount);
     subject.RequireStream("uv1", primitive.uv1, vertexCount);
     subject.RequireStream("colors", primitive.colors, vertexCount);

@@ -158,12 +158,16 @@ class PrimitiveDecoder {
                                             m_decoded.attributes[static_cast<size_t>(attribute)]);
     }
 
-    // Along the texture coordinates that a normal map is read by, or an anisotropic material's. Without them
-    // there are none.
+    // Makes tangents along the texture coordinates by which the first directional texture is read that the
+    // primitive has coordinates for. Without one there are no tangents.
     void MakeTangents(Primitive& primitive) {
-        const TextureRef& map = m_material.TangentTexture();
-        const std::vector<glm::vec2>& stream = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
-        if (!m_material.WantsTangents() || stream.empty() || primitive.indices.empty()) return;
+        const auto streamOf = [&primitive](const TextureRef& map) -> const std::vector<glm::vec2>& {
+            return map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
+        };
+        const std::vector<TextureRef> maps = m_material.DirectionalTextures();
+        const auto map =
+            std::ranges::find_if(maps, [&](const TextureRef& one) { return !streamOf(one).empty(); });
+        if (map == maps.end() || primitive.indices.empty()) return;
         // What its working tables take, and at most as many vertices as there are indices.
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
@@ -172,13 +176,8 @@ class PrimitiveDecoder {
             primitive.influences.perVertex * (sizeof(uint16_t) + sizeof(float)) +
             primitive.targets.size() * 2 * sizeof(glm::vec3);
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * deformationBytes);
-        // Along the axes of the image as it lies on the surface
-        std::vector<glm::vec2> uv = stream;
-        if (map.transform != TextureTransform{}) {
-            const glm::mat3x2 transform = map.transform.Matrix();
-            for (glm::vec2& place : uv) place = transform * glm::vec3(place, 1.0f);
-        }
-        TangentMesh mesh = GenerateTangents(primitive.positions, primitive.normals, uv, primitive.indices);
+        TangentMesh mesh =
+            GenerateTangents(primitive.positions, primitive.normals, streamOf(*map), primitive.indices);
         const std::span<const uint32_t> added = std::span(mesh.sources).subspan(primitive.positions.size());
         AppendVertices(primitive.positions, added);
         AppendVertices(primitive.normals, added);
@@ -193,6 +192,7 @@ class PrimitiveDecoder {
         }
         primitive.indices = std::move(mesh.indices);
         primitive.tangents = std::move(mesh.tangents);
+        primitive.tangentTexCoord = map->texCoord == 1 ? 1 : 0;
     }
 
     // Copies of the vertices named, at the end of a stream that is there and has so many elements of each.
@@ -229,22 +229,34 @@ class PrimitiveDecoder {
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
 
+// Whether two textures turn a direction of the surface into different ones of the image: by another set of
+// coordinates, another rotation or another mirroring.
+bool ReadDifferently(const TextureRef& a, const TextureRef& b) {
+    return a.texCoord != b.texCoord || a.transform.rotation != b.transform.rotation ||
+           glm::sign(a.transform.scale) != glm::sign(b.transform.scale);
+}
+
 // The primitive's own material, or else the first of a variant, that has a use for tangents.
-const Material& TangentMaterial(GltfContext& context, const PrimitiveLayout& layout,
-                                const Primitive& primitive, std::span<const Material> materials) {
-    const Material* chosen = &materials[primitive.material];
-    for (const VariantMaterial& variant : primitive.variants) {
-        const Material& material = materials[variant.material];
-        if (!material.WantsTangents()) continue;
-        if (!chosen->WantsTangents()) chosen = &material;
-        const TextureRef &made = chosen->TangentTexture(), &map = material.TangentTexture();
-        const bool isAlike = made.texCoord == map.texCoord && made.transform == map.transform;
-        if (!isAlike && !layout.Has(Attribute::Tangent))
-            context.Warn(layout.where, "tangents of variants",
-                         "variants read normal maps by other texture coordinates than the tangents are made "
-                         "for");
-    }
-    return *chosen;
+const Material& TangentMaterial(const Primitive& primitive, std::span<const Material> materials) {
+    const Material& own = materials[primitive.material];
+    if (!own.DirectionalTextures().empty()) return own;
+    for (const VariantMaterial& variant : primitive.variants)
+        if (!materials[variant.material].DirectionalTextures().empty()) return materials[variant.material];
+    return own;
+}
+
+// Tangents of the file are the frame of all maps, which a file whose maps differ in their coordinates may not
+// mean.
+void WarnOfSharedTangents(GltfContext& context, const PrimitiveLayout& layout, const Material& material) {
+    if (!layout.Has(Attribute::Tangent) || !layout.Has(Attribute::Normal)) return;
+    const std::vector<TextureRef> maps = material.DirectionalTextures();
+    const auto differs = [&](const TextureRef& map) { return ReadDifferently(map, maps[0]); };
+    if (std::ranges::any_of(maps, differs))
+        context.Warn(
+            layout.where["attributes"]["TANGENT"], "frame of several maps",
+            Text("material \"{}\" reads directions by different texture coordinates; all of them count "
+                 "along TANGENT",
+                 material.name));
 }
 
 }  // namespace
@@ -258,7 +270,8 @@ Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& 
         shown.material = given(part.material);
         for (const VariantMaterial& variant : part.variants)
             shown.variants.push_back({variant.variant, given(variant.material)});
-        const Material& material = TangentMaterial(context, part, shown, materials);
+        const Material& material = TangentMaterial(shown, materials);
+        WarnOfSharedTangents(context, part, material);
         Primitive primitive = PrimitiveDecoder(context, reader, part, material, joints).Decode();
         if (primitive.indices.empty()) continue;
         primitive.material = shown.material;

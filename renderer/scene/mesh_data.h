@@ -82,6 +82,10 @@ struct Primitive {
     // that of a variant, has a normal map, of its coat at least, or is anisotropic, and there are the texture
     // coordinates for them.
     std::vector<glm::vec4> tangents;
+    // 0 or 1: the tangents were made along uv0 or uv1, without a texture's transform, and a map that is read
+    // by other coordinates has another frame (shaders/core/tangent_frame.glsl). kNone: the tangents are
+    // given, and all maps of the primitive are read along them.
+    uint32_t tangentTexCoord = kNone;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
     // Linear; multiplies the base color. Alpha 1 where the file has three channels.

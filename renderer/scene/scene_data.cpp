@@ -69,6 +69,15 @@ float SingleScatteringAlbedo(float color, float anisotropy) {
 
 }  // namespace
 
+std::vector<TextureRef> Material::DirectionalTextures() const {
+    std::vector<TextureRef> textures;
+    if (normalTexture.IsPresent()) textures.push_back(normalTexture);
+    if (IsAnisotropic() && anisotropyTexture.IsPresent()) textures.push_back(anisotropyTexture);
+    if (clearcoatNormalTexture.IsPresent()) textures.push_back(clearcoatNormalTexture);
+    if (IsAnisotropic() && textures.empty()) textures.emplace_back();
+    return textures;
+}
+
 glm::vec3 Material::Extinction() const {
     glm::vec3 extinction(0.0f);
     if (attenuationDistance == 0.0f) return extinction;

@@ -148,13 +148,10 @@ struct RAYGRAPH_API Material {
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
-    // Whether anything is read along tangents, and by which texture coordinates they are made: an absent
-    // texture stands for the first set.
-    bool WantsTangents() const { return TangentTexture().IsPresent() || IsAnisotropic(); }
-    const TextureRef& TangentTexture() const {
-        if (normalTexture.IsPresent()) return normalTexture;
-        return IsAnisotropic() && anisotropyTexture.IsPresent() ? anisotropyTexture : clearcoatNormalTexture;
-    }
+    // The textures whose texels are directions of the tangent frame. The first one whose coordinates a
+    // primitive has chooses those along which its tangents are made. Highlights that are stretched without
+    // any texture need a frame, too: an absent texture, of the first set, then stands for them.
+    std::vector<TextureRef> DirectionalTextures() const;
     bool IsAnisotropic() const { return anisotropyStrength > 0.0f; }
     // Emitted radiance before the texture. An unlit material emits its base color instead.
     glm::vec3 EmittedRadiance() const {

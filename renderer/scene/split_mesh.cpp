@@ -145,6 +145,7 @@ class Splitter {
         }
         made.material = m_primitive.material;
         made.variants = m_primitive.variants;
+        made.tangentTexCoord = m_primitive.tangentTexCoord;
         made.hasFlatNormals = m_primitive.hasFlatNormals;
         made.influences.perVertex = m_primitive.influences.perVertex;
         made.targets.resize(m_primitive.targets.size());

@@ -102,6 +102,7 @@ void Deform(const Primitive& from, std::span<const float> weights, std::span<con
 // What no joint and no target changes.
 Primitive CopyBesideStreams(const Primitive& from) {
     Primitive copy;
+    copy.tangentTexCoord = from.tangentTexCoord;
     copy.uv0 = from.uv0;
     copy.uv1 = from.uv1;
     copy.colors = from.colors;

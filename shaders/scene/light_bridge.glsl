@@ -59,11 +59,12 @@ SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, Mate
     if (!(surface.material.clearcoat > 0.0f)) return surface;
     Vec3Stream positions = Vec3Stream(instance.positions);
     vec3 p0 = positions.at[triangle.vertices.x];
-    vec3 ng = GeometricNormalAt(instance, positions.at[triangle.vertices.y] - p0,
-                                positions.at[triangle.vertices.z] - p0, toViewer);
+    vec3 e1 = positions.at[triangle.vertices.y] - p0;
+    vec3 e2 = positions.at[triangle.vertices.z] - p0;
+    vec3 ng = GeometricNormalAt(instance, e1, e2, toViewer);
     bool isFront = dot(ng, toViewer) >= 0.0f;
     surface.coatNormal =
-        CoatNormalAt(instance, geometry, material, triangle, isFront ? ng : -ng, isFront, toViewer);
+        CoatNormalAt(instance, geometry, material, triangle, e1, e2, isFront ? ng : -ng, isFront, toViewer);
     surface.material.clearcoatRoughness = ClearcoatRoughnessAt(geometry, material, triangle);
     return surface;
 }

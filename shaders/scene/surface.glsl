@@ -5,6 +5,7 @@
 #include "core/capsule.glsl"
 #include "core/ray_offset.glsl"
 #include "core/shading_normal.glsl"
+#include "core/tangent_frame.glsl"
 #include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
 
@@ -27,13 +28,43 @@ vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
     return square > 0.0f ? ng * inversesqrt(square) : wo;
 }
 
+// Whether the transform leaves the axes of the coordinates as they are, but for their lengths.
+bool KeepsAxes(mat3x2 transform) {
+    return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
+}
+
+// The frame (core/tangent_frame.glsl) of a directional map (TEXTURE_OF) at a point of a geometry with
+// tangents, in object space; n is the interpolated normal, of any length. It is that of the stored tangents
+// where these were given for all maps, or were made along the coordinates by which the map is read. A
+// transform turns them within the surface; another set of coordinates has the frame of the triangle itself.
+// e1 and e2 are its edges, as they are after deformation.
+vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2,
+               vec3 n) {
+    vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+    if (!HasTraceFeature(kTraceTextureTransforms) || map == kNoTexture) return tangent;
+    if (geometry.tangentSet == kTangentsOfAllMaps) return tangent;
+    bool isSecond = (map & kSecondTexCoord) != 0u;
+    bool isSameSet = geometry.tangentSet == (isSecond ? kTangentsOfSecondSet : kTangentsOfFirstSet);
+    uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
+    if ((isSameSet && KeepsAxes(transform)) || !IsPresent(stream)) return tangent;
+    Vec2Stream values = Vec2Stream(stream);
+    vec2 first = values.at[triangle.vertices.x];
+    vec2 a = values.at[triangle.vertices.y] - first;
+    vec2 b = values.at[triangle.vertices.z] - first;
+    n *= inversesqrt(max(dot(n, n), 1e-30f));
+    vec4 own = TriangleTangent(e1, e2, transform * vec3(a, 0.0f), transform * vec3(b, 0.0f), n);
+    if (own.w == 0.0f) return tangent;
+    return isSameSet ? TurnTangent(tangent, TriangleTangent(e1, e2, a, b, n), own, n) : own;
+}
+
 // The normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit length.
+// e1 and e2 are the triangle's edges, in object space.
 vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2 transform, float scale,
-              Triangle triangle, vec3 ng) {
+              Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
     if (!IsPresent(geometry.normals)) return ng;
     vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
     if (HasTraceFeature(kTraceTextures) && map != kNoTexture && IsPresent(geometry.tangents)) {
-        vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+        vec4 tangent = TangentOf(map, transform, geometry, triangle, e1, e2, n);
         vec3 bend = 2.0f * SampleTexture(map, transform, geometry, triangle).xyz - 1.0f;
         // Blocks of two channels have no blue: z of a unit vector that points up
         if (bend.z <= -1.0f) bend.z = sqrt(max(1.0f - dot(bend.xy, bend.xy), 0.0f));
@@ -50,15 +81,16 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
 }
 
 vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                     Triangle triangle, vec3 ng) {
-    return NormalAt(instance, geometry, TEXTURE_OF(material, normal), material.normalScale, triangle, ng);
+                     Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
+    return NormalAt(instance, geometry, TEXTURE_OF(material, normal), material.normalScale, triangle, e1, e2,
+                    ng);
 }
 
 // The clear coat's, on the side of wo, as `ng` is.
 vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                  Triangle triangle, vec3 ng, bool isFront, vec3 wo) {
+                  Triangle triangle, vec3 e1, vec3 e2, vec3 ng, bool isFront, vec3 wo) {
     vec3 n = NormalAt(instance, geometry, TEXTURE_OF(material, clearcoatNormal),
-                      material.clearcoatNormalScale, triangle, isFront ? ng : -ng);
+                      material.clearcoatNormalScale, triangle, e1, e2, isFront ? ng : -ng);
     return AdaptShadingNormal(isFront ? n : -n, ng, wo);
 }
 
@@ -71,7 +103,7 @@ float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Tri
            SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle).y;
 }
 
-// Strength of the stretch of highlights, and its direction in the tangent frame.
+// Strength of the stretch of highlights, and its direction in the frame of StretchToWorld.
 vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
     if (HasTraceFeature(kTraceTextures) && material.anisotropyTexture != kNoTexture) {
@@ -83,16 +115,20 @@ vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle tri
     return vec3(c * read.x - s * read.y, s * read.x + c * read.y, material.anisotropy * read.z);
 }
 
-// A direction of the tangent frame in world space. It lies in the surface as a scratch would: no inverse
-// transpose. Meshes without tangents have them around their y axis; `sides` has the direction of their normal
-// where they have no normals either.
-vec3 TangentToWorld(InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 sides,
-                    vec2 direction) {
-    vec3 n = IsPresent(geometry.normals) ? InterpolateVec3(Vec3Stream(geometry.normals), triangle) : sides;
+// The direction of the stretch in world space, from the frame of the anisotropy texture, or without one of
+// the normal map. It lies in the surface as a scratch would: no inverse transpose. Meshes without tangents
+// have them around their y axis; cross(e1, e2) has the direction of their normal where they have no normals
+// either.
+vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                    Triangle triangle, vec3 e1, vec3 e2, vec2 direction) {
+    vec3 n = cross(e1, e2);
+    if (IsPresent(geometry.normals)) n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
     n *= inversesqrt(max(dot(n, n), 1e-30f));
     vec4 tangent = vec4(n.z, 0.0f, -n.x, 1.0f);
-    if (IsPresent(geometry.tangents))
-        tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+    if (IsPresent(geometry.tangents) && material.anisotropyTexture != kNoTexture)
+        tangent = TangentOf(TEXTURE_OF(material, anisotropy), geometry, triangle, e1, e2, n);
+    else if (IsPresent(geometry.tangents))
+        tangent = TangentOf(TEXTURE_OF(material, normal), geometry, triangle, e1, e2, n);
     else if (abs(n.y) > 0.9999f)
         tangent = vec4(1.0f, 0.0f, 0.0f, 1.0f);
     vec3 bitangent = tangent.w * cross(n, tangent.xyz);
@@ -277,7 +313,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
 
     // Normals, on the side the ray came from
     vec3 ng = GeometricNormalAt(instance, e1, e2, -ray.direction);
-    vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, ng);
+    vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, e1, e2, ng);
     surface.isFront = dot(ng, ray.direction) <= 0.0f;
     if (!surface.isFront) {
         ng = -ng;
@@ -296,13 +332,13 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.material = MaterialInputs(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
         surface.coatNormal =
-            CoatNormalAt(instance, geometry, material, triangle, ng, surface.isFront, -ray.direction);
+            CoatNormalAt(instance, geometry, material, triangle, e1, e2, ng, surface.isFront, -ray.direction);
     if (HasTraceFeature(kTraceAnisotropy)) {
         vec3 anisotropy = AnisotropyAt(geometry, material, triangle);
         surface.material.anisotropy = anisotropy.z;
         surface.stretch = vec3(0.0f);
         if (anisotropy.z > 0.0f)
-            surface.stretch = TangentToWorld(instance, geometry, triangle, cross(e1, e2), anisotropy.xy);
+            surface.stretch = StretchToWorld(instance, geometry, material, triangle, e1, e2, anisotropy.xy);
     }
     if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
     if (HasTraceFeature(kTraceShadowTerminator))

@@ -68,6 +68,13 @@ struct CapsuleRecord {
     uint second;
 };
 
+// Values of GeometryRecord::tangentSet. Tangents that were made along a set of texture coordinates are the
+// frame of the maps that are read by this set, as it is; those that were given are the frame of all maps. The
+// values of the sets are bits, so that a mask can name several.
+RAYGRAPH_CONSTANT uint kTangentsOfAllMaps = 0u;
+RAYGRAPH_CONSTANT uint kTangentsOfFirstSet = 1u;
+RAYGRAPH_CONSTANT uint kTangentsOfSecondSet = 2u;
+
 struct GeometryRecord {
     RAYGRAPH_ADDRESS normals;   // vec3
     RAYGRAPH_ADDRESS tangents;  // vec4
@@ -77,7 +84,7 @@ struct GeometryRecord {
     // uint a triangle of the group: its index in the file's primitive; 0: the same
     RAYGRAPH_ADDRESS primitives;
     uint material;
-    uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
+    uint tangentSet;  // kTangents*: which maps are read along the tangents
 };
 
 // What KHR_materials_ior's special value 0 stands for: F0 is 1 to the last bit, and the square is in the

@@ -43,7 +43,8 @@
 //   LightProfiles:    some punctual lights have one
 //   MeshLights:       some triangle lights are those of a mesh that is placed often
 //   Textures:         materials have textures
-//   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
+//   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates, or along other
+//                     axes than its tangents
 //   VertexColors:     some vertices have a color
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
 //                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/scene/gltf_document.h"
+#include "passes/raster.h"
+#include "tests/passes/gltf_square.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -40,8 +41,8 @@ double Reflected(const Surface& surface, const glm::dvec3& wo, const glm::dvec3&
 class TraceAnisotropy : public VulkanTest {
   protected:
     // The radiance that a surface sends to a far viewer in the direction wo, lit by a sun of 1 lx in the
-    // direction wi. The mesh's middle is at the origin.
-    double Seen(scene::SceneData scene, const glm::dvec3& wo, const glm::dvec3& wi) {
+    // direction wi, traced or drawn. The mesh's middle is at the origin.
+    double Seen(scene::SceneData scene, const glm::dvec3& wo, const glm::dvec3& wi, bool isDrawn) {
         scene::Light sun;
         sun.type = scene::LightType::Directional;
         sun.intensity = 1.0f;
@@ -54,9 +55,19 @@ class TraceAnisotropy : public VulkanTest {
         settings.scattering.brdf = BrdfModel::Gltf;
         settings.scattering.multiscatter = MultiscatterKind::Off;
         settings.biases.maxDepth = 1;
-        return render.TraceOnce(settings).Mean().y;
+        if (!isDrawn) return render.TraceOnce(settings).Mean().y;
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
+        passes::FilteredEnvironment environment{"environment"};
+        const Readback drawn = render.renderer.ReadBack(passes::RasterShade(
+            render.renderer, ids, settings, seen, environment,
+            {.shadows = passes::RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false}));
+        render.renderer.Execute();
+        return ToFloatImage(drawn).Mean().y;
     }
-    void ExpectStretch(const scene::SceneData& scene, const Surface& expected) {
+    void ExpectStretch(const scene::SceneData& scene, const Surface& expected, bool isDrawn = false) {
         // Where the half vector is tilted along the stretch, across it and in between
         for (const double turn : {0.0, std::numbers::pi / 2.0, 0.7, 2.2}) {
             const glm::dvec3 across = glm::cross(expected.normal, expected.along);
@@ -65,7 +76,7 @@ class TraceAnisotropy : public VulkanTest {
             const glm::dvec3 wo = glm::normalize(expected.normal - 0.1 * expected.along + 0.2 * across);
             const glm::dvec3 wi = 2.0 * glm::dot(wo, m) * m - wo;
             const double value = Reflected(expected, wo, wi);
-            EXPECT_NEAR(Seen(scene, wo, wi), value, 2e-3 * value) << "turned by " << turn;
+            EXPECT_NEAR(Seen(scene, wo, wi, isDrawn), value, 2e-3 * value) << "turned by " << turn;
         }
     }
 
@@ -139,6 +150,50 @@ TEST_F(TraceAnisotropy, Trace_FilesHighlightLiesAsTheFileSays) {
                        {"material", material}})}});
     const double angle = 0.25 * std::numbers::pi + 0.3;
     ExpectStretch(test::Load(document), Expected({0, 0, 1}, {std::cos(angle), std::sin(angle), 0.0}, 0.7));
+}
+
+// A texture of anisotropy is read along its own coordinates, also where a normal map has others: by a rotation or
+// by another set, which here are turned by 90 degrees, so that it looks as if anisotropyRotation turned it, and by
+// a set that is mirrored.
+TEST_F(TraceAnisotropy, TextureOfOtherCoordinatesThanTheNormalMap_HasAFrameOfItsOwn) {
+    constexpr std::array<uint8_t, 4> kTilt{165, 140, 245, 255}, kBrush{240, 150, 255, 255};
+    const glm::dvec3 normal =
+        glm::normalize(2.0 * glm::dvec3(kTilt[0], kTilt[1], kTilt[2]) / 255.0 - glm::dvec3(1.0));
+    const double texel = std::atan2(2.0 * kBrush[1] / 255.0 - 1.0, 2.0 * kBrush[0] / 255.0 - 1.0);
+    const double quarter = 0.5 * std::numbers::pi;
+    const auto file = [&](const Json& map, double rotation, const std::vector<float>& second = {}) {
+        GltfDocument document;
+        const size_t tilt = AddTexture(document, test::MakePng(1, 1, kTilt));
+        Json texture = map;
+        texture["index"] = AddTexture(document, test::MakePng(1, 1, kBrush));
+        Json primitive = Square(document, kUpright,
+                                document.AddMaterial({{"pbrMetallicRoughness", {{"roughnessFactor", 0.5}}},
+                                                      {"normalTexture", {{"index", tilt}}},
+                                                      {"extensions",
+                                                       {{"KHR_materials_anisotropy",
+                                                         {{"anisotropyStrength", 0.7},
+                                                          {"anisotropyRotation", rotation},
+                                                          {"anisotropyTexture", texture}}}}}}));
+        if (!second.empty()) primitive["attributes"]["TEXCOORD_1"] = document.AddAccessor(second, 2);
+        document.AddNode({{"mesh", document.AddMesh(primitive)}});
+        return test::Load(document);
+    };
+    const auto expected = [&](double angle) {
+        const glm::dvec3 direction(std::cos(angle), std::sin(angle), 0.0);
+        return Expected(normal, direction - glm::dot(direction, normal) * normal, 0.7);
+    };
+    for (const bool isDrawn : {false, true}) {
+        SCOPED_TRACE(isDrawn ? "drawn" : "traced");
+        ExpectStretch(file({{"texCoord", 0}}, quarter), expected(texel + quarter), isDrawn);
+        const Json turned{{"extensions", {{"KHR_texture_transform", {{"rotation", quarter}}}}}};
+        ExpectStretch(file(turned, 0.0), expected(texel - quarter), isDrawn);
+        // u to the bottom, v to the left
+        ExpectStretch(file({{"texCoord", 1}}, 0.0, {1, 1, 1, 0, 0, 0, 0, 1}), expected(texel - quarter),
+                      isDrawn);
+        // u to the left, v to the bottom
+        ExpectStretch(file({{"texCoord", 1}}, 0.6, {1, 1, 0, 1, 0, 0, 1, 0}),
+                      expected(std::numbers::pi - texel - 0.6), isDrawn);
+    }
 }
 
 // It is a direction within the surface: a placement moves it as it moves a scratch.

@@ -109,6 +109,8 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
              s.meshes[0].primitives[0].normals.assign(3, {0, 0, 1});
          },
          "meshes[0].primitives[0]: round primitives have normals or tangents"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].tangentTexCoord = 2; },
+         "meshes[0].primitives[0]: texture coordinates of the tangents is 2, there are 2"},
         {[](SceneData& s) { s.meshes[0].primitives[0].material = 1; },
          "meshes[0].primitives[0]: material is 1, there are 1"},
         {[](SceneData& s) { s.meshes[0].primitives[0].bounds = {}; },

@@ -38,6 +38,7 @@ Primitive AllStreams(size_t vertexCount, size_t triangleCount) {
     primitive.positions = numbers.Vectors<glm::vec3>(vertexCount);
     primitive.normals = numbers.Vectors<glm::vec3>(vertexCount);
     primitive.tangents = numbers.Vectors<glm::vec4>(vertexCount);
+    primitive.tangentTexCoord = 1;
     primitive.uv0 = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.uv1 = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.colors = numbers.Vectors<glm::vec4>(vertexCount);
@@ -143,6 +144,7 @@ void ExpectSame(const std::vector<PrimitivePiece>& pieces, const Primitive& whol
         EXPECT_EQ(part.material, whole.material);
         EXPECT_EQ(part.variants, whole.variants);
         EXPECT_EQ(part.hasFlatNormals, whole.hasFlatNormals);
+        EXPECT_EQ(part.tangentTexCoord, whole.tangentTexCoord);
         EXPECT_EQ(part.IsRound(), whole.IsRound());
         ExpectSameBounds(part.bounds, part.IsRound() ? RoundBounds(part) : BoundsOf(part.positions));
         Primitive bounded = part;

@@ -275,24 +275,33 @@ TEST(ImportTangents, AreMadeForTheTextureCoordinatesOfTheNormalMap) {
     EXPECT_EQ(OnlyPrimitive(second).tangents, std::vector<vec4>(3, vec4(-1, 0, 0, -1)));
 }
 
-// They lie along the axes of the image, wherever its transform puts it.
-TEST(ImportTangents, FollowTheTransformOfTheNormalMap) {
+// A transform may be edited and animated: it turns the frame where the map is read.
+TEST(ImportTangents, TransformOfTheNormalMap_ChoosesTheSetAndTurnsNothing) {
     GltfDocument document = QuadWithNormalMap(0);
     Json& map = document.json["materials"][0]["normalTexture"];
     map["extensions"]["KHR_texture_transform"] = {{"rotation", glm::half_pi<double>()}};
-    const auto expectAll = [&](const vec4& expected) {
+    for (const Json& kept : {Json{{"rotation", glm::half_pi<double>()}}, Json{{"scale", {-1, 1}}}}) {
+        map["extensions"]["KHR_texture_transform"] = kept;
         const scene::SceneData scene = Load(document);
-        ASSERT_EQ(OnlyPrimitive(scene).tangents.size(), 3u);
-        for (const vec4& tangent : OnlyPrimitive(scene).tangents)
-            EXPECT_LT(glm::distance(tangent, expected), 1e-6f)
-                << tangent.x << ' ' << tangent.y << ' ' << tangent.z << ' ' << tangent.w;
-    };
-    // u of the image grows with v of the triangle, which is downwards
-    expectAll({0, -1, 0, 1});
-    map["extensions"]["KHR_texture_transform"] = {{"scale", {-1, 1}}};
-    expectAll({-1, 0, 0, -1});
+        EXPECT_EQ(OnlyPrimitive(scene).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
+        EXPECT_EQ(OnlyPrimitive(scene).tangentTexCoord, 0u);
+    }
     map["extensions"]["KHR_texture_transform"] = {{"texCoord", 1}};
-    expectAll({-1, 0, 0, -1});
+    const scene::SceneData scene = Load(document);
+    EXPECT_EQ(OnlyPrimitive(scene).tangents, std::vector<vec4>(3, vec4(-1, 0, 0, -1)));
+    EXPECT_EQ(OnlyPrimitive(scene).tangentTexCoord, 1u);
+}
+
+// A map whose coordinates the primitive does not have says nothing of a frame; the next one does.
+TEST(ImportTangents, MapWithoutCoordinates_LeavesThemToTheNext) {
+    GltfDocument document = QuadWithNormalMap(1);
+    document.json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_1");
+    EXPECT_TRUE(OnlyPrimitive(Load(document)).tangents.empty());
+    document.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] = {
+        {"clearcoatFactor", 1}, {"clearcoatNormalTexture", {{"index", 0}}}};
+    const scene::SceneData scene = Load(document);
+    EXPECT_EQ(OnlyPrimitive(scene).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
+    EXPECT_EQ(OnlyPrimitive(scene).tangentTexCoord, 0u);
 }
 
 TEST(ImportTangents, AreLeftOutWithoutANormalMapOrItsTextureCoordinates) {
@@ -328,7 +337,9 @@ TEST(ImportTangents, GivenOnesAreUsed) {
     GltfDocument document = QuadWithNormalMap(0);
     document.json["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] =
         document.AddAccessor<float>({0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0, -1}, 4);
-    EXPECT_EQ(OnlyPrimitive(Load(document)).tangents, std::vector<vec4>(3, vec4(0, 1, 0, -1)));
+    const scene::SceneData scene = Load(document);
+    EXPECT_EQ(OnlyPrimitive(scene).tangents, std::vector<vec4>(3, vec4(0, 1, 0, -1)));
+    EXPECT_EQ(OnlyPrimitive(scene).tangentTexCoord, scene::kNone);
 }
 
 TEST(ImportTangents, GivenOnesAreNotUsedWithNormalsThatAreMade) {
