@@ -78,12 +78,13 @@ class ContentHasher {
     }
     void Add(const scene::Primitive& primitive) {
         // Without variants: `material` is that of the one that is shown
-        const auto& [positions, normals, tangents, tangentTexCoord, uv0, uv1, colors, indices, material,
-                     bounds, variants, radii, influences, targets, hasFlatNormals] = primitive;
+        const auto& [positions, normals, tangents, tangentTexCoord, frameTurns, uv0, uv1, colors, indices,
+                     material, bounds, variants, radii, influences, targets, hasFlatNormals] = primitive;
         AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
         // Scenes of triangles keep their hash, as do those that nothing deforms
         if (!radii.empty()) Add(radii);
-        if (tangentTexCoord != scene::kNone) AddAll(std::string_view("tangents"), tangentTexCoord);
+        if (tangentTexCoord != scene::kNone)
+            AddAll(std::string_view("tangents"), tangentTexCoord, frameTurns);
         if (!influences.IsEmpty()) AddAll(std::string_view("joints"), influences);
         if (!targets.empty()) AddAll(std::string_view("targets"), targets);
         if (hasFlatNormals && (!influences.IsEmpty() || !targets.empty())) Add(std::string_view("flat"));

@@ -199,6 +199,7 @@ uint32_t GpuScene::Impl::AddMesh(const HostMesh& mesh) {
     group.bounds = mesh.bounds;
     uploaded.records.push_back({.normals = AddressOf(mesh.normals),
                                 .tangents = AddressOf(mesh.tangents),
+                                .frameTurns = 0,
                                 .uv0 = AddressOf(mesh.uv0),
                                 .uv1 = AddressOf(mesh.uv1),
                                 .colors = AddressOf(mesh.colors),

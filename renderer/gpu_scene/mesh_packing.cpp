@@ -138,6 +138,7 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
         result.records.push_back({
             .normals = packer.Append(primitive->normals),
             .tangents = packer.Append(primitive->tangents),
+            .frameTurns = packer.Append(primitive->frameTurns),
             .uv0 = packer.Append(primitive->uv0),
             .uv1 = packer.Append(primitive->uv1),
             .colors = packer.Append(primitive->colors),

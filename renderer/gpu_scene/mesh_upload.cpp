@@ -16,6 +16,7 @@ void PlaceGroup(PackedGroup& group, VkDeviceAddress start) {
         if (group.base) PlaceBase(group.base->parts[i], record, group.positions, first, start, group.streams);
         record.normals = StreamPacker::Address(record.normals, start, first, sizeof(glm::vec3));
         record.tangents = StreamPacker::Address(record.tangents, start, first, sizeof(glm::vec4));
+        record.frameTurns = StreamPacker::Address(record.frameTurns, start, first, sizeof(glm::vec2));
         record.uv0 = StreamPacker::Address(record.uv0, start, first, sizeof(glm::vec2));
         record.uv1 = StreamPacker::Address(record.uv1, start, first, sizeof(glm::vec2));
         record.colors = StreamPacker::Address(record.colors, start, first, sizeof(glm::vec4));

@@ -142,6 +142,9 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     subject.RequireFinite("positions", primitive.positions);
     subject.RequireStream("normals", primitive.normals, vertexCount);
     subject.RequireStream("tangents", primitive.tangents, vertexCount);
+    subject.RequireStream("turns of frames", primitive.frameTurns, vertexCount);
+    subject.Require(primitive.frameTurns.empty() || !primitive.tangents.empty(),
+                    "turns of frames need tangents that they turn");
     subject.RequireIndex("texture coordinates of the tangents", primitive.tangentTexCoord, 2, true);
     subject.RequireStream("uv0", primitive.uv0, vertexCount);
     subject.RequireStream("uv1", primitive.uv1, vertexCount);

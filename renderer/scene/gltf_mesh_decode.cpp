@@ -15,10 +15,10 @@ namespace {
 
 class PrimitiveDecoder {
   public:
-    // `material`: what tangents are for.
+    // `maps` are what tangents are for.
     PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
-                     const Material& material, const JointLimit& joints)
-        : m_context(context), m_reader(reader), m_layout(layout), m_material(material), m_joints(joints) {}
+                     std::vector<TextureRef> maps, const JointLimit& joints)
+        : m_context(context), m_reader(reader), m_layout(layout), m_maps(std::move(maps)), m_joints(joints) {}
 
     Primitive Decode() {
         if (m_layout.mode < PrimitiveMode::Triangles) return DecodeRound();
@@ -158,16 +158,33 @@ class PrimitiveDecoder {
                                             m_decoded.attributes[static_cast<size_t>(attribute)]);
     }
 
-    // Makes tangents along the texture coordinates by which the first directional texture is read that the
-    // primitive has coordinates for. Without one there are no tangents.
+    // Makes tangents along the texture coordinates of the first map that the primitive has coordinates for;
+    // without one there are none. If other maps are read by the other set, finds how its tangents are turned
+    // against them.
     void MakeTangents(Primitive& primitive) {
-        const auto streamOf = [&primitive](const TextureRef& map) -> const std::vector<glm::vec2>& {
-            return map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
+        const auto hasCoordinates = [&primitive](const TextureRef& map) {
+            return !(map.texCoord == 1 ? primitive.uv1 : primitive.uv0).empty();
         };
-        const std::vector<TextureRef> maps = m_material.DirectionalTextures();
-        const auto map =
-            std::ranges::find_if(maps, [&](const TextureRef& one) { return !streamOf(one).empty(); });
-        if (map == maps.end() || primitive.indices.empty()) return;
+        const auto first = std::ranges::find_if(m_maps, hasCoordinates);
+        if (first == m_maps.end() || primitive.indices.empty()) return;
+        primitive.tangentTexCoord = first->texCoord == 1 ? 1 : 0;
+        primitive.tangents = TangentsAlong(primitive, primitive.tangentTexCoord);
+        const bool hasOthers = std::ranges::any_of(m_maps, [&](const TextureRef& map) {
+            return map.texCoord != first->texCoord && hasCoordinates(map);
+        });
+        // Morph targets without displacements of tangents turn the image, but not the tangents
+        if (!hasOthers || !primitive.targets.empty()) return;
+        const std::vector<glm::vec4> others = TangentsAlong(primitive, 1 - primitive.tangentTexCoord);
+        primitive.frameTurns.reserve(others.size());
+        for (size_t i = 0; i < others.size(); ++i) {
+            const glm::vec3 from(primitive.tangents[i]), to(others[i]);
+            primitive.frameTurns.emplace_back(glm::dot(from, to),
+                                              glm::dot(primitive.normals[i], glm::cross(from, to)));
+        }
+    }
+
+    // Splits the vertices where several tangents along a set of texture coordinates meet.
+    std::vector<glm::vec4> TangentsAlong(Primitive& primitive, uint32_t texCoord) {
         // What its working tables take, and at most as many vertices as there are indices.
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
@@ -176,11 +193,12 @@ class PrimitiveDecoder {
             primitive.influences.perVertex * (sizeof(uint16_t) + sizeof(float)) +
             primitive.targets.size() * 2 * sizeof(glm::vec3);
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * deformationBytes);
-        TangentMesh mesh =
-            GenerateTangents(primitive.positions, primitive.normals, streamOf(*map), primitive.indices);
+        TangentMesh mesh = GenerateTangents(primitive.positions, primitive.normals,
+                                            texCoord == 1 ? primitive.uv1 : primitive.uv0, primitive.indices);
         const std::span<const uint32_t> added = std::span(mesh.sources).subspan(primitive.positions.size());
         AppendVertices(primitive.positions, added);
         AppendVertices(primitive.normals, added);
+        AppendVertices(primitive.tangents, added);
         AppendVertices(primitive.uv0, added);
         AppendVertices(primitive.uv1, added);
         AppendVertices(primitive.colors, added);
@@ -191,8 +209,7 @@ class PrimitiveDecoder {
             AppendVertices(target.normals, added);
         }
         primitive.indices = std::move(mesh.indices);
-        primitive.tangents = std::move(mesh.tangents);
-        primitive.tangentTexCoord = map->texCoord == 1 ? 1 : 0;
+        return std::move(mesh.tangents);
     }
 
     // Copies of the vertices named, at the end of a stream that is there and has so many elements of each.
@@ -224,7 +241,7 @@ class PrimitiveDecoder {
     GltfContext& m_context;
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
-    const Material& m_material;
+    std::vector<TextureRef> m_maps;
     const JointLimit& m_joints;
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
@@ -236,13 +253,14 @@ bool ReadDifferently(const TextureRef& a, const TextureRef& b) {
            glm::sign(a.transform.scale) != glm::sign(b.transform.scale);
 }
 
-// The primitive's own material, or else the first of a variant, that has a use for tangents.
-const Material& TangentMaterial(const Primitive& primitive, std::span<const Material> materials) {
-    const Material& own = materials[primitive.material];
-    if (!own.DirectionalTextures().empty()) return own;
-    for (const VariantMaterial& variant : primitive.variants)
-        if (!materials[variant.material].DirectionalTextures().empty()) return materials[variant.material];
-    return own;
+// The directional textures of the primitive's own material, then those of its variants.
+std::vector<TextureRef> DirectionalTextures(const Primitive& primitive, std::span<const Material> materials) {
+    std::vector<TextureRef> maps = materials[primitive.material].DirectionalTextures();
+    for (const VariantMaterial& variant : primitive.variants) {
+        const std::vector<TextureRef> more = materials[variant.material].DirectionalTextures();
+        maps.insert(maps.end(), more.begin(), more.end());
+    }
+    return maps;
 }
 
 // Tangents of the file are the frame of all maps, which a file whose maps differ in their coordinates may not
@@ -270,9 +288,9 @@ Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& 
         shown.material = given(part.material);
         for (const VariantMaterial& variant : part.variants)
             shown.variants.push_back({variant.variant, given(variant.material)});
-        const Material& material = TangentMaterial(shown, materials);
-        WarnOfSharedTangents(context, part, material);
-        Primitive primitive = PrimitiveDecoder(context, reader, part, material, joints).Decode();
+        WarnOfSharedTangents(context, part, materials[shown.material]);
+        Primitive primitive =
+            PrimitiveDecoder(context, reader, part, DirectionalTextures(shown, materials), joints).Decode();
         if (primitive.indices.empty()) continue;
         primitive.material = shown.material;
         primitive.variants = std::move(shown.variants);

@@ -86,6 +86,9 @@ struct Primitive {
     // by other coordinates has another frame (shaders/core/tangent_frame.glsl). kNone: the tangents are
     // given, and all maps of the primitive are read along them.
     uint32_t tangentTexCoord = kNone;
+    // Cosine and sine of the angle about the normal from the tangent to the one along the other set of
+    // texture coordinates. Empty: a map of that set has the frame of each triangle itself.
+    std::vector<glm::vec2> frameTurns;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
     // Linear; multiplies the base color. Alpha 1 where the file has three channels.

@@ -24,6 +24,7 @@ void ForEachVertexStream(Visit&& visit, P&... primitive) {
     visit(1u, primitive.positions...);
     visit(1u, primitive.normals...);
     visit(1u, primitive.tangents...);
+    visit(1u, primitive.frameTurns...);
     visit(1u, primitive.uv0...);
     visit(1u, primitive.uv1...);
     visit(1u, primitive.colors...);

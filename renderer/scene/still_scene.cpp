@@ -75,8 +75,8 @@ uint64_t CopyBytes(const Mesh& mesh) {
     uint64_t bytes = sizeof(Mesh);
     for (const Primitive& p : mesh.primitives)
         bytes += sizeof(Primitive) + Bytes(p.positions) + Bytes(p.normals) + Bytes(p.tangents) +
-                 Bytes(p.uv0) + Bytes(p.uv1) + Bytes(p.colors) + Bytes(p.indices) + Bytes(p.variants) +
-                 Bytes(p.radii);
+                 Bytes(p.frameTurns) + Bytes(p.uv0) + Bytes(p.uv1) + Bytes(p.colors) + Bytes(p.indices) +
+                 Bytes(p.variants) + Bytes(p.radii);
     return bytes;
 }
 
@@ -103,6 +103,7 @@ void Deform(const Primitive& from, std::span<const float> weights, std::span<con
 Primitive CopyBesideStreams(const Primitive& from) {
     Primitive copy;
     copy.tangentTexCoord = from.tangentTexCoord;
+    copy.frameTurns = from.frameTurns;
     copy.uv0 = from.uv0;
     copy.uv1 = from.uv1;
     copy.colors = from.colors;

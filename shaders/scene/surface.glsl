@@ -35,9 +35,9 @@ bool KeepsAxes(mat3x2 transform) {
 
 // The frame (core/tangent_frame.glsl) of a directional map (TEXTURE_OF) at a point of a geometry with
 // tangents, in object space; n is the interpolated normal, of any length. It is that of the stored tangents
-// where these were given for all maps, or were made along the coordinates by which the map is read. A
-// transform turns them within the surface; another set of coordinates has the frame of the triangle itself.
-// e1 and e2 are its edges, as they are after deformation.
+// where these were given for all maps, or were made along the set of coordinates by which the map is read.
+// Another set has smooth tangents, too, or else those of the triangle itself. A transform turns either within
+// the surface. e1 and e2 are the triangle's edges, as they are after deformation.
 vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2,
                vec3 n) {
     vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
@@ -45,16 +45,26 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
     if (geometry.tangentSet == kTangentsOfAllMaps) return tangent;
     bool isSecond = (map & kSecondTexCoord) != 0u;
     bool isSameSet = geometry.tangentSet == (isSecond ? kTangentsOfSecondSet : kTangentsOfFirstSet);
+    bool isTurned = !KeepsAxes(transform);
     uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
-    if ((isSameSet && KeepsAxes(transform)) || !IsPresent(stream)) return tangent;
+    if ((isSameSet && !isTurned) || !IsPresent(stream)) return tangent;
     Vec2Stream values = Vec2Stream(stream);
     vec2 first = values.at[triangle.vertices.x];
     vec2 a = values.at[triangle.vertices.y] - first;
     vec2 b = values.at[triangle.vertices.z] - first;
     n *= inversesqrt(max(dot(n, n), 1e-30f));
-    vec4 own = TriangleTangent(e1, e2, transform * vec3(a, 0.0f), transform * vec3(b, 0.0f), n);
-    if (own.w == 0.0f) return tangent;
-    return isSameSet ? TurnTangent(tangent, TriangleTangent(e1, e2, a, b, n), own, n) : own;
+    vec4 ofTriangle = TriangleTangent(e1, e2, a, b, n);
+    bool hasFrame = ofTriangle.w != 0.0f;
+    if (!isSameSet && IsPresent(geometry.frameTurns)) {
+        vec2 turn = InterpolateVec2(Vec2Stream(geometry.frameTurns), triangle);
+        tangent.xyz = turn.x * tangent.xyz + turn.y * cross(n, tangent.xyz);
+        if (hasFrame) tangent.w = ofTriangle.w;
+    } else if (!isSameSet && hasFrame) {
+        tangent = ofTriangle;
+    }
+    if (!isTurned || !hasFrame) return tangent;
+    vec4 turned = TriangleTangent(e1, e2, transform * vec3(a, 0.0f), transform * vec3(b, 0.0f), n);
+    return turned.w != 0.0f ? TurnTangent(tangent, ofTriangle, turned, n) : tangent;
 }
 
 // The normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit length.

@@ -78,9 +78,12 @@ RAYGRAPH_CONSTANT uint kTangentsOfSecondSet = 2u;
 struct GeometryRecord {
     RAYGRAPH_ADDRESS normals;   // vec3
     RAYGRAPH_ADDRESS tangents;  // vec4
-    RAYGRAPH_ADDRESS uv0;       // vec2
-    RAYGRAPH_ADDRESS uv1;       // vec2
-    RAYGRAPH_ADDRESS colors;    // vec4, linear
+    // vec2: cosine and sine of the angle about the normal from the tangent to that of the set of texture
+    // coordinates that tangentSet does not name; 0: maps of that set have the frame of the triangle
+    RAYGRAPH_ADDRESS frameTurns;
+    RAYGRAPH_ADDRESS uv0;     // vec2
+    RAYGRAPH_ADDRESS uv1;     // vec2
+    RAYGRAPH_ADDRESS colors;  // vec4, linear
     // uint a triangle of the group: its index in the file's primitive; 0: the same
     RAYGRAPH_ADDRESS primitives;
     uint material;
@@ -224,7 +227,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(CapsuleRecord) == 9 * 4);
-static_assert(sizeof(GeometryRecord) == 14 * 4);
+static_assert(sizeof(GeometryRecord) == 16 * 4);
 static_assert(sizeof(MaterialRecord) == 173 * 4);
 static_assert(sizeof(TraceParameters) == 55 * 4);
 }  // namespace raygraph::gpu

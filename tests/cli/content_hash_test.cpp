@@ -106,8 +106,8 @@ auto FieldsOf(Bounds& s) {
     return std::tie(a, b);
 }
 auto FieldsOf(Primitive& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, variants, k, l, m, n] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
+    auto& [a, b, c, d, e, f, g, h, i, j, k, variants, l, m, n, o] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
 }
 auto FieldsOf(JointInfluences& s) {
     auto& [a, b, c, bounds] = s;

@@ -2,6 +2,7 @@
 // the image as it lies on the square, worked out here from its corners.
 #include <array>
 #include <cmath>
+#include <glm/gtc/constants.hpp>
 
 #include "renderer/scene/still_scene.h"
 #include "shaders/shared/trace_options.h"
@@ -239,6 +240,57 @@ TEST_F(MapFrames, Variants_ReadTheirMapsAlongTheirOwnCoordinates) {
     ExpectNear(NormalSeen(), Bent(AxesOn(kUpright, {})), 2e-3f, "its own");
     render.scene.SetVariant(0);
     ExpectNear(NormalSeen(), Bent(AxesOn(kQuarterTurn, {})), 2e-3f, "the variant's");
+}
+
+// A disc of few wedges around which the second set runs: its tangents change smoothly from wedge to wedge, and do
+// so too where those of the first set are the stored ones.
+TEST_F(MapFrames, SetThatRunsAroundADisc_IsSmoothAsTheOnlyOne) {
+    constexpr int kWedges = 8;
+    std::vector<float> positions, normals, flat, around;
+    std::vector<uint16_t> indices;
+    for (int i = 0; i <= kWedges; ++i)
+        for (const float radius : {0.2f, 1.0f}) {
+            const float angle = 2.0f * glm::pi<float>() * float(i) / kWedges;
+            const float x = radius * std::cos(angle), y = radius * std::sin(angle);
+            positions.insert(positions.end(), {x, y, 0.0f});
+            normals.insert(normals.end(), {0.0f, 0.0f, 1.0f});
+            flat.insert(flat.end(), {x, -y});
+            around.insert(around.end(), {float(i), 1.0f - radius});
+        }
+    for (int i = 0; i < kWedges; ++i)
+        for (const int corner : {0, 1, 3, 0, 3, 2}) indices.push_back(static_cast<uint16_t>(2 * i + corner));
+    // Own: the map along `around` alone. Else: as a variant of a material with a map along `flat`
+    const auto seen = [&](bool isOwn) {
+        GltfDocument document;
+        AddTexture(document, test::MakePng(2, 2, kTilt));
+        const size_t one = document.AddMaterial({{"normalTexture", Coordinates{.set = 1}.AsJson()}});
+        const size_t other = document.AddMaterial({{"normalTexture", Coordinates{}.AsJson()}});
+        Json primitive{{"attributes",
+                        {{"POSITION", document.AddAccessor(positions, 3)},
+                         {"NORMAL", document.AddAccessor(normals, 3)},
+                         {"TEXCOORD_0", document.AddAccessor(flat, 2)},
+                         {"TEXCOORD_1", document.AddAccessor(around, 2)}}},
+                       {"indices", document.AddAccessor(indices, 1)},
+                       {"material", isOwn ? one : other}};
+        if (!isOwn) {
+            document.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "one"}}};
+            primitive["extensions"]["KHR_materials_variants"]["mappings"] = {
+                {{"material", one}, {"variants", {0}}}};
+        }
+        document.AddNode({{"mesh", document.AddMesh(primitive)}});
+        render.scene.SetScene(Load(document));
+        if (!isOwn) render.scene.SetVariant(0);
+        return render.PrimaryHits(Facing(2.0f, 48)).normal;
+    };
+    const FloatImage expected = seen(true), shown = seen(false);
+    size_t count = 0;
+    for (size_t i = 0; i < expected.values.size(); ++i) {
+        const glm::vec3 a(expected.values[i]), b(shown.values[i]);
+        if (a == glm::vec3(0.0f)) continue;
+        ASSERT_LT(glm::distance(a, b), 2e-3f) << "pixel " << i;
+        ++count;
+    }
+    EXPECT_GT(count, 1000u);
 }
 
 // A morph target turns and skews the square; a map of another set follows it.

@@ -18,6 +18,7 @@ void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
     EXPECT_EQ(a.normals, b.normals);
     EXPECT_EQ(a.tangents, b.tangents);
     EXPECT_EQ(a.tangentTexCoord, b.tangentTexCoord);
+    EXPECT_EQ(a.frameTurns, b.frameTurns);
     EXPECT_EQ(a.uv0, b.uv0);
     EXPECT_EQ(a.uv1, b.uv1);
     EXPECT_EQ(a.colors, b.colors);

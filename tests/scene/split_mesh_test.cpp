@@ -39,6 +39,7 @@ Primitive AllStreams(size_t vertexCount, size_t triangleCount) {
     primitive.normals = numbers.Vectors<glm::vec3>(vertexCount);
     primitive.tangents = numbers.Vectors<glm::vec4>(vertexCount);
     primitive.tangentTexCoord = 1;
+    primitive.frameTurns = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.uv0 = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.uv1 = numbers.Vectors<glm::vec2>(vertexCount);
     primitive.colors = numbers.Vectors<glm::vec4>(vertexCount);
@@ -97,6 +98,7 @@ std::vector<uint32_t> VertexBits(const Primitive& primitive, size_t vertex) {
     AddBits(primitive.positions, vertex, 1, bits);
     AddBits(primitive.normals, vertex, 1, bits);
     AddBits(primitive.tangents, vertex, 1, bits);
+    AddBits(primitive.frameTurns, vertex, 1, bits);
     AddBits(primitive.uv0, vertex, 1, bits);
     AddBits(primitive.uv1, vertex, 1, bits);
     AddBits(primitive.colors, vertex, 1, bits);

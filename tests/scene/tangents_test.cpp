@@ -350,6 +350,49 @@ TEST(ImportTangents, GivenOnesAreNotUsedWithNormalsThatAreMade) {
     EXPECT_EQ(OnlyPrimitive(Load(document)).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
 }
 
+// What a coat is read by along the other set: the angle from the base's tangents to those of its own, where both
+// are made.
+TEST(ImportTangents, MapOfTheOtherSet_HasAnglesToTheFirst) {
+    GltfDocument document = QuadWithNormalMap(0);
+    Json& primitive = document.json["meshes"][0]["primitives"][0];
+    Json& coat = document.json["materials"][0]["extensions"]["KHR_materials_clearcoat"];
+    coat = {{"clearcoatFactor", 1}, {"clearcoatNormalTexture", {{"index", 0}}}};
+    EXPECT_TRUE(OnlyPrimitive(Load(document)).frameTurns.empty()) << "of the same set";
+    coat["clearcoatNormalTexture"]["texCoord"] = 1;
+    // u of the second set grows to the top, v to the right
+    primitive["attributes"]["TEXCOORD_1"] = document.AddAccessor<float>({0, 0, 0, 1, 1, 0}, 2);
+    const auto turned = [&] { return OnlyPrimitive(Load(document)).frameTurns; };
+    EXPECT_EQ(turned(), std::vector<vec2>(3, vec2(0, 1)));
+    EXPECT_EQ(OnlyPrimitive(Load(document)).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
+    primitive["attributes"]["TANGENT"] =
+        document.AddAccessor<float>({0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0, -1}, 4);
+    EXPECT_TRUE(turned().empty()) << "given tangents are those of all maps";
+    primitive["attributes"].erase("TANGENT");
+    primitive["targets"] = {{{"POSITION", document.AddAccessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, 3)}}};
+    EXPECT_TRUE(turned().empty()) << "targets change the angles";
+}
+
+// A vertex may have one tangent along the first set, and two along the second.
+TEST(ImportTangents, MapOfTheOtherSet_SplitsVerticesOfTheFirst) {
+    GltfDocument document = QuadWithNormalMap(0);
+    Json& primitive = document.json["meshes"][0]["primitives"][0];
+    document.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] = {
+        {"clearcoatFactor", 1}, {"clearcoatNormalTexture", {{"index", 0}, {"texCoord", 1}}}};
+    primitive["attributes"] = {
+        {"POSITION", document.AddAccessor<float>({0, 0, 0, 1, 0, 0, 1, 1, 0, 2, 0, 0}, 3)},
+        {"NORMAL", document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, 3)},
+        {"TEXCOORD_0", document.AddAccessor<float>({0, 1, 1, 1, 1, 0, 2, 1}, 2)},
+        {"TEXCOORD_1", document.AddAccessor<float>({0, 1, 1, 1, 1, 0, 0, 1}, 2)}};
+    primitive["indices"] = document.AddAccessor<uint16_t>({0, 1, 2, 1, 3, 2}, 1);
+    const scene::SceneData scene = Load(document);
+    const scene::Primitive& loaded = OnlyPrimitive(scene);
+    ASSERT_EQ(loaded.positions.size(), 6u);
+    EXPECT_EQ(loaded.tangents, std::vector<vec4>(6, vec4(1, 0, 0, 1)));
+    ASSERT_EQ(loaded.frameTurns.size(), 6u);
+    for (size_t i = 0; i < 6; ++i)
+        EXPECT_EQ(loaded.frameTurns[loaded.indices[i]], i < 3 ? vec2(1, 0) : vec2(-1, 0));
+}
+
 TEST(ImportTangents, SplitVerticesKeepTheirOtherAttributes) {
     GltfDocument document = QuadWithNormalMap(0);
     Json& primitive = document.json["meshes"][0]["primitives"][0];
