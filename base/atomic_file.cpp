@@ -1,10 +1,13 @@
 #include "base/atomic_file.h"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <optional>
 
 #include "base/check.h"
 #include "base/os/file.h"
+#include "base/os/new_file.h"
 #include "base/text.h"
 
 namespace raygraph {
@@ -17,10 +20,37 @@ std::error_code LastError() {
     return {errno != 0 ? errno : EIO, std::generic_category()};
 }
 
+// The name cannot be given to a new file, which says nothing of what is written to the old one.
+bool IsOfTheName(const std::error_code& error) {
+    constexpr std::array kOfTheName{std::errc::permission_denied, std::errc::operation_not_permitted,
+                                    std::errc::read_only_file_system, std::errc::device_or_resource_busy,
+                                    std::errc::cross_device_link};
+    return std::ranges::any_of(kOfTheName, [&](std::errc each) { return error == each; });
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
-    // Link by link, so that a link to a file that does not exist yet is followed too.
+    std::error_code error;
+    // Before links are followed: that of an open pipe, such as /dev/stdout, leads to no path
+    const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
+    m_isInPlace = std::filesystem::is_character_file(existing) || std::filesystem::is_fifo(existing);
+    if (!m_isInPlace) {
+        FollowLinks();
+        OpenToReplace();
+    } else if (const std::error_code refusal = os::RefusalToWrite(m_target)) {
+        Fail("cannot write", refusal);
+    }
+    if (m_file) return;
+    const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+    if (!error) m_file = std::make_unique<os::NewFile>(folder, std::nullopt, error);
+    if (error) Fail("cannot collect its content in a temporary file", error);
+}
+
+AtomicFile::~AtomicFile() = default;
+
+// Link by link, so that a link to a file that does not exist yet is followed too.
+void AtomicFile::FollowLinks() {
     std::error_code error;
     for (int linkCount = 0; std::filesystem::is_symlink(m_target, error); ++linkCount) {
         if (linkCount == kMaxLinkCount)
@@ -29,71 +59,77 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
         if (error) Fail("cannot follow the link", error);
         m_target = m_target.parent_path() / next;
     }
-    std::optional<std::filesystem::perms> permissions;
-    const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
-    if (std::filesystem::exists(existing)) {
-        if (!std::filesystem::is_regular_file(existing))
-            throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", m_target.string());
-        permissions = existing.permissions();
-    }
-    do {
-        m_temporary = os::TemporaryName(m_target.parent_path());
-        m_stream = os::CreateNew(m_temporary, permissions, error);
-    } while (error == std::errc::file_exists);
-    if (error) Fail("cannot create a file in its folder", error);
 }
 
-AtomicFile::~AtomicFile() {
-    if (m_stream != nullptr) std::fclose(m_stream);
-    std::error_code ignored;
-    if (!m_temporary.empty()) std::filesystem::remove(m_temporary, ignored);
+// Leaves m_file null where the folder takes no new file, and the old one is to be written in place.
+void AtomicFile::OpenToReplace() {
+    std::error_code error;
+    const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
+    const bool isThere = std::filesystem::exists(existing);
+    if (isThere && !std::filesystem::is_regular_file(existing))
+        throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", m_target.string());
+    // Such as a name that is too long
+    if (!isThere && existing.type() != std::filesystem::file_type::not_found) Fail("cannot write", error);
+    const auto permissions = isThere ? std::optional(existing.permissions()) : std::nullopt;
+    auto file = std::make_unique<os::NewFile>(m_target.parent_path(), permissions, error);
+    const char* const what = error ? "cannot create a file in its folder" : "cannot replace";
+    const std::error_code refusal = error || !isThere ? error : os::RefusalToReplace(m_target);
+    if (!error) m_file = std::move(file);
+    if (!refusal) return;
+    if (!isThere || !IsOfTheName(refusal) || os::RefusalToWrite(m_target)) Fail(what, refusal);
+    m_isInPlace = true;
+    m_whyInPlace = refusal.message();
 }
 
 void AtomicFile::Fail(const char* what, const std::error_code& error) const {
     throw MakeError(ErrorKind::Io, "{}: {}: {}", m_target.string(), what, error.message());
 }
 
+void AtomicFile::FailToWrite(const std::error_code& error) {
+    if (!m_writeError) m_writeError = error;
+    Fail("cannot write", error);
+}
+
+std::FILE* AtomicFile::Stream() const {
+    RG_CHECK(m_file != nullptr);
+    return m_file->Stream();
+}
+
 void AtomicFile::Write(std::span<const std::byte> bytes) {
-    RG_CHECK(m_stream != nullptr);
     errno = 0;
-    if (std::fwrite(bytes.data(), 1, bytes.size(), m_stream) != bytes.size()) {
-        m_isWriteFailed = true;
-        Fail("cannot write", LastError());
-    }
+    if (std::fwrite(bytes.data(), 1, bytes.size(), Stream()) != bytes.size()) FailToWrite(LastError());
 }
 
 uint64_t AtomicFile::Position() const {
-    RG_CHECK(m_stream != nullptr);
     std::error_code error;
-    const uint64_t position = os::Position(m_stream, error);
+    const uint64_t position = os::Position(Stream(), error);
     if (error) Fail("cannot tell the position", error);
     return position;
 }
 
 void AtomicFile::Seek(uint64_t position) {
-    RG_CHECK(m_stream != nullptr);
     // Seeking writes out what is buffered, so it fails as a write does.
     std::error_code error;
-    os::Seek(m_stream, position, error);
-    if (!error) return;
-    m_isWriteFailed = true;
-    Fail("cannot write", error);
+    os::Seek(Stream(), position, error);
+    if (error) FailToWrite(error);
 }
 
 void AtomicFile::Commit() {
-    RG_CHECK(m_stream != nullptr);
     errno = 0;
-    const bool isFailed = m_isWriteFailed || std::ferror(m_stream) != 0 || std::fflush(m_stream) != 0;
-    if (isFailed) Fail("cannot write", LastError());
+    if (m_writeError) Fail("cannot write", m_writeError);
+    if (std::ferror(Stream()) != 0) Fail("cannot write", LastError());
     std::error_code error;
-    os::Sync(m_stream, error);
+    m_file->Close(error);
     if (error) Fail("cannot write", error);
-    const int closed = std::fclose(m_stream);
-    m_stream = nullptr;
-    if (closed != 0) Fail("cannot write", LastError());
-    std::filesystem::rename(m_temporary, m_target, error);
-    if (error) Fail("cannot replace", error);
-    m_temporary.clear();
+    if (!m_isInPlace) {
+        m_file->Publish(m_target.filename(), error);
+        // The constructor has asked, but not every system knows
+        m_isInPlace = IsOfTheName(error);
+        if (error && !m_isInPlace) Fail("cannot replace", error);
+    }
+    if (m_isInPlace) m_file->CopyTo(m_target, error);
+    if (error) Fail("cannot write", error);
+    m_file.reset();
 }
 
 }  // namespace raygraph

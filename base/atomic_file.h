@@ -6,18 +6,27 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <span>
+#include <string>
 #include <system_error>
 
 #include "base/api.h"
 
 namespace raygraph {
 
-// Opens a new file of a unique name beside `target`; Commit() moves it over the target. Until then the target
-// is as it was, and the destructor removes the new file. A target that is a symbolic link is followed; one
-// that exists and is not a regular file (a folder, a device) is refused; an existing target's permissions are
-// kept. Every failure is Error{Io} naming the target and the system's reason. One object is for one thread at
-// a time.
+namespace os {
+class NewFile;
+}
+
+// Collects what is written in a new file, which Commit() puts in the place of `target`. Until then the target
+// is as it was, and nothing is left where the object ends, or the process is killed, before that. A target
+// that is a symbolic link is followed; an existing target's permissions are kept.
+//
+// The constructor fails where Commit() would, but for a disk that is full by then: one that only makes sure
+// of that leaves no trace. A target that cannot be replaced but written to (WhyInPlace) is written in place
+// by Commit(), and so are devices and pipes; a folder is refused. Every failure is Error{Io} naming the
+// target and the system's reason. One object is for one thread at a time.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -25,23 +34,33 @@ class RAYGRAPH_API AtomicFile {
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
+    // The reason for which a regular file is not replaced as a whole, such as that it is mounted by itself;
+    // "": it is. Commit() then overwrites it, and a crash within that leaves a part.
+    const std::string& WhyInPlace() const { return m_whyInPlace; }
+
     void Write(std::span<const std::byte> bytes);
     // Positions are in bytes from the start of the file.
     uint64_t Position() const;
     void Seek(uint64_t position);
 
     // For libraries that write to a stdio stream. Owned by this object; errors on it are found by Commit().
-    std::FILE* Stream() const { return m_stream; }
+    std::FILE* Stream() const;
 
-    // Flushes to the disk and renames. Fails if any earlier write failed. At most once, as the last call.
+    // Flushes to the disk and replaces the target. Fails if any earlier write failed. At most once, as the
+    // last call.
     void Commit();
 
   private:
     [[noreturn]] void Fail(const char* what, const std::error_code& error) const;
+    [[noreturn]] void FailToWrite(const std::error_code& error);
+    void FollowLinks();
+    void OpenToReplace();
 
-    std::filesystem::path m_target, m_temporary;
-    std::FILE* m_stream = nullptr;
-    bool m_isWriteFailed = false;
+    std::filesystem::path m_target;
+    std::unique_ptr<os::NewFile> m_file;  // It is null after Commit.
+    bool m_isInPlace = false;
+    std::error_code m_writeError;  // of the first write that failed
+    std::string m_whyInPlace;
 };
 
 }  // namespace raygraph

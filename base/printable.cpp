@@ -1,11 +1,9 @@
 #include "base/printable.h"
 
 namespace raygraph {
-namespace {
 
-// Bytes of the well-formed UTF-8 sequence at the start of `text`, 0 if there is none. Table 3-7 of the
-// Unicode standard, with the three-byte surrogates and overlong forms refused.
-size_t SequenceLength(std::string_view text) {
+// By table 3-7 of the Unicode standard, with the three-byte surrogates and overlong forms refused.
+size_t Utf8Length(std::string_view text) {
     const auto byte = [&](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
     const auto isTail = [&](size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
     const unsigned first = byte(0);
@@ -26,12 +24,10 @@ size_t SequenceLength(std::string_view text) {
     return 0;
 }
 
-}  // namespace
-
 std::string Printable(std::string_view text, size_t maxBytes) {
     std::string out;
     while (!text.empty()) {
-        size_t length = SequenceLength(text);
+        size_t length = Utf8Length(text);
         const unsigned first = static_cast<unsigned char>(text[0]);
         const unsigned second = text.size() > 1 ? static_cast<unsigned char>(text[1]) : 0u;
         // C0, DEL and C1 controls: a terminal may act on them.

@@ -10,6 +10,9 @@
 
 namespace raygraph {
 
+// Bytes of the well-formed UTF-8 sequence at the start of `text`; 0: there is none.
+RAYGRAPH_API size_t Utf8Length(std::string_view text);
+
 // `text` with control characters and bytes that are not UTF-8 as '?', cut to `maxBytes` with "..." after it.
 RAYGRAPH_API std::string Printable(std::string_view text, size_t maxBytes = 120);
 

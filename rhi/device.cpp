@@ -6,6 +6,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "rhi/device_impl.h"
+#include "rhi/shader_specializer.h"
 #include "rhi/texture_table.h"
 
 namespace raygraph::rhi {
@@ -86,7 +87,8 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &cache), "vkCreatePipelineCache");
     pipelineCache = cache;
     if (info.isLavapipe)
-        specializedShaders.emplace(savesPipelineCache ? cacheFolder : std::filesystem::path(), log);
+        specializedShaders.emplace(savesPipelineCache ? cacheFolder : std::filesystem::path(), log,
+                                   SpecializerVersion());
 }
 
 VkResult Device::Impl::Await(uint64_t value) noexcept {

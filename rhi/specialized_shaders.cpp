@@ -56,8 +56,8 @@ std::string Refusal(std::span<const std::byte> file, const std::array<uint64_t, 
 
 }  // namespace
 
-SpecializedShaders::SpecializedShaders(const fs::path& folder, Log log)
-    : m_log(std::move(log)), m_version(SpecializerVersion()) {
+SpecializedShaders::SpecializedShaders(const fs::path& folder, Log log, std::string version)
+    : m_log(std::move(log)), m_version(std::move(version)) {
     if (!folder.empty()) m_folder = folder / "shaders";
 }
 

@@ -1,4 +1,5 @@
-// Files of the operating system, for base/read_file.h and base/atomic_file.h, which other code should use.
+// Files of the operating system, for base/read_file.h and base/atomic_file.h, which other code should use;
+// new ones are in new_file.h.
 // Nothing here throws: failures are error codes. Threads: one object is for one thread at a time.
 #pragma once
 
@@ -32,18 +33,8 @@ class InputFile {
     int m_descriptor = -1;
 };
 
-// A name for a file in `folder` that no other thread or process uses, unless they try to.
-std::filesystem::path TemporaryName(const std::filesystem::path& folder);
-
-// A new file, for writing and reading; an error if there is one of that name, even a link. `permissions`:
-// instead of the defaults of new files, if they can be set.
-std::FILE* CreateNew(const std::filesystem::path& path, std::optional<std::filesystem::perms> permissions,
-                     std::error_code& error);
-
 // Positions in a stream, bytes from its start. Seeking flushes the buffer.
 uint64_t Position(std::FILE* stream, std::error_code& error);
 void Seek(std::FILE* stream, uint64_t position, std::error_code& error);
-// Waits until flushed data is on the disk; a file system without support for this is no error.
-void Sync(std::FILE* stream, std::error_code& error);
 
 }  // namespace raygraph::os

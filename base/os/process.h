@@ -16,6 +16,11 @@ uint64_t PeakResidentBytes();
 // Of the wall clock, in the time zone of this computer: "14:05:09".
 std::string LocalTimeOfDay();
 
+// Lets writes fail instead of ending the process: those to a pipe without a reader, and those beyond the
+// limit on the size of files (SIGPIPE, SIGXFSZ). Those to a standard stream that is closed fail, too, and
+// never go to a file that is opened in its place. For programs, at their start.
+void LetWritesFail() noexcept;
+
 bool IsTerminal(std::FILE* stream);
 // Columns; 80 if unknown.
 size_t TerminalWidth(std::FILE* stream);

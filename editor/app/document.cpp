@@ -53,8 +53,9 @@ bool IsSameTarget(const Edit& a, const Edit& b) {
 }  // namespace
 
 Document::Document(std::filesystem::path file, const scene::SceneData& data,
-                   const std::optional<FileStamp>& stamp, std::string hash)
+                   const std::optional<FileStamp>& stamp, std::string hash, std::filesystem::path root)
     : m_file(std::move(file)),
+      m_root(std::move(root)),
       m_stamp(stamp),
       m_scene(OutlineOf(data)),
       m_evaluator(m_scene),
@@ -152,7 +153,7 @@ void Document::Save(const std::filesystem::path& to) {
     if (m_stamp && StampOf(m_file) != m_stamp)
         throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved",
                         m_file.string());
-    scene::SaveGltf(m_file, Rest(), to);
+    scene::SaveGltf(m_file, Rest(), to, {.root = m_root});
     if (IsEdited()) m_hashes.clear();
     m_isOpen = false;
     m_file = to;
@@ -169,14 +170,18 @@ std::filesystem::path Document::SaveBeside() const {
     std::filesystem::path to = m_file;
     to.replace_filename(name + extension);
     for (int number = 2; isThere(to); ++number) to.replace_filename(Text("{}-{}{}", name, number, extension));
-    scene::SaveGltf(m_file, Rest(), to);
+    scene::SaveGltf(m_file, Rest(), to, {.root = m_root});
     return to;
 }
 
 FileContent Document::Content() const {
     if (m_file.empty() || IsEdited()) return {};
     const auto known = m_hashes.find(m_scene.variant);
-    return {m_file, m_stamp, m_scene.variant, known == m_hashes.end() ? "" : known->second};
+    return {.file = m_file,
+            .root = m_root,
+            .stamp = m_stamp,
+            .variant = m_scene.variant,
+            .hash = known == m_hashes.end() ? "" : known->second};
 }
 
 void Document::Know(const FileContent& content) {

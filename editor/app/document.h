@@ -55,9 +55,10 @@ class Document {
     Document() = default;  // an empty scene without a file
     // All of `data` except vertices, texels and other data that only the device needs, in its rest pose, and
     // deformed (scene::DeformInstances). `stamp` is that of the file when it was read, `hash` that of what
-    // was in it (session::HashOf).
+    // was in it (session::HashOf), `root` the one that it was read with (scene::LoadOptions).
     Document(std::filesystem::path file, const scene::SceneData& data,
-             const std::optional<FileStamp>& stamp = {}, std::string hash = {});
+             const std::optional<FileStamp>& stamp = {}, std::string hash = {},
+             std::filesystem::path root = {});
 
     const std::filesystem::path& File() const { return m_file; }
     // As it is shown, in its pose. Without vertex streams, images and the environment's map; with bounds and
@@ -132,7 +133,7 @@ class Document {
     Edit Current(const Edit& of) const;
     // That no animation has another value in the place of one that was edited.
     void RequireShown(const Edit& edit) const;
-    // A node that has an inverse keeps one, where it or a node below places something.
+    // A node keeps its area where it or a node below places a mesh, and its inverse where one places a light.
     void RequirePlace(const TransformEdit& edit) const;
     // An edit of rest values: here, and what follows from it on the device. On an error nothing has changed.
     void Put(const Edit& edit, GpuScene& gpu);
@@ -143,7 +144,7 @@ class Document {
     // The node, and all below it, parents first.
     std::vector<uint32_t> Subtree(uint32_t node) const;
 
-    std::filesystem::path m_file;
+    std::filesystem::path m_file, m_root;
     std::optional<FileStamp> m_stamp;
     std::map<uint32_t, std::string> m_hashes;  // of what is in the file, by variant, as far as they are known
     scene::SceneData m_scene, m_rest;          // the latter empty of a scene without animations

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "editor/app/document.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/flat_transform.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
@@ -228,14 +229,18 @@ void Document::RequireShown(const Edit& edit) const {
 }
 
 void Document::RequirePlace(const TransformEdit& edit) const {
-    if (!scene::CanInvert(WorldTransform(edit.node))) return;
+    const scene::PlacedTransform before{WorldTransform(edit.node)};
+    const bool hadInverse = scene::CanInvert(before.matrix);
+    const bool hadArea = scene::WithThickness(before, {}).has_value();
     const uint32_t parent = m_scene.nodes[edit.node].parent;
     const scene::PlacedTransform local{edit.local, edit.rest};
     const scene::PlacedTransform placed =
         parent == scene::kNone ? local : scene::Compose(m_applier.NodeTransforms()[parent], local);
-    for (const uint32_t below : Subtree(edit.node))
-        if (m_placed[below].instanceCount > 0 || m_placed[below].light != scene::kNone)
-            scene::CheckTransform(placed, Text("node {}", edit.node));
+    const std::string subject = Text("node {}", edit.node);
+    for (const uint32_t below : Subtree(edit.node)) {
+        if (hadArea && m_placed[below].instanceCount > 0) scene::CheckedPlacement(placed, {}, subject);
+        if (hadInverse && m_placed[below].light != scene::kNone) scene::CheckTransform(placed, subject);
+    }
 }
 
 }  // namespace raygraph::editor

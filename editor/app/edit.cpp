@@ -23,6 +23,8 @@ void RequireEnvironment(const std::filesystem::path& file) {
 // What the options ask for, on top of stored settings.
 void Begin(Workspace& work, const EditOptions& options) {
     work.pointsAndLines = options.pointsAndLines;
+    work.root = options.root;
+    work.UseLight(options.light);
     viewport::ShowSettings show = work.view.Show();
     show.view = options.view.value_or(show.view);
     show.surface = options.surface.value_or(show.surface);

@@ -20,7 +20,9 @@ struct EditOptions {
     std::filesystem::path scene;                // "": opens empty
     std::string variant = {};                   // of it, by name or index; "": none
     std::string camera = {};                    // to look through first, as of scene::ChooseView
+    std::filesystem::path root = {};            // of this and all later files: scene::LoadOptions::root
     std::filesystem::path environment = {};     // map to open, .hdr or .exr; "": none
+    DefaultLight light = DefaultLight::Auto;    // of scenes that are opened without a map
     std::optional<viewport::View> view = {};    // none: as it was left, or path-traced
     std::optional<passes::View> surface = {};   // likewise, of View::Surface
     scene::PointsAndLines pointsAndLines = {};  // radii of those in this and all later files; off: left out

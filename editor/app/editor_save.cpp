@@ -1,6 +1,7 @@
 // What the editor reads and writes: the dialogs that ask where, and pictures on their way to a file.
 #include <utility>
 
+#include "base/atomic_file.h"
 #include "base/extension.h"
 #include "base/text.h"
 #include "editor/app/editor.h"
@@ -20,6 +21,14 @@ image::Image8 ToImage(const Readback& texels, bool isSwapped) {
         picture.rgba[i + 3] = 255;
     }
     return picture;
+}
+
+// "", or what to say of a file that will not be replaced as a whole. Errors as of AtomicFile.
+std::string InPlaceNote(const std::filesystem::path& file) {
+    const AtomicFile probe(file);
+    return probe.WhyInPlace().empty()
+               ? std::string()
+               : Text(", in place, because it cannot be replaced: {}", probe.WhyInPlace());
 }
 
 }  // namespace
@@ -174,8 +183,9 @@ void Editor::FinishSaving() {
     std::erase_if(m_saving, [&](const Saving& saving) {
         if (!saving.texels.IsReady()) return false;
         WriteBeside([this, saving]() -> Worker::Finish {
+            const std::string note = InPlaceNote(saving.file);
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            return [this, file = saving.file] { NoteSaved("saved " + file.string()); };
+            return [this, text = "saved " + saving.file.string() + note] { NoteSaved(text); };
         });
         return true;
     });
@@ -189,10 +199,13 @@ void Editor::FinishSaving() {
                 shown.input.hash = content.hash;
                 const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
                 const image::ExrThreads threads;
+                const std::string note = InPlaceNote(saving.file);
                 session::WriteRenderFile(saving.file, render, log);
-                return [this, content, file = saving.file, samples = SampleCount(render.samples)] {
+                return [this, content,
+                        text = Text("saved {}, {} samples{}", saving.file.string(),
+                                    SampleCount(render.samples), note)] {
                     m_work.document.Know(content);
-                    NoteSaved(Text("saved {}, {} samples", file.string(), samples));
+                    NoteSaved(text);
                 };
             });
         return true;

@@ -22,8 +22,8 @@ FileContent WithHash(FileContent content, const Log& log) {
     }
     if (!content.hash.empty()) return content;
     try {
-        scene::SceneData scene =
-            scene::LoadGltf(content.file, {.pointsAndLines = content.pointsAndLines, .log = log});
+        scene::SceneData scene = scene::LoadGltf(
+            content.file, {.pointsAndLines = content.pointsAndLines, .root = content.root, .log = log});
         scene::SetVariant(scene, content.variant);
         content.hash = session::HashOf(scene);
     } catch (const Error&) {

@@ -23,6 +23,7 @@ std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing
 // What a picture that was saved of a scene is resumed with.
 struct FileContent {
     std::filesystem::path file;  // "": there is none, or the scene differs from what is in it
+    std::filesystem::path root;  // as of scene::LoadOptions
     std::optional<FileStamp> stamp;
     uint32_t variant = scene::kNone;            // in which it is shown
     std::string hash;                           // of what is in it, so shown (session::HashOf); "": not known

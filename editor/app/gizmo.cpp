@@ -115,9 +115,13 @@ std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool
     if (!(frame.size > 0.0f)) return std::nullopt;
     if (space == GizmoSpace::World && tool != GizmoTool::Scale) return frame;
     for (int i = 0; i < 3; ++i) {
-        const float length = glm::length(nodeToWorld[i]);
+        // What is flat keeps its third axis: that of the plane
+        const glm::vec3 axis = nodeToWorld[i] == glm::vec3(0.0f)
+                                   ? glm::cross(nodeToWorld[(i + 1) % 3], nodeToWorld[(i + 2) % 3])
+                                   : nodeToWorld[i];
+        const float length = glm::length(axis);
         if (!(length > 0.0f)) return std::nullopt;
-        frame.axes[i] = nodeToWorld[i] / length;
+        frame.axes[i] = axis / length;
     }
     if (std::abs(glm::determinant(frame.axes)) < 1e-3f) return std::nullopt;
     return frame;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "editor/app/actions.h"
+#include "renderer/scene/flat_transform.h"
 
 namespace raygraph::editor {
 
@@ -113,8 +114,10 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
     m_over = HandleAt(ShapesOf(*frame, work.tool, map), mouse, kReach);
     if (!m_over || !input.IsDown(MouseButton::Left)) return;
     const uint32_t node = *work.selectedNode;
-    const glm::mat4 nodeToWorld(work.document.WorldTransform(node));
-    if (!std::isnormal(glm::determinant(nodeToWorld))) return;
+    const std::optional<scene::PlacedTransform> solid =
+        scene::WithThickness({work.document.WorldTransform(node)}, {});
+    if (!solid) return;
+    const glm::mat4 nodeToWorld(solid->matrix);
     work.document.Settle();
     m_drag = Held{.drag = GizmoDrag(work.tool, *m_over, *frame, map, map.RayAt(mouse)),
                   .node = node,

@@ -27,6 +27,7 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene
     settings.traversal = passes::Traversal::Driver;  // likewise
     settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
+    settings.light = picture.environment.defaultLight;
     const glm::vec3& radiance = picture.environment.radiance;
     const std::array<float, 3> rgb{radiance.x, radiance.y, radiance.z};
     if (!source.environmentFile.empty() || picture.environment.usesScene)

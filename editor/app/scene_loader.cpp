@@ -17,15 +17,17 @@ SceneLoader::~SceneLoader() {
 }
 
 bool SceneLoader::Start(const std::filesystem::path& file, const std::string& variant,
-                        const scene::PointsAndLines& pointsAndLines, const std::string& camera) {
+                        const scene::PointsAndLines& pointsAndLines, const std::string& camera,
+                        const std::filesystem::path& root) {
     if (IsLoading()) return false;
     m_isDone = false;
     m_progress = {};
-    m_thread = std::thread([this, file, variant, pointsAndLines, camera] {
+    m_thread = std::thread([this, file, variant, pointsAndLines, camera, root] {
         try {
             scene::LoadOptions options;
             options.log = m_log;
             options.pointsAndLines = pointsAndLines;
+            options.root = root;
             options.progress = [this](std::string_view stage, float fraction) {
                 const std::scoped_lock lock(m_mutex);
                 m_progress = {std::string(stage), fraction};
@@ -36,7 +38,7 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             std::ignore = scene::ChooseView(data, camera, 1.0f);  // one that is not there
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
-            Document document(file, data, stamp, std::move(hash));
+            Document document(file, data, stamp, std::move(hash), root);
             m_result = LoadedScene{std::move(document), PreparedScene(std::move(data)), camera};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};

@@ -42,10 +42,11 @@ class SceneLoader {
     SceneLoader& operator=(const SceneLoader&) = delete;
 
     // In this variant, by name or index, "": none; to be looked at through this camera, as of
-    // scene::ChooseView. A scene that lacks them is a failure. False: another load is still running, and
-    // continues.
+    // scene::ChooseView; with a root as of scene::LoadOptions. A scene that lacks them is a failure. False:
+    // another load is still running, and continues.
     bool Start(const std::filesystem::path& file, const std::string& variant = {},
-               const scene::PointsAndLines& pointsAndLines = {}, const std::string& camera = {});
+               const scene::PointsAndLines& pointsAndLines = {}, const std::string& camera = {},
+               const std::filesystem::path& root = {});
     bool IsLoading() const { return m_thread.joinable(); }
     struct Progress {
         std::string stage;

@@ -25,13 +25,21 @@ void Choose(const char* label, Choice& value) {
 
 void EnvironmentFields(Workspace& work) {
     EnvironmentSettings environment = work.gpu.Environment();
+    const std::string file = work.EnvironmentFile().filename().string();
+    const bool isStudio = work.gpu.ShownEnvironment().defaultLight == DefaultLight::Studio;
+    // Where there is nothing to tint, the sky is one color
+    if (environment.usesScene && !isStudio && !work.HasSceneEnvironment())
+        environment = {.radiance = glm::vec3(0.0f), .rotation = environment.rotation};
     // The brightest channel is the intensity, the rest is the color
     float intensity = std::max({environment.radiance.x, environment.radiance.y, environment.radiance.z});
     glm::vec3 color = intensity > 0.0f ? environment.radiance / intensity : glm::vec3(1.0f);
-    const std::string file = work.EnvironmentFile().filename().string();
     if (file.empty()) {
-        ImGui::TextDisabled(environment.usesScene ? "sky: the scene's; drop an .hdr or .exr"
-                                                  : "sky: one color; drop an .hdr or .exr");
+        ImGui::TextDisabled("sky: %s; drop an .hdr or .exr", isStudio                ? "studio"
+                                                             : environment.usesScene ? "the scene's"
+                                                                                     : "one color");
+        bool hasStudio = isStudio;
+        if (ImGui::Checkbox("studio", &hasStudio))
+            work.UseLight(hasStudio ? DefaultLight::Studio : DefaultLight::None);
     } else {
         ImGui::TextUnformatted(file.c_str());
         ImGui::SameLine();

@@ -13,13 +13,6 @@
 
 namespace raygraph::editor {
 
-namespace {
-
-// As the scene's file has it.
-constexpr EnvironmentSettings kSceneEnvironment{.radiance = glm::vec3(1.0f), .usesScene = true};
-
-}  // namespace
-
 bool Workspace::IsEnvironment(const std::filesystem::path& file) {
     const std::string extension = LowerExtension(file);
     return extension == ".hdr" || extension == ".exr";
@@ -31,7 +24,7 @@ void Workspace::Open(const std::filesystem::path& file, const std::string& varia
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file, variant, pointsAndLines, choice)) Say("another scene is being loaded");
+    if (!loader.Start(file, variant, pointsAndLines, choice, root)) Say("another scene is being loaded");
 }
 
 template <typename Change>
@@ -174,9 +167,14 @@ void Workspace::FinishLoadingEnvironment() {
 
 void Workspace::RemoveEnvironmentMap() {
     gpu.RemoveEnvironmentMap();
-    if (HasSceneEnvironment()) gpu.SetEnvironment(kSceneEnvironment);
+    gpu.SetEnvironment(SceneEnvironment());
     m_environmentFile.clear();
     m_environmentHash.clear();
+}
+
+void Workspace::UseLight(DefaultLight light) {
+    m_defaultLight = light;
+    if (m_environmentFile.empty()) gpu.SetEnvironment(SceneEnvironment());
 }
 
 ShownScene Workspace::Shown() const {
@@ -234,12 +232,7 @@ bool Workspace::Show(LoadedScene loaded) {
     Select(std::nullopt);
     bookmarks = {};
     const scene::SceneData& scene = document.Scene();
-    // A scene without light of its own would be black
-    const bool isLit = scene::HasVisibleLight(scene) || scene::HasEmission(scene);
-    if (m_environmentFile.empty())
-        gpu.SetEnvironment(HasSceneEnvironment()
-                               ? kSceneEnvironment
-                               : EnvironmentSettings{.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
+    if (m_environmentFile.empty()) gpu.SetEnvironment(SceneEnvironment());
     UseCamera(loaded.camera);
     Say(scene.warnings.empty() ? "" : scene.warnings.front());
     return true;

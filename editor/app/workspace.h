@@ -62,6 +62,9 @@ class Workspace {
     void Open(const std::filesystem::path& file, const std::string& variant = {},
               const std::string& choice = {});
     void RemoveEnvironmentMap();
+    // What lights the open scene, and scenes that are opened, where there is no map: what each brings along,
+    // or the studio as this says.
+    void UseLight(DefaultLight light);
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
     // Whether the open scene brings along an environment, which is shown where there is no file.
@@ -124,6 +127,7 @@ class Workspace {
     SceneLoader loader;
     Timeline timeline;                                 // of the document's scene
     scene::PointsAndLines pointsAndLines;              // radii of those of scenes that are opened
+    std::filesystem::path root;                        // of such scenes: scene::LoadOptions::root
     std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // in it
@@ -158,6 +162,10 @@ class Workspace {
         image::Environment map;
         std::string hash;
     };
+    EnvironmentSettings SceneEnvironment() const {
+        return {.radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = m_defaultLight};
+    }
+    DefaultLight m_defaultLight = DefaultLight::Auto;
     std::filesystem::path m_environmentFile, m_loadingEnvironment;
     std::string m_environmentHash;
     std::future<LoadedEnvironment> m_environment;  // being loaded

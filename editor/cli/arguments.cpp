@@ -46,6 +46,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
                  "integrator-form",
                  "traversal"},
                 BenchDefaults());
+    AddRoot(*bench, arguments.root);
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
@@ -83,6 +84,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
               [&](const std::string& text) { arguments.sceneChoice = text; });
     AddVariant(*info, arguments.variant);
     AddPointsAndLines(*info, arguments.pointsAndLines);
+    AddRoot(*info, arguments.root);
     info->add_flag("--devices", arguments.isListingDevices,
                    "List every Vulkan device, and why the unsuitable ones are not used");
     info->add_flag("--extensions", arguments.isListingExtensions,
@@ -97,6 +99,7 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     AddScene(*graph, arguments.scene)->required();
     AddSettings(*graph, arguments.given,
                 {"size", "camera", "scene", "variant", "at", "clips", "points", "lines"});
+    AddRoot(*graph, arguments.root);
     CLI::Option* dot = graph->add_flag("--dot", arguments.isDot, "As Graphviz");
     graph->add_flag("--json", arguments.isJson, "As JSON")->excludes(dot);
     graph->add_flag("--first", arguments.isFirstFrame,
@@ -129,7 +132,8 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
         app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
-    AddSettings(*edit, arguments.given, {"camera", "texture-budget"});
+    AddSettings(*edit, arguments.given, {"camera", "light", "texture-budget"});
+    AddRoot(*edit, arguments.root);
     AddEnvironment(*edit, arguments.environment);
     std::vector<std::string> names = EditViewNames();
     const std::vector<std::string_view> views(names.begin(), names.end());
@@ -196,6 +200,7 @@ void CheckInfo(const InfoArguments& arguments) {
         Refuse(Text("--variant is one of a scene file, and {} lists none", lists));
     if (arguments.pointsAndLines != scene::PointsAndLines{})
         Refuse(Text("--points and --lines are of a scene file, and {} lists none", lists));
+    if (!arguments.root.empty()) Refuse(Text("--root is of a scene file, and {} lists none", lists));
 }
 
 void CheckEdit(const EditArguments& arguments) {
@@ -203,6 +208,7 @@ void CheckEdit(const EditArguments& arguments) {
         Refuse("--variant is one of a scene: it needs a FILE");
     if (arguments.scene.empty() && arguments.given.contains("camera"))
         Refuse("--camera looks at a scene: it needs a FILE");
+    CheckEnvironment(arguments.given, !arguments.environment.empty());
 }
 
 std::string OneLine(std::string text) {
@@ -249,6 +255,7 @@ std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
 PictureSettings BenchDefaults() {
     PictureSettings settings;
     settings.paths.biases.maxDepth = 16;
+    settings.light = DefaultLight::None;
     return settings;
 }
 

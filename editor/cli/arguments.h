@@ -33,6 +33,7 @@ struct RenderArguments : OutputArguments {
     std::filesystem::path scene;
     std::vector<OutputFile> outputs;    // empty: see RenderCommand
     SettingTexts given;                 // picture settings, as given
+    std::filesystem::path root;         // "": the scene's folder
     std::filesystem::path environment;  // "": none
     std::optional<uint32_t> samples;    // of the picture in all; for a resumed one too
     std::optional<double> seconds;
@@ -67,6 +68,7 @@ struct BenchArguments : OutputArguments {
 
     std::filesystem::path scene;
     SettingTexts given;
+    std::filesystem::path root;  // "": the scene's folder
     std::filesystem::path environment;
     uint32_t frames = 8;  // timed ones of each kind in a round
     uint32_t rounds = 5;
@@ -84,6 +86,7 @@ struct InfoArguments : OutputArguments {
     std::string sceneChoice;
     std::string variant;
     scene::PointsAndLines pointsAndLines;
+    std::filesystem::path root;  // "": the scene's folder
     bool isListingDevices = false;
     bool isListingExtensions = false;
     bool isJson = false;
@@ -92,6 +95,7 @@ struct InfoArguments : OutputArguments {
 struct GraphArguments : OutputArguments {
     std::filesystem::path scene;
     SettingTexts given;
+    std::filesystem::path root;  // "": the scene's folder
     bool isDot = false;
     bool isJson = false;
     bool isFirstFrame = false;
@@ -107,6 +111,7 @@ struct MergeArguments : OutputArguments {
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;           // "": opens empty
     std::string variant;                   // of it; "": none
+    std::filesystem::path root;            // "": the folder of each scene
     std::filesystem::path environment;     // "": none
     std::optional<EditView> view;          // none: as it was left
     scene::PointsAndLines pointsAndLines;  // radii of its, and of what is opened later
@@ -118,6 +123,8 @@ struct EditArguments : OutputArguments {
 };
 
 // As for a render, but for the depth: a few long paths in a bright scene would decide how long a frame takes.
+// And scenes are timed in their own light alone: the studio would be another picture than the one of results
+// that are stored.
 PictureSettings BenchDefaults();
 
 // --help and --version: a text for stdout, and nothing else to do.

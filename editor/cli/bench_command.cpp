@@ -10,6 +10,7 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
+#include "editor/cli/output_writer.h"
 #include "editor/cli/report.h"
 #include "editor/cli/traversal_report.h"
 #include "editor/cli/version.h"
@@ -125,17 +126,20 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
 }
 
 // Prints the line, and stores it where it is asked for.
-void Deliver(const BenchArguments& arguments, const Json& json) {
+ExitCode Deliver(const BenchArguments& arguments, const Json& json, ProgramLog& log) {
     const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (!arguments.json.empty()) WriteTextFile(arguments.json, line + "\n");
     PrintLine(line);
+    OutputWriter outputs([&](std::string_view why) { log.Fail(why); });
+    if (!arguments.json.empty())
+        outputs.Write(arguments.json, [&] { WriteTextFile(arguments.json, line + "\n"); });
+    return outputs.Result();
 }
 
-void RunTraversal(const BenchArguments& arguments, const SceneInput& input, const PictureSettings& settings,
-                  rhi::Device& device, Progress& progress) {
+ExitCode RunTraversal(const BenchArguments& arguments, const SceneInput& input,
+                      const PictureSettings& settings, rhi::Device& device, Console& console) {
     const TraversalResult result =
-        BenchTraversal(device, input.data, settings, {arguments.frames, arguments.rounds}, progress);
-    progress.Clear();
+        BenchTraversal(device, input.data, settings, {arguments.frames, arguments.rounds}, console.progress);
+    console.progress.Clear();
     if (!arguments.isQuiet) PrintForPeople(result);
     Json json{{"schema", 1},
               {"version", kVersion},
@@ -143,7 +147,7 @@ void RunTraversal(const BenchArguments& arguments, const SceneInput& input, cons
               {"device", device.Info().name},
               {"driver", device.Info().driver}};
     json.update(ToJson(result));
-    Deliver(arguments, json);
+    return Deliver(arguments, json, console.log);
 }
 
 }  // namespace
@@ -154,7 +158,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         const std::vector<std::byte> bytes = AsInput([&] { return ReadFile(arguments.compare); });
         stored.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     }
-    CheckWritable(FilesOf(arguments));
+    CheckWritable(FilesOf(arguments), console.log);
     PictureSettings settings = SettingsFrom(arguments.given, BenchDefaults());
 
     const Log log = console.log.ForLibraries();
@@ -163,15 +167,13 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
+                                                   .root = arguments.root,
                                                    .environment = arguments.environment,
                                                    .log = log});
-    RequireMapFor(arguments.given, input);
+    RequireMapFor(arguments.given, input, settings.light);
     const std::unique_ptr<rhi::Device> device =
         OpenDevice({.select = arguments.device, .capturesStatistics = arguments.isListingPipelines}, log);
-    if (arguments.isTraversal) {
-        RunTraversal(arguments, input, settings, *device, console.progress);
-        return ExitCode::Done;
-    }
+    if (arguments.isTraversal) return RunTraversal(arguments, input, settings, *device, console);
     DeviceScene scene(*device, input, settings);
     const TracingChoice chosen =
         ChooseTracing(scene, {settings.paths.form, settings.traversal}, ChoiceMemory(TracingMemoryFile()));
@@ -195,12 +197,12 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                 "{} says nothing of its programs: it lacks VK_KHR_pipeline_executable_properties",
                 device->Info().name);
     }
-    Deliver(arguments, json);
-    if (arguments.compare.empty()) return ExitCode::Done;
+    const ExitCode delivered = Deliver(arguments, json, console.log);
+    if (arguments.compare.empty()) return delivered;
     const BenchChange change = CompareBench(arguments.compare, stored, json,
                                             arguments.tolerance.value_or(BenchArguments::kDefaultTolerance));
     std::fprintf(stderr, "%s\n", ToText(change, json).c_str());
-    return change.IsWorse() ? ExitCode::Slower : ExitCode::Done;
+    return delivered == ExitCode::Done && change.IsWorse() ? ExitCode::Slower : delivered;
 }
 
 }  // namespace raygraph::cli

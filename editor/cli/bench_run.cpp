@@ -57,13 +57,14 @@ class Bench {
         std::ignore = m_renderer.TakeTimings();
     }
 
-    // The frames must have the pass `countRays` that sets its texture of ray counts.
+    // Of sample 0, so that what traces the same paths has the same count, whatever was rendered before.
+    // `countRays` adds the pass that counts and sets the texture of its counts.
     double RaysPerSample(
         const std::function<void(const SceneIds&, const passes::TraceSettings&, TextureId&)>& countRays) {
         m_renderer.BeginFrame();
-        const SceneIds ids = m_scene.Declare(m_sampleIndex);
+        const SceneIds ids = m_scene.Declare(0);
         TextureId counts;
-        countRays(ids, m_scene.SettingsFor(m_sampleIndex++), counts);
+        countRays(ids, m_scene.SettingsFor(0), counts);
         const Readback readback = m_renderer.ReadBack(counts);
         m_renderer.Execute();
         const double mean = MeanOf(readback);

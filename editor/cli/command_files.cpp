@@ -73,13 +73,18 @@ CommandFiles FilesOf(const EditArguments& arguments) {
             .replacing = {}};
 }
 
-void CheckWritable(const CommandFiles& files) {
-    CheckWritable(files.outputs, files.inputs);
-    if (files.updated.empty()) return;
+std::vector<std::string> CheckWritable(const CommandFiles& files) {
+    const std::vector<std::string> warnings = CheckWritable(files.outputs, files.inputs);
+    if (files.updated.empty()) return warnings;
     const std::set<std::filesystem::path> replacing(files.replacing.begin(), files.replacing.end());
     Paths others = files.outputs;
     std::erase_if(others, [&](const std::filesystem::path& output) { return replacing.contains(output); });
     CheckWritable(others, files.updated);
+    return warnings;
+}
+
+void CheckWritable(const CommandFiles& files, ProgramLog& log) {
+    for (const std::string& warning : CheckWritable(files)) log.Warn(warning);
 }
 
 std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const PictureName& name) {

@@ -21,4 +21,7 @@ struct Console {
 // On stdout.
 void PrintLine(std::string_view text);
 
+// Throws Error{Io} unless all that was printed on stdout has got there. Each command ends with this.
+void RequirePrinted();
+
 }  // namespace raygraph::cli

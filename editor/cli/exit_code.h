@@ -30,7 +30,7 @@ inline constexpr ExitCodeText kExitCodes[] = {
     {ExitCode::BadInput, "bad input"},
     {ExitCode::DeviceFailure, "device lost or out of memory"},
     {ExitCode::Slower, "slower than the stored run (bench --compare)"},
-    {ExitCode::TryAgain, "saved and ended by SIGTERM or SIGUSR2: resume it"},
+    {ExitCode::TryAgain, "saved and ended by SIGTERM or another such signal: resume it"},
 };
 
 ExitCode ExitCodeFor(ErrorKind kind);

@@ -36,6 +36,7 @@ void GraphCommand(const GraphArguments& arguments, Console& console) {
                                                    .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
+                                                   .root = arguments.root,
                                                    .log = log});
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);

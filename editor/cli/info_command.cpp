@@ -23,6 +23,7 @@ void InfoCommand(const InfoArguments& arguments, Console& console) {
     const SceneInput input = LoadInput(arguments.scene, {.scene = arguments.sceneChoice,
                                                          .variant = arguments.variant,
                                                          .pointsAndLines = arguments.pointsAndLines,
+                                                         .root = arguments.root,
                                                          .log = console.log.ForLibraries()});
     if (arguments.isJson) {
         std::fputs(SceneJson(input).c_str(), stdout);

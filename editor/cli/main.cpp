@@ -1,6 +1,7 @@
 // raygraph: renders, inspects and times glTF scenes without a window. See docs/cli.md.
 #include <cstdio>
 
+#include "base/os/process.h"
 #include "base/overloaded.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/run_command.h"
@@ -30,11 +31,11 @@ ExitCode Run(int argc, const char* const* argv) {
                           [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },
                           [](const InfoArguments& arguments) { return Plain(InfoCommand)(arguments); },
                           [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },
-                          [](const MergeArguments& arguments) { return Plain(MergeCommand)(arguments); },
+                          [](const MergeArguments& arguments) { return RunCommand(arguments, MergeCommand); },
                           [](const EditArguments& arguments) { return Plain(EditCommand)(arguments); },
                           [](const ShowText& text) {
-                              if (std::fputs(text.text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-                                  throw Error(ErrorKind::Io, "stdout cannot be written");
+                              std::fputs(text.text.c_str(), stdout);
+                              RequirePrinted();
                               return ExitCode::Done;
                           },
                       },
@@ -51,5 +52,6 @@ ExitCode Main(int argc, const char* const* argv) {
 }  // namespace raygraph::cli
 
 int main(int argc, char** argv) {
+    raygraph::os::LetWritesFail();
     return static_cast<int>(raygraph::cli::Main(argc, argv));
 }

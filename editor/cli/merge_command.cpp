@@ -4,15 +4,16 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/merge_report.h"
+#include "editor/cli/output_writer.h"
 #include "editor/cli/report.h"
 #include "editor/session/merge.h"
 #include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
-void MergeCommand(const MergeArguments& arguments, Console& console) {
+ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
-    CheckWritable(FilesOf(arguments));
+    CheckWritable(FilesOf(arguments), console.log);
     const image::ExrThreads threads;
     // One after another: a job array may have made more of them than memory holds
     Merger merger;
@@ -24,16 +25,17 @@ void MergeCommand(const MergeArguments& arguments, Console& console) {
     }
     const size_t count = arguments.inputs.size();
     const RenderFile merged = merger.Take();
-    WriteRenderFile(arguments.output, merged, log);
+    OutputWriter outputs([&](std::string_view why) { console.log.Fail(why); });
+    outputs.Write(arguments.output, [&] { WriteRenderFile(arguments.output, merged, log); });
     if (!arguments.report.empty()) {
         report.output = DescribePart({arguments.output.string(), merged});
-        WriteTextFile(arguments.report, ToJson(report));
+        outputs.Write(arguments.report, [&] { WriteTextFile(arguments.report, ToJson(report)); });
     }
-    if (arguments.isQuiet) return;
-    PrintLine(arguments.output.string());
-    if (!arguments.report.empty()) PrintLine(arguments.report.string());
+    if (arguments.isQuiet) return outputs.Result();
+    for (const std::filesystem::path& file : outputs.Written()) PrintLine(file.string());
     PrintLine(Text("{} samples a pixel ({}) from {} {}", SampleCount(merged.samples), ToText(merged.samples),
                    count, count == 1 ? "render" : "renders"));
+    return outputs.Result();
 }
 
 }  // namespace raygraph::cli

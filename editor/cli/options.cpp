@@ -143,6 +143,12 @@ void AddProgress(CLI::App& app, OutputArguments& arguments) {
     SetChoices(*option, {kTexts.begin(), kTexts.end()});
 }
 
+void AddRoot(CLI::App& app, std::filesystem::path& root) {
+    AddPath(app, "--root", "FOLDER",
+            "Folder below which the scene may name files, too, besides its own: for ../textures/wood.png",
+            root);
+}
+
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
     AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
 }
@@ -160,6 +166,11 @@ void CheckProgress(const OutputArguments& arguments) {
 
 void CheckEnvironment(const SettingTexts& given, bool hasMap) {
     if (given.contains("background") && hasMap) Refuse("--background and --env exclude each other");
+    const auto light = given.find(kLightSetting);
+    if (light != given.end() && light->second == Name(DefaultLight::Studio))
+        for (const auto& [option, isGiven] :
+             {std::pair("--background", given.contains("background")), std::pair("--env", hasMap)})
+            if (isGiven) Refuse(Text("{} and --light studio exclude each other", option));
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option) && given.contains("background"))
             Refuse(Text("--{} is of a map, which --background replaces", option));

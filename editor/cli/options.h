@@ -37,6 +37,7 @@ void AddPointsAndLines(CLI::App& app, scene::PointsAndLines& radii);
 // The picture settings of these names; all of the table for none. `defaults` are the command's.
 void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {},
                  const PictureSettings& defaults = {});
+void AddRoot(CLI::App& app, std::filesystem::path& root);
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment);
 void AddDevice(CLI::App& app, std::string& device);
 // --verbose and --log; AddOutput adds --quiet to them.

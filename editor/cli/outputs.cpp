@@ -14,28 +14,25 @@ namespace raygraph::cli {
 
 namespace {
 
-// A regular file, or none so far; no link, folder or pipe. It has no other names in its folder.
-bool IsPlain(const std::filesystem::path& path) {
-    std::error_code ignored;
-    const std::filesystem::file_type type = std::filesystem::symlink_status(path, ignored).type();
-    return type == std::filesystem::file_type::regular || type == std::filesystem::file_type::not_found;
-}
-
 // One text for all names of a file, whether it exists or not. A folder is looked up once, so that the names
 // of a long sequence take little time.
 class CanonicalNames {
   public:
     struct Name {
         std::string text;
-        bool isPlainNeighbor = false;  // in a folder that an earlier one is in
+        bool isNewNeighbor = false;  // not there yet, in a folder that an earlier one is in
     };
     Name Of(const std::filesystem::path& path) {
         const std::filesystem::path folder = path.parent_path(), name = path.filename();
         const auto [known, isNew] = m_folders.try_emplace(folder.native());
         std::error_code error;
         if (isNew) known->second = std::filesystem::canonical(folder.empty() ? "." : folder, error);
-        if (!known->second.empty() && !name.empty() && IsPlain(path))
-            return {(known->second / name).native(), !isNew};
+        const std::filesystem::file_type type = std::filesystem::symlink_status(path, error).type();
+        const bool isThere = type == std::filesystem::file_type::regular;
+        // No link, folder or pipe: it has no other names in its folder
+        const bool isPlain = isThere || type == std::filesystem::file_type::not_found;
+        if (!known->second.empty() && !name.empty() && isPlain)
+            return {(known->second / name).native(), !isNew && !isThere};
         const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
         return {(error ? path.lexically_normal() : canonical).native()};
     }
@@ -63,8 +60,9 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
                                          std::vector<std::string_view>(kTexts.size()), kTexts.size()));
 }
 
-void CheckWritable(std::span<const std::filesystem::path> paths,
-                   std::span<const std::filesystem::path> inputs) {
+std::vector<std::string> CheckWritable(std::span<const std::filesystem::path> paths,
+                                       std::span<const std::filesystem::path> inputs) {
+    std::vector<std::string> warnings;
     CanonicalNames readNames, names;
     std::unordered_set<std::string> seen, read;
     for (const std::filesystem::path& input : inputs) read.insert(readNames.Of(input).text);
@@ -75,10 +73,14 @@ void CheckWritable(std::span<const std::filesystem::path> paths,
         if (read.contains(name.text))
             throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
         // What can be created beside one file can be created beside the next
-        if (name.isPlainNeighbor) continue;
+        if (name.isNewNeighbor) continue;
         CheckFolder(path);
-        AtomicFile probe(path);  // dropped without Commit
+        const AtomicFile probe(path);  // dropped without Commit
+        if (!probe.WhyInPlace().empty())
+            warnings.push_back(Text("{} is written in place, because it cannot be replaced: {}",
+                                    path.string(), probe.WhyInPlace()));
     }
+    return warnings;
 }
 
 void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesystem::path> outputs,

@@ -192,7 +192,7 @@ void ProgramLog::Warn(std::string_view text) {
 }
 
 void ProgramLog::Fail(std::string_view text) {
-    m_impl->progress.Clear();  // nothing comes after this
+    m_impl->progress.Clear();
     m_impl->progress.PrintAbove(Text("raygraph: {}\n", text));
     if (m_impl->file) m_impl->file->error(text);
 }

@@ -198,6 +198,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         [&](const std::string& text) { arguments.shard = ParseShard(text); });
     AddSettings(*render, arguments.given);
     AddCameras(*render, arguments);
+    AddRoot(*render, arguments.root);
     AddEnvironment(*render, arguments.environment);
     const passes::TonemapSettings display = DisplayOf({});
     AddOption(*render, "--exposure", "EV", Text("Stops of exposure of a .png ({})", display.exposureEv),

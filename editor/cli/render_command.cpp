@@ -1,4 +1,5 @@
 // raygraph render: from the command line to the files.
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/render_job.h"
 #include "editor/cli/rendering.h"
+#include "editor/session/default_light.h"
 #include "editor/session/parse.h"
 #include "renderer/image/exr_threads.h"
 
@@ -30,7 +32,8 @@ void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& inp
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
     const auto& background = job.settings.background;
     const bool hasSky =
-        background ? *background != std::array<float, 3>{} : input.data.environment.IsPresent();
+        background ? *background != std::array<float, 3>{}
+                   : input.data.environment.IsPresent() || job.settings.light == DefaultLight::Studio;
     if (!hasSky && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
         log.Warn(input.file +
                  ": nothing emits light, the picture will be black; give --env FILE or "
@@ -57,8 +60,9 @@ class Pictures {
                                 ? std::move(m_job.resumed)
                                 : ResumedFor(m_arguments, Current().name, m_console.log.ForLibraries());
                 isComplete = m_arguments.checkpointMinutes && m_resumed &&
-                             IsComplete(m_resumed->render,
-                                        {.samples = m_job.samplesWanted, .relativeError = m_arguments.error});
+                             IsComplete(m_resumed->render, {.samples = m_job.samplesWanted,
+                                                            .relativeError = m_arguments.error}) &&
+                             HasAllFiles();
             }
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
             if (!isComplete) return true;
@@ -77,17 +81,22 @@ class Pictures {
 
   private:
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
-    // Files that were asked for only now are not made of it.
-    void SayComplete() {
-        const std::string resumed = m_resumed->path.string();
+    // The render was written first. Files that are older, or were asked for only now, are of fewer samples.
+    bool HasAllFiles() const {
+        const auto writtenAt = [](const std::filesystem::path& file) {
+            std::error_code error;
+            const auto time = std::filesystem::last_write_time(file, error);
+            return error ? std::filesystem::file_time_type::min() : time;
+        };
+        const std::vector<std::filesystem::path> outputs = FilesOf(m_arguments, Current().name).outputs;
+        return std::ranges::all_of(outputs, [&](const std::filesystem::path& output) {
+            return writtenAt(output) >= writtenAt(m_resumed->path);
+        });
+    }
+    void SayComplete() const {
         if (!m_arguments.isQuiet)
-            PrintLine(
-                Text("{} is complete: {} samples a pixel", resumed, SampleCount(m_resumed->render.samples)));
-        std::error_code ignored;
-        for (const std::filesystem::path& output : FilesOf(m_arguments, Current().name).outputs)
-            if (!std::filesystem::exists(output, ignored))
-                m_console.log.Warn(Text("{} is not written: {} is complete, and nothing is rendered",
-                                        output.string(), resumed));
+            PrintLine(Text("{} is complete: {} samples a pixel", m_resumed->path.string(),
+                           SampleCount(m_resumed->render.samples)));
     }
 
     const RenderArguments& m_arguments;
@@ -100,12 +109,13 @@ class Pictures {
 };
 
 // The root's job, for all.
-RenderJob SharedJob(const RenderArguments& arguments, const Log& log, ProcessGroup* group) {
+RenderJob SharedJob(const RenderArguments& arguments, Console& console, ProcessGroup* group) {
+    const Log log = console.log.ForLibraries();
     if (group == nullptr) return PlanJob(arguments, log);
     RenderJob job;
     std::string text;
     if (group->IsRoot()) {
-        CheckWritable(FilesOf(arguments));
+        CheckWritable(FilesOf(arguments), console.log);
         job = PlanJob(arguments, log);
         text = JobText(job);
     }
@@ -117,8 +127,9 @@ RenderJob SharedJob(const RenderArguments& arguments, const Log& log, ProcessGro
 
 }  // namespace
 
-void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
+void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light) {
     if (!input.environmentFile.empty() || input.data.environment.IsPresent()) return;
+    if (light == DefaultLight::Studio) return;
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option))
             throw MakeError(ErrorKind::Usage, "--{} is of a map: it needs --env; {} has none", option,
@@ -135,9 +146,9 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     }
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
-    if (group == nullptr) CheckWritable(FilesOf(arguments));
+    if (group == nullptr) CheckWritable(FilesOf(arguments), console.log);
     const Log log = console.log.ForLibraries();
-    RenderJob job = SharedJob(arguments, log, group);
+    RenderJob job = SharedJob(arguments, console, group);
     Pictures pictures(arguments, job, console, group);
     if (!pictures.FindNext()) return ExitCode::Done;
     PictureSettings& settings = job.settings;
@@ -151,13 +162,17 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                    .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
+                                                   .root = arguments.root,
                                                    .environment = arguments.environment,
                                                    .log = log,
                                                    .progress = [&](std::string_view stage, float fraction) {
                                                        progress.ShowLoading(stage, fraction);
                                                    }});
     threads.reset();
-    if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input);
+    settings.light = ChooseLight(input, settings, pictures.Resumed(), group);
+    if (settings.light == DefaultLight::Studio)
+        Say(log, LogLevel::Info, log_category::kScene, "{} is lit by the built-in studio", input.file);
+    if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input, settings.light);
     WarnOfDarkness(console.log, job, input);
     const std::vector<std::unique_ptr<rhi::Device>> devices = OpenDevices(arguments, group, log);
     std::vector<rhi::Device*> used;
@@ -191,7 +206,8 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (rendering.IsStopped() && pictures.Left() > 0)
         console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));
     const bool isUnfinished = rendering.IsCutShort() || pictures.Left() > 0;
-    return rendering.IsTerminated() && isUnfinished ? ExitCode::TryAgain : ExitCode::Done;
+    if (rendering.IsTerminated() && isUnfinished && rendering.IsSaved()) return ExitCode::TryAgain;
+    return rendering.Result();
 }
 
 }  // namespace raygraph::cli

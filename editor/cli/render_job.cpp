@@ -53,6 +53,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
             its.environmentRotation = PictureSettings{}.environmentRotation;
             its.environmentTint = PictureSettings{}.environmentTint;
             its.background = PictureSettings{}.background;
+            its.light = PictureSettings{}.light;
             if (!arguments.environment.empty()) refuse("there is no light that --env could give");
             if (const std::string option = FirstOther(its, settings); !option.empty())
                 refuse("there is no light for " + option);
@@ -95,7 +96,12 @@ PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
             "{} was lit by the map {}, which is no setting: --env gives one again",
             arguments.settingsFrom.string(), Printable(render.environmentFile));
     // One light takes the place of the other
-    if (!arguments.environment.empty()) settings.background.reset();
+    const auto light = arguments.given.find(kLightSetting);
+    const bool isStudio = light != arguments.given.end() && light->second == Name(DefaultLight::Studio);
+    if (!arguments.environment.empty() || isStudio) settings.background.reset();
+    // What was decided for one scene says nothing of another
+    if (isLitAnew || render.sceneFile != arguments.scene.filename().string())
+        settings.light = DefaultLight::Auto;
     if (arguments.given.contains("background")) {
         settings.environmentRotation = PictureSettings{}.environmentRotation;
         settings.environmentTint = PictureSettings{}.environmentTint;

@@ -6,6 +6,7 @@
 #include "editor/cli/bias_text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/log_levels.h"
+#include "editor/cli/output_writer.h"
 #include "editor/cli/render_report.h"
 #include "editor/session/parse.h"
 #include "renderer/image/exr_threads.h"
@@ -66,6 +67,7 @@ Rendering::Rendering(const RenderArguments& arguments, const RenderJob& job,
 void Rendering::RenderPicture(const PlannedPicture& picture) {
     const uint32_t before = m_session.SampleCount();
     m_sinceSave = {};
+    m_isSaved = true;
     const RunSummary run = Run(picture, before);
     if (m_group != nullptr) {
         // What is invalid in any process is not written
@@ -117,6 +119,8 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
                   .relativeError = m_arguments.error,
                   .isStopRequested = [&] { return m_signals.IsInterrupted() || m_signals.IsTerminated(); },
                   .isPauseRequested = [&] { return IsSaveDue(); }};
+    // One that is complete, but for its files, may have more samples than are asked for now
+    if (rule.samples) rule.samples = std::max(*rule.samples, samplesBefore);
     RunSummary whole;
     for (bool isFirst = true;; isFirst = false) {
         const RunSummary run = m_session.Run(rule, showProgress);
@@ -125,19 +129,9 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
         m_isCutShort = run.wasStopped && IsStopped();
         if (!run.wasStopped || IsStopped()) return whole;
         m_signals.ForgetSave();
-        if (m_group == nullptr || m_group->IsRoot()) Save(picture, whole, samplesBefore);
+        if (m_group == nullptr || m_group->IsRoot()) Write(picture, whole, samplesBefore, false);
         m_sinceSave = {};
         if (rule.seconds) rule.seconds = *rule.seconds - run.seconds;
-    }
-}
-
-// What cannot be written now may be written the next time: the samples are not given up for it.
-void Rendering::Save(const PlannedPicture& picture, const RunSummary& run, uint32_t samplesBefore) {
-    try {
-        Write(picture, run, samplesBefore, false);
-    } catch (const Error& error) {
-        if (error.Kind() != ErrorKind::Io) throw;
-        m_console.log.Warn(Text("not saved, rendering goes on: {}", error.what()));
     }
 }
 
@@ -168,47 +162,63 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
                                              .secondsLeft = 0.0});
         progress.Clear();
     }
-    std::optional<Report> report;
-    if (!m_arguments.report.empty() && isEnd) {
-        report = DescribeRun(m_devices, m_session, result, run);
-        report->settings = SettingsForReport(m_arguments, result.render, m_job.samplesWanted);
-    }
     m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
 
-    const std::filesystem::path reportFile = report ? Named(m_arguments.report, planned.name) : "";
-    if (report) WriteTextFile(reportFile, ToJson(*report));
+    // What cannot be written now may be written the next time: the samples are not given up for it
+    OutputWriter outputs([&](std::string_view why) {
+        if (isEnd)
+            m_console.log.Fail(why);
+        else
+            m_console.log.Warn(Text("not saved, rendering goes on: {}", why));
+    });
     const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
-    const image::ExrThreads threads;
-    // What is gone on with comes last: where it is complete, all others are, too
+    const std::filesystem::path resumed =
+        m_arguments.resume.empty() ? std::filesystem::path() : Named(m_arguments.resume, planned.name);
+    const bool hasNewSamples = m_session.SampleCount() > samplesBefore;
+    // What can be gone on with comes first
     const auto rank = [&](const OutputFile& picture) {
-        if (!m_arguments.resume.empty() && picture.path == Named(m_arguments.resume, planned.name)) return 2;
-        return picture.kind == OutputKind::Exr ? 1 : 0;
+        if (picture.path == resumed) return 0;
+        return picture.kind == OutputKind::Exr ? 1 : 2;
     };
     std::vector<OutputFile> ordered = pictures;
     std::ranges::stable_sort(ordered, {}, rank);
-    for (const OutputFile& picture : ordered) WritePicture(picture, result.render);
-    if (isEnd) Warn(run);
-    std::vector<std::filesystem::path> written;
-    if (report) written.push_back(reportFile);
-    for (const OutputFile& picture : pictures) written.push_back(picture.path);
-    progress.ShowWritten(planned.label, written);
+    std::optional<image::ExrThreads> threads(std::in_place);
+    for (const OutputFile& picture : ordered)
+        outputs.Write(picture.path, [&] {
+            if (hasNewSamples || picture.path != resumed) WritePicture(picture, result.render);
+        });
+    threads.reset();
+    m_isSaved = outputs.HasWritten(ordered.front().path);
+    std::vector<std::filesystem::path> files;
+    for (const OutputFile& picture : pictures) files.push_back(picture.path);
+    if (!m_arguments.report.empty() && isEnd) {
+        const std::filesystem::path& file = files.emplace_back(Named(m_arguments.report, planned.name));
+        outputs.Write(file, [&] {
+            Report report = DescribeRun(m_devices, m_session, result, run);
+            report.settings = SettingsForReport(m_arguments, result.render, m_job.samplesWanted);
+            WriteTextFile(file, ToJson(report));
+        });
+    }
+    std::erase_if(files, [&](const std::filesystem::path& file) { return !outputs.HasWritten(file); });
+    if (isEnd) Warn(run, outputs.Result() == ExitCode::Done);
+    if (!files.empty()) progress.ShowWritten(planned.label, files);
     if (!isEnd) {
-        Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "saved after {} samples",
-            m_session.SampleCount());
+        if (m_isSaved)
+            Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "saved after {} samples",
+                m_session.SampleCount());
         return;
     }
+    if (m_result == ExitCode::Done) m_result = outputs.Result();
     if (m_arguments.isQuiet) return;
-    for (const OutputFile& picture : pictures) PrintLine(picture.path.string());
-    if (report) PrintLine(reportFile.string());
-    const size_t devices = m_devices.size();
-    PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, devices));
+    for (const std::filesystem::path& file : files) PrintLine(file.string());
+    PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size()));
 }
 
-void Rendering::Warn(const RunSummary& run) {
+void Rendering::Warn(const RunSummary& run, bool isWritten) {
     if (run.wasStopped) {
         std::string text = Text("stopped after {}", m_session.SampleCount());
         if (m_job.samplesWanted) text += Text(" of {}", *m_job.samplesWanted);
-        m_console.log.Warn(text + " samples; what there is was written");
+        m_console.log.Warn(text + (isWritten ? " samples; what there is was written" : " samples"));
     }
     if (const uint64_t count = m_session.NonFiniteSamples(); count > 0)
         m_console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,

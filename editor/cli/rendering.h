@@ -3,10 +3,12 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/os/signals.h"
 #include "base/stopwatch.h"
 #include "editor/cli/console.h"
+#include "editor/cli/exit_code.h"
 #include "editor/cli/picture_list.h"
 #include "editor/cli/render_job.h"
 #include "editor/session/session.h"
@@ -20,7 +22,8 @@ class Rendering {
               Session& session, os::SignalWatch& signals, Console& console, ProcessGroup* group);
 
     // The picture that the session has begun, until it is complete or the program is asked to end. Its files
-    // are written, the .exr last: one that is complete has all others beside it. In a group by the root.
+    // are written, each on its own, in a group by the root: first the one that can be gone on with. One that
+    // cannot be written is said, and is part of Result().
     void RenderPicture(const PlannedPicture& picture);
 
     // The program was asked to end; the picture may have been completed all the same.
@@ -29,17 +32,21 @@ class Rendering {
     bool IsAskedToEnd();
     bool IsCutShort() const { return m_isCutShort; }      // the last picture
     bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
+    // The first file of the last picture was written.
+    bool IsSaved() const { return m_isSaved; }
+    // Done, or the status for the first output of a picture that could not be written. In a group, the
+    // root's.
+    ExitCode Result() const { return m_result; }
 
   private:
     RunSummary Run(const PlannedPicture& picture, uint32_t samplesBefore);
     // Whether this is the end, in all processes.
     void TakeSignals();
     bool IsSaveDue() const;
-    void Save(const PlannedPicture& picture, const RunSummary& run, uint32_t samplesBefore);
     // Writes all files as of now. `summary`: of the run so far.
     void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd);
     void WritePicture(const OutputFile& picture, const RenderFile& render);
-    void Warn(const RunSummary& run);
+    void Warn(const RunSummary& run, bool isWritten);
 
     const RenderArguments& m_arguments;
     const RenderJob& m_job;
@@ -49,7 +56,8 @@ class Rendering {
     Console& m_console;
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
-    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false;
+    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false, m_isSaved = true;
+    ExitCode m_result = ExitCode::Done;
 };
 
 }  // namespace raygraph::cli

@@ -1,7 +1,6 @@
 // A command from its arguments to its exit status.
 #pragma once
 
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -39,14 +38,16 @@ ExitCode Guarded(SayIt&& sayIt, Body&& body) {
 template <typename CommandArguments, typename Command>
 ExitCode RunOn(Console& console, const CommandArguments& arguments, Command&& command) {
     const auto sayIt = [&](const char* text) { console.log.Fail(text); };
-    const ExitCode code = Guarded(sayIt, [&] {
-        const ExitCode done = command(arguments, console);
-        if (std::fflush(stdout) != 0) throw Error(ErrorKind::Io, "stdout cannot be written");
-        return done;
+    const ExitCode code = Guarded(sayIt, [&] { return command(arguments, console); });
+    // What was saved can be gone on with, whoever reads the names of its files
+    const ExitCode printed = Guarded(sayIt, [&] {
+        RequirePrinted();
+        return code;
     });
+    const ExitCode done = code == ExitCode::TryAgain ? code : printed;
     const ExitCode valid = Guarded(sayIt, [&] {
         console.log.RequireValid();
-        return code;
+        return done;
     });
     const bool isEnd = code == ExitCode::Done || code == ExitCode::Slower || code == ExitCode::TryAgain;
     return isEnd ? valid : code;

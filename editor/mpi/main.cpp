@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "base/os/process.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/run_command.h"
 #include "editor/mpi/mpi_group.h"
@@ -43,6 +44,7 @@ ExitCode Run(MpiGroup& group, int argc, const char* const* argv) {
     const Arguments arguments = ParseArguments(argc, argv);
     if (const auto* text = std::get_if<ShowText>(&arguments)) {
         if (group.IsRoot()) std::fputs(text->text.c_str(), stdout);
+        RequirePrinted();
         return ExitCode::Done;
     }
     const auto* render = std::get_if<RenderArguments>(&arguments);
@@ -90,5 +92,6 @@ int Main(int argc, char** argv) {
 }  // namespace raygraph::mpi
 
 int main(int argc, char** argv) {
+    raygraph::os::LetWritesFail();
     return raygraph::mpi::Main(argc, argv);
 }

@@ -83,8 +83,8 @@ class ContentHasher {
         AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
         // Scenes of triangles keep their hash, as do those that nothing deforms
         if (!radii.empty()) Add(radii);
-        if (tangentTexCoord != scene::kNone)
-            AddAll(std::string_view("tangents"), tangentTexCoord, frameTurns);
+        if (tangentTexCoord != scene::kNone) AddAll(std::string_view("tangents"), tangentTexCoord);
+        if (!frameTurns.empty()) AddAll(std::string_view("turns"), frameTurns);
         if (!influences.IsEmpty()) AddAll(std::string_view("joints"), influences);
         if (!targets.empty()) AddAll(std::string_view("targets"), targets);
         if (hasFlatNormals && (!influences.IsEmpty() || !targets.empty())) Add(std::string_view("flat"));
@@ -122,7 +122,11 @@ class ContentHasher {
     void Add(const scene::ImageData& image) {
         const auto& [name, width, height, rgba, blocks, lowestAlpha] = image;
         AddAll(width, height, rgba);
-        if (!blocks.IsEmpty()) Add(blocks.levels);
+        if (!blocks.IsEmpty()) Add(blocks);
+    }
+    void Add(const image::BlockLevels& blocks) {
+        const auto& [coding, levels] = blocks;
+        AddAll(coding, levels);
     }
     void Add(const scene::Node& node) {
         const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible,

@@ -53,18 +53,19 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
     PlaceView(m_restView, m_atRest.bounds);
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();
-    const bool usesScene = !hasMap && !settings.background && input.data.environment.IsPresent();
+    const bool usesScene = !hasMap && !settings.background;
+    const std::array<float, 3> radiance =
+        settings.background && !hasMap ? *settings.background : settings.environmentTint;
+    m_scene.SetEnvironment({.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
+                            .rotation = glm::radians(settings.environmentRotation),
+                            .usesScene = usesScene,
+                            .defaultLight = settings.light});
     m_scene.SetScene(std::move(input.data));
     if (m_motion)
         StartPicture();
     else
         m_scene.SetViewpoint(EyeOf(m_traced.camera));
     m_scene.SetLightGroups(std::move(groups));
-    const std::array<float, 3> radiance =
-        hasMap || usesScene ? settings.environmentTint : settings.background.value_or(std::array<float, 3>{});
-    m_scene.SetEnvironment({.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
-                            .rotation = glm::radians(settings.environmentRotation),
-                            .usesScene = usesScene});
     if (!hasMap) return;
     m_scene.SetEnvironmentMap(input.environment);
     input.environment = {};

@@ -6,6 +6,9 @@
 #include <map>
 #include <numbers>
 
+#include "editor/session/default_light.h"
+#include "renderer/scene/studio.h"
+
 namespace raygraph::session {
 
 namespace {
@@ -119,6 +122,8 @@ glm::dvec3 EnvironmentRadiance(const SceneInput& input, const PictureSettings& s
     const auto vector = [](const std::array<float, 3>& rgb) { return glm::dvec3(rgb[0], rgb[1], rgb[2]); };
     if (!input.environment.rgba.empty()) return vector(settings.environmentTint) * MeanOf(input.environment);
     if (settings.background) return vector(*settings.background);
+    if (ChooseLight(input, settings) == DefaultLight::Studio)
+        return vector(settings.environmentTint) * MeanOf(scene::StudioMap());
     if (!input.data.environment.IsPresent()) return glm::dvec3(0.0);
     return vector(settings.environmentTint) * MeanOf(input.data.environment.map);
 }

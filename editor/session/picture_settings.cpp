@@ -20,6 +20,7 @@ namespace {
 
 const std::string kOpenForm = FormText({.kind = passes::IntegratorForm::Auto});
 const std::string kOpenTraversal = Name(passes::Traversal::Auto);
+const std::string kOpenLight = Name(DefaultLight::Auto);
 
 // With those that are not there.
 SettingTexts AllTexts(const SettingTexts& given) {
@@ -30,10 +31,11 @@ SettingTexts AllTexts(const SettingTexts& given) {
     return texts;
 }
 
-// A form or a traversal that was left open may have become any.
+// What was left open may have become any.
 bool IsOpen(const std::string& setting, const std::string& text) {
     return (setting == kFormSetting && text == kOpenForm) ||
-           (setting == kTraversalSetting && text == kOpenTraversal);
+           (setting == kTraversalSetting && text == kOpenTraversal) ||
+           (setting == kLightSetting && text == kOpenLight);
 }
 
 // One of a choice. `field` gives it of settings: [](auto& settings) -> auto& { ... }.
@@ -331,13 +333,18 @@ const std::vector<PictureSetting>& Table() {
              settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentRotation); }},
+        Choice(
+            kLightSetting.data(), "LIGHT",
+            "The built-in studio as the environment, where neither a map nor a background is given",
+            [](auto& settings) -> auto& { return settings.light; }),
         {"env-tint", "R,G,B", "Factor on the radiance of the environment map ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentTint = ParseRadiance(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
         {"background", "R,G,B",
-         "Constant radiance of the environment, instead of a map. Default: {}, the scene's own light",
+         "Constant radiance of the environment, instead of a map. Default: {}, the scene's own light or "
+         "that of --light",
          [](PictureSettings& settings, std::string_view text) {
              settings.background.reset();
              if (text != "none") settings.background = ParseRadiance(text);

@@ -16,6 +16,7 @@
 #include "passes/path_settings.h"
 #include "passes/raster.h"
 #include "passes/views.h"
+#include "renderer/gpu_scene/own_light.h"
 #include "renderer/scene/camera_view.h"
 #include "renderer/scene/round_primitives.h"
 
@@ -50,12 +51,15 @@ struct PictureSettings {
     float aperture = 0.0f;                 // lens radius, meters; 0: a pinhole
     float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};
-    passes::RasterSettings raster{};
+    passes::RasterSettings raster{};  // of which only the shadows are recorded: no option has the others
     passes::Traversal traversal = passes::Traversal::Auto;
     float environmentRotation = 0.0f;                        // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
-    // Constant radiance, where no map is given. None: what the scene brings along, or black.
+    // Constant radiance, where no map is given. None: what the scene brings along, the studio, or black.
     std::optional<std::array<float, 3>> background;
+    // Whether the studio is the environment: a session decides what Auto leaves open (default_light.h), and
+    // records that. Studio goes with no background and no map.
+    DefaultLight light = DefaultLight::Auto;
     // Pixels get as many samples as the picture's error needs, not all the same number (adaptive_counts.h).
     bool isAdaptive = false;
     uint64_t textureBudget = 0;  // bytes of all textures on the device; 0: GpuSceneDesc's default
@@ -82,9 +86,10 @@ class RAYGRAPH_API SettingError : public Error {
     using Error::Error;
 };
 
-// The names of the settings paths.form and traversal.
+// The names of the settings that a session decides where they are left open: paths.form, traversal and light.
 inline constexpr std::string_view kFormSetting = "integrator-form";
 inline constexpr std::string_view kTraversalSetting = "traversal";
+inline constexpr std::string_view kLightSetting = "light";
 
 // Settings as texts by their names: "seed" is "1". Names are those of the options of `raygraph render`.
 using SettingTexts = std::map<std::string, std::string, std::less<>>;

@@ -235,6 +235,8 @@ RenderFile FromExr(const image::ExrImage& file) {
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
         render.settings[name] = TextAttribute(file, attribute.c_str());
     }
+    // Files that do not say are from before there was one
+    render.settings.try_emplace(std::string(kLightSetting), Name(DefaultLight::None));
     const PictureSettings settings = RequireWindow(file, render);
     if (settings.isAdaptive) TakeCounts(file, render);
     for (const ChannelNames& names : GroupChannels(render.settings)) {

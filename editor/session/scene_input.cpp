@@ -78,6 +78,7 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     scene::LoadOptions loading;
     loading.scene = options.scene;
     loading.pointsAndLines = options.pointsAndLines;
+    loading.root = options.root;
     loading.log = options.log;
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });

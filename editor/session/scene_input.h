@@ -49,6 +49,7 @@ struct InputOptions {
     bool isAnimated = false;  // keeps animations: for settings with a time of them
     std::string clips;        // which of them are to be shown (scene::FindClips): refused early if not there
     scene::PointsAndLines pointsAndLines = {};  // radii of the file's; off: left out. Otherwise as `scene`
+    std::filesystem::path root = {};            // scene::LoadOptions::root
     std::filesystem::path environment;          // equirectangular .hdr or .exr; "": none
     Log log;                                    // takes warnings
     // Called on the loading thread, `fraction` from 0 to 1.

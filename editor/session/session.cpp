@@ -10,6 +10,7 @@
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "editor/session/default_light.h"
 #include "editor/session/error_goal.h"
 #include "editor/session/form_text.h"
 #include "editor/session/render_flaws.h"
@@ -74,6 +75,12 @@ TracingChoice Wanted(const TracingChoice& asked, const ResumedRender* resumed) {
     if (wanted.form.kind == passes::IntegratorForm::Auto) wanted.form = its.form;
     if (wanted.traversal == passes::Traversal::Auto) wanted.traversal = its.traversal;
     return wanted;
+}
+
+SessionDesc WithLight(const SessionDesc& desc, const SceneInput& input) {
+    SessionDesc decided = desc;
+    decided.settings.light = ChooseLight(input, desc.settings, desc.resumed, desc.group);
+    return decided;
 }
 
 // Before the AOVs that were not asked for are dropped.
@@ -243,17 +250,20 @@ RunSummary Session::Impl::Run(const StopRule& rule,
         return shared.IsRoot() && rule.seconds && watch.Seconds() >= *rule.seconds ? End::Late
                                                                                    : End::Complete;
     };
-    for (bool isDone = false; !isDone;) {
+    const auto isComplete = [&] {
+        const uint32_t samples = shared.SampleCount();
+        return (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
+               samples == MostSamples();
+    };
+    for (bool isDone = before > 0 && isComplete(); !isDone;) {
         const End end = shared.RenderTo(NextPause(rule, goal), progress && canEstimateError, tick);
         const uint32_t samples = shared.SampleCount();
         if (goal.IsMeasuringAt(samples) && !goal.IsReachedAt(samples)) {
             described.measuredError = shared.MeasureError();
             goal.Measured(*described.measuredError);
         }
-        const bool isComplete = (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
-                                samples == MostSamples();
-        isDone = end != End::Complete || isComplete;
-        summary.wasStopped = end == End::Stopped && !isComplete;
+        isDone = end != End::Complete || isComplete();
+        summary.wasStopped = end == End::Stopped && !isComplete();
     }
     summary.seconds = watch.Seconds();
     if (const uint32_t fresh = shared.SampleCount() - before; doneAtFirst > 0 && fresh > doneAtFirst)
@@ -265,12 +275,14 @@ RunSummary Session::Impl::Run(const StopRule& rule,
 
 Session::Session(rhi::Device& device, SceneInput input, const SessionDesc& desc) {
     rhi::Device* const only = &device;
-    m_impl = std::make_unique<Impl>(std::span(&only, 1), std::move(input), desc);
+    const SessionDesc decided = WithLight(desc, input);
+    m_impl = std::make_unique<Impl>(std::span(&only, 1), std::move(input), decided);
 }
 
 Session::Session(std::span<rhi::Device* const> devices, SceneInput input, const SessionDesc& desc) {
     if (devices.empty()) Refuse("there is no device");
-    m_impl = std::make_unique<Impl>(devices, std::move(input), desc);
+    const SessionDesc decided = WithLight(desc, input);
+    m_impl = std::make_unique<Impl>(devices, std::move(input), decided);
 }
 
 Session::~Session() = default;

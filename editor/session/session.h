@@ -119,8 +119,9 @@ class RAYGRAPH_API Session {
     // each. A run that is stopped there ends without a sample of its own; the next goes on with it.
     //
     // Error{Usage} for a rule that cannot end (of a time that is not finite, of an error that is not above
-    // 0), or that asks for no more samples than there are: nothing is rendered. After any other Error, the
-    // session can only be destroyed.
+    // 0), or that asks for fewer samples than there are: nothing is rendered. After any other Error, the
+    // session can only be destroyed. A run whose rule is met from the start, as of a resumed render that is
+    // complete, ends at once, and the result is that of the samples that there are.
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
 
     // Begins another picture, with the same settings else. What is on the devices stays, so this takes no

@@ -23,6 +23,9 @@ void RequireChoice(const char* setting, const char* unnamed, const std::string& 
 }
 
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
+    if (settings.light == DefaultLight::Studio && !input.environmentFile.empty())
+        throw SettingError(ErrorKind::Usage, Text("light: the studio takes the place of the map {}",
+                                                  Printable(input.environmentFile)));
     RequireChoice("scene", "the default one", settings.scene, input.scene, input);
     RequireChoice("variant", "none", settings.variant, input.variant, input);
     if (settings.at && !input.isAnimated)
@@ -65,6 +68,8 @@ void RequirePossible(const SessionDesc& desc) {
     if (settings.crop && !CanCrop(settings.view))
         throw SettingError(ErrorKind::Usage,
                            Text("crop: the view {} is drawn as a whole", Name(settings.view)));
+    if (settings.light == DefaultLight::Studio && settings.background)
+        throw SettingError(ErrorKind::Usage, "light: the studio takes the place of a background");
     if (const uint32_t samples = desc.samplesAtOnce; samples > 64 || (samples & (samples - 1)) != 0)
         Refuse(Text("{} samples at once: a power of two up to 64", samples));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
@@ -109,7 +114,7 @@ void RequireRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bo
         Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
     if (rule.seconds && !std::isfinite(*rule.seconds))
         Refuse(Text("a run of {} seconds has no end", *rule.seconds));
-    if (rule.samples && *rule.samples <= before)
+    if (rule.samples && *rule.samples < std::max(before, 1u))
         Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
     const uint64_t wanted = std::max<uint64_t>(uint64_t{before} + 1, rule.samples.value_or(1));
     if (wanted > std::numeric_limits<uint32_t>::max()) Refuse("there are as many samples as can be counted");

@@ -28,10 +28,10 @@ struct CaptureResult {
     LensSettings lens;
     PathSettings paths;
     passes::RasterSettings raster;
-    EnvironmentSettings environment;
-    passes::ExactSums sums;       // of the samples, with squares: another renderer may go on with them
-    std::vector<float> mean;      // w: coverage
-    std::vector<float> variance;  // of one sample; w is undefined
+    EnvironmentSettings environment;  // GpuScene::ShownEnvironment
+    passes::ExactSums sums;           // of the samples, with squares: another renderer may go on with them
+    std::vector<float> mean;          // w: coverage
+    std::vector<float> variance;      // of one sample; w is undefined
     // The surface at the center of each pixel (passes::PrimaryHits).
     std::vector<float> albedo;       // w is undefined
     std::vector<float> normal;       // world space; w is undefined

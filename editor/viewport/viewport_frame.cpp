@@ -200,7 +200,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                           .lens = lens,
                           .paths = paths,
                           .raster = rasterSettings,
-                          .environment = scene->Environment()});
+                          .environment = scene->ShownEnvironment()});
     };
     if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
         answerCaptures(traced.samples, tracedSamples.Declared(), false);

@@ -148,12 +148,16 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
     return glm::max(sum / float(cuts * cuts), glm::vec3(kMinMean));
 }
 
-EmitterFinder::EmitterFinder(const scene::SceneData& scene)
-    : m_scene(scene), m_isAnimated(scene.materials.size()) {
+std::vector<bool> AnimatedEmission(const scene::SceneData& scene) {
+    std::vector<bool> isAnimated(scene.materials.size());
     for (const scene::Animation& animation : scene.animations)
         for (const scene::AnimationChannel& channel : animation.channels)
-            if (IsEmission(channel.target)) m_isAnimated[channel.target.object] = true;
+            if (IsEmission(channel.target)) isAnimated[channel.target.object] = true;
+    return isAnimated;
 }
+
+EmitterFinder::EmitterFinder(const scene::SceneData& scene)
+    : m_scene(scene), m_isAnimated(AnimatedEmission(scene)) {}
 
 std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::Primitive& primitive) const {
     std::vector<uint32_t> materials{primitive.material};
@@ -172,6 +176,28 @@ std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::P
     return candidates;
 }
 
+bool EmitterFinder::MayEmit(const scene::Primitive& primitive) const {
+    return std::ranges::any_of(CandidatesOf(primitive), &Candidate::mayEmit);
+}
+
+bool IsAboutClosed(const scene::Mesh& mesh) {
+    constexpr double kAbout = 0.1;
+    glm::dvec3 sum(0.0);
+    double sizes = 0.0;
+    for (const scene::Primitive& primitive : mesh.primitives) {
+        if (primitive.IsRound()) continue;
+        for (size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+            const auto at = [&](size_t corner) {
+                return glm::dvec3(primitive.positions[primitive.indices[i + corner]]);
+            };
+            const glm::dvec3 area = glm::cross(at(1) - at(0), at(2) - at(0));
+            sum += area;
+            sizes += glm::length(area);
+        }
+    }
+    return glm::length(sum) <= kAbout * sizes;
+}
+
 glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Primitive& primitive,
                                      const uint32_t (&vertices)[3], uint32_t maxCuts) {
     const scene::TextureRef& reference = m_scene.materials[candidate.material].emissiveTexture;
@@ -185,7 +211,7 @@ glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Pr
 }
 
 FoundEmitters EmitterFinder::Find(const GroupTriangles& triangles,
-                                  std::span<scene::Primitive* const> primitives, bool isDoubleSided) {
+                                  std::span<const scene::Primitive* const> primitives, bool isDoubleSided) {
     FoundEmitters found;
     std::vector<std::vector<Candidate>> candidatesOf;  // by primitive; none: it never emits
     bool isSomeEmitting = false;

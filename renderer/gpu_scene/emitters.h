@@ -35,16 +35,26 @@ struct FoundEmitters {
     std::vector<EmitterVariant> variants;
 };
 
+// Whether the areas of the mesh's triangles, as vectors along their normals, add up to less than a tenth of
+// their sizes: those of a closed mesh are 0 together.
+bool IsAboutClosed(const scene::Mesh& mesh);
+
+// By material: whether an animation changes how much it emits.
+std::vector<bool> AnimatedEmission(const scene::SceneData& scene);
+
 class EmitterFinder {
   public:
     // Refers to the materials, textures and images of `scene`, and to no mesh.
     explicit EmitterFinder(const scene::SceneData& scene);
 
+    // Whether Find may find some of the primitive's.
+    bool MayEmit(const scene::Primitive& primitive) const;
+
     // The triangles whose material, or that of a variant, emits, has an emissive texture, or may be made to
     // emit by an animation, except those
     // whose part of the texture is black. Positions and indices are taken from `triangles`, the rest from
     // `primitives`. Linear in triangles and, a few times over, in the texels they cover.
-    FoundEmitters Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
+    FoundEmitters Find(const GroupTriangles& triangles, std::span<const scene::Primitive* const> primitives,
                        bool isDoubleSided);
 
   private:

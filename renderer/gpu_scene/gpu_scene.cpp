@@ -8,6 +8,7 @@
 #include "renderer/gpu_scene/material_features.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/flat_transform.h"
 
 namespace raygraph {
 
@@ -108,6 +109,7 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
         builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
     });
     ObjectOwners newOwners;
+    newOwners.meshes.Reset(data.meshes.size());
     newOwners.instances.Reset(data.instances.size());
     newOwners.materials.Reset(data.materials.size());
     newOwners.lights.Reset(data.lights.size());
@@ -138,6 +140,8 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     changedHostMeshes.clear();
     hostPlacements.clear();
     owners = std::move(newOwners);
+    lightSources = {};
+    lightSources.isScene = content.hasOwnLight;
     origin = newOrigin;
     originTurns = {};
     hasUnbuiltBlases = areAddressesDue = true;
@@ -161,13 +165,21 @@ void GpuScene::SetTransforms(std::span<const uint32_t> instances,
     if (instances.size() != objectToWorld.size())
         throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} transforms for {} instances",
                         objectToWorld.size(), instances.size());
+    std::vector<scene::PlacedTransform> solid;  // with a thickness, where some are flat
     for (size_t i = 0; i < instances.size(); ++i) {
         m_impl->RequireInstance(instances[i]);
         const scene::PlacedTransform& transform = objectToWorld[i];
-        if (scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
-        if (set.Transform(instances[i]) == transform) continue;  // a scene's may be flat
-        scene::CheckTransform(transform, Text("GpuScene: SetTransform: instance {}", instances[i]));
+        const bool isFlat = scene::IsFlat(transform.matrix);
+        if (!isFlat && scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
+        const scene::PlacedTransform shown =
+            scene::CheckedPlacement(transform, set.BoundsOf(set.MeshOf(instances[i])),
+                                    Text("GpuScene: SetTransform: instance {}", instances[i]));
+        if (solid.empty())
+            WithMemoryErrors("SetTransform",
+                             [&] { solid.assign(objectToWorld.begin(), objectToWorld.end()); });
+        solid[i] = shown;
     }
+    if (!solid.empty()) objectToWorld = solid;
     if (!WithMemoryErrors("SetTransform", [&] { return set.SetTransforms(instances, objectToWorld); }))
         return;
     ++m_impl->revisions.transforms;
@@ -276,6 +288,12 @@ void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
 
 const EnvironmentSettings& GpuScene::Environment() const {
     return m_impl->environment;
+}
+
+EnvironmentSettings GpuScene::ShownEnvironment() const {
+    EnvironmentSettings shown = m_impl->environment;
+    shown.defaultLight = m_impl->ShownDefault();
+    return shown;
 }
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {

@@ -25,6 +25,7 @@
 
 #include "base/api.h"
 #include "renderer/gpu_scene/light_groups.h"
+#include "renderer/gpu_scene/own_light.h"
 #include "renderer/gpu_scene/prepared_scene.h"
 #include "renderer/gpu_scene/scene_upload.h"
 #include "renderer/graph/renderer.h"
@@ -104,8 +105,10 @@ struct SceneIds {
 struct EnvironmentSettings {
     glm::vec3 radiance{0.0f};  // constant radiance, or the factor on the map
     float rotation = 0.0f;     // radians about +y
-    // Without a map of SetEnvironmentMap, that of the scene (SceneData::environment); black if it has none.
+    // Without a map of SetEnvironmentMap, that of the scene (SceneData::environment) or the studio; black if
+    // there is neither.
     bool usesScene = false;
+    DefaultLight defaultLight = DefaultLight::Auto;  // for usesScene
 
     bool operator==(const EnvironmentSettings&) const = default;
 };
@@ -302,8 +305,8 @@ class RAYGRAPH_API GpuScene {
     void SetViewpoint(const glm::dvec3& eye);
 
     // Instance indices are those of SceneData::instances. The translation is PlacedTransform::Place, added in
-    // double; a plain matrix has no rest. Error{Usage} out of range, and for a transform that is not finite
-    // or has no inverse.
+    // double; a plain matrix has no rest. A flat one gets a thickness (renderer/scene/flat_transform.h).
+    // Error{Usage} out of range, and for a transform that is not finite or scales to nothing or to a line.
     void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
         SetTransforms({&instance, 1}, {&objectToWorld, 1});
     }
@@ -316,7 +319,7 @@ class RAYGRAPH_API GpuScene {
     void SetTransforms(std::span<const uint32_t> instances,
                        std::span<const scene::PlacedTransform> objectToWorld);
     bool HasInstance(uint32_t instance) const;  // not of one that was removed
-    // The current value: setting it again changes nothing.
+    // The current value, with its thickness if it is flat: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
     // --- Instances with Instance::isDeformed. Those that agree in mesh, skin and, with morph targets, node
     // share one deformed copy of the mesh. SetScene shows the pose that the scene has, in its nodes; from
@@ -388,9 +391,17 @@ class RAYGRAPH_API GpuScene {
     void SetLightGroups(LightGroups groups);
 
     // Before the first call, and again for {.radiance = glm::vec3(1.0f), .usesScene = true}, the environment
-    // is what the scene brings along. Error{Usage} for values that are not finite, or negative radiance.
+    // is what the scene brings along, or the studio. Error{Usage} for values that are not finite, or negative
+    // radiance.
+    //
+    // DefaultLight::Auto is decided by what SetScene, Add and Stream bring, as own_light.h says; by any light
+    // of AddLight; and by any instance of a mesh of AddMesh that emits when it is added. Edits of what is
+    // there, and poses, decide nothing: the studio does not come or go with them.
     void SetEnvironment(const EnvironmentSettings& settings);
     const EnvironmentSettings& Environment() const;
+    // The same with a defaultLight that says what is shown now: never Auto, and Studio only where that is the
+    // environment.
+    EnvironmentSettings ShownEnvironment() const;
     // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
     // Stays when the scene is replaced, and counts instead of what a scene brings along.
     void SetEnvironmentMap(const image::ImageF& equirectangular);

@@ -5,6 +5,7 @@
 #include <list>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -27,6 +28,7 @@
 #include "renderer/gpu_scene/scene_upload_content.h"
 #include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/gpu_scene/wide_set.h"
+#include "renderer/scene/studio.h"
 #include "rhi/blas_builder.h"
 #include "rhi/upload.h"
 
@@ -59,7 +61,10 @@ struct GpuScene::Impl {
     void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
     ResourceSettings SettingsOfResources() const;
     PrepareSettings Preparing() const {
-        return {.hasWideTrees = desc.hasWideTrees, .prefersOneWideLevel = desc.prefersOneWideLevel};
+        return {.hasWideTrees = desc.hasWideTrees,
+                .prefersOneWideLevel = desc.prefersOneWideLevel,
+                .measuresLight = environment.usesScene && environment.defaultLight == DefaultLight::Auto &&
+                                 !hostEnvironment};
     }
     TextureUploadSettings TextureSettings(uint64_t budget) const {
         return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
@@ -89,6 +94,7 @@ struct GpuScene::Impl {
     bool IsShowable(uint32_t mesh) const;
     bool IsOfHost(uint32_t mesh) const;
     bool IsDeformed(uint32_t instance) const;
+    bool Emits(uint32_t mesh) const;
     // Error{Usage} for what does not exist, or not any more.
     void RequireInstance(uint32_t instance) const;
     void RequireMesh(uint32_t mesh) const;
@@ -177,8 +183,20 @@ struct GpuScene::Impl {
         areDrawsDue = areDrawNumbersDue = false;
     }
 
+    // Never Auto.
+    DefaultLight ShownDefault() const {
+        if (hostEnvironment || !environment.usesScene) return DefaultLight::None;
+        if (environment.defaultLight != DefaultLight::Auto) return environment.defaultLight;
+        return sceneEnvironment || lightSources.IsAny() ? DefaultLight::None : DefaultLight::Studio;
+    }
+
     void DeclareEnvironment(Renderer& r, SceneIds& ids) {
         EnvironmentOnDevice* map = hostEnvironment ? &*hostEnvironment : nullptr;
+        const bool hasStudio = ShownDefault() == DefaultLight::Studio;
+        if (hasStudio && !studio)
+            uploader.FlushAfter([&] { studio = UploadEnvironment(device, uploader, scene::StudioMap()); });
+        if (std::exchange(hadStudio, hasStudio) != hasStudio) ++environmentVersion;
+        if (hasStudio) map = &*studio;
         if (!map && environment.usesScene && sceneEnvironment) map = &*sceneEnvironment;
         const bool isDark = !map && environment.usesScene;
         const glm::vec3 radiance = isDark ? glm::vec3(0.0f) : environment.radiance;
@@ -319,6 +337,16 @@ struct GpuScene::Impl {
 
     EnvironmentSettings environment{.radiance = glm::vec3(1.0f), .usesScene = true};
     std::optional<EnvironmentOnDevice> hostEnvironment, sceneEnvironment;
+    std::optional<EnvironmentOnDevice> studio;  // from the first frame on that shows it
+    bool hadStudio = false;                     // the last frame
+    // What keeps DefaultLight::Auto from being the studio.
+    struct {
+        bool isScene = false;
+        std::set<uint32_t> parts;              // by owner
+        std::set<uint32_t> instances, lights;  // of the host's own meshes; of AddLight
+
+        bool IsAny() const { return isScene || !parts.empty() || !instances.empty() || !lights.empty(); }
+    } lightSources;
     EnvironmentOnDevice blank;  // for an environment without a map
     uint64_t environmentVersion = 0;
     ResourceState energyTablesState;

@@ -126,9 +126,14 @@ uint32_t GpuScene::AddInstance(uint32_t mesh, const scene::PlacedTransform& obje
     if (!m_impl->IsShowable(mesh))
         throw MakeError(ErrorKind::Usage, "GpuScene: AddInstance: mesh {} is there as deformed copies alone",
                         mesh);
-    scene::CheckTransform(objectToWorld, "GpuScene: AddInstance");
-    return WithMemoryErrors("AddInstance",
-                            [&] { return m_impl->AddInstance(mesh, objectToWorld, isVisible); });
+    const scene::PlacedTransform shown =
+        scene::CheckedPlacement(objectToWorld, m_impl->instances->BoundsOf(mesh), "GpuScene: AddInstance");
+    return WithMemoryErrors("AddInstance", [&] {
+        const uint32_t number = m_impl->AddInstance(mesh, shown, isVisible);
+        if (m_impl->owners.meshes.Of(mesh) == kOwnedByNone && m_impl->Emits(mesh))
+            m_impl->lightSources.instances.insert(number);
+        return number;
+    });
 }
 
 uint32_t GpuScene::AddMesh(scene::Mesh&& mesh) {
@@ -256,8 +261,11 @@ uint32_t GpuScene::AddTexture(const HostTexture& texture) {
 
 uint32_t GpuScene::AddLight(const scene::Light& light, bool isVisible) {
     m_impl->RequireNoFrame("AddLight");
-    return WithMemoryErrors("AddLight",
-                            [&] { return m_impl->AddLight(light, isVisible, LightPlace::OfHost); });
+    return WithMemoryErrors("AddLight", [&] {
+        const uint32_t number = m_impl->AddLight(light, isVisible, LightPlace::OfHost);
+        m_impl->lightSources.lights.insert(number);
+        return number;
+    });
 }
 
 void GpuScene::RemoveInstance(uint32_t instance) {

@@ -50,6 +50,14 @@ bool GpuScene::Impl::IsShowable(uint32_t mesh) const {
                                [](const GroupResources& group) { return group.blas || group.hostBlas != 0; });
 }
 
+bool GpuScene::Impl::Emits(uint32_t mesh) const {
+    const MeshResources& placed = resources->meshes[mesh];
+    for (uint32_t i = placed.firstGroup; i < placed.firstGroup + placed.groupCount; ++i)
+        for (const GroupPart& part : resources->groups[i].parts)
+            if (resources->materialRecords[part.material].emission != glm::vec3(0.0f)) return true;
+    return false;
+}
+
 // --- Adding one thing.
 
 uint32_t GpuScene::Impl::AddMaterial(const scene::Material& material, std::span<const uint32_t> textures) {
@@ -133,6 +141,7 @@ void GpuScene::Impl::RemoveInstance(uint32_t instance) {
     if (const auto placing = hostPlacements.find(mesh); placing != hostPlacements.end())
         std::erase(placing->second, instance);
     owners.instances.Forget(instance);
+    lightSources.instances.erase(instance);
     --resources->meshes[mesh].instanceCount;
     areDrawsDue = true;
     ++revisions.geometry;
@@ -154,6 +163,7 @@ void GpuScene::Impl::ForgetMesh(uint32_t number) noexcept {
 void GpuScene::Impl::RemoveLight(uint32_t light) {
     lights->RemovePunctual(light);
     owners.lights.Forget(light);
+    lightSources.lights.erase(light);
     ++revisions.lights;
 }
 
@@ -175,6 +185,7 @@ bool GpuScene::Impl::IsMeshUsed(uint32_t mesh) const {
 // Of what it names, what is still its own, and as far as nothing else uses it.
 void GpuScene::Impl::Remove(const AddedPart& part) {
     if (part.owner <= kOwnedByScene) return;
+    lightSources.parts.erase(part.owner);
     for (const uint32_t light : part.lights)
         if (owners.lights.Of(light) == part.owner) RemoveLight(light);
     for (const uint32_t instance : part.instances)

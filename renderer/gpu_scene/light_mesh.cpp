@@ -21,6 +21,7 @@ constexpr double kCosineRounding = 1e-6;
 LightMesh::LightMesh(std::span<const Emitter> emitters, std::span<const glm::vec3> emission,
                      std::span<const uint32_t> groups) {
     std::vector<double> weights;
+    if (!emitters.empty()) m_first = emitters.front();
     for (const Emitter& emitter : emitters) {
         gpu::LightRecord light{.p0 = emitter.p0,
                                .kind = gpu::kLightTriangle,

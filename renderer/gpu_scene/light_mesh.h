@@ -26,6 +26,8 @@ class LightMesh {
     // The two tables of a mesh, without offsets: see light_records.h.
     const std::vector<gpu::AliasEntry>& Alias() const { return m_alias; }
     uint32_t ActiveCount() const { return static_cast<uint32_t>(m_facets.size()); }
+    // Whether the placement is gpu::kLightOutward.
+    bool IsOutward(const glm::mat4x3& objectToWorld) const { return IsBackInside(m_first, objectToWorld); }
 
     // Of all triangles together, as placed. The power is exact up to rounding, the cone too where only
     // turned and scaled, and the box is that of the object's. O(triangles that shine).
@@ -47,6 +49,7 @@ class LightMesh {
     glm::dvec3 m_axis{0.0, 0.0, 1.0};  // the middle of the normals
     glm::vec3 m_min{0.0f}, m_max{0.0f};
     bool m_isTwoSided = false;  // some facet is
+    Emitter m_first;
 };
 
 }  // namespace raygraph

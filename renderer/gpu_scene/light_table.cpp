@@ -183,7 +183,9 @@ void LightTable::SetPlacement(const LightScene& scene, uint32_t index, bool isRe
         const bool isMirrored = glm::determinant(glm::mat3(instance.objectToWorld)) < 0.0f;
         const gpu::LightRecord record{
             .kind = gpu::kLightMesh,
-            .flags = (isMirrored ? gpu::kLightMirrored : 0u) | (instanceGroup << gpu::kLightGroupShift),
+            .flags = (isMirrored ? gpu::kLightMirrored : 0u) |
+                     (m_meshes[mesh].IsOutward(instance.objectToWorld) ? gpu::kLightOutward : 0u) |
+                     (instanceGroup << gpu::kLightGroupShift),
             .instance = placement.record,
             .primitive = mesh};
         SetLight(placement.firstLight, record, instance.isVisible ? bounds.power : 0.0, &bounds, isRefit,

@@ -198,7 +198,15 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
     result.name = mesh.name.empty() ? "mesh" : mesh.name;
     result.use = use;
     std::vector<GroupPart> parts;
-    for (const scene::Primitive& primitive : mesh.primitives) parts.push_back(PartOf(primitive, materials));
+    bool shinesFromBothSides = false;
+    scene::Bounds bounds;
+    for (const scene::Primitive& primitive : mesh.primitives) {
+        parts.push_back(PartOf(primitive, materials));
+        bounds.Extend(primitive.bounds);
+        shinesFromBothSides |=
+            !KindOf({&parts.back(), 1}, materials.records).isBackCulled && finder.MayEmit(primitive);
+    }
+    const bool isClosed = shinesFromBothSides && IsAboutClosed(mesh);
     for (const GroupKind& kind : AllGroupKinds()) {
         std::vector<Piece> pieces;
         for (size_t i = 0; i < parts.size(); ++i) {
@@ -212,6 +220,9 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
             const size_t count = CountWithin(std::span(pieces).subspan(first), limits);
             result.groups.push_back(PackGroup(std::span(pieces).subspan(first, count), kind, use, finder));
             first += count;
+            if (!isClosed) continue;
+            for (Emitter& emitter : result.groups.back().emitters.emitters)
+                emitter.closedExtent = bounds.max - bounds.min;
         }
     }
     return result;

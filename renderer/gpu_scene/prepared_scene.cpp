@@ -12,8 +12,10 @@
 #include "renderer/gpu_scene/alpha_bounds.h"
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/material_records.h"
+#include "renderer/gpu_scene/own_light.h"
 #include "renderer/gpu_scene/scene_content.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/flat_transform.h"
 
 namespace raygraph {
 namespace {
@@ -58,6 +60,17 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     for (std::future<void>& other : others) other.get();
 }
 
+// A host's own transforms may be flat; those that follow from nodes have their thickness.
+void ThickenInstances(scene::SceneData& data) {
+    for (scene::Instance& instance : data.instances) {
+        if (!scene::IsFlat(instance.objectToWorld)) continue;
+        const scene::PlacedTransform flat{instance.objectToWorld, instance.translationRest};
+        const scene::PlacedTransform shown = scene::WithThickness(data, instance, flat).value_or(flat);
+        instance.objectToWorld = shown.matrix;
+        instance.translationRest = shown.rest;
+    }
+}
+
 }  // namespace
 
 PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& settings) {
@@ -76,6 +89,9 @@ PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& set
 
 void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& settings) {
     m_content = std::make_unique<SceneContent>();
+    ThickenInstances(data);
+    m_content->hasOwnLight = settings.measuresLight ? HasOwnLight(data, settings.maxThreads)
+                                                    : !data.lights.empty() || scene::HasEmission(data);
     if (std::ranges::any_of(data.instances, &scene::Instance::isDeformed)) m_content->deform.emplace(data);
     m_content->data = std::move(data);
     try {

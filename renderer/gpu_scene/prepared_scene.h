@@ -29,6 +29,9 @@ struct PrepareSettings {
     bool hasWideTrees = false;
     // For GpuSceneDesc::prefersOneWideLevel: leaves those out that it does without.
     bool prefersOneWideLevel = false;
+    // For DefaultLight::Auto: measures whether what emits lights the scene (own_light.h), which builds trees
+    // of its triangles. False: anything that emits counts as light.
+    bool measuresLight = true;
 };
 
 class RAYGRAPH_API PreparedScene {

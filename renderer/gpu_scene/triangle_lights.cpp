@@ -4,14 +4,27 @@
 #include <cmath>
 #include <numbers>
 
+#include "renderer/scene/flat_transform.h"
 #include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 
 namespace {
 
-// Squares of twice a triangle's area, as floats, stay finite and normal within these.
-constexpr float kMinAreaSquare = 1e-36f, kMaxAreaSquare = 1e36f;
+// Whether a box of this extent (object space) is about as thin, once it is placed, as a flattened mesh is.
+bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent) {
+    constexpr double kAbout = 4.0;
+    const glm::dvec3 x = glm::dvec3(transform[0]) * double{extent.x},
+                     y = glm::dvec3(transform[1]) * double{extent.y},
+                     z = glm::dvec3(transform[2]) * double{extent.z};
+    const double area = std::max(
+        {glm::length(glm::cross(x, y)), glm::length(glm::cross(y, z)), glm::length(glm::cross(z, x))});
+    const double volume = std::abs(glm::dot(x, glm::cross(y, z)));
+    return volume <= kAbout * scene::kFlatThickness * area * std::sqrt(area);
+}
+
+// Twice a triangle's area and its inverse are finite and normal floats within these.
+constexpr double kMinArea = 1e-36, kMaxArea = 1e36;
 
 // Of the rays that end anywhere on a triangle, whose record has the world's p0, e1 and e2. RayClearance is
 // convex in the point; the record adds roundings of its own.
@@ -25,16 +38,18 @@ float TriangleClearance(const Emitter& emitter, const glm::mat4x3& objectToWorld
     if (emitter.error > 0.0f)
         for (int axis = 0; axis < 3; ++axis) clearance += emitter.error * glm::length(objectToWorld[axis]);
     const glm::vec3 across = glm::cross(e1, e2);
-    const float length = glm::length(across);
     const glm::vec3 sizes = glm::abs(p0) + glm::abs(e1) + glm::abs(e2);
-    return clearance +
-           4.0f * gpu::kRoundoff * (length > 0.0f ? glm::dot(glm::abs(across), sizes) / length : 0.0f);
+    return clearance + 4.0f * gpu::kRoundoff * glm::dot(glm::abs(across), sizes) * gpu::InverseLength(across);
 }
 
 }  // namespace
 
 double Luminance(const glm::vec3& color) {
     return 0.2126 * double{color.x} + 0.7152 * double{color.y} + 0.0722 * double{color.z};
+}
+
+bool IsBackInside(const Emitter& emitter, const glm::mat4x3& objectToWorld) {
+    return emitter.closedExtent.x >= 0.0f && IsThin(objectToWorld, emitter.closedExtent);
 }
 
 gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const glm::mat4x3& objectToWorld) {
@@ -44,11 +59,11 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
     const glm::vec3 e1 = linear * (glm::dvec3(emitter.p1) - glm::dvec3(emitter.p0));
     const glm::vec3 e2 = linear * (glm::dvec3(emitter.p2) - glm::dvec3(emitter.p0));
     const bool isMirrored = glm::determinant(glm::mat3(objectToWorld)) < 0.0f;
+    const bool isDoubleSided = emitter.isDoubleSided && !IsBackInside(emitter, objectToWorld);
     return {.p0 = p0,
             .kind = gpu::kLightTriangle,
             .e1 = e1,
-            .flags = (emitter.isDoubleSided ? gpu::kLightDoubleSided : 0u) |
-                     (isMirrored ? gpu::kLightMirrored : 0u),
+            .flags = (isDoubleSided ? gpu::kLightDoubleSided : 0u) | (isMirrored ? gpu::kLightMirrored : 0u),
             .e2 = e2,
             .instance = record,
             .primitive = emitter.primitive,
@@ -58,11 +73,10 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
 }
 
 double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance) {
-    const glm::vec3 normal = glm::cross(light.e1, light.e2);
-    const float square = glm::dot(normal, normal);
-    if (!(square >= kMinAreaSquare && square <= kMaxAreaSquare)) return 0.0;
+    const double area = glm::length(glm::dvec3(glm::cross(light.e1, light.e2)));  // twice
+    if (!(area >= kMinArea && area <= kMaxArea)) return 0.0;
     const double sides = (light.flags & gpu::kLightDoubleSided) != 0 ? 2.0 : 1.0;
-    return sides * std::numbers::pi * 0.5 * std::sqrt(double{square}) * Luminance(meanRadiance);
+    return sides * std::numbers::pi * 0.5 * area * Luminance(meanRadiance);
 }
 
 }  // namespace raygraph

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <utility>
 
 #include "base/error.h"
@@ -21,16 +20,6 @@ constexpr size_t kLongWords = 50'000;
 rhi::ShaderStage StageOf(const Shader* shader) {
     if (!shader) return {};
     return {.name = shader->name, .spirv = shader->words};
-}
-
-template <typename T>
-void Append(std::string& key, const T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    key.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-void Append(std::string& key, const Shader* shader) {
-    Append(key, shader ? shader->index : UINT32_MAX);
 }
 
 std::string ConstantNames(const rhi::ShaderInterface& interface) {
@@ -79,57 +68,19 @@ void ProgramRequest::ListShaders(std::vector<const Shader*>& shaders) const {
     for (const Shader* shader : callables) add(shader);
 }
 
-void ProgramCache::MakeKey(const ProgramRequest& request) {
-    m_key.clear();
-    Append(m_key, request.kind);
-    Append(m_key, request.rayGen);
-    for (const Shader* shader : request.miss) Append(m_key, shader);
-    Append(m_key, static_cast<uint32_t>(request.hitSets.size()));
-    for (const auto& set : request.hitSets) {
-        for (const HitShaders& hit : set) {
-            Append(m_key, hit.closestHit);
-            Append(m_key, hit.anyHit);
-            Append(m_key, hit.intersection);
-        }
-    }
-    Append(m_key, static_cast<uint32_t>(request.callables.size()));
-    for (const Shader* shader : request.callables) Append(m_key, shader);
-    Append(m_key, request.maxRecursion);
-    Append(m_key, request.compute);
-    Append(m_key, request.vertex);
-    Append(m_key, request.fragment);
-    for (const SpecializationRequest& constant : request.specialization) {
-        m_key += constant.name;
-        m_key += '\0';
-        Append(m_key, constant.value);
-    }
-    if (request.kind != PassKind::Raster) return;
-    const RasterState& raster = request.raster;
-    Append(m_key, raster.topology);
-    Append(m_key, raster.cull);
-    Append(m_key, raster.isFrontClockwise);
-    Append(m_key, raster.depthCompare);
-    Append(m_key, raster.writesDepth);
-    Append(m_key, raster.blend);
-    Append(m_key, raster.isWireframe);
-    Append(m_key, request.depthFormat);
-    for (const rhi::Format format : request.colorFormats) Append(m_key, format);
-}
-
 Program* ProgramCache::Find(const ProgramRequest& request) {
-    MakeKey(request);
-    const auto known = m_programs.find(m_key);
+    const auto known =
+        std::ranges::find_if(m_programs, [&](const auto& program) { return program->m_request == request; });
     if (known == m_programs.end()) return nullptr;
-    known->second->m_isAsked = true;
-    return known->second.get();
+    (*known)->m_isAsked = true;
+    return known->get();
 }
 
 Program& ProgramCache::Add(const ProgramRequest& request, std::string_view pass) {
-    MakeKey(request);
     auto program = std::make_unique<Program>();
     program->m_request = request;
     Reflect(*program, pass);
-    return *m_programs.emplace(m_key, std::move(program)).first->second;
+    return *m_programs.emplace_back(std::move(program));
 }
 
 void ProgramCache::Reflect(Program& program, std::string_view pass) const {
@@ -195,24 +146,24 @@ void ProgramCache::TakeComing(Program& program) {
 
 void ProgramCache::EndFrame() {
     m_frameEnd = std::chrono::steady_clock::now();
-    for (auto& [key, program] : m_programs)
+    for (const auto& program : m_programs)
         if (std::exchange(program->m_isAsked, false)) program->m_lastAsked = m_frameEnd;
 }
 
 void ProgramCache::Trim(double lifetime) {
-    std::erase_if(m_programs, [&](const auto& entry) {
-        const Program& program = *entry.second;
+    std::erase_if(m_programs, [&](const auto& known) {
+        const Program& program = *known;
         const std::chrono::duration<double> unused = m_frameEnd - program.m_lastAsked;
         return !program.m_isAsked && unused.count() > lifetime && !program.IsBeingMade();
     });
 }
 
 bool ProgramCache::IsMakingPipelines() const {
-    return std::ranges::any_of(m_programs, [](const auto& entry) { return entry.second->IsBeingMade(); });
+    return std::ranges::any_of(m_programs, [](const auto& program) { return program->IsBeingMade(); });
 }
 
 void ProgramCache::WaitForPipelines() {
-    for (auto& [key, program] : m_programs)
+    for (const auto& program : m_programs)
         if (program->m_coming.valid()) program->m_coming.wait();
 }
 
@@ -290,7 +241,7 @@ void ProgramCache::Take(Program& program, ProgramPipeline&& made) {
 std::vector<PipelineReport> ProgramCache::Reports() {
     WaitForPipelines();
     std::vector<PipelineReport> reports;
-    for (const auto& [key, program] : m_programs) {
+    for (const auto& program : m_programs) {
         if (program->m_coming.valid()) EnsurePipeline(*program);
         if (!program->m_hasPipeline) continue;
         const ProgramPipeline& made = program->m_pipeline;
@@ -305,7 +256,7 @@ std::vector<PipelineReport> ProgramCache::Reports() {
 
 std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> changed) {
     std::vector<std::string> messages;
-    for (auto& [key, program] : m_programs) {
+    for (const auto& program : m_programs) {
         const auto isChanged = [&](const Shader* shader) {
             return std::ranges::find(changed, shader) != changed.end();
         };

@@ -1,7 +1,7 @@
 // Program: the shaders of a pass with their bindings, and the pipeline created from them when it is
 // first needed.
 //
-// ProgramCache finds a pass's program again in every frame by its shaders, specialization and raster state.
+// ProgramCache finds a pass's program again in every frame by all that was requested of it.
 // Interfaces come from reflection, so that a culled pass never creates a pipeline.
 #pragma once
 
@@ -14,7 +14,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "renderer/graph/access.h"
@@ -33,14 +32,19 @@ struct HitShaders {
     const Shader* closestHit = nullptr;
     const Shader* anyHit = nullptr;
     const Shader* intersection = nullptr;
+
+    bool operator==(const HitShaders&) const = default;
 };
 
 struct SpecializationRequest {
     std::string name;
     uint32_t value = 0;
+
+    bool operator==(const SpecializationRequest&) const = default;
 };
 
-// The program that a pass requests. The vectors keep their memory from frame to frame.
+// The program that a pass requests. The vectors keep their memory from frame to frame. Passes share a program
+// if and only if their requests are equal.
 struct ProgramRequest {
     PassKind kind = PassKind::Compute;
     const Shader* rayGen = nullptr;
@@ -56,6 +60,8 @@ struct ProgramRequest {
     std::vector<rhi::Format> colorFormats;
     rhi::Format depthFormat = rhi::Format::Undefined;
 
+    bool operator==(const ProgramRequest&) const = default;
+    // Makes it equal to ProgramRequest{.kind = newKind}.
     void Clear(PassKind newKind);
     bool HasShaders() const;
     // All shaders of the request, ray generation, compute or vertex first; one may occur more than once.
@@ -131,7 +137,6 @@ class ProgramCache {
     uint32_t PipelineCount() const { return m_pipelineCount; }
 
   private:
-    void MakeKey(const ProgramRequest& request);
     void Reflect(Program& program, std::string_view pass) const;
     // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
     ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
@@ -140,8 +145,7 @@ class ProgramCache {
     void TakeComing(Program& program);
 
     rhi::Device& m_device;
-    std::unordered_map<std::string, std::unique_ptr<Program>> m_programs;
-    std::string m_key;  // of the current request; kept for its memory
+    std::vector<std::unique_ptr<Program>> m_programs;  // few, and of different requests
     std::chrono::steady_clock::time_point m_frameEnd;
     double m_creationMs = 0.0;
     uint32_t m_pipelineCount = 0;

@@ -1,5 +1,6 @@
 // Declaring a frame: resources, passes, roots.
 #include <algorithm>
+#include <tuple>
 
 #include "base/out_of_memory.h"
 #include "base/text.h"
@@ -11,9 +12,10 @@ namespace raygraph {
 
 namespace {
 
-bool IsSameSampler(const rhi::SamplerDesc& a, const rhi::SamplerDesc& b) {
-    return a.magFilter == b.magFilter && a.minFilter == b.minFilter && a.mipFilter == b.mipFilter &&
-           a.addressU == b.addressU && a.addressV == b.addressV;
+// All but the name: a field that is added to the description does not compile here until it is named.
+auto PartsOf(const rhi::SamplerDesc& desc) {
+    const auto& [name, magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy] = desc;
+    return std::tie(magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy);
 }
 
 GraphResource TextureInfo(std::string_view name, Origin origin, const GraphTextureDesc& desc) {
@@ -227,7 +229,7 @@ GraphBufferDesc Renderer::Desc(BufferId buffer) const {
 
 const rhi::Sampler* Renderer::Impl::FindSampler(const rhi::SamplerDesc& desc) {
     for (const auto& [known, sampler] : samplers)
-        if (IsSameSampler(known, desc)) return sampler.get();
+        if (PartsOf(known) == PartsOf(desc)) return sampler.get();
     samplers.emplace_back(desc, std::make_unique<rhi::Sampler>(device.CreateSampler(desc)));
     return samplers.back().second.get();
 }

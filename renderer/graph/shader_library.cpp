@@ -45,7 +45,6 @@ ShaderLibrary::ShaderLibrary(std::filesystem::path root, std::vector<std::filesy
 ShaderLibrary::~ShaderLibrary() = default;
 
 Shader& ShaderLibrary::Insert(Shader shader) {
-    shader.index = static_cast<uint32_t>(m_shaders.size());
     auto owned = std::make_unique<Shader>(std::move(shader));
     if (!owned->ownWords.empty()) owned->words = owned->ownWords;
     Shader& inserted = *owned;
@@ -64,7 +63,6 @@ const Shader& ShaderLibrary::Add(std::string_view name, std::span<const uint32_t
     const auto known = m_shaders.find(name);
     if (known == m_shaders.end()) return Insert(std::move(shader));
     Shader& old = *known->second;
-    shader.index = old.index;
     old = std::move(shader);
     old.words = old.ownWords;
     return old;

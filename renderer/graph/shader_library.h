@@ -23,7 +23,6 @@ struct Shader {
     std::string name;
     std::span<const uint32_t> words{};
     rhi::ShaderReflection reflection{};
-    uint32_t index = 0;  // in its library
 
     // Where it comes from; empty for SPIR-V that was built in or handed in.
     std::vector<uint32_t> ownWords{};

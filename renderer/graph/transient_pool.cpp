@@ -3,6 +3,7 @@
 #include "base/text.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace raygraph {
 
@@ -11,12 +12,20 @@ namespace {
 // Resizing by drag requests a new size in every frame: discard the old ones from time to time.
 constexpr size_t kMaxKnown = 128;
 
-bool IsSame(const rhi::TextureDesc& a, const rhi::TextureDesc& b) {
-    return a.extent == b.extent && a.format == b.format && a.usage == b.usage && a.mipLevels == b.mipLevels &&
-           a.layers == b.layers;
+// All but the name: a field that is added to a description does not compile here until it is named.
+auto PartsOf(const rhi::TextureDesc& desc) {
+    const auto& [name, extent, format, usage, mipLevels, layers] = desc;
+    return std::tie(extent, format, usage, mipLevels, layers);
 }
-bool IsSame(const rhi::BufferDesc& a, const rhi::BufferDesc& b) {
-    return a.size == b.size && a.usage == b.usage && a.memory == b.memory;
+auto PartsOf(const rhi::BufferDesc& desc) {
+    const auto& [name, size, usage, memory, hasOwnMemory] = desc;
+    return std::tie(size, usage, memory, hasOwnMemory);
+}
+
+// True if an object of the one, with the name that debuggers show, serves for the other.
+template <typename Desc>
+bool IsSame(const Desc& a, const Desc& b) {
+    return PartsOf(a) == PartsOf(b) && a.name == b.name;
 }
 
 bool Fits(const rhi::MemoryRequirements& needed, const rhi::MemoryRequirements& given) {
@@ -27,7 +36,7 @@ bool Fits(const rhi::MemoryRequirements& needed, const rhi::MemoryRequirements& 
 template <typename Known, typename Desc, typename Ask>
 rhi::MemoryRequirements FindRequirements(std::vector<Known>& known, const Desc& desc, Ask&& ask) {
     for (const Known& entry : known)
-        if (IsSame(entry.desc, desc)) return entry.requirements;
+        if (PartsOf(entry.desc) == PartsOf(desc)) return entry.requirements;
     if (known.size() >= kMaxKnown) known.clear();
     return known.emplace_back(Known{desc, ask()}).requirements;
 }
@@ -36,8 +45,7 @@ template <typename Entries, typename Desc, typename Make>
 auto& FindPlaced(Entries& entries, const Desc& desc, uint64_t frame, Make&& make) {
     using Entry = typename Entries::value_type::element_type;
     for (auto& entry : entries) {
-        const Desc& known = entry->object.Desc();
-        if (entry->lastFrame == frame || !IsSame(known, desc) || known.name != desc.name) continue;
+        if (entry->lastFrame == frame || !IsSame(entry->object.Desc(), desc)) continue;
         entry->lastFrame = frame;
         return entry->object;
     }
@@ -97,9 +105,8 @@ const rhi::Buffer& TransientPool::Place(const rhi::BufferDesc& desc, uint32_t bl
 const rhi::Buffer& TransientPool::TakeUpload(const rhi::BufferDesc& desc, uint64_t frame) {
     const uint64_t framesInFlight = m_device.FramesInFlight();
     for (auto& entry : m_uploads) {
-        const rhi::BufferDesc& known = entry->object.Desc();
         const bool isFree = entry->lastFrame + framesInFlight <= frame;
-        if (!isFree || !IsSame(known, desc) || known.name != desc.name) continue;
+        if (!isFree || !IsSame(entry->object.Desc(), desc)) continue;
         entry->lastFrame = frame;
         return entry->object;
     }

@@ -70,6 +70,10 @@ void Refuse(std::string_view name, std::string_view what) {
     throw Error(ErrorKind::BadInput, message);
 }
 
+std::string EndIsMissing(std::string_view name) {
+    return Text("{}: the file is cut off behind its last pixel", name);
+}
+
 void RefuseMemory(std::string_view name, uint64_t width, uint64_t height) {
     throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} x {} pixels", name, width, height);
 }

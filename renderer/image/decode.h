@@ -11,6 +11,9 @@ namespace raygraph::image {
 // Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
 [[noreturn]] void Refuse(std::string_view name, std::string_view what);
 
+// The warning of a file that has all of its picture and not its end.
+std::string EndIsMissing(std::string_view name);
+
 // Error{OutOfMemory} for a picture within the limits that does not fit the machine.
 [[noreturn]] void RefuseMemory(std::string_view name, uint64_t width, uint64_t height);
 

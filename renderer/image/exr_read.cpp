@@ -1,5 +1,6 @@
 #include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticities.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -7,9 +8,11 @@
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -141,17 +144,91 @@ ExrAttributes ReadAttributes(const Imf::Header& header) {
     return attributes;
 }
 
+// From RGB of these chromaticities to linear Rec. 709, for row vectors as OpenEXR has them. The white points
+// are matched by the Bradford transform (K. M. Lam, "Metamerism and Colour Constancy", 1985; the matrix is
+// that of ICC.1), as OpenEXR matches them for ACES.
+Imath::M33f ToRec709(const Imf::Chromaticities& from) {
+    const auto linear = [](const Imath::M44f& m) {
+        return Imath::M33f(m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2]);
+    };
+    const auto whiteXyz = [](const Imath::V2f& xy) {
+        return Imath::V3f(xy.x / xy.y, 1.0f, (1.0f - xy.x - xy.y) / xy.y);
+    };
+    const Imf::Chromaticities rec709;
+    const Imath::M33f toCones(0.8951f, -0.7502f, 0.0389f, 0.2664f, 1.7135f, -0.0685f, -0.1614f, 0.0367f,
+                              1.0296f);
+    const Imath::V3f cones = whiteXyz(from.white) * toCones, wanted = whiteXyz(rec709.white) * toCones;
+    Imath::M33f scale;
+    for (int i = 0; i < 3; ++i) scale[i][i] = wanted[i] / cones[i];
+    return linear(Imf::RGBtoXYZ(from, 1.0f)) * toCones * scale * toCones.inverse() *
+           linear(Imf::XYZtoRGB(rec709, 1.0f));
+}
+
+// Leaves every bit as it is where the file's colors are Rec. 709, as those of a file without the attribute
+// are.
+void ConvertToRec709(ImageF& image, const Imf::Header& header, std::string_view name) {
+    if (!Imf::hasChromaticities(header)) return;
+    const Imf::Chromaticities& from = Imf::chromaticities(header);
+    if (from == Imf::Chromaticities()) return;
+    const Imath::M33f matrix = ToRec709(from);
+    constexpr float kMaxElement = 1e4f;  // of a matrix that has an inverse worth the name
+    for (int i = 0; i < 9; ++i)
+        if (!(std::abs(matrix[i / 3][i % 3]) <= kMaxElement))
+            Refuse(name,
+                   Text("EXR: chromaticities red {} {}, green {} {}, blue {} {}, white {} {} span no colors",
+                        from.red.x, from.red.y, from.green.x, from.green.y, from.blue.x, from.blue.y,
+                        from.white.x, from.white.y));
+    for (size_t i = 0; i < image.rgba.size(); i += 4) {
+        const Imath::V3f rgb = Imath::V3f(image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]) * matrix;
+        for (size_t c = 0; c < 3; ++c) image.rgba[i + c] = rgb[static_cast<int>(c)];
+    }
+}
+
+// The whole picture that `part` is placed in by `window`: black, without alpha, where the part has no pixels.
+// The part is cut off where it lies outside of the picture.
+ImageF Placed(ImageF&& part, const ExrWindow& window, std::string_view name, const DecodeLimits& limits) {
+    const int64_t width = window.pictureWidth, height = window.pictureHeight;
+    if (window == ExrWindow{0, 0, part.width, part.height}) return std::move(part);
+    CheckSize(name, static_cast<uint64_t>(width), static_cast<uint64_t>(height), limits);
+    const int64_t left = std::max<int64_t>(window.x, 0), top = std::max<int64_t>(window.y, 0);
+    const int64_t right = std::min(window.x + int64_t{part.width}, width);
+    const int64_t bottom = std::min(window.y + int64_t{part.height}, height);
+    if (left >= right || top >= bottom)
+        Refuse(name, Text("EXR: {} x {} pixels from {}, {} on are outside of its picture of {} x {}",
+                          part.width, part.height, window.x, window.y, width, height));
+    // So that a few bytes do not become gigabytes
+    constexpr uint64_t kAlways = uint64_t{1} << 24, kPerPixel = 64;
+    const uint64_t wanted = static_cast<uint64_t>(width * height);
+    if (wanted > std::max(kAlways, kPerPixel * part.width * part.height))
+        Refuse(name, Text("EXR: {} x {} pixels are too few for a picture of {} x {}", part.width, part.height,
+                          width, height));
+    ImageF whole{window.pictureWidth, window.pictureHeight, std::vector<float>(4 * wanted)};
+    for (int64_t y = top; y < bottom; ++y) {
+        const auto from = part.rgba.begin() + 4 * ((y - window.y) * part.width + left - window.x);
+        std::copy_n(from, 4 * (right - left), whole.rgba.begin() + 4 * (y * width + left));
+    }
+    return whole;
+}
+
 }  // namespace
 
 ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
     return WithReader(bytes, name, limits, [&](ExrReader& reader) {
-        const Imf::ChannelList& channels = reader.Header().channels();
+        const Imf::Header& header = reader.Header();
+        const Imf::ChannelList& channels = header.channels();
         const auto has = [&](const char* channel) { return channels.findChannel(channel) != nullptr; };
         const bool isRgb = has("R") && has("G") && has("B");
-        const bool isGray = has("Y") && !has("RY") && !has("BY");
+        if (!isRgb && has("Y") && (has("RY") || has("BY")))
+            Refuse(name, "EXR: luminance with chroma (Y, RY, BY) is not supported, only R, G, B or Y alone");
+        const bool isGray = has("Y");
         if (!isRgb && !isGray) {
             Refuse(name, "EXR: no R, G, B and no Y among its channels: " + ChannelNames(channels));
         }
+        const bool isEnvmap = Imf::hasEnvmap(header);
+        if (isEnvmap && Imf::envmap(header) != Imf::ENVMAP_LATLONG)
+            Refuse(name,
+                   Text("EXR: is {} by its envmap attribute; an environment is a latitude-longitude map",
+                        Imf::envmap(header) == Imf::ENVMAP_CUBE ? "a cube map" : "of an unknown kind"));
         ImageF image{reader.Width(), reader.Height(), {}};
         image.rgba.reserve(4 * reader.PixelCount());
         float* rgba = image.rgba.data();
@@ -167,7 +244,9 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
         for (size_t i = 0; isGray && !isRgb && i < image.rgba.size(); i += 4) {
             image.rgba[i + 1] = image.rgba[i + 2] = image.rgba[i];
         }
-        return image;
+        if (isRgb) ConvertToRec709(image, header, name);
+        // With the attribute the data window is the sphere, as ImfEnvmap.h says
+        return isEnvmap ? image : Placed(std::move(image), reader.WindowInPicture(), name, limits);
     });
 }
 

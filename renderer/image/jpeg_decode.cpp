@@ -64,17 +64,23 @@ class JpegReader {
         if (IsCmyk()) CmykToRgba(row, Width(), m_jpeg.saw_Adobe_marker != FALSE);
         return true;
     }
+    // The rest of the file, after the last row.
     bool Finish() {
         if (setjmp(m_errors.jump) != 0) return false;
+        const bool isWhole = HasAllScans();
         jpeg_finish_decompress(&m_jpeg);
+        if (m_errors.isCutOff && !isWhole) ERREXIT(&m_jpeg, JERR_INPUT_EOF);
         return true;
     }
+    // After Finish: the file ends without saying so, and has all of the picture.
+    bool IsCutOff() const { return m_errors.isCutOff; }
 
   private:
     struct Errors {
         jpeg_error_mgr base;  // First: libjpeg's pointer to it is a pointer to this.
         std::jmp_buf jump;
         char message[JMSG_LENGTH_MAX];
+        bool isCutOff;
     };
     // A progressive file of very many scans takes minutes to decode; cameras and encoders make about ten.
     static constexpr int kMaxScanCount = 100;
@@ -87,12 +93,27 @@ class JpegReader {
         jpeg->err->format_message(jpeg, reinterpret_cast<Errors*>(jpeg->err)->message);
         Jump(jpeg);
     }
-    // Libjpeg invents pixels where data is missing: refuse that. Its other warnings leave the
-    // picture complete.
+    // Every component has been in a scan, and every coefficient in one that makes it exact: what a sequential
+    // file lacks within a scan is met by OnMessage. Arithmetic coding leaves out zeros at the end of a scan,
+    // so that nobody knows whether any are missing.
+    bool HasAllScans() const {
+        if (m_jpeg.arith_code != FALSE) return false;
+        for (int c = 0; c < m_jpeg.num_components; ++c) {
+            if (m_jpeg.comp_info[c].quant_table == nullptr) return false;
+            for (int k = 0; m_jpeg.coef_bits != nullptr && k < DCTSIZE2; ++k)
+                if (m_jpeg.coef_bits[c][k] != 0) return false;
+        }
+        return true;
+    }
+
+    // Libjpeg invents pixels where data is missing: refuse that. Its other warnings leave the picture
+    // complete, as does an end that is missing after all scans, which libjpeg also puts there.
     static void OnMessage(j_common_ptr jpeg, int level) {
         if (level >= 0) return;
         switch (jpeg->err->msg_code) {
             case JWRN_JPEG_EOF:
+                reinterpret_cast<Errors*>(jpeg->err)->isCutOff = true;
+                break;
             case JWRN_HIT_MARKER:
             case JWRN_HUFF_BAD_CODE:
             case JWRN_ARITH_BAD_CODE:
@@ -134,6 +155,7 @@ Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const
             check(reader.ReadRow(image.rgba.data() + rowBytes * y));
         }
         check(reader.Finish());
+        if (reader.IsCutOff()) image.warnings.push_back(EndIsMissing(name));
         return image;
     } catch (const std::bad_alloc&) {
         RefuseMemory(name, width, height);

@@ -40,7 +40,7 @@ class PngReader {
         return true;
     }
 
-    // The pixels as 8-bit RGBA into `rows`, and the rest of the file.
+    // The pixels as 8-bit RGBA into `rows`.
     bool ReadRows(png_bytepp rows) {
         if (setjmp(png_jmpbuf(m_png)) != 0) return false;
         png_set_scale_16(m_png);
@@ -51,9 +51,17 @@ class PngReader {
         png_read_update_info(m_png, m_info);
         if (FileRowBytes() != uint64_t{4} * Width()) png_error(m_png, "unexpected row size");
         png_read_image(m_png, rows);
+        return true;
+    }
+
+    // The rest of the file, which may be cut off. False if something in it is broken.
+    bool ReadEnd() {
+        if (setjmp(png_jmpbuf(m_png)) != 0) return m_isCutOff;
         png_read_end(m_png, nullptr);
         return true;
     }
+    // The file ends before it says so.
+    bool IsCutOff() const { return m_isCutOff; }
 
   private:
     static void OnError(png_structp png, png_const_charp message) {
@@ -64,7 +72,8 @@ class PngReader {
     static void OnWarning(png_structp, png_const_charp) {}
     static void OnRead(png_structp png, png_bytep out, size_t count) {
         auto* reader = static_cast<PngReader*>(png_get_io_ptr(png));
-        if (count > reader->m_rest.size()) png_error(png, "the file is truncated");
+        reader->m_isCutOff = count > reader->m_rest.size();
+        if (reader->m_isCutOff) png_error(png, "the file is truncated");
         std::memcpy(out, reader->m_rest.data(), count);
         reader->m_rest = reader->m_rest.subspan(count);
     }
@@ -73,6 +82,7 @@ class PngReader {
     png_structp m_png = nullptr;
     png_infop m_info = nullptr;
     char m_message[160] = "";
+    bool m_isCutOff = false;
 };
 
 }  // namespace
@@ -92,7 +102,9 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
         Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
         std::vector<png_bytep> rows(height);
         for (size_t y = 0; y < height; ++y) rows[y] = image.rgba.data() + y * 4 * width;
-        if (!reader.ReadRows(rows.data())) Refuse(name, std::string("PNG: ") + reader.Message());
+        if (!reader.ReadRows(rows.data()) || !reader.ReadEnd())
+            Refuse(name, std::string("PNG: ") + reader.Message());
+        if (reader.IsCutOff()) image.warnings.push_back(EndIsMissing(name));
         return image;
     } catch (const std::bad_alloc&) {
         RefuseMemory(name, width, height);

@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "renderer/scene/check_subject.h"
+#include "renderer/scene/flat_transform.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 #include "renderer/scene/round_primitives.h"
@@ -111,6 +112,13 @@ void CheckTransformOf(const PlacedTransform& transform, const Subject& subject) 
     subject.Require(IsFinite(transform.matrix) && IsFinite(transform.rest), "its transform is not finite");
     subject.Require(CanInvert(transform.matrix),
                     "its transform is scaled to nothing or flat, it has no inverse");
+}
+
+PlacedTransform PlacementOf(const PlacedTransform& transform, const Bounds& mesh, const Subject& subject) {
+    subject.Require(IsFinite(transform.matrix) && IsFinite(transform.rest), "its transform is not finite");
+    const std::optional<PlacedTransform> shown = WithThickness(transform, mesh);
+    subject.Require(shown.has_value(), "its transform is scaled to nothing or to a line");
+    return *shown;
 }
 
 void CheckVariants(const Primitive& primitive, const SceneData& scene, const Subject& subject) {
@@ -239,7 +247,7 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         const Subject here = subject.In("instances", i);
         here.RequireIndex("mesh", scene.instances[i].mesh, scene.meshes.size());
         here.RequireIndex("node", scene.instances[i].node, scene.nodes.size(), true);
-        CheckTransformOf({scene.instances[i].objectToWorld, scene.instances[i].translationRest}, here);
+        PlacementOf({scene.instances[i].objectToWorld, scene.instances[i].translationRest}, {}, here);
         here.Require(IsFinite(scene.instances[i].objectToNode), "its objectToNode is not finite");
     }
     for (size_t i = 0; i < scene.cameras.size(); ++i) {
@@ -296,6 +304,11 @@ void Check(const Light& light, const std::string& subject, ErrorKind kind) {
 
 void CheckTransform(const PlacedTransform& transform, const std::string& subject, ErrorKind kind) {
     CheckTransformOf(transform, {subject, kind});
+}
+
+PlacedTransform CheckedPlacement(const PlacedTransform& transform, const Bounds& mesh,
+                                 const std::string& subject, ErrorKind kind) {
+    return PlacementOf(transform, mesh, {subject, kind});
 }
 
 }  // namespace raygraph::scene

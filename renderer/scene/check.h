@@ -2,7 +2,7 @@
 // for hosts that build their own; GpuScene relies on it.
 //
 // All throw an Error of one line that names the object, its value and the valid range:
-//     "scene: instances[3]: its transform is scaled to nothing or flat, it has no inverse"
+//     "scene: instances[3]: its transform is scaled to nothing or to a line"
 // Threads: pure functions, for any thread.
 #pragma once
 
@@ -23,9 +23,13 @@ RAYGRAPH_API void Check(const SceneData& scene, const std::string& subject = "sc
 RAYGRAPH_API void Check(const Material& material, const std::string& subject,
                         ErrorKind kind = ErrorKind::Usage);
 RAYGRAPH_API void Check(const Light& light, const std::string& subject, ErrorKind kind = ErrorKind::Usage);
-// The transform of a mesh: finite, and with an inverse.
+// The transform of a light that a host sets: finite, and with an inverse.
 RAYGRAPH_API void CheckTransform(const PlacedTransform& transform, const std::string& subject,
                                  ErrorKind kind = ErrorKind::Usage);
+// The transform with which an instance of a mesh with this box is shown (WithThickness). It has to be finite,
+// and to scale neither to nothing nor to a line.
+RAYGRAPH_API PlacedTransform CheckedPlacement(const PlacedTransform& transform, const Bounds& mesh,
+                                              const std::string& subject, ErrorKind kind = ErrorKind::Usage);
 
 RAYGRAPH_API bool IsFinite(const glm::vec3& vector);
 RAYGRAPH_API bool IsFinite(const glm::mat4x3& transform);

@@ -8,14 +8,10 @@
 #include "renderer/scene/check.h"
 #include "renderer/scene/split_place.h"
 #include "renderer/scene/triangles.h"
+#include "shaders/shared/unit_vector.h"
 
 namespace raygraph::scene {
 namespace {
-
-glm::vec3 Normalized(const glm::vec3& v, const glm::vec3& otherwise) {
-    const float length = glm::length(v);
-    return length > 0.0f && std::isfinite(length) ? v / length : otherwise;
-}
 
 // Of the columns a, b, c of a matrix; the determinant times the inverse transpose.
 glm::mat3 Cofactors(const glm::mat3& m) {
@@ -106,8 +102,8 @@ DeformedVertex MorphVertex(const Primitive& primitive, uint32_t vertex, std::spa
         normal += weights[i] * At(primitive.targets[i].normals, vertex);
         tangent += weights[i] * At(primitive.targets[i].tangents, vertex);
     }
-    return {position, Normalized(normal, base.normal),
-            glm::vec4(Normalized(tangent, glm::vec3(base.tangent)), base.tangent.w)};
+    return {position, gpu::UnitOr(normal, base.normal),
+            glm::vec4(gpu::UnitOr(tangent, glm::vec3(base.tangent)), base.tangent.w)};
 }
 
 DeformedVertex SkinVertex(const Primitive& primitive, uint32_t vertex, const DeformedVertex& morphed,
@@ -123,8 +119,8 @@ DeformedVertex SkinVertex(const Primitive& primitive, uint32_t vertex, const Def
     }
     const glm::mat3 linear(sum);
     return {sum * glm::vec4(morphed.position, 1.0f),
-            Normalized(Cofactors(linear) * morphed.normal, morphed.normal),
-            glm::vec4(Normalized(linear * glm::vec3(morphed.tangent), glm::vec3(morphed.tangent)),
+            gpu::UnitOr(Cofactors(linear) * morphed.normal, morphed.normal),
+            glm::vec4(gpu::UnitOr(linear * glm::vec3(morphed.tangent), glm::vec3(morphed.tangent)),
                       morphed.tangent.w)};
 }
 

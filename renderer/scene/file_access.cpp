@@ -25,6 +25,14 @@ bool IsInside(const std::filesystem::path& path, const std::filesystem::path& fo
     return folderEnd == folder.end() && pathAt != path.end();
 }
 
+std::filesystem::path CanonicalFolder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::path canonical = std::filesystem::canonical(folder.empty() ? "." : folder, error);
+    if (error) FailRead(folder, error.message());
+    if (!std::filesystem::is_directory(canonical, error)) FailRead(folder, "is not a folder");
+    return canonical;
+}
+
 }  // namespace
 
 std::filesystem::path RelativePath(std::string_view uri) {
@@ -38,9 +46,7 @@ std::filesystem::path RelativePath(std::string_view uri) {
     if (UriScheme(text)) FailUri(uri, "must be a relative path or a data URI");
     std::filesystem::path path(text);
     if (path.is_absolute()) FailUri(uri, "must be a relative path, not an absolute one");
-    for (const auto& part : path)
-        if (part == "..") FailUri(uri, "leads out of the scene's folder (\"..\")");
-    return path;
+    return path.lexically_normal();
 }
 
 std::vector<std::byte> DiskFileReader::Read(const std::filesystem::path& path, uint64_t maxBytes) {
@@ -65,18 +71,26 @@ std::vector<std::byte> DiskFileReader::Read(const std::filesystem::path& path, u
     return bytes;
 }
 
-ConfinedFolder::ConfinedFolder(const std::filesystem::path& folder, FileReader& reader) : m_reader(&reader) {
-    std::error_code error;
-    m_folder = std::filesystem::canonical(folder.empty() ? "." : folder, error);
-    if (error) FailRead(folder, error.message());
+ConfinedFolder::ConfinedFolder(const std::filesystem::path& folder, FileReader& reader,
+                               const std::filesystem::path& root)
+    : m_folder(CanonicalFolder(folder)),
+      m_root(root.empty() ? m_folder : CanonicalFolder(root)),
+      m_reader(&reader) {}
+
+void ConfinedFolder::RequireInside(std::string_view uri, const std::filesystem::path& path) const {
+    if (IsInside(path, m_folder) || IsInside(path, m_root)) return;
+    FailUri(uri, m_root == m_folder
+                     ? "leads out of the scene's folder; --root FOLDER allows what is below another folder"
+                     : Text("leads out of the scene's folder and of the root {}", Quoted(m_root.string())));
 }
 
 std::vector<std::byte> ConfinedFolder::Read(std::string_view uri, uint64_t maxBytes) const {
-    const std::filesystem::path relative = RelativePath(uri);
+    const std::filesystem::path named = (m_folder / RelativePath(uri)).lexically_normal();
+    RequireInside(uri, named);
     std::error_code error;
-    const std::filesystem::path path = std::filesystem::canonical(m_folder / relative, error);
+    const std::filesystem::path path = std::filesystem::canonical(named, error);
     if (error) FailUri(uri, error.message());
-    if (!IsInside(path, m_folder)) FailUri(uri, "leads out of the scene's folder");
+    RequireInside(uri, path);
     try {
         return m_reader->Read(path, maxBytes);
     } catch (const Error& failure) {

@@ -28,23 +28,30 @@ class RAYGRAPH_API DiskFileReader final : public FileReader {
     std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
 };
 
-// The relative path that a URI names. Throws Error{BadInput} when it has a scheme, is absolute or contains a
-// "..": the URI, quoted, and the reason.
+// The relative path that a URI names, percent-decoded, with "." and ".." resolved as in RFC 3986: what begins
+// with "..", and nothing else, leads out of the folder that it is relative to. Throws Error{BadInput} when
+// the URI has a scheme or is absolute: the URI, quoted, and the reason.
 RAYGRAPH_API std::filesystem::path RelativePath(std::string_view uri);
 
-// The folder that a scene file stands in: relative URIs are looked up there and nowhere else.
+// The folder that a scene file stands in: relative URIs are looked up from there, and lead to files below it
+// or below the root and nowhere else.
 class RAYGRAPH_API ConfinedFolder {
   public:
-    // `reader` must outlive this object. Throws Error{Io} if `folder` does not exist.
-    ConfinedFolder(const std::filesystem::path& folder, FileReader& reader);
+    // `reader` must outlive this object. `root`, usually a folder above: LoadOptions::root; "": the folder
+    // itself. Throws Error{Io} if one of them is no folder.
+    ConfinedFolder(const std::filesystem::path& folder, FileReader& reader,
+                   const std::filesystem::path& root = {});
 
     // The bytes of the file that `uri` names (percent-encoded, relative). Throws Error{BadInput} when the URI
-    // has a scheme, is absolute, contains a ".." or leads out of the folder through a symbolic link, and when
-    // the file cannot be read. Message: the URI, quoted, and the reason; the caller puts its place before it.
+    // has a scheme, is absolute or leads out of the folder and the root, by ".." or through a symbolic link,
+    // and when the file cannot be read. What a ".." leads out to is not looked at. Message: the URI, quoted,
+    // and the reason; the caller puts its place before it.
     std::vector<std::byte> Read(std::string_view uri, uint64_t maxBytes) const;
 
   private:
-    std::filesystem::path m_folder;  // Canonical.
+    void RequireInside(std::string_view uri, const std::filesystem::path& path) const;
+
+    std::filesystem::path m_folder, m_root;  // Canonical.
     FileReader* m_reader;
 };
 

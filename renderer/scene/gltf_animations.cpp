@@ -193,13 +193,24 @@ class AnimationReader {
     std::vector<std::vector<uint32_t>> m_samplerOf;  // by the file's sampler, those of the layout
 };
 
+// False, with a warning, if one is not finite.
+bool ReadKeys(GltfContext& context, AccessorReader& reader, uint32_t accessor, size_t components,
+              std::vector<float>& keys, const Place& where) {
+    const std::optional<size_t> broken = reader.ReadAny(accessor, components, keys.data());
+    if (broken)
+        context.Warn(
+            where, "endless keys",
+            Text("accessors[{}] element {} is not finite; its channels are left out", accessor, *broken));
+    return !broken;
+}
+
 // None, with a warning, if they cannot be those of keys.
 std::vector<float> DecodeTimes(GltfContext& context, AccessorReader& reader, const SamplerLayout& layout) {
     const Place where = layout.where["input"];
     const size_t count = reader.Info(layout.input).count;
     context.ChargeGeometry(where, count * sizeof(float));
     std::vector<float> times(count);
-    reader.Read(layout.input, {count}, 1, times.data());
+    if (!ReadKeys(context, reader, layout.input, 1, times, where)) return {};
     if (times[0] < 0.0f) {
         context.Warn(
             where, "times",
@@ -270,7 +281,9 @@ std::optional<AnimationSampler> DecodeSampler(GltfContext& context, AccessorRead
     const size_t count = output.count * output.componentCount;
     context.ChargeGeometry(layout.where["output"], count * sizeof(float));
     sampler.values.resize(count);
-    reader.Read(layout.output, {output.count}, output.componentCount, sampler.values.data());
+    if (!ReadKeys(context, reader, layout.output, output.componentCount, sampler.values,
+                  layout.where["output"]))
+        return std::nullopt;
     if (layout.kind == ValueKind::Rotation && !ConvertRotations(context, layout, sampler.values))
         return std::nullopt;
     if (layout.kind == ValueKind::Flag) ConvertFlags(sampler);

@@ -1,9 +1,9 @@
 #include "renderer/scene/gltf_container.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -88,7 +88,59 @@ void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDep
     }
 }
 
+// The code unit of "\\uXXXX" at the start of `text`; nothing if it does not start so.
+std::optional<unsigned> EscapedUnit(std::string_view text) {
+    if (text.size() < 6 || !text.starts_with("\\u")) return std::nullopt;
+    unsigned unit = 0;
+    const auto [end, error] = std::from_chars(text.data() + 2, text.data() + 6, unit, 16);
+    if (error != std::errc() || end != text.data() + 6) return std::nullopt;
+    return unit;
+}
+
+// What a string of JSON has at the start of `text`, inside of it.
+struct Character {
+    size_t bytes = 1;
+    bool isBroken = false;
+};
+
+Character FirstCharacter(std::string_view text) {
+    if (text[0] != '\\') {
+        const size_t bytes = Utf8Length(text);
+        return {std::max<size_t>(bytes, 1), bytes == 0 || static_cast<unsigned char>(text[0]) < 0x20};
+    }
+    const std::optional<unsigned> unit = EscapedUnit(text);
+    if (!unit) return {2};  // Another escape; the parser refuses one that is none.
+    if (*unit < 0xD800 || *unit > 0xDFFF) return {6};
+    const std::optional<unsigned> next = EscapedUnit(text.substr(6));
+    const bool isPair = *unit < 0xDC00 && next && *next >= 0xDC00 && *next <= 0xDFFF;
+    return isPair ? Character{12} : Character{6, true};
+}
+
 }  // namespace
+
+std::optional<RepairedText> RepairStrings(std::string_view json) {
+    RepairedText repaired;
+    size_t kept = 0;  // Of `json`, what is in the repaired text.
+    bool isInString = false;
+    for (size_t at = 0; at < json.size();) {
+        if (json[at] == '"') isInString = !isInString;
+        if (!isInString || json[at] == '"') {
+            ++at;
+            continue;
+        }
+        const Character character = FirstCharacter(json.substr(at));
+        if (character.isBroken) {
+            if (repaired.count++ == 0) repaired.firstByte = at;
+            repaired.text += json.substr(kept, at - kept);
+            repaired.text += "\\ufffd";
+            kept = at + character.bytes;
+        }
+        at += character.bytes;
+    }
+    if (repaired.count == 0) return std::nullopt;
+    repaired.text += json.substr(std::min(kept, json.size()));
+    return repaired;
+}
 
 GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label) {
     if (file.empty()) Fail(label, "the file is empty");
@@ -115,10 +167,20 @@ std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte>
     return file;
 }
 
-nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits) {
+nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
+    const std::string& label = context.label;
+    const LoadLimits& limits = context.options.limits;
     if (text.size() > limits.maxJsonBytes)
         Fail(label, Text("JSON of {} bytes exceeds the limit of {}", text.size(), limits.maxJsonBytes));
     CheckDepth(text, label, limits.maxJsonDepth);
+    const std::optional<RepairedText> repaired = RepairStrings(text);
+    if (repaired) {
+        context.Warn(
+            "", "characters",
+            Text("{} characters of its strings are not well-formed, the first at byte {}; taken as U+FFFD",
+                 repaired->count, repaired->firstByte));
+        text = repaired->text;
+    }
     try {
         nlohmann::json json = nlohmann::json::parse(text);
         if (!json.is_object()) Fail(label, "the JSON text is not an object");

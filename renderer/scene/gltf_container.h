@@ -4,12 +4,13 @@
 
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf_context.h"
 
 namespace raygraph::scene {
 
@@ -29,8 +30,18 @@ GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& 
 // The bytes of a .glb: a JSON chunk, and what comes after it, as chunks. Error{Usage} above 4 GiB.
 std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte> rest);
 
+// A JSON text in whose strings U+FFFD stands for halves of surrogate pairs, bytes that are not UTF-8 and
+// control characters: parsers refuse a text for the sake of any, and most are in names.
+struct RepairedText {
+    std::string text;
+    size_t count = 0;  // Of what has been replaced.
+    size_t firstByte = 0;
+};
+// Nothing: all characters are well-formed.
+std::optional<RepairedText> RepairStrings(std::string_view json);
+
 // Parses JSON text whose length and depth are checked first, because a parser's tree may be many times its
-// text. Throws Error{BadInput}, "label: ...".
-nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits);
+// text. Strings are repaired with a warning. Throws Error{BadInput}, "label: ...".
+nlohmann::json ParseJson(GltfContext& context, std::string_view text);
 
 }  // namespace raygraph::scene

@@ -253,7 +253,7 @@ class ModelSize {
 }  // namespace
 
 GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
-    Json root = ParseJson(json, context.label, context.options.limits);
+    Json root = ParseJson(context, json);
     CheckSchema(context, root);
     context.CheckModelBytes(ModelSize(root).Bytes(), json.size());
     GltfDocument document;

@@ -49,22 +49,28 @@ class ImageDecoder {
           m_running(m_threads),
           m_budget(context.options.limits.maxAllImageTexels, TexelsAtOnce(context.options.limits)) {}
 
-    std::vector<ImageData> Decode(const std::vector<ImageChoice>& choices) {
+    std::vector<ImageData> Decode(const std::vector<ImageChoice>& choices, const std::vector<bool>& isShown) {
         const size_t begunAtOnce = m_threads == 1 ? 1 : size_t{2} * m_threads;
         std::vector<ImageData> decoded;
         for (size_t begun = 0; decoded.size() < choices.size();) {
             while (begun < choices.size() && m_tasks.size() < begunAtOnce) Begin(choices[begun++].front());
             const auto done = static_cast<float>(decoded.size()) / static_cast<float>(choices.size());
             m_context.Progress("images", 0.5f + 0.5f * done);
-            decoded.push_back(Finish(m_tasks.front(), choices[decoded.size()]));
+            const size_t next = decoded.size();
+            decoded.push_back(isShown[next] ? Finish(m_tasks.front(), choices[next])
+                                            : FinishUnshown(m_tasks.front(), choices[next]));
             m_tasks.pop_front();
         }
         return decoded;
     }
 
   private:
+    struct Picture {
+        ImageData data;  // Without its name.
+        std::vector<std::string> warnings;
+    };
     struct Attempt {
-        std::optional<ImageData> image;  // Without its name. None: it failed, for whatever reason.
+        std::optional<Picture> picture;  // None: it failed, for whatever reason.
         double seconds = 0.0;
     };
     struct Task {
@@ -116,16 +122,16 @@ class ImageDecoder {
             image::DecodeLimits limits = Limits(m_context.options.limits.maxImageTexels);
             image::PixelBudget::Share share(m_budget);
             limits.share = &share;
-            attempt.image = Decoded(task, limits);
+            attempt.picture = Decoded(task, limits);
         } catch (...) {
-            attempt.image.reset();
+            attempt.picture.reset();
         }
         attempt.seconds = watch.Seconds();
         m_running.release();
         return attempt;
     }
 
-    ImageData Decoded(const Task& task, const image::DecodeLimits& limits) const {
+    Picture Decoded(const Task& task, const image::DecodeLimits& limits) const {
         image::Image8 image = image::DecodeImage8(task.bytes, task.label, limits);
         ImageData data{.name = {},
                        .width = image.width,
@@ -133,7 +139,17 @@ class ImageDecoder {
                        .rgba = std::move(image.rgba),
                        .blocks = std::move(image.blocks)};
         data.lowestAlpha = LowestAlpha(data);
-        return data;
+        return {std::move(data), std::move(image.warnings)};
+    }
+
+    ImageData FinishUnshown(Task& task, const ImageChoice& choice) {
+        try {
+            return Finish(task, choice);
+        } catch (const Error& error) {
+            if (error.Kind() != ErrorKind::BadInput) throw;
+            m_context.warnings.Add("unshown image", Text("{}; no picture shows it, left out", error.what()));
+            return {.name = std::move(task.name), .width = 1, .height = 1, .rgba = {255, 255, 255, 255}};
+        }
     }
 
     // The image of the task, or another one of the choice.
@@ -158,19 +174,22 @@ class ImageDecoder {
         const uint64_t texelsLeft = m_context.options.limits.maxAllImageTexels - m_context.imageTexels;
         Attempt attempt;
         if (task.attempt.valid()) attempt = task.attempt.get();
-        std::optional<ImageData>& image = attempt.image;
-        if (!image || uint64_t{image->width} * image->height > texelsLeft) {
+        std::optional<Picture>& picture = attempt.picture;
+        if (!picture || uint64_t{picture->data.width} * picture->data.height > texelsLeft) {
             const Stopwatch watch;
             const uint64_t maxTexels = std::min(m_context.options.limits.maxImageTexels, texelsLeft);
-            image = Decoded(task, Limits(maxTexels));
+            picture = Decoded(task, Limits(maxTexels));
             attempt.seconds = watch.Seconds();
         }
+        for (std::string& warning : picture->warnings)
+            m_context.warnings.Add("image file", std::move(warning));
+        ImageData& image = picture->data;
         Say(m_context.options.log, LogLevel::Debug, log_category::kScene,
-            "{}: {} x {} {} of {} decoded in {}", task.label, image->width, image->height,
+            "{}: {} x {} {} of {} decoded in {}", task.label, image.width, image.height,
             FormatName(task.bytes), BytesText(task.bytes.size()), DurationText(attempt.seconds));
-        image->name = std::move(task.name);
-        m_context.imageTexels += uint64_t{image->width} * image->height;
-        return std::move(*image);
+        image.name = std::move(task.name);
+        m_context.imageTexels += uint64_t{image.width} * image.height;
+        return std::move(image);
     }
 
     image::DecodeLimits Limits(uint64_t maxTexels) const {
@@ -190,8 +209,9 @@ class ImageDecoder {
 }  // namespace
 
 std::vector<ImageData> DecodeImages(GltfContext& context, const std::vector<ImageSource>& sources,
-                                    const std::vector<ImageChoice>& choices, GltfBuffers& buffers) {
-    return ImageDecoder(context, sources, buffers).Decode(choices);
+                                    const std::vector<ImageChoice>& choices, const std::vector<bool>& isShown,
+                                    GltfBuffers& buffers) {
+    return ImageDecoder(context, sources, buffers).Decode(choices, isShown);
 }
 
 }  // namespace raygraph::scene

@@ -14,9 +14,12 @@ namespace raygraph::scene {
 using ImageChoice = std::vector<uint32_t>;
 
 // Decodes one of each choice, in that order, on LoadOptions::maxThreads threads. An image in whose place
-// another one is taken is a warning; a choice of which none can be read fails as its first one does. What
-// comes out does not depend on the number of threads: a failure is that of the first choice that has one.
+// another one is taken is a warning, as is what is wrong with a file and takes nothing from its picture. A
+// choice of which none can be read fails as its first one does; if it is not `isShown`, that is a warning,
+// too, and a white texel takes its place. What comes out does not depend on the number of threads: a failure
+// is that of the first choice that has one.
 std::vector<ImageData> DecodeImages(GltfContext& context, const std::vector<ImageSource>& sources,
-                                    const std::vector<ImageChoice>& choices, GltfBuffers& buffers);
+                                    const std::vector<ImageChoice>& choices, const std::vector<bool>& isShown,
+                                    GltfBuffers& buffers);
 
 }  // namespace raygraph::scene

@@ -1,6 +1,7 @@
 #include "renderer/scene/gltf_instancing.h"
 
 #include <cmath>
+#include <limits>
 
 #include "base/text.h"
 #include "renderer/scene/scene_data.h"
@@ -67,6 +68,14 @@ std::vector<glm::quat> ReadRotations(GltfContext& context, AccessorReader& reade
     return rotations;
 }
 
+// A scale of 0 becomes so small a positive one that the matrix tells which side is the front, and nothing
+// else.
+glm::vec3 AwayFromZero(glm::vec3 scale) {
+    for (int i = 0; i < 3; ++i)
+        if (scale[i] == 0.0f) scale[i] = std::numeric_limits<float>::min();
+    return scale;
+}
+
 }  // namespace
 
 std::vector<InstancingLayout> ReadInstancing(GltfContext& context, const gltf::Model& model,
@@ -103,7 +112,7 @@ std::vector<glm::mat4x3> DecodeInstancing(GltfContext& context, AccessorReader& 
     for (size_t i = 0; i < layout.count; ++i) {
         if (!translations.empty()) parts.translation = translations[i];
         if (!rotations.empty()) parts.rotation = rotations[i];
-        if (!scales.empty()) parts.scale = scales[i];
+        if (!scales.empty()) parts.scale = AwayFromZero(scales[i]);
         transforms.push_back(parts.LocalTransform());
     }
     return transforms;

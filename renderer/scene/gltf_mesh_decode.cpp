@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "base/text.h"
@@ -8,17 +9,48 @@
 #include "renderer/scene/gltf_morphs.h"
 #include "renderer/scene/gltf_radii.h"
 #include "renderer/scene/gltf_skins.h"
+#include "renderer/scene/material_fields.h"
 #include "renderer/scene/tangents.h"
 
 namespace raygraph::scene {
 namespace {
 
+// What the materials read that a primitive is shown with.
+struct VertexUse {
+    std::array<bool, 2> texCoords{};
+    bool tangents = false;
+};
+
+void AddUse(const Material& material, const PrimitiveLayout& layout, VertexUse& use) {
+    ForEachShownTexture(material, [&](const TextureRef& texture) {
+        use.texCoords[static_cast<size_t>(texture.texCoord)] = true;
+    });
+    const std::vector<TextureRef> maps = material.DirectionalTextures();
+    if (maps.empty()) return;
+    use.tangents = true;
+    if (layout.Has(Attribute::Tangent) && layout.Has(Attribute::Normal)) return;
+    // Tangents are made along these coordinates.
+    for (const TextureRef& map : maps) use.texCoords[static_cast<size_t>(map.texCoord)] = true;
+}
+
+// The same elements, of which no picture depends on any unless they are read.
+ElementSelection UsedIf(bool isRead, ElementSelection elements) {
+    static const std::vector<uint32_t> none;
+    if (!isRead) elements.used = &none;
+    return elements;
+}
+
 class PrimitiveDecoder {
   public:
     // `maps` are what tangents are for.
     PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
-                     std::vector<TextureRef> maps, const JointLimit& joints)
-        : m_context(context), m_reader(reader), m_layout(layout), m_maps(std::move(maps)), m_joints(joints) {}
+                     std::vector<TextureRef> maps, const VertexUse& use, const JointLimit& joints)
+        : m_context(context),
+          m_reader(reader),
+          m_layout(layout),
+          m_maps(std::move(maps)),
+          m_use(use),
+          m_joints(joints) {}
 
     Primitive Decode() {
         if (m_layout.mode < PrimitiveMode::Triangles) return DecodeRound();
@@ -40,15 +72,17 @@ class PrimitiveDecoder {
             chosen = CompactVertices(primitive.indices);
         }
         const bool readsAll = !makesNormals && chosen.empty();
-        const ElementSelection vertices = readsAll ? ElementSelection{m_layout.vertexCount}
-                                                   : ElementSelection{chosen.size(), chosen.data()};
+        const ElementSelection vertices =
+            readsAll ? ElementSelection{.count = m_layout.vertexCount, .used = &primitive.indices}
+                     : ElementSelection{chosen.size(), chosen.data()};
 
         ReadStreams(primitive, vertices);
         primitive.hasFlatNormals = makesNormals;
         if (m_joints.skin != kNone)
             primitive.influences =
                 DecodeInfluences(m_context, m_reader, m_layout, vertices, m_joints, m_decoded.attributes);
-        primitive.targets = DecodeTargets(m_context, m_reader, m_layout, vertices);
+        primitive.targets =
+            DecodeTargets(m_context, m_reader, m_layout, vertices, UsedIf(m_use.tangents, vertices));
         if (makesNormals) {
             m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
             primitive.normals = FlatNormals(primitive.positions);
@@ -56,7 +90,7 @@ class PrimitiveDecoder {
             primitive.normals = Stream<glm::vec3>(Attribute::Normal, vertices);
             const size_t lost = NormalizeNormals(primitive.normals, primitive.positions, primitive.indices);
             if (lost > 0) WarnLost("NORMAL", lost, "taken from the triangles around them");
-            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, vertices);
+            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, UsedIf(m_use.tangents, vertices));
             const size_t lostTangents = NormalizeTangents(primitive.tangents, primitive.normals);
             if (lostTangents > 0) WarnLost("TANGENT", lostTangents, "made perpendicular to the normal");
         }
@@ -85,8 +119,9 @@ class PrimitiveDecoder {
         primitive.indices = SegmentList(m_layout.mode, indices);
         std::vector<uint32_t> chosen;
         if (indices.size() < m_layout.vertexCount / 2) chosen = CompactVertices(primitive.indices);
-        const ElementSelection vertices = chosen.empty() ? ElementSelection{m_layout.vertexCount}
-                                                         : ElementSelection{chosen.size(), chosen.data()};
+        const ElementSelection vertices =
+            chosen.empty() ? ElementSelection{.count = m_layout.vertexCount, .used = &primitive.indices}
+                           : ElementSelection{chosen.size(), chosen.data()};
         ReadStreams(primitive, vertices);
         if (!m_layout.targets.empty() || m_layout.Has(Attribute::Joints0))
             m_context.Warn(m_layout.where, "round deformation",
@@ -101,8 +136,8 @@ class PrimitiveDecoder {
     // Those of round primitives, and of triangles too.
     void ReadStreams(Primitive& primitive, const ElementSelection& vertices) {
         primitive.positions = Stream<glm::vec3>(Attribute::Position, vertices);
-        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, vertices);
-        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, vertices);
+        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, UsedIf(m_use.texCoords[0], vertices));
+        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, UsedIf(m_use.texCoords[1], vertices));
         primitive.colors = Stream<glm::vec4>(Attribute::Color0, vertices, glm::vec4(1.0f));
         ClampColors(primitive.colors);
     }
@@ -242,6 +277,7 @@ class PrimitiveDecoder {
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
     std::vector<TextureRef> m_maps;
+    const VertexUse& m_use;
     const JointLimit& m_joints;
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
@@ -289,8 +325,12 @@ Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& 
         for (const VariantMaterial& variant : part.variants)
             shown.variants.push_back({variant.variant, given(variant.material)});
         WarnOfSharedTangents(context, part, materials[shown.material]);
+        VertexUse use;
+        AddUse(materials[shown.material], part, use);
+        for (const VariantMaterial& variant : shown.variants) AddUse(materials[variant.material], part, use);
         Primitive primitive =
-            PrimitiveDecoder(context, reader, part, DirectionalTextures(shown, materials), joints).Decode();
+            PrimitiveDecoder(context, reader, part, DirectionalTextures(shown, materials), use, joints)
+                .Decode();
         if (primitive.indices.empty()) continue;
         primitive.material = shown.material;
         primitive.variants = std::move(shown.variants);

@@ -19,14 +19,16 @@ std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<doub
 }
 
 std::vector<MorphTarget> DecodeTargets(GltfContext& context, AccessorReader& reader,
-                                       const PrimitiveLayout& layout, const ElementSelection& vertices) {
+                                       const PrimitiveLayout& layout, const ElementSelection& vertices,
+                                       const ElementSelection& tangents) {
     context.ChargeGeometry(layout.where["targets"], layout.targets.size() * sizeof(MorphTarget));
     std::vector<MorphTarget> targets(layout.targets.size());
     for (size_t i = 0; i < targets.size(); ++i) {
         const Place where = layout.where["targets"][i];
         const auto read = [&](uint32_t accessor, Attribute attribute, std::vector<glm::vec3>& stream) {
             if (accessor == kNone || !layout.Has(attribute)) return;
-            stream = reader.ReadVectors<glm::vec3>(accessor, vertices, where[AttributeName(attribute)]);
+            const ElementSelection& selection = attribute == Attribute::Tangent ? tangents : vertices;
+            stream = reader.ReadVectors<glm::vec3>(accessor, selection, where[AttributeName(attribute)]);
             const auto isZero = [](const glm::vec3& displacement) { return displacement == glm::vec3(0.0f); };
             if (std::ranges::all_of(stream, isZero)) stream = {};
         };

@@ -13,9 +13,10 @@ namespace raygraph::scene {
 std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<double>& file, size_t targetCount,
                                     const Place& where);
 
-// Of the vertices named. Displacements of normals and tangents only where the file has these; a stream of
-// nothing but zeros is left out. Boxes are not filled.
+// Of the vertices named, which are the same for tangents. Displacements of normals and tangents only where
+// the file has these; a stream of nothing but zeros is left out. Boxes are not filled.
 std::vector<MorphTarget> DecodeTargets(GltfContext& context, AccessorReader& reader,
-                                       const PrimitiveLayout& layout, const ElementSelection& vertices);
+                                       const PrimitiveLayout& layout, const ElementSelection& vertices,
+                                       const ElementSelection& tangents);
 
 }  // namespace raygraph::scene

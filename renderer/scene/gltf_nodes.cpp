@@ -9,6 +9,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/flat_transform.h"
 #include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/split_place.h"
 
@@ -245,13 +246,15 @@ class GraphReader {
     std::vector<uint32_t> m_children;
 };
 
-// Nodes whose place in the world may have an inverse at another time than now: their scale or that of a node
-// above is animated, or a skin places them.
+// Nodes that may have an area at another time than now: their scale or rotation or that of a node above is
+// animated, or a skin places them.
 std::vector<bool> NodesThatMayGrow(const SceneData& scene) {
     std::vector<bool> mayGrow(scene.nodes.size(), false);
     for (const Animation& animation : scene.animations)
         for (const AnimationChannel& channel : animation.channels)
-            if (channel.target.property == AnimatedProperty::Scale) mayGrow[channel.target.object] = true;
+            if (channel.target.property == AnimatedProperty::Scale ||
+                channel.target.property == AnimatedProperty::Rotation)
+                mayGrow[channel.target.object] = true;
     for (const uint32_t index : scene.nodeOrder) {
         const Node& node = scene.nodes[index];
         mayGrow[index] =
@@ -260,14 +263,15 @@ std::vector<bool> NodesThatMayGrow(const SceneData& scene) {
     return mayGrow;
 }
 
-// False if the transform has no inverse; unless the instance may have one later, as isCollapsed says before
-// the call. After it, it says whether it has none now.
-bool PlaceAt(const PlacedTransform& placed, Instance& instance) {
+// False if nothing of the instance is seen; unless it may grow, as isCollapsed says before the call. After
+// it, isCollapsed says whether nothing is seen of it now.
+bool PlaceAt(const SceneData& scene, const PlacedTransform& placed, Instance& instance) {
     const bool mayGrow = instance.isCollapsed;
-    instance.isCollapsed = !CanInvert(placed.matrix);
-    if (instance.isCollapsed) return mayGrow;
-    instance.objectToWorld = placed.matrix;
-    instance.translationRest = placed.rest;
+    const std::optional<PlacedTransform> shown = WithThickness(scene, instance, placed);
+    instance.isCollapsed = !shown;
+    if (!shown) return mayGrow;
+    instance.objectToWorld = shown->matrix;
+    instance.translationRest = shown->rest;
     return true;
 }
 
@@ -284,9 +288,9 @@ void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLay
         if (!IsFinite(placed.matrix))
             context.Fail(layout.where, Text("the world transform of instance {} is not finite", i));
         Instance instance = one;
-        if (!PlaceAt(placed, instance)) {
+        if (!PlaceAt(scene, placed, instance)) {
             context.Warn(layout.where, "singular instance",
-                         Text("instance {} is scaled to nothing or flat, left out", i));
+                         Text("instance {} is scaled to nothing or to a line, left out", i));
             continue;
         }
         scene.instances.push_back(instance);
@@ -316,8 +320,8 @@ void PlaceInstances(GltfContext& context, AccessorReader& reader,
             PlaceMany(context, reader, instancing[node], instance, transforms[node], scene);
             continue;
         }
-        if (!PlaceAt(transforms[node], instance)) {
-            context.Warn(where, "singular", "is scaled to nothing or flat, its mesh is left out");
+        if (!PlaceAt(scene, transforms[node], instance)) {
+            context.Warn(where, "singular", "is scaled to nothing or to a line, its mesh is left out");
             continue;
         }
         scene.instances.push_back(instance);

@@ -37,6 +37,7 @@ struct GltfOutline {
     // Materials, textures, nodes, cameras, lights and skins, without transforms and matrices.
     SceneData scene;
     std::vector<ImageChoice> images;           // As ReadMaterials returns them.
+    std::vector<bool> isShown;                 // By `images`: by a material of a mesh that is placed.
     std::optional<ImageLight> imageLight;      // The loaded scene's.
     std::vector<ProfileSource> profiles;       // By SceneData::profiles.
     std::vector<MeshLayout> layouts;           // By mesh.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "renderer/scene/flat_transform.h"
 
 namespace raygraph::scene {
 namespace {
@@ -16,10 +17,11 @@ bool IsSomeRound(const SceneData& scene) {
 
 // The largest scale at which each mesh is placed; 0: not at all.
 std::vector<double> ScalesOf(const SceneData& scene) {
+    const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     std::vector<double> scales(scene.meshes.size(), 0.0);
     for (const Instance& instance : scene.instances) {
-        const double volume = glm::determinant(glm::dmat3(instance.objectToWorld));
-        scales[instance.mesh] = std::max(scales[instance.mesh], std::cbrt(std::abs(volume)));
+        const PlacedTransform placed = PlaceInstance(transforms[instance.node], instance);
+        scales[instance.mesh] = std::max(scales[instance.mesh], MeanScale(placed.matrix));
     }
     return scales;
 }

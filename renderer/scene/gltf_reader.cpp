@@ -73,6 +73,10 @@ void CopyIntegers(const std::byte* bytes, size_t stride, std::vector<uint32_t>& 
     }
 }
 
+bool IsFinite(const float* element, size_t components) {
+    return std::all_of(element, element + components, [](float value) { return std::isfinite(value); });
+}
+
 void CopyIndices(ComponentType type, const std::byte* bytes, size_t stride, std::vector<uint32_t>& out) {
     RG_CHECK(type == ComponentType::Uint8 || type == ComponentType::Uint16 || type == ComponentType::Uint32);
     if (type == ComponentType::Uint8) CopyIntegers<uint8_t>(bytes, stride, out);
@@ -82,11 +86,50 @@ void CopyIndices(ComponentType type, const std::byte* bytes, size_t stride, std:
 
 }  // namespace
 
+std::vector<bool> ElementSelection::UsedPlaces() const {
+    std::vector<bool> isUsed(count, used == nullptr);
+    if (used)
+        for (const uint32_t place : *used) isUsed[place] = true;
+    return isUsed;
+}
+
 const std::byte* AccessorReader::RunBytes(const ElementRun& run) {
     return m_buffers.View(run.view).data() + run.byteOffset;
 }
 
 void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
+                          std::span<const std::byte> packed) {
+    Copy(accessor, selection, components, out, packed);
+    if (Info(accessor).componentType != ComponentType::Float || IsFinite(out, selection.count * components))
+        return;
+    const Place where = Place("accessors")[accessor];
+    const std::vector<bool> isUsed = selection.UsedPlaces();
+    const std::vector<float> zero(components);
+    const float* const instead =
+        selection.used && !selection.used->empty() ? out + selection.used->front() * components : zero.data();
+    // Used ones first: what is copied is then finite
+    for (const bool isOfUsed : {true, false})
+        for (size_t i = 0; i < selection.count; ++i) {
+            float* const element = out + i * components;
+            if (isUsed[i] != isOfUsed || IsFinite(element, components)) continue;
+            if (isOfUsed) m_context.Fail(where, Text("element {} is not finite", selection[i]));
+            m_context.Warn(
+                where, "unused element",
+                Text("element {} is not finite, and no picture depends on it; replaced", selection[i]));
+            std::copy_n(instead, components, element);
+        }
+}
+
+std::optional<size_t> AccessorReader::ReadAny(uint32_t accessor, size_t components, float* out) {
+    const size_t count = Info(accessor).count;
+    Copy(accessor, {count}, components, out, {});
+    if (Info(accessor).componentType != ComponentType::Float) return std::nullopt;
+    for (size_t i = 0; i < count; ++i)
+        if (!IsFinite(out + i * components, components)) return i;
+    return std::nullopt;
+}
+
+void AccessorReader::Copy(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
                           std::span<const std::byte> packed) {
     const Accessor& info = Info(accessor);
     RG_CHECK_LE(info.componentCount, components);
@@ -112,11 +155,6 @@ void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, 
             std::fill_n(out + i * components, info.componentCount, 0.0f);
     }
     if (info.sparse && packed.empty()) ApplySparse(accessor, selection, components, out);
-    if (info.componentType != ComponentType::Float) return;
-    for (size_t i = 0; i < selection.count * components; ++i)
-        if (!std::isfinite(out[i]))
-            m_context.Fail(Place("accessors")[accessor],
-                           Text("element {} is not finite", selection[i / components]));
 }
 
 std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,8 +17,12 @@ namespace raygraph::scene {
 struct ElementSelection {
     size_t count = 0;
     const uint32_t* ids = nullptr;  // nullptr: 0 to count - 1.
+    // The places in the selection whose elements a picture depends on; nullptr: all.
+    const std::vector<uint32_t>* used = nullptr;
 
     size_t operator[](size_t i) const { return ids ? ids[i] : i; }
+    // By place in the selection.
+    std::vector<bool> UsedPlaces() const;
 };
 
 class AccessorReader {
@@ -30,11 +35,13 @@ class AccessorReader {
 
     // The selected elements, `components` floats each, into `out` (selection.count * components floats); an
     // accessor with fewer components leaves the others of each element as they were. Normalized integers
-    // become [0, 1] or
-    // [-1, 1], others their value. Fails at the accessor if a value is not finite. Of matrices only those
-    // of floats. `packed`: all elements, in place of those that the accessor's view or sparse part has.
+    // become [0, 1] or [-1, 1], others their value. Of matrices only those of floats. `packed`: all elements,
+    // in place of those that the accessor's view or sparse part has. Fails at the accessor if a value is not
+    // finite; where no used element has it, the element becomes the first used one, or 0, with a warning.
     void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
               std::span<const std::byte> packed = {});
+    // Likewise, of all elements; returns the first that is not finite, and leaves it so.
+    std::optional<size_t> ReadAny(uint32_t accessor, size_t components, float* out);
 
     template <typename Vector>
     std::vector<Vector> ReadVectors(uint32_t accessor, const ElementSelection& selection, const Place& where,
@@ -54,6 +61,8 @@ class AccessorReader {
     std::vector<uint32_t> ReadIndices(uint32_t accessor, const Place& where);
 
   private:
+    void Copy(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
+              std::span<const std::byte> packed);
     const std::byte* RunBytes(const ElementRun& run);
     std::vector<uint32_t> SparseIndices(uint32_t accessor);
     void ApplySparse(uint32_t accessor, const ElementSelection& selection, size_t components, float* out);

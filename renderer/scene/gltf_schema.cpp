@@ -213,7 +213,6 @@ class Checker {
                 });
             case PropertyType::Indices:
                 return CheckEach(value, row, [&](Json& element) { CheckIndex(element, row); });
-            case PropertyType::NumberLists:
             case PropertyType::IndexLists:
                 return CheckLists(value, row);
             case PropertyType::Object:
@@ -293,18 +292,12 @@ class Checker {
     }
 
     bool CheckLists(Json& value, const Property& row) {
-        const bool areNumbers = row.type == PropertyType::NumberLists;
         if (!value.is_array()) return Refuse(value, row);
-        if (areNumbers && value.size() != row.listCount)
-            Fail(Text("has {} elements, must have {}", value.size(), row.listCount));
         if (value.empty()) Fail("has no elements, must have at least one");
         return CheckEach(value, row, [&](Json& list) {
             if (!list.is_array()) FailValue(list, "must be an array");
             if (list.size() != row.count) Fail(Text("has {} elements, must have {}", list.size(), row.count));
-            CheckEach(list, row, [&](Json& element) {
-                if (areNumbers && !element.is_number()) FailValue(element, "must be a number");
-                areNumbers ? CheckNumber(element, row) : CheckIndex(element, row);
-            });
+            CheckEach(list, row, [&](Json& element) { CheckIndex(element, row); });
         });
     }
 

@@ -26,8 +26,7 @@ enum class PropertyType : uint8_t {
     Numbers,     // As many as the row says.
     NumberList,  // As many as there are, of any value.
     Indices,
-    NumberLists,  // As many lists as the row says, of as many each.
-    IndexLists,   // At least one list.
+    IndexLists,  // At least one list, each of as many as the row says.
     Object,
     Objects,             // An array of objects.
     Extensions,          // An object of extensions, which are objects.
@@ -92,9 +91,8 @@ struct Property {
     bool excludesMin = false;
     bool excludesMax = false;
     bool allowsZero = false;  // Which is out of the range.
-    // Numbers, NumberLists, IndexLists.
+    // Numbers, IndexLists.
     size_t count = 0;
-    size_t listCount = 0;
     // Whole.
     uint64_t wholeMin = 0;
     uint64_t wholeMax = std::numeric_limits<uint64_t>::max();

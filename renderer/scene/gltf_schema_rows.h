@@ -105,6 +105,12 @@ struct TextRow : RowOf<TextRow> {
     constexpr TextRow OneOf(std::span<const std::string_view> values) const {
         return With([&](TextRow& row) { row.texts = values; });
     }
+    // Also if it is no text.
+    constexpr TextRow OrLeftOutWhateverItIs(const char* warnAs, const char* instead) const {
+        return With([&](TextRow& row) {
+            row.misfit = Misfit::LeaveOutAny, row.topic = warnAs, row.remedy = instead;
+        });
+    }
     constexpr TextRow StartsWith(std::string_view text) const {
         return With([&](TextRow& row) { row.start = text; });
     }
@@ -155,11 +161,6 @@ constexpr Row Indices(std::string_view name, Target target) {
 }
 constexpr Row NumberList(std::string_view name) {
     return {name, PropertyType::NumberList};
-}
-constexpr Row NumberLists(std::string_view name, size_t lists, size_t count) {
-    return Row(name, PropertyType::NumberLists).With([&](Row& row) {
-        row.listCount = lists, row.count = count;
-    });
 }
 constexpr Row IndexLists(std::string_view name, Target target, size_t count) {
     return Row(name, PropertyType::IndexLists).With([&](Row& row) {

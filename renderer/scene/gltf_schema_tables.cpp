@@ -17,6 +17,8 @@ namespace {
 
 using namespace schema;
 
+constexpr TextRow kName = Text("name").OrLeftOutWhateverItIs("name", "left out");
+
 // --- Buffers and accessors ---
 
 constexpr auto kBuffer =
@@ -63,7 +65,7 @@ constexpr auto kAccessor = Table(Index("bufferView", Target::BufferViews), Whole
 
 // --- Textures ---
 
-constexpr auto kImage = Table(Text("name"), Text("uri"), Index("bufferView", Target::BufferViews));
+constexpr auto kImage = Table(kName, Text("uri"), Index("bufferView", Target::BufferViews));
 
 // OpenGL's numbers.
 constexpr std::array<uint64_t, 3> kWraps{10497, 33648, 33071};
@@ -72,8 +74,8 @@ constexpr std::array<uint64_t, 6> kMinFilters{9728, 9729, 9984, 9985, 9986, 9987
 constexpr auto kSampler = Table(Whole("wrapS").OneOf(kWraps), Whole("wrapT").OneOf(kWraps),
                                 Whole("magFilter").OneOf(kMagFilters), Whole("minFilter").OneOf(kMinFilters));
 
-constexpr auto kTexture = Table(Text("name"), Index("sampler", Target::Samplers),
-                                Index("source", Target::Images), Extensions(ExtensionPlace::Texture));
+constexpr auto kTexture = Table(kName, Index("sampler", Target::Samplers), Index("source", Target::Images),
+                                Extensions(ExtensionPlace::Texture));
 
 // Of the extensions that name another file of the same picture.
 constexpr auto kTextureSource = Table(Index("source", Target::Images));
@@ -118,8 +120,7 @@ constexpr auto kMaterialExtras = Table(Whole(FieldOf(&Material::priority).key)
                                            .OrLeftOutWhateverItIs("priority", "taken as 0"));
 
 constexpr auto kMaterial = Table(
-    Text("name"), Object(material_fields::kPbr, kPbr),
-    TextureOf(&Material::normalTexture, kNormalTextureInfo),
+    kName, Object(material_fields::kPbr, kPbr), TextureOf(&Material::normalTexture, kNormalTextureInfo),
     TextureOf(&Material::occlusionTexture, kOcclusionTextureInfo),
     // Above 1 is out of the standard's range, but files from before KHR_materials_emissive_strength mean it.
     Factor(&Material::emissiveFactor), TextureOf(&Material::emissiveTexture),
@@ -134,8 +135,7 @@ constexpr auto kSpecular =
 constexpr auto kTransmission =
     Table(Factor(&Material::transmissionFactor), TextureOf(&Material::transmissionTexture));
 constexpr auto kVolume =
-    Table(Factor(&Material::thicknessFactor), Object("thicknessTexture", kUnreadTextureInfo),
-          Factor(&Material::attenuationColor),
+    Table(Factor(&Material::thicknessFactor), Factor(&Material::attenuationColor),
           RowFor(FieldOf(&Material::attenuationDistance)).OrLeftOut("distance", "taken as infinite"));
 
 constexpr auto kClearcoatNormalInfo =
@@ -216,23 +216,22 @@ constexpr auto kDracoAttributes = AttributeTable([](const char* name) { return U
 constexpr auto kDraco = Table(Index("bufferView", Target::BufferViews).Required(),
                               Object("attributes", kDracoAttributes).Required());
 // Of KHR_materials_variants.
-constexpr auto kVariant = Table(Text("name"));
+constexpr auto kVariant = Table(kName);
 constexpr auto kVariants = Table(Objects("variants", kVariant).PointedAtAs(Target::Variants));
 constexpr auto kVariantMapping =
     Table(Indices("variants", Target::Variants).Required(), Index("material", Target::Materials).Required());
 constexpr auto kVariantMappings = Table(Objects("mappings", kVariantMapping));
-constexpr auto kMesh =
-    Table(Text("name"), Objects("primitives", kPrimitive).Required(), NumberList("weights"));
+constexpr auto kMesh = Table(kName, Objects("primitives", kPrimitive).Required(), NumberList("weights"));
 
 // --- Cameras and lights ---
 
-constexpr auto kPerspective =
-    Table(Number("yfov").Above(0.0f).Below(glm::pi<float>()).Required(), Number("aspectRatio").Above(0.0f),
-          Number("znear").Above(0.0f).Required(), Number("zfar").Above(0.0f));
+constexpr auto kPerspective = Table(Number("yfov").Above(0.0f).Below(glm::pi<float>()).Required(),
+                                    Number("aspectRatio").Above(0.0f).OrLeftOut("aspectRatio", "ignored"),
+                                    Number("znear").Above(0.0f).Required(), Number("zfar").Above(0.0f));
 constexpr auto kOrthographic = Table(Number("xmag").Required(), Number("ymag").Required(),
                                      Number("znear").AtLeast(0.0f), Number("zfar").Above(0.0f).Required());
 constexpr std::array<std::string_view, 2> kCameraTypes{"perspective", "orthographic"};
-constexpr auto kCamera = Table(Text("name"), Text("type").OneOf(kCameraTypes).Required(),
+constexpr auto kCamera = Table(kName, Text("type").OneOf(kCameraTypes).Required(),
                                Object("perspective", kPerspective).OfType("perspective"),
                                Object("orthographic", kOrthographic).OfType("orthographic"));
 
@@ -242,49 +241,46 @@ consteval auto LightRow(T Light::*member) {
 }
 constexpr auto kSpot = Table(LightRow(&Light::innerConeAngle), LightRow(&Light::outerConeAngle));
 constexpr auto kLight =
-    Table(Text("name"), Text("type").OneOf(kGltfNames<LightType>).Required(), LightRow(&Light::color),
+    Table(kName, Text("type").OneOf(kGltfNames<LightType>).Required(), LightRow(&Light::color),
           LightRow(&Light::intensity), LightRow(&Light::range).OrLeftOut("range", "taken as infinite"),
           Object(light_fields::kSpot, kSpot).OfType(GltfName(LightType::Spot)));
 constexpr auto kLights = Table(Objects("lights", kLight).PointedAtAs(Target::Lights));
 constexpr auto kNodeLight = Table(Index("light", Target::Lights).Required());
 
 constexpr std::array<std::string_view, 1> kProfileTypes{"application/x-ies-lm-63"};
-constexpr auto kProfile = Table(Text("name"), Text("uri"), Index("bufferView", Target::BufferViews),
+constexpr auto kProfile = Table(kName, Text("uri"), Index("bufferView", Target::BufferViews),
                                 Text("mimeType").OneOf(kProfileTypes));
 constexpr auto kProfiles = Table(Objects("lights", kProfile).PointedAtAs(Target::LightProfiles));
 constexpr auto kNodeProfile =
     Table(Index("light", Target::LightProfiles).Required(), Number("multiplier").AtLeast(0.0f).PutIntoRange(),
           Numbers("color", 3).Between(0.0f, 1.0f).PutIntoRange());
 
-// Of EXT_lights_image_based. A path tracer has no use for the irradiance; it is checked.
+// Of EXT_lights_image_based. A path tracer has no use for the irradiance.
 constexpr auto kImageLight =
-    Table(Text("name"), Numbers("rotation", 4), Number("intensity").AtLeast(0.0f).PutIntoRange(),
-          NumberLists("irradianceCoefficients", 9, 3), Whole("specularImageSize").Between(1, 1u << 30),
+    Table(kName, Numbers("rotation", 4), Number("intensity").AtLeast(0.0f).PutIntoRange(),
+          Whole("specularImageSize").Between(1, 1u << 30),
           IndexLists("specularImages", Target::Images, 6).Required());
 constexpr auto kImageLights = Table(Objects("lights", kImageLight).PointedAtAs(Target::ImageLights));
 constexpr auto kSceneLight = Table(Index("light", Target::ImageLights).Required());
 
 // --- Nodes ---
 
-constexpr auto kNode =
-    Table(Text("name"), Numbers("translation", 3), Numbers("rotation", 4), Numbers("scale", 3),
-          Numbers("matrix", 16), Index("mesh", Target::Meshes), Index("camera", Target::Cameras),
-          Index("skin", Target::Skins), NumberList("weights"), Indices("children", Target::Nodes),
-          Extensions(ExtensionPlace::Node));
+constexpr auto kNode = Table(
+    kName, Numbers("translation", 3), Numbers("rotation", 4), Numbers("scale", 3), Numbers("matrix", 16),
+    Index("mesh", Target::Meshes), Index("camera", Target::Cameras), Index("skin", Target::Skins),
+    NumberList("weights"), Indices("children", Target::Nodes), Extensions(ExtensionPlace::Node));
 constexpr auto kNodeVisibility = Table(Flag("visible"));
 // Of EXT_mesh_gpu_instancing; others of its attributes belong to applications.
 constexpr auto kInstanceAttributes =
     Table(Index("TRANSLATION", Target::Accessors), Index("ROTATION", Target::Accessors),
           Index("SCALE", Target::Accessors));
 constexpr auto kInstancing = Table(Object("attributes", kInstanceAttributes));
-constexpr auto kScene =
-    Table(Text("name"), Indices("nodes", Target::Nodes), Extensions(ExtensionPlace::Scene));
+constexpr auto kScene = Table(kName, Indices("nodes", Target::Nodes), Extensions(ExtensionPlace::Scene));
 
 // --- Skins and animations ---
 
-constexpr auto kSkin =
-    Table(Text("name"), Indices("joints", Target::Nodes).Required(), Index("skeleton", Target::Nodes),
-          Index("inverseBindMatrices", Target::Accessors));
+constexpr auto kSkin = Table(kName, Indices("joints", Target::Nodes).Required(),
+                             Index("inverseBindMatrices", Target::Accessors));
 constexpr std::array<std::string_view, 3> kInterpolations{"LINEAR", "STEP", "CUBICSPLINE"};
 constexpr auto kAnimationSampler =
     Table(Index("input", Target::Accessors).Required(), Index("output", Target::Accessors).Required(),
@@ -296,9 +292,9 @@ constexpr auto kAnimationTarget =
     Table(Index("node", Target::Nodes), Text("path").Required(), Object("extensions", kTargetExtensions));
 constexpr auto kChannel = Table(Index("sampler", Target::AnimationSamplers).Required(),
                                 Object("target", kAnimationTarget).Required());
-constexpr auto kAnimation = Table(
-    Text("name"), Objects("samplers", kAnimationSampler).PointedAtAs(Target::AnimationSamplers).Required(),
-    Objects("channels", kChannel).Required());
+constexpr auto kAnimation =
+    Table(kName, Objects("samplers", kAnimationSampler).PointedAtAs(Target::AnimationSamplers).Required(),
+          Objects("channels", kChannel).Required());
 
 // --- The document ---
 

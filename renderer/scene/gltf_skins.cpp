@@ -134,13 +134,16 @@ void ReadSkins(GltfContext& context, const GltfDocument& document, const Accesso
 
 void DecodeSkins(GltfContext& context, AccessorReader& reader, const std::vector<SkinSource>& sources,
                  SceneData& scene) {
+    std::vector<bool> isUsed(sources.size(), false);
+    for (const uint32_t node : scene.nodeOrder)
+        if (scene.nodes[node].skin != kNone) isUsed[scene.nodes[node].skin] = true;
     for (size_t i = 0; i < sources.size(); ++i) {
         Skin& skin = scene.skins[i];
         const Place where = Place("skins")[i]["inverseBindMatrices"];
         const size_t count = skin.joints.size();
         context.ChargeGeometry(where, count * (sizeof(glm::mat4) + sizeof(glm::mat4x3)));
         skin.inverseBinds.assign(count, glm::mat4x3(1.0f));
-        if (sources[i].inverseBinds == kNone) continue;
+        if (sources[i].inverseBinds == kNone || !isUsed[i]) continue;
         std::vector<glm::mat4> matrices(count);
         reader.Read(sources[i].inverseBinds, {count}, 16, &matrices[0][0][0]);
         for (size_t joint = 0; joint < count; ++joint) {
@@ -193,13 +196,20 @@ JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, c
         one.Normalize(static_cast<uint32_t>(sets.joints[0][vertex].x));
     };
     size_t most = 0;
+    std::vector<bool> isUsed;  // made where it is asked
     for (size_t i = 0; i < vertices.count; ++i) {
         gather(i);
         most = std::max(most, one.List().size());
-        for (const Influences::Influence& influence : one.List())
-            if (influence.joint >= limit.count)
-                context.Fail(attributes, Text("vertex {} follows joint {}, skins[{}] has {} joints",
-                                              vertices[i], influence.joint, limit.skin, limit.count));
+        const auto found = std::ranges::find_if(one.List(), [&](const Influences::Influence& influence) {
+            return influence.joint >= limit.count;
+        });
+        if (found == one.List().end()) continue;
+        const std::string what = Text("vertex {} follows joint {}, skins[{}] has {} joints", vertices[i],
+                                      found->joint, limit.skin, limit.count);
+        if (isUsed.empty()) isUsed = vertices.UsedPlaces();
+        if (isUsed[i]) context.Fail(attributes, what);
+        context.Warn(attributes, "joint of an unused vertex", what + "; it is in no triangle");
+        for (size_t set = 0; set < sets.count; ++set) sets.joints[set][i] = glm::vec4(0.0f);
     }
     one.Warn(context, attributes);
     context.ChargeGeometry(attributes, vertices.count * most * (sizeof(uint16_t) + sizeof(float)) +

@@ -20,7 +20,7 @@ void ReadSkins(GltfContext& context, const GltfDocument& document, const Accesso
                const std::vector<MeshLayout>& layouts, const std::vector<InstancingLayout>& instancing,
                SceneData& scene);
 
-// The inverse bind matrices of all skins.
+// The inverse bind matrices of all skins that deform something; those of the others stay the identity.
 void DecodeSkins(GltfContext& context, AccessorReader& reader, const std::vector<SkinSource>& sources,
                  SceneData& scene);
 

@@ -24,6 +24,7 @@
 #include "renderer/scene/gltf_radii.h"
 #include "renderer/scene/gltf_reader.h"
 #include "renderer/scene/gltf_skins.h"
+#include "renderer/scene/material_fields.h"
 #include "renderer/scene/normal_maps.h"
 
 namespace raygraph::scene {
@@ -40,13 +41,38 @@ uint32_t AddDefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& s
     return kNone;
 }
 
+// By mesh.
+std::vector<bool> PlacedMeshes(const SceneData& scene, size_t meshCount) {
+    std::vector<bool> isPlaced(meshCount, false);
+    for (const uint32_t node : scene.nodeOrder)
+        if (scene.nodes[node].mesh != kNone) isPlaced[scene.nodes[node].mesh] = true;
+    return isPlaced;
+}
+
+std::vector<bool> ShownImages(const GltfOutline& outline) {
+    std::vector<bool> isShown(outline.images.size(), false);
+    const auto show = [&](uint32_t index) {
+        const uint32_t material = index == kNone ? outline.defaultMaterial : index;
+        ForEachShownTexture(outline.scene.materials[material], [&](const TextureRef& reference) {
+            isShown[outline.scene.textures[static_cast<size_t>(reference.texture)].image] = true;
+        });
+    };
+    const std::vector<bool> isPlaced = PlacedMeshes(outline.scene, outline.layouts.size());
+    for (size_t mesh = 0; mesh < outline.layouts.size(); ++mesh) {
+        if (!isPlaced[mesh]) continue;
+        for (const PrimitiveLayout& primitive : outline.layouts[mesh].primitives) {
+            show(primitive.material);
+            for (const VariantMaterial& variant : primitive.variants) show(variant.material);
+        }
+    }
+    return isShown;
+}
+
 // Only meshes that are placed; the others keep their index and name.
 void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutline& outline,
                   SceneData& scene) {
     const std::vector<MeshLayout>& layouts = outline.layouts;
-    std::vector<bool> isPlaced(layouts.size(), false);
-    for (const uint32_t node : scene.nodeOrder)
-        if (scene.nodes[node].mesh != kNone) isPlaced[scene.nodes[node].mesh] = true;
+    const std::vector<bool> isPlaced = PlacedMeshes(scene, layouts.size());
     const std::vector<JointLimit> joints = JointLimits(scene, layouts.size());
     for (size_t i = 0; i < layouts.size(); ++i) {
         context.Progress("meshes", 0.1f + 0.4f * static_cast<float>(i) / static_cast<float>(layouts.size()));
@@ -63,7 +89,9 @@ void DecodePictures(GltfContext& context, const GltfOutline& outline, GltfBuffer
     std::vector<ImageChoice> images = outline.images;
     if (outline.imageLight)
         for (const uint32_t face : ImagesOf(*outline.imageLight)) images.push_back({face});
-    std::vector<ImageData> decoded = DecodeImages(context, outline.imageSources, images, buffers);
+    std::vector<bool> isShown = outline.isShown;
+    isShown.resize(images.size(), true);
+    std::vector<ImageData> decoded = DecodeImages(context, outline.imageSources, images, isShown, buffers);
     if (outline.imageLight)
         scene.environment = MakeEnvironmentLight(context, *outline.imageLight,
                                                  std::span(decoded).subspan(outline.images.size()));
@@ -134,6 +162,7 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.imageLight = ReadImageLight(context, document.model, graph.scene);
     outline.profiles = ReadProfileSources(document.model, graph.profiles);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
+    outline.isShown = ShownImages(outline);
     outline.scene.variants = ReadVariantNames(document.model);
     outline.skins = std::move(document.skins);
     outline.bufferSources = std::move(document.buffers);
@@ -146,7 +175,7 @@ SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options
     const ScenePath located = Locate(path);
     DiskFileReader disk;
     FileReader& files = options.reader ? *options.reader : disk;
-    const ConfinedFolder folder(located.folder, files);
+    const ConfinedFolder folder(located.folder, files, options.root);
     GltfContext context{.label = located.label, .options = options, .folder = folder, .warnings = {}};
     return WithMemoryErrors(context.label, [&] {
         context.Progress("file", 0.0f);

@@ -227,6 +227,20 @@ constexpr void ForEachMaterialField(Visit&& visit) {
     std::apply([&](const auto&... field) { (visit(field), ...); }, material_fields::kAll);
 }
 
+// Whether any picture shows the texture: none has a use for occlusion.
+constexpr bool IsShown(TextureRef Material::*member) {
+    return member != &Material::occlusionTexture;
+}
+
+// Calls visit(reference) for each texture that the material shows.
+template <typename Visit>
+void ForEachShownTexture(const Material& material, Visit&& visit) {
+    ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
+            if ((material.*field.member).IsPresent() && IsShown(field.member)) visit(material.*field.member);
+    });
+}
+
 // The one of a member.
 template <typename T>
 constexpr auto FieldOf(T Material::*member) {

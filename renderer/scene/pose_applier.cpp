@@ -8,6 +8,7 @@
 #include "renderer/scene/animated_values.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/flat_transform.h"
 
 namespace raygraph::scene {
 namespace {
@@ -109,11 +110,11 @@ void PoseApplier::Refresh(SceneData& scene) {
     m_isDeformed.resize(scene.instances.size());
     m_seenBounds.Assign(scene.instances.size());
     m_instanceBounds.assign(scene.instances.size(), {});
-    m_isFlat.assign(scene.instances.size(), 0);
+    m_hasNoArea.assign(scene.instances.size(), 0);
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         if (instance.isCollapsed && instance.node != kNone)
-            m_isFlat[i] = CanInvert(PlacedOf(scene, instance).matrix) ? 0 : 1;
+            m_hasNoArea[i] = WithThickness(scene, instance, PlacedOf(scene, instance)) ? 0 : 1;
         MeasureInstance(scene, i);
         m_instanceNodes[i] = instance.node;
         m_isDeformed[i] = instance.isDeformed ? 1 : 0;
@@ -254,17 +255,18 @@ void PoseApplier::MoveInstances(SceneData& scene) {
         if (isReweighted) m_changes.reweighted.push_back(i);
         if (isDeformed) m_changes.deformed.push_back(i);
         if (mayMove) {
-            const PlacedTransform placed = PlacedOf(scene, instance);
-            m_isFlat[i] = CanInvert(placed.matrix) && IsFinite(placed.rest) ? 0 : 1;
+            const std::optional<PlacedTransform> shown =
+                WithThickness(scene, instance, PlacedOf(scene, instance));
+            m_hasNoArea[i] = shown ? 0 : 1;
             const PlacedTransform before{instance.objectToWorld, instance.translationRest};
-            if (!m_isFlat[i] && !(placed == before)) {
-                instance.objectToWorld = placed.matrix;
-                instance.translationRest = placed.rest;
+            if (shown && !(*shown == before)) {
+                instance.objectToWorld = shown->matrix;
+                instance.translationRest = shown->rest;
                 m_changes.instances.push_back(i);
             }
         }
         if (!isDeformed && !mayMove) continue;
-        const bool isCollapsed = !MeasureInstance(scene, i) || m_isFlat[i];
+        const bool isCollapsed = !MeasureInstance(scene, i) || m_hasNoArea[i];
         m_isVisibilityChanged |= isCollapsed != instance.isCollapsed;
         instance.isCollapsed = isCollapsed;
     }
@@ -273,7 +275,7 @@ void PoseApplier::MoveInstances(SceneData& scene) {
 void PoseApplier::MoveCamerasAndLights(SceneData& scene) {
     const auto move = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
         if (!IsIn(m_isMoved, node)) return false;
-        const PlacedTransform& placed = m_nodeToWorld[node];
+        const PlacedTransform placed = WithDirections(scene, node, m_nodeToWorld[node]);
         if (!IsFinite(placed.matrix) || !IsFinite(placed.rest)) return false;
         if (placed == PlacedTransform{matrix, rest}) return false;
         matrix = placed.matrix;

@@ -27,26 +27,32 @@ void WriteWhole(const fs::path& path, std::span<const std::byte> bytes) {
     file.Commit();
 }
 
-// Beside the scene: a file of other content is not ours to replace.
-void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
-    const auto require = [](const fs::path& of, const std::error_code& error) {
-        if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(of.string(), 1024), error.message());
-    };
+void Require(const fs::path& path, const std::error_code& error) {
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(path.string(), 1024), error.message());
+}
+
+// Whether the file is there with this content. Error{Io} if it has another, which is not ours to replace.
+bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     // A link to nothing is something
-    if (fs::exists(status) || fs::is_symlink(fs::symlink_status(path, error))) {
-        const fs::path real = fs::canonical(path, error);
-        require(path, error);
-        const std::vector<std::byte> there = DiskFileReader().Read(real, UINT64_MAX);
-        if (std::ranges::equal(there, bytes)) return;
-        throw MakeError(ErrorKind::Io, "{}: is there already, and is another file",
-                        Printable(path.string(), 1024));
+    if (!fs::exists(status) && !fs::is_symlink(fs::symlink_status(path, error))) {
+        if (status.type() != fs::file_type::not_found) Require(path, error);
+        return false;
     }
-    if (status.type() != fs::file_type::not_found) require(path, error);
+    const fs::path real = fs::canonical(path, error);
+    Require(path, error);
+    if (std::ranges::equal(DiskFileReader().Read(real, UINT64_MAX), bytes)) return true;
+    throw MakeError(ErrorKind::Io, "{}: is there already, and is another file",
+                    Printable(path.string(), 1024));
+}
+
+void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
+    if (IsThere(path, bytes)) return;
+    std::error_code error;
     if (const fs::path parent = path.parent_path(); !parent.empty()) {
         fs::create_directories(parent, error);
-        require(parent, error);
+        Require(parent, error);
     }
     WriteWhole(path, bytes);
 }
@@ -88,14 +94,24 @@ std::string PercentEncode(const std::string& name) {
     return uri;
 }
 
-// `to / uri`; a file's name may not make it one that programs read without being asked.
-fs::path PlaceFor(const std::string& uri, const fs::path& to) {
+bool LeadsOut(const std::string& uri) {
+    return *RelativePath(uri).begin() == "..";
+}
+
+// Puts a file that the scene names by `uri` to `to / uri`; a file's name may not make it one that programs
+// read without being asked. Nothing is written outside of `to`: there the file has to be already.
+void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::path& to) {
     const fs::path relative = RelativePath(uri);
+    if (LeadsOut(uri)) {
+        if (IsThere(to / relative, bytes)) return;
+        throw MakeError(ErrorKind::BadInput, "{}: leads out of the scene's folder, and is not copied to {}",
+                        Quoted(uri), Printable((to / relative).string(), 1024));
+    }
     for (const fs::path& part : relative)
         if (part != "." && part.native().starts_with('.'))
             throw MakeError(ErrorKind::BadInput, "{}: is the name of a hidden file, and not copied",
                             Quoted(uri));
-    return to / relative;
+    WriteBeside(to / relative, bytes);
 }
 
 // Whether a buffer is for readers that do not decompress: it is not read, and may be missing.
@@ -134,7 +150,8 @@ void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices,
         if (!isRead && !IsFallback(thing) && image::SniffFormat(bytes) == image::FileFormat::Unknown &&
             !IsIes(bytes))
             return;
-        WriteBeside(PlaceFor(text, to), bytes);
+        if (!isRead && LeadsOut(text)) return;
+        CopyTo(text, bytes, to);
     };
     if (const auto buffers = root.find("buffers"); buffers != root.end())
         for (const Json& buffer : *buffers) copy(buffer, !IsFallback(buffer));
@@ -187,7 +204,7 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     const ScenePath located = Locate(source);
     DiskFileReader disk;
     FileReader& files = options.reader ? *options.reader : disk;
-    const ConfinedFolder folder(located.folder, files);
+    const ConfinedFolder folder(located.folder, files, options.root);
     GltfContext context{.label = located.label, .options = options, .folder = folder, .warnings = {}};
     const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
     context.bytesRead = file.size();
@@ -202,7 +219,8 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
         all.bytesRead = context.bytesRead;
         loaded = ReadOutline(all, container.json);
     }
-    Json root = Json::parse(container.json);
+    const std::optional<RepairedText> repaired = RepairStrings(container.json);
+    Json root = Json::parse(repaired ? std::string_view(repaired->text) : container.json);
     try {
         PatchNodes(root, loaded.scene, edited);
         PatchMaterials(root, loaded, edited);
@@ -214,7 +232,9 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     }
     const fs::path to = target.parent_path();
     if (!IsSameFolder(located.folder, to)) {
-        std::vector<ImageChoice> images = loaded.images;
+        std::vector<ImageChoice> images;
+        for (size_t i = 0; i < loaded.images.size(); ++i)
+            if (loaded.isShown[i]) images.push_back(loaded.images[i]);
         if (loaded.imageLight)
             for (const uint32_t face : loaded.imageLight->faces) images.push_back({face});
         CopyFiles(root, images, loaded.profiles, folder, to, options.limits.maxFileBytes);

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/flat_transform.h"
 #include "renderer/scene/split_mesh.h"
 #include "renderer/scene/split_place.h"
 
@@ -167,8 +168,9 @@ void UpdateWorldTransforms(SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
         if (node == kNone) return;
-        matrix = transforms[node].matrix;
-        rest = transforms[node].rest;
+        const PlacedTransform placed = WithDirections(scene, node, transforms[node]);
+        matrix = placed.matrix;
+        rest = placed.rest;
     };
     std::vector<Bounds> meshBounds(scene.meshes.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
@@ -183,10 +185,11 @@ void UpdateWorldTransforms(SceneData& scene) {
         if (instance.node != kNone) {
             const PlacedTransform placed = skin != kNone ? SkinFrame(transforms, scene.skins[skin])
                                                          : PlaceInstance(transforms[instance.node], instance);
-            instance.isCollapsed = instance.isCollapsed && !CanInvert(placed.matrix);
+            const std::optional<PlacedTransform> shown = WithThickness(scene, instance, placed);
+            instance.isCollapsed = instance.isCollapsed && !shown;
             if (!instance.isCollapsed) {
-                instance.objectToWorld = placed.matrix;
-                instance.translationRest = placed.rest;
+                instance.objectToWorld = shown.value_or(placed).matrix;
+                instance.translationRest = shown.value_or(placed).rest;
             }
         }
         const Bounds& shape = instance.isDeformed ? boxes.Of(instance, skin) : meshBounds[instance.mesh];
@@ -217,8 +220,12 @@ bool HasVisibleLight(const SceneData& scene) {
 bool HasEmission(const SceneData& scene) {
     const std::vector<bool> isVisible = VisibleNodes(scene);
     std::vector<bool> isEmitting(scene.materials.size());
-    for (size_t i = 0; i < scene.materials.size(); ++i)
-        isEmitting[i] = scene.materials[i].EmittedRadiance() != glm::vec3(0.0f);
+    for (size_t i = 0; i < scene.materials.size(); ++i) {
+        const Material& material = scene.materials[i];
+        const glm::vec3 emitted =
+            material.isUnlit ? glm::vec3(material.baseColorFactor) : material.EmittedRadiance();
+        isEmitting[i] = emitted != glm::vec3(0.0f);
+    }
     return std::ranges::any_of(scene.instances, [&](const Instance& instance) {
         if (!IsVisible(isVisible, instance)) return false;
         return std::ranges::any_of(scene.meshes[instance.mesh].primitives,

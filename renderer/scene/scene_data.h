@@ -14,7 +14,7 @@
 //   - every vertex index of a primitive is below its vertex count;
 //   - the number of indices is a multiple of 3; of round primitives, twice that of radii, which are above 0;
 //   - every optional vertex stream is empty or exactly as long as `positions`;
-//   - every float is finite and in the range of its field, and an instance's transform has an inverse;
+//   - every float is finite and in the range of its field, and an instance's transform leaves it an area;
 //   - nodeOrder lists nodes after their parents;
 //   - a primitive's `variants` are empty, or ascend and end with kNone;
 //   - the bounds of a primitive are around its positions, and an image has all of its texels,
@@ -240,8 +240,8 @@ struct RAYGRAPH_API Node {
 // transform may mirror (negative determinant): the winding seen in world space is then
 // reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
 // the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
-// IsMirrored(). LoadGltf leaves out a node whose mesh is scaled to nothing or flat (no inverse), with a
-// warning.
+// IsMirrored(). Where the scene's nodes are flat, the transform has a thickness (flat_transform.h). LoadGltf
+// leaves out a node whose mesh is scaled to nothing or to a line, with a warning.
 struct Instance {
     uint32_t mesh = 0;
     uint32_t node = kNone;  // The node that placed it; kNone for one without a node.
@@ -251,7 +251,7 @@ struct Instance {
     // Its vertices are drawn deformed, by the skin and the weights of its node (renderer/scene/deform.h,
     // which says what objectToWorld then is). False: in their base shape, where the node is.
     bool isDeformed = false;
-    // Scaled to nothing or flat, without an inverse, and may have another scale at another time: not seen.
+    // It is not seen: scaled to nothing or to a line, and it may have another scale at another time.
     // objectToWorld is then of another time, or some that has an inverse.
     bool isCollapsed = false;
 
@@ -319,8 +319,8 @@ struct SceneData {
     std::vector<Node> nodes;          // All of the file's nodes, in the file's order.
     std::vector<uint32_t> nodeOrder;  // The nodes of the loaded scene, every parent before its children.
     // One per node of `nodeOrder` whose mesh has a primitive, in that order; those of a node with
-    // EXT_mesh_gpu_instancing are neighbors. One that is scaled to nothing or flat (no inverse) is left out
-    // when loading, with a warning.
+    // EXT_mesh_gpu_instancing are neighbors. One that is scaled to nothing or to a line is left out when
+    // loading, with a warning.
     std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     // Those placed in the loaded scene, by the file's light index; then those with a profile, by its index.
@@ -357,8 +357,8 @@ RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene
 RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved. Of
-// deformed instances as renderer/scene/deform.h says. One that is collapsed stays so as long as it has no
-// inverse.
+// deformed instances as renderer/scene/deform.h says, of flat ones as flat_transform.h. One that is collapsed
+// stays so as long as it is scaled to nothing or to a line.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
 // Whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
@@ -372,7 +372,7 @@ inline bool IsVisible(const std::vector<bool>& visibleNodes, const Instance& ins
     return !instance.isCollapsed && IsVisible(visibleNodes, instance.node);
 }
 
-// True if some placed and visible surface emits light.
+// True if some placed and visible surface emits light; what is unlit emits its base color.
 RAYGRAPH_API bool HasEmission(const SceneData& scene);
 // True if some light is visible.
 RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);

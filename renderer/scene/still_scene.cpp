@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/flat_transform.h"
 #include "renderer/scene/named_choice.h"
 #include "renderer/scene/pose_applier.h"
 #include "renderer/scene/round_primitives.h"
@@ -116,20 +117,25 @@ Primitive CopyBesideStreams(const Primitive& from) {
     return copy;
 }
 
+// A transform relative to a flat node would not lead back to the same place.
+bool CanAttach(const PlacedTransform& node) {
+    return !IsFlat(node.matrix) && CanInvert(node.matrix);
+}
+
 // What is not seen and would be placed as it is at no time, or is lost to its node, which could show it.
 void EraseUnseen(SceneData& scene, const PoseApplier& applier) {
     size_t index = 0;
     std::erase_if(scene.instances, [&](const Instance& instance) {
         const bool isSeen = applier.IsVisible(static_cast<uint32_t>(index++));
         return instance.isCollapsed || (!isSeen && instance.isDeformed && HasSkin(scene, instance) &&
-                                        !CanInvert(applier.NodeTransforms()[instance.node].matrix));
+                                        !CanAttach(applier.NodeTransforms()[instance.node]));
     });
 }
 
 // So that the instance moves with its node from now on, as others do. One whose node is flat stays where it
 // is.
 void AttachToNode(Instance& instance, const PlacedTransform& node) {
-    if (!CanInvert(node.matrix)) {
+    if (!CanAttach(node)) {
         instance.node = kNone;
         return;
     }

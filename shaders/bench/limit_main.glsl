@@ -54,7 +54,7 @@ void main() {
         vec3 p0 = positions.at[indices.at[first]];
         vec3 e1 = positions.at[indices.at[first + 1u]] - p0;
         vec3 e2 = positions.at[indices.at[first + 2u]] - p0;
-        vec3 n = normalize(cross(linear * e1, linear * e2));
+        vec3 n = UnitOr(cross(linear * e1, linear * e2), -ray.direction);
         if (dot(n, ray.direction) > 0.0f) n = -n;
         vec3 p = p0 + hit.barycentrics.x * e1 + hit.barycentrics.y * e2;
         ray.origin = OffsetLimitRay(instance.objectToWorld * vec4(p, 1.0f), n);

@@ -20,11 +20,6 @@ struct ShapedVertex {
     vec4 tangent;  // xyz unit length; 0 without
 };
 
-INLINE vec3 UnitOr(vec3 v, vec3 otherwise) {
-    float size = length(v);
-    return size > 0.0f && IsFinite(size) ? v / size : otherwise;
-}
-
 // Displacements by a target, as many times as its weight says.
 INLINE void AddTarget(INOUT(ShapedVertex) vertex, float weight, vec3 position, vec3 normal, vec3 tangent) {
     vertex.position += weight * position;

@@ -3,6 +3,14 @@
 #define RAYGRAPH_CORE_MATH_GLSL
 
 #include "core/glue.h"
+#include "shared/unit_vector.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+using gpu::InverseLength;
+using gpu::UnitOr;
+}  // namespace raygraph::shading
+#endif
 
 SHADING_BEGIN
 

@@ -10,7 +10,7 @@
 #ifndef RAYGRAPH_CORE_RAY_CONE_GLSL
 #define RAYGRAPH_CORE_RAY_CONE_GLSL
 
-#include "core/glue.h"
+#include "core/math.glsl"
 
 SHADING_BEGIN
 
@@ -66,9 +66,9 @@ INLINE RayCone WidenCone(RayCone cone, float pdf) {
 // their divergence. Of unit normals; of any other vectors, in proportion to their length. 0 for a sliver.
 INLINE float MeanCurvature(vec3 e1, vec3 e2, vec3 n0, vec3 n1, vec3 n2) {
     vec3 normal = cross(e1, e2);
-    float square = dot(normal, normal);
-    if (!(square > 0.0f)) return 0.0f;
-    return 0.5f * (dot(n1 - n0, cross(e2, normal)) + dot(n2 - n0, cross(normal, e1))) / square;
+    float inverse = InverseLength(normal);
+    normal *= inverse;
+    return 0.5f * (dot(n1 - n0, cross(e2, normal)) + dot(n2 - n0, cross(normal, e1))) * inverse;
 }
 
 // The area of a cone's footprint on a surface at that cosine to the ray. A grazing one is not infinite.

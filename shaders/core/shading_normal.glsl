@@ -2,7 +2,7 @@
 #ifndef RAYGRAPH_CORE_SHADING_NORMAL_GLSL
 #define RAYGRAPH_CORE_SHADING_NORMAL_GLSL
 
-#include "core/glue.h"
+#include "core/math.glsl"
 
 SHADING_BEGIN
 
@@ -26,10 +26,10 @@ INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     return halfwaySquare > 1e-6f ? halfway * inversesqrt(halfwaySquare) : ng;
 }
 
-// `normal` of any length but zero.
+// `normal` of any length; of none no offset.
 INLINE vec3 LiftToPlane(vec3 p, vec3 vertex, vec3 normal) {
-    float square = dot(normal, normal);
-    return square > 0.0f ? (max(dot(vertex - p, normal), 0.0f) / square) * normal : vec3(0.0f);
+    normal = UnitOr(normal, vec3(0.0f));
+    return max(dot(vertex - p, normal), 0.0f) * normal;
 }
 
 // The offset that lifts a point of a triangle onto the convex surface that its vertex normals describe:

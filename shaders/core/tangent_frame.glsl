@@ -24,7 +24,9 @@ INLINE vec4 TriangleTangent(vec3 e1, vec3 e2, vec2 uv1, vec2 uv2, vec3 n) {
     if (!(square > 1e-12f)) return vec4(0.0f);
     float side = area > 0.0f ? 1.0f : -1.0f;  // v runs downwards: of a positive area the image is mirrored
     along *= side * inversesqrt(square);
-    return vec4(along.x, along.y, along.z, -side);
+    // A normal may be on either side of the triangle, whatever the order of its corners.
+    float facing = dot(n, cross(e1, e2)) < 0.0f ? -1.0f : 1.0f;
+    return vec4(along.x, along.y, along.z, -side * facing);
 }
 
 // A frame about the unit vector n, turned and mirrored as the frame `to` of a triangle is against its frame

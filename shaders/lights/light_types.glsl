@@ -19,6 +19,7 @@ using gpu::kLightDirectional;
 using gpu::kLightDoubleSided;
 using gpu::kLightMesh;
 using gpu::kLightMirrored;
+using gpu::kLightOutward;
 using gpu::kLightNodeIndex;
 using gpu::kLightNodeLeaf;
 using gpu::kLightNodeTwoSided;

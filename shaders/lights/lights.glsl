@@ -77,21 +77,15 @@ INLINE float LightProbability(LightSetRecord lights, LightContext context, uint 
 INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 u) {
     LightSample result = NoLightSample();
     SphericalTriangle seen = SphericalTriangleFrom(light, context.position);
-    vec2 barycentrics = SampleTriangleLight(light, seen, context.position, u);
-    vec3 point = light.p0 + barycentrics.x * light.e1 + barycentrics.y * light.e2;
-    vec3 toLight = point - context.position;
-    float distance2 = dot(toLight, toLight);
-    if (!(distance2 > 0.0f)) return result;
-    result.distance = sqrt(distance2);
-    result.wi = toLight / result.distance;
-    if (!EmitsTowards(light, -result.wi)) return result;
-    vec3 across = cross(light.e1, light.e2);
-    float facing = dot(across, result.wi);
-    result.target =
-        OffsetRayOrigin(point, (facing < 0.0f ? 1.0f : -1.0f) * normalize(across),
-                        light.spotOffsetOrClearance);
-    result.pdf = IsSampledBySolidAngle(seen) ? 1.0f / seen.solidAngle : 2.0f * distance2 / abs(facing);
-    result.radiance = TriangleEmission(light, barycentrics, -result.wi);
+    if (!EmitsTowards(light, -seen.tilt)) return result;
+    TrianglePoint point = SampleTriangleLight(light, seen, context.position, u);
+    if (!(point.distance > 0.0f)) return result;
+    result.distance = point.distance;
+    result.wi = point.wi;
+    vec3 place = light.p0 + point.barycentrics.x * light.e1 + point.barycentrics.y * light.e2;
+    result.target = OffsetRayOrigin(place, FacingNormal(light, seen), light.spotOffsetOrClearance);
+    result.pdf = TriangleDensity(seen, point.distance);
+    result.radiance = TriangleEmission(light, point.barycentrics, -result.wi);
     return result;
 }
 
@@ -158,7 +152,7 @@ INLINE float LightPDF(LightContext context, uint light, uint triangle, vec3 wi, 
         LightRecord record = LightAt(light);
         bitTrail = record.bitTrail;
         float within = ChooseHitWithin(record, context, triangle);
-        pdf = within * TriangleLightPDF(record, context.position, wi, distance);
+        pdf = within * TriangleLightPDF(record, context.position, distance);
     }
     return pdf > 0.0f ? pdf * LightProbability(lights, context, light, bitTrail) : 0.0f;
 }

@@ -33,8 +33,7 @@ INLINE bool ContextInMesh(mat4x3 objectToWorld, LightContext context, OUT(LightC
     vec3 way = (context.position - objectToWorld[3]) / scale;
     inMesh.position = vec3(dot(yz, way), dot(cross(z, x), way), dot(cross(x, y), way)) / determinant;
     inMesh.normal = vec3(dot(x, context.normal), dot(y, context.normal), dot(z, context.normal));
-    float square = dot(inMesh.normal, inMesh.normal);
-    if (square > 0.0f) inMesh.normal *= inversesqrt(square);
+    inMesh.normal = UnitOr(inMesh.normal, vec3(0.0f));
     return true;
 }
 
@@ -74,6 +73,7 @@ INLINE LightRecord PlaceTriangle(LightRecord triangle, LightRecord mesh, mat4x3 
     placed.e1 = linear * triangle.e1;
     placed.e2 = linear * triangle.e2;
     placed.flags |= mesh.flags & kLightMirrored;
+    if ((mesh.flags & kLightOutward) != 0u) placed.flags &= ~kLightDoubleSided;
     placed.instance = mesh.instance;
     return placed;
 }
@@ -95,9 +95,7 @@ INLINE float PlacedClearance(LightRecord triangle, LightRecord placed, mat4x3 ob
     vec3 sizes = abs(placed.p0) + abs(placed.e1) + abs(placed.e2) + abs(linear[0]) * inObject.x +
                  abs(linear[1]) * inObject.y + abs(linear[2]) * inObject.z;
     vec3 across = cross(placed.e1, placed.e2);
-    float square = dot(across, across);
-    float rounding = square > 0.0f ? dot(abs(across), sizes) * inversesqrt(square) : 0.0f;
-    return clearance + 4.0f * kRoundoff * rounding;
+    return clearance + 4.0f * kRoundoff * dot(abs(across), sizes) * InverseLength(across);
 }
 
 // Turns the light, if it is a mesh, into one of its triangles as it is placed; `triangle` is its number in

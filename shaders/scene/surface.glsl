@@ -23,9 +23,7 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
 // Of a triangle with those edges, on its front, unit length; a sliver, which has no normal of its own, faces
 // the viewer.
 vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
-    vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float square = dot(ng, ng);
-    return square > 0.0f ? ng * inversesqrt(square) : wo;
+    return UnitOr(NormalToWorld(instance.objectToWorld, cross(e1, e2)), wo);
 }
 
 // Whether the transform leaves the axes of the coordinates as they are, but for their lengths.
@@ -52,7 +50,7 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
     vec2 first = values.at[triangle.vertices.x];
     vec2 a = values.at[triangle.vertices.y] - first;
     vec2 b = values.at[triangle.vertices.z] - first;
-    n *= inversesqrt(max(dot(n, n), 1e-30f));
+    n = UnitOr(n, vec3(0.0f));
     vec4 ofTriangle = TriangleTangent(e1, e2, a, b, n);
     bool hasFrame = ofTriangle.w != 0.0f;
     if (!isSameSet && IsPresent(geometry.frameTurns)) {
@@ -85,9 +83,7 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
         vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
         if (dot(bent, n) > 0.0f) n = bent;
     }
-    n = NormalToWorld(instance.objectToWorld, n);
-    float square = dot(n, n);
-    return square > 0.0f ? n * inversesqrt(square) : ng;
+    return UnitOr(NormalToWorld(instance.objectToWorld, n), ng);
 }
 
 vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
@@ -133,7 +129,7 @@ vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRe
                     Triangle triangle, vec3 e1, vec3 e2, vec2 direction) {
     vec3 n = cross(e1, e2);
     if (IsPresent(geometry.normals)) n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
-    n *= inversesqrt(max(dot(n, n), 1e-30f));
+    n = UnitOr(n, vec3(0.0f));
     vec4 tangent = vec4(n.z, 0.0f, -n.x, 1.0f);
     if (IsPresent(geometry.tangents) && material.anisotropyTexture != kNoTexture)
         tangent = TangentOf(TEXTURE_OF(material, anisotropy), geometry, triangle, e1, e2, n);
@@ -208,9 +204,10 @@ float UvArea(uvec2 stream, Triangle triangle) {
 void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
                    vec3 e1, vec3 e2, Ray ray, float t) {
     vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float area = length(normal);  // of the triangle, twice
-    if (!(area > 0.0f)) return;
-    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, dot(normal, ray.direction) / area) / area;
+    float inverse = InverseLength(normal);  // 1 / twice the triangle's area
+    if (inverse == 0.0f) return;
+    float cosine = dot(normal, ray.direction) * inverse;
+    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, cosine) * inverse;
     triangle.uvAreas = seen * vec2(UvArea(geometry.uv0, triangle), UvArea(geometry.uv1, triangle));
 }
 #endif
@@ -228,7 +225,8 @@ float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Tri
     }
     vec3 normal = cross(e1, e2);
     vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
-    float shrink = sqrt(dot(normal, normal) / max(dot(inWorld, inWorld), 1e-30f));  // of areas
+    float inverse = InverseLength(normal);
+    float shrink = inverse > 0.0f ? InverseLength(inWorld) / inverse : 0.0f;  // of areas
     return sqrt(shrink) * curvature;
 }
 
@@ -271,9 +269,9 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
     surface.fromInstance += mat3(instance.objectToWorld) * lift;
     surface.position = surface.fromInstance + surface.instanceOrigin;
     vec3 n = side * NormalToWorld(instance.objectToWorld, InterpolateVec3(normals, triangle));
-    float square = dot(n, n);
-    if (!(square > 0.0f)) return;
-    n = AdaptShadingNormal(n * inversesqrt(square), surface.geometricNormal, wo);
+    float inverse = InverseLength(n);
+    if (inverse == 0.0f) return;
+    n = AdaptShadingNormal(n * inverse, surface.geometricNormal, wo);
     surface.clearance /= max(dot(n, surface.geometricNormal), 0.1f);  // it was along the triangle's normal
     surface.geometricNormal = n;
     surface.shadingNormal = AdaptShadingNormal(surface.shadingNormal, surface.geometricNormal, wo);

@@ -4,6 +4,8 @@
 #ifndef RAYGRAPH_SHARED_RAY_CLEARANCE_H
 #define RAYGRAPH_SHARED_RAY_CLEARANCE_H
 
+#include "unit_vector.h"
+
 #ifdef __cplusplus
 
 #include <glm/glm.hpp>
@@ -12,7 +14,6 @@ namespace raygraph::gpu {
 using glm::abs;
 using glm::cross;
 using glm::dot;
-using glm::inversesqrt;
 using glm::mat3;
 using glm::max;
 using glm::min;
@@ -81,8 +82,8 @@ RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 
     // A triangle without area has no plane: in whichever direction it is left. A choice, not a branch:
     // devices would fetch nothing of the surface until all of this is done
     float inAnyDirection = SumOfSizes(worldError) + kInverseRoundings * SumOfSizes(sizes);
-    float square = dot(across, across);
-    return kRoundoff * (square > 0.0f ? bound * inversesqrt(square) : inAnyDirection);
+    float inverse = InverseLength(across);
+    return kRoundoff * (inverse > 0.0f ? bound * inverse : inAnyDirection);
 }
 
 #undef RAYGRAPH_CONSTANT

@@ -61,7 +61,9 @@ Parts PartsOf(DeviceScene& scene) {
             {"texture levels", Number(s.biases.textureLod)},
             {"environment", Text(environment.radiance)},
             {"environment's rotation", Number(environment.rotation)},
-            {"environment is the scene's", Number(environment.usesScene)}};
+            {"environment is the scene's", Number(environment.usesScene)},
+            {"environment is the studio",
+             Number(scene.Scene().ShownEnvironment().defaultLight == DefaultLight::Studio)}};
 }
 
 class DeviceSceneTest : public testing::VulkanTest {
@@ -75,7 +77,9 @@ class DeviceSceneTest : public testing::VulkanTest {
         camera.cameraToWorld[3] = {1.0f, 2.0f, 3.0f};
         input.data.cameras.push_back(camera);
         if (hasMap) input.environment = {.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}};
-        DeviceScene scene(Device(), input, SettingsFrom(texts));
+        PictureSettings settings = SettingsFrom(texts);
+        if (settings.light == DefaultLight::Auto) settings.light = DefaultLight::None;
+        DeviceScene scene(Device(), input, settings);
         return PartsOf(scene);
     }
     struct Change {
@@ -131,9 +135,10 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"texture-budget", "64K", {"texture budget"}, "65536.000000"},
         {"transparent", "on", {"hidden environment"}, "1.000000"},
         {"texture-lod", "-0.5", {"texture levels"}, "-0.500000"},
-        {"background", "1,2,3", {"environment"}, "1.000000 2.000000 3.000000"},
+        {"light", "studio", {"environment is the studio"}, "1.000000"},
+        {"background", "1,2,3", {"environment", "environment is the scene's"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
-        {"env-tint", "2,3,4", {}},
+        {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // seen in the studio
     };
     for (const Change& change : kChanges) ExpectChange(change);
     // With a map, the tint applies to it, and the background is not used

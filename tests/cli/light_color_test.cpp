@@ -53,17 +53,18 @@ TEST(LightColor, OfSurfaces) {
 
 TEST(LightColor, WhatIsHiddenDoesNotShine) {
     SceneInput input = Square();
+    const PictureSettings dark{.light = DefaultLight::None};
     input.data.nodes.emplace_back().isVisible = false;
     input.data.nodeOrder = {0};
     input.data.instances[0].node = 0;
     scene::Light& light = input.data.lights.emplace_back();
     light.node = 0;
-    EXPECT_FALSE(LightColor(input, {}));
+    EXPECT_FALSE(LightColor(input, dark));
     input.data.nodes[0].isVisible = true;
     light.color = {1, 0, 0};
     light.intensity = 2.0f;
     const glm::dvec3 surfaces = pi * 36.0 * glm::dvec3(1, 2, 4);
-    ExpectColor(LightColor(input, {}), surfaces + glm::dvec3(8.0 * pi, 0, 0));
+    ExpectColor(LightColor(input, dark), surfaces + glm::dvec3(8.0 * pi, 0, 0));
     PictureSettings settings;
     settings.paths.lights.isOn = false;  // then they are not rendered
     ExpectColor(LightColor(input, settings), surfaces);

@@ -84,6 +84,7 @@ class MotionBlurTest : public testing::VulkanTest {
         desc.settings.size = {kSide, kSide};
         desc.settings.at = at;
         desc.settings.shutter = shutter;
+        desc.settings.light = DefaultLight::None;
         desc.aovs = aovs;
         return Session(Device(), std::move(input), desc);
     }
@@ -334,10 +335,12 @@ TEST_F(MotionBlurTest, ManyInstancesAreLeftToTheDriver) {
         return session.Result().render.settings.at(std::string(kTraversalSetting));
     };
     const Shutter shutter{-0.25, 0.25};
+    const bool isCpu = Device().Info().type == rhi::DeviceType::Cpu;
     EXPECT_EQ(traversalOf(200, shutter), "driver");
-    if (Device().Info().type != rhi::DeviceType::Cpu) GTEST_SKIP() << "a GPU's is measured, or the driver's";
-    EXPECT_EQ(traversalOf(2, shutter), "own");
-    EXPECT_EQ(traversalOf(200, {}), "own");
+    EXPECT_EQ(traversalOf(2, shutter), isCpu ? "own" : "driver") << "that of a GPU is faster than the host";
+    if (isCpu) {
+        EXPECT_EQ(traversalOf(200, {}), "own");
+    }
 }
 
 // Accumulated in one run or in two, and in whichever order times were seen before.

@@ -1,10 +1,13 @@
 #include "editor/cli/outputs.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <fstream>
+#include <new>
 
+#include "editor/cli/output_writer.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
@@ -25,6 +28,36 @@ TEST(Outputs, CheckingLeavesNoTrace) {
     CheckWritable(Paths{folder.Path() / "new.png", old}, {});
     EXPECT_EQ(FileCount(folder.Path()), 1u);
     EXPECT_EQ(std::filesystem::file_size(old), 3u);
+}
+
+TEST(Outputs, ANameThatIsTooLongIsRefusedBeforeTheWork) {
+    const test::TemporaryFolder folder;
+    // Beside one that can be: a long number or camera in the names of a sequence
+    std::string name = ".png";
+    name.insert(0, 300, 'a');
+    const Paths paths{folder.Path() / "a.png", folder.Path() / name};
+    test::ExpectError(
+        ErrorKind::Io, [&] { CheckWritable(paths, {}); }, "cannot write: File name too long");
+}
+
+// As /dev/stdout, and what a shell makes of >(program).
+TEST(Outputs, DevicesAndPipesAreTakenWithoutTouchingThem) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path pipe = folder.Path() / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_TRUE(CheckWritable(Paths{"/dev/null", pipe}, {}).empty());
+}
+
+TEST(Outputs, OneThatCannotBeWrittenKeepsNoOther) {
+    std::vector<std::string> said;
+    OutputWriter outputs([&](std::string_view why) { said.emplace_back(why); });
+    EXPECT_TRUE(outputs.Write("a", [] {}));
+    EXPECT_FALSE(outputs.Write("b", [] { throw Error(ErrorKind::Io, "b: the disk is full"); }));
+    EXPECT_FALSE(outputs.Write("c", [] { throw std::bad_alloc(); }));
+    EXPECT_TRUE(outputs.Write("d", [] {}));
+    EXPECT_EQ(outputs.Written(), (Paths{"a", "d"}));
+    EXPECT_EQ(said, (std::vector<std::string>{"b: the disk is full", "out of memory"}));
+    EXPECT_EQ(outputs.Result(), ExitCode::Failure) << "that of the first";
 }
 
 TEST(Outputs, AMissingFolderIsNamed) {

@@ -108,6 +108,25 @@ TEST(ProgramCrop, PicturesForTheEyeHoldThePartAlone) {
                image::ReadEnvironment(folder / "part.hdr").image);
 }
 
+TEST(ProgramCrop, AsAMapItStandsWhereItBelongs) {
+    const test::TemporaryFolder folder;
+    const std::string scene = "@cornell.gltf --size 30x21 --spp 2 --background 1,2,3 --quiet -o ";
+    Render(folder, scene + "whole.exr");
+    Render(folder, scene + "part.exr" + kCropOption);
+    const image::ImageF whole = image::ReadEnvironment(folder / "whole.exr").image;
+    const image::ImageF part = image::ReadEnvironment(folder / "part.exr").image;
+    ASSERT_EQ(part.width, 30u);
+    ASSERT_EQ(part.height, 21u);
+    for (uint32_t i = 0; i < 30 * 21; ++i) {
+        const uint32_t x = i % 30, y = i / 30;
+        const bool isInside =
+            x >= kCrop.x && x < kCrop.x + kCrop.width && y >= kCrop.y && y < kCrop.y + kCrop.height;
+        for (uint32_t c = 0; c < 3; ++c)
+            ASSERT_EQ(part.rgba[4 * i + c], isInside ? whole.rgba[4 * i + c] : 0.0f) << x << ", " << y;
+    }
+    Render(folder, "@cornell.gltf --size 8x8 --spp 1 --quiet --env part.exr -o lit.exr");
+}
+
 TEST(ProgramCrop, ItIsRecordedResumedAndMerged) {
     const test::TemporaryFolder folder;
     const std::string scene = "@cornell.gltf --aov albedo,depth --max-depth 4 --quiet ";

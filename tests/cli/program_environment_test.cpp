@@ -1,4 +1,5 @@
 // The environment that a scene brings along, to the program.
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -52,11 +53,36 @@ TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
     const ProgramResult resumed = RunProgram(folder, "render triangle.gltf --resume a.exr --spp 2 --quiet");
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").radiance[0], 0.0f);
-    const ProgramResult refused = RunProgram(folder, "render plain.gltf --env-tint 1,1,1");
+    const ProgramResult refused = RunProgram(folder, "render plain.gltf --light none --env-tint 1,1,1");
     EXPECT_EQ(refused.exitCode, 2);
     EXPECT_NE(refused.messages.find("--env-tint is of a map: it needs --env; plain.gltf has none"),
               std::string::npos)
         << refused.messages;
+}
+
+TEST(ProgramRender, UnlitSurfacesAreNoDarkness) {
+    const test::TemporaryFolder folder;
+    nlohmann::json scene = nlohmann::json::parse(kTriangle);
+    const auto messages = [&](const nlohmann::json& material) {
+        scene["materials"] = nlohmann::json::array({material});
+        scene["meshes"][0]["primitives"][0]["material"] = 0;
+        std::ofstream(folder / "triangle.gltf") << scene;
+        const ProgramResult result =
+            RunProgram(folder, "render triangle.gltf --size 8x8 --spp 1 --background 0,0,0 -o a.exr");
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        return result.messages;
+    };
+    const nlohmann::json unlit = {{"KHR_materials_unlit", nlohmann::json::object()}};
+    EXPECT_EQ(messages({{"extensions", unlit}}).find("nothing emits light"), std::string::npos);
+    const std::vector<float>& radiance = session::ReadRenderFile(folder / "a.exr").radiance;
+    EXPECT_EQ(*std::ranges::max_element(radiance), 1.0f);
+    // Emission is not shown by what is unlit
+    EXPECT_NE(messages({{"extensions", unlit},
+                        {"emissiveFactor", {1, 1, 1}},
+                        {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}}})
+                  .find("nothing emits light"),
+              std::string::npos);
+    EXPECT_NE(messages(nlohmann::json::object()).find("nothing emits light"), std::string::npos);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "renderer/image/image.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
@@ -97,6 +98,37 @@ TEST(ProgramHostileFiles, EachIsRefusedWithOneLine) {
         EXPECT_NE(result.messages.find(std::string("bad.gltf: ") + row.message), std::string::npos)
             << row.where << ": " << result.messages << "  lacks " << row.message;
     }
+}
+
+// All commands that load a scene take the folder that it may read from besides its own.
+TEST(ProgramHostileFiles, RootAllowsFilesBelowAnotherFolder) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "scenes");
+    std::filesystem::create_directories(folder / "textures");
+    image::WritePng(folder / "textures/w.png", {1, 1, {255, 255, 255, 255}});
+    Json scene = Scene();
+    scene["images"][0]["uri"] = "../textures/w.png";
+    std::ofstream(folder / "scenes/a.gltf") << scene;
+    const char* const commands[] = {
+        "info scenes/a.gltf",
+        "graph scenes/a.gltf --size 8x8",
+        "render scenes/a.gltf --size 8x8 --spp 1 --background 1,1,1 -o a.exr",
+        "bench scenes/a.gltf --size 8x8 --frames 1 --rounds 1 --max-depth 2",
+    };
+    for (const char* command : commands) {
+        const test::ProgramResult refused = test::RunProgram(folder, command);
+        EXPECT_EQ(refused.exitCode, 4) << command;
+        EXPECT_EQ(refused.messages,
+                  "raygraph: a.gltf: images[0].uri: \"../textures/w.png\": leads out of the "
+                  "scene's folder; --root FOLDER allows what is below another folder\n");
+        const test::ProgramResult read = test::RunProgram(folder, std::string(command) + " --root .");
+        EXPECT_EQ(read.exitCode, 0) << command << ": " << read.messages;
+    }
+    const test::ProgramResult none = test::RunProgram(folder, "info scenes/a.gltf --root gone");
+    EXPECT_EQ(none.exitCode, 4);
+    EXPECT_EQ(none.messages, "raygraph: gone: No such file or directory\n");
+    EXPECT_EQ(test::RunProgram(folder, "info --devices --root .").messages,
+              "raygraph: --root is of a scene file, and --devices lists none\n");
 }
 
 }  // namespace

@@ -95,8 +95,8 @@ TEST(ProgramProgress, PlainIsLinesOfTextAndNoneIsWarningsAlone) {
 
 TEST(ProgramProgress, WarningsAreShownWithoutProgressAndTheErrorComesLast) {
     const test::TemporaryFolder folder;
-    const ProgramResult dark =
-        RunProgram(folder, "render @furnace_sphere.gltf --size 8x8 --spp 1 -o a.png --progress none");
+    const ProgramResult dark = RunProgram(
+        folder, "render @furnace_sphere.gltf --light none --size 8x8 --spp 1 -o a.png --progress none");
     EXPECT_NE(dark.messages.find("raygraph: warning: "), std::string::npos) << dark.messages;
     const ProgramResult failed = RunProgram(folder, "render @cornell.gltf --camera nobody --progress json");
     EXPECT_EQ(failed.exitCode, 2);

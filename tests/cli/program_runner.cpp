@@ -86,7 +86,8 @@ ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line) {
 
 ProgramResult RunProgramBeside(
     const TemporaryFolder& folder, std::string_view line,
-    const std::function<void(pid_t process, const std::string& messages)>& meanwhile) {
+    const std::function<void(pid_t process, const std::string& messages)>& meanwhile,
+    const std::function<void()>& prepare) {
     const TemporaryFolder outputs;
     const std::string output = outputs / "stdout", messages = outputs / "stderr";
     std::vector<std::string> words = ProgramWords(line);
@@ -96,6 +97,7 @@ ProgramResult RunProgramBeside(
     if (process == 0) {
         Redirect(output.c_str(), STDOUT_FILENO);
         Redirect(messages.c_str(), STDERR_FILENO);
+        if (prepare) prepare();
         Become(folder, pointers);
     }
     ProgramResult result;

@@ -23,10 +23,12 @@ struct ProgramResult {
 ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line);
 
 // The same, while `meanwhile` is called again and again, at least once before the program's end is known, with
-// what stderr has so far. It may send signals to the process.
+// what stderr has so far. It may send signals to the process. `prepare` is called in the process, before it
+// becomes the program: it may change signals, limits and streams, and nothing else.
 ProgramResult RunProgramBeside(
     const TemporaryFolder& folder, std::string_view line,
-    const std::function<void(pid_t process, const std::string& messages)>& meanwhile);
+    const std::function<void(pid_t process, const std::string& messages)>& meanwhile,
+    const std::function<void()>& prepare = {});
 
 // The same on a terminal of its own, so that progress is shown. `onText` is called with all that the terminal
 // has shown so far and may send signals to the process. `messages` stays empty: a terminal does not tell the

@@ -1,8 +1,12 @@
 // How commands end: exit status and last lines, and which files they name.
 #include "editor/cli/run_command.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <fstream>
 
 #include "tests/cli/cli_test.h"
@@ -79,6 +83,48 @@ TEST(RunCommand, ValidationMessagesAreSaidOnce) {
     });
     EXPECT_EQ(ended.code, ExitCode::Failure);
     EXPECT_EQ(ended.messages, "raygraph: validation: VUID-9: a leak\n");
+}
+
+// While it lives, stdout is this file.
+class StdoutTo {
+  public:
+    explicit StdoutTo(const char* file) : m_before(dup(STDOUT_FILENO)) {
+        std::fflush(stdout);
+        const int descriptor = open(file, O_WRONLY);
+        dup2(descriptor, STDOUT_FILENO);
+        close(descriptor);
+    }
+    ~StdoutTo() {
+        std::fflush(stdout);
+        std::clearerr(stdout);
+        dup2(m_before, STDOUT_FILENO);
+        close(m_before);
+    }
+    StdoutTo(const StdoutTo&) = delete;
+    StdoutTo& operator=(const StdoutTo&) = delete;
+
+  private:
+    int m_before;
+};
+
+TEST(RunCommand, StdoutThatCannotBeWrittenFailsItUnlessTheWorkIsSaved) {
+    const auto print = [](size_t bytes, ExitCode code) {
+        const StdoutTo full("/dev/full");
+        return EndOf([&](const auto&, Console&) {
+            PrintLine(std::string(bytes, 'x'));
+            return code;
+        });
+    };
+    const Ended atTheEnd = print(10, ExitCode::Done);
+    EXPECT_EQ(atTheEnd.code, ExitCode::Failure);
+    EXPECT_EQ(atTheEnd.messages, "raygraph: stdout cannot be written: No space left on device\n");
+    // The buffer is full, and emptied in vain, long before the end
+    const Ended before = print(1 << 20, ExitCode::Done);
+    EXPECT_EQ(before.code, ExitCode::Failure);
+    EXPECT_TRUE(before.messages.starts_with("raygraph: stdout cannot be written")) << before.messages;
+    EXPECT_EQ(std::ranges::count(before.messages, '\n'), 1);
+    EXPECT_EQ(print(10, ExitCode::TryAgain).code, ExitCode::TryAgain);
+    EXPECT_EQ(print(0, ExitCode::BadInput).code, ExitCode::BadInput);
 }
 
 TEST(CommandFiles, HoldWhatIsGiven) {

@@ -56,7 +56,66 @@ class SessionDevicesTest : public testing::VulkanTest {
     }
 };
 
+// The second of two processes, as it agrees with the first one on what is rendered. What comes after that ends.
+class SecondProcess : public ProcessGroup {
+  public:
+    struct Ended {};
+    // What the first process says; none: this is the first one, and says it.
+    explicit SecondProcess(std::vector<std::byte>* said, bool isFirst = false)
+        : m_said(*said), m_isFirst(isFirst) {}
+
+    uint32_t Rank() const override { return m_isFirst ? 0 : 1; }
+    uint32_t Size() const override { return 2; }
+    uint32_t LocalRank() const override { return Rank(); }
+    uint32_t LocalSize() const override { return 2; }
+    void Broadcast(std::span<std::byte> bytes) override {
+        if (m_isFirst) {
+            m_said.assign(bytes.begin(), bytes.end());
+            throw Ended();
+        }
+        if (m_hasAgreed) throw Ended();
+        ASSERT_EQ(bytes.size(), m_said.size());
+        std::ranges::copy(m_said, bytes.begin());
+        m_hasAgreed = true;
+    }
+    uint64_t Sum(uint64_t) override { throw Ended(); }
+    uint64_t Least(uint64_t) override { throw Ended(); }
+    void AddAtRoot(passes::ExactSums&) override { throw Ended(); }
+    void Deal(BlockDealer*, BlockQueue&, const Tick&) override { throw Ended(); }
+
+  private:
+    std::vector<std::byte>& m_said;
+    bool m_isFirst, m_hasAgreed = false;
+};
+
 }  // namespace
+
+TEST_F(SessionDevicesTest, AProcessWithAnotherSceneOrEnvironment_IsRefused) {
+    const auto lit = [](float radiance, const char* name = "sky") {
+        SceneInput input = Cornell();
+        SetEnvironment(input, {.width = 1, .height = 1, .rgba = {radiance, 1, 1, 1}}, name);
+        return input;
+    };
+    std::vector<std::byte> said;
+    const auto begin = [&](SceneInput&& input, bool isFirst) {
+        SecondProcess group(&said, isFirst);
+        SessionDesc desc = Everything();
+        desc.group = &group;
+        const Session session(Device(), std::move(input), desc);
+    };
+    EXPECT_THROW(begin(lit(1.0f), true), SecondProcess::Ended);
+    EXPECT_THROW(begin(lit(1.0f), false), SecondProcess::Ended) << "it goes on with what comes next";
+    EXPECT_THROW(begin(lit(1.0f, "elsewhere"), false), SecondProcess::Ended) << "wherever the file is";
+    const auto expectRefused = [&](SceneInput input) {
+        test::ExpectError(
+            ErrorKind::BadInput, [&] { begin(std::move(input), false); }, "process 1 has another scene");
+    };
+    expectRefused(lit(2.0f));
+    expectRefused(Cornell());
+    SceneInput other = LoadInput(test::SceneFile("furnace_sphere.gltf"));
+    SetEnvironment(other, lit(1.0f).environment, "sky");
+    expectRefused(std::move(other));
+}
 
 TEST_F(SessionDevicesTest, AnyNumberOfDevicesGivesTheBitsOfOne) {
     Session alone(Device(), Cornell(), Everything());

@@ -225,10 +225,13 @@ TEST_F(SessionTest, RunsThatCannotEndAreRefused) {
     EXPECT_EQ(session.SampleCount(), 0u);
     session.Run({.samples = 1, .seconds = -1.0});
     EXPECT_EQ(session.SampleCount(), 1u) << "late before it began";
+    expectRefused({.samples = 0}, "0 samples");
 }
 
 TEST_F(SessionTest, RunForAnErrorEndsWhereThereIsNoLight) {
-    Session session(Device(), LoadInput(test::SceneFile("furnace_sphere.gltf")), Small());
+    SessionDesc dark = Small();
+    dark.settings.light = DefaultLight::None;
+    Session session(Device(), LoadInput(test::SceneFile("furnace_sphere.gltf")), dark);
     session.Run({.samples = 200, .relativeError = 0.1});
     EXPECT_GE(session.SampleCount(), 64u);
     EXPECT_LE(session.SampleCount(), 65u);

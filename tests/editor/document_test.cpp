@@ -216,6 +216,21 @@ TEST_F(DocumentTest, RefusedTransformChangesNothing) {
     EXPECT_FALSE(document.CanUndo());
 }
 
+TEST_F(DocumentTest, AMeshMayBeFlattenedAndNotToALine) {
+    glm::mat4x3 flat = kUp;
+    flat[1] = glm::vec3(0.0f);
+    document.Apply(TransformEdit{Node(), flat}, gpu);
+    EXPECT_TRUE(gpu.IsVisible(instance));
+    EXPECT_EQ(gpu.Transform(instance).matrix, document.Scene().instances[instance].objectToWorld);
+    EXPECT_EQ(document.LocalTransform(Node()), flat);
+    glm::mat4x3 line = flat;
+    line[0] = glm::vec3(0.0f);
+    EXPECT_THROW(document.Apply(TransformEdit{Node(), line}, gpu), Error);
+    EXPECT_EQ(document.LocalTransform(Node()), flat);
+    document.Apply(TransformEdit{Node(), kUp}, gpu);
+    EXPECT_EQ(gpu.Transform(instance).matrix, kUp);
+}
+
 TEST_F(DocumentTest, LightThatWouldBeFlatKeepsItsPlace) {
     scene::SceneData data;
     data.nodes.resize(1);

@@ -181,6 +181,21 @@ TEST(Gizmo, ArmThatPointsAtTheEyeCannotBeTaken) {
         << "behind the eye";
 }
 
+TEST(Gizmo, AFlatNodeHasTheNormalOfItsPlaneForItsThirdAxis) {
+    const PictureMap map = FrontMap();
+    glm::mat4x3 node(glm::rotate(glm::mat4(1.0f), 0.7f, glm::vec3(0, 1, 0)));
+    const glm::vec3 normal = node[2];
+    node[2] = glm::vec3(0.0f);
+    for (const GizmoTool tool : {GizmoTool::Move, GizmoTool::Rotate, GizmoTool::Scale}) {
+        const std::optional<GizmoFrame> frame = FrameOf(node, tool, GizmoSpace::Local, map);
+        ASSERT_TRUE(frame);
+        ExpectNear(frame->axes[2], normal);
+        ExpectNear(frame->axes[0], node[0]);
+    }
+    node[1] = glm::vec3(0.0f);
+    EXPECT_FALSE(FrameOf(node, GizmoTool::Move, GizmoSpace::Local, map)) << "a line has none";
+}
+
 TEST(Gizmo, LocalTransformFollowsBelowATurnedParent) {
     const glm::mat4x3 parent(glm::translate(glm::mat4(1.0f), glm::vec3(3, 2, 1)) *
                              glm::rotate(glm::mat4(1.0f), 0.7f, glm::vec3(0, 1, 0)) *

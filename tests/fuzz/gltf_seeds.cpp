@@ -158,6 +158,13 @@ std::vector<Seed> GltfSeeds(std::string_view target) {
     Json rich = Json::parse(kRich);
     rich["materials"][0]["extensions"] = Json::parse(test::kMaterialExtensions);
     add("rich", rich.dump());
+    if (target != "gltf_container") {
+        // What is repaired: characters; and what is resolved: a path
+        std::string broken = rich.dump();
+        broken.replace(broken.find("\"one\""), 5, "\"\\ud83d\xE9\n\\ud83d\\ude00\"");
+        broken.replace(broken.find("./i.png"), 7, "x/../%2e/i.png");
+        add("repaired", broken);
+    }
     for (const Seed& compressed : CompressedSeeds()) {
         const Bytes file = CompressedFile(compressed.bytes);
         if (target == "gltf_container")

@@ -90,6 +90,9 @@ std::vector<Seed> ImageSeeds() {
         {"gray.jpg", test::MakeJpeg(test::JpegKind::Gray, kWidth, kHeight,
                                     std::span(pattern.rgba).first(kWidth * kHeight))},
         {"progressive.jpg", test::MakeJpeg(test::JpegKind::ProgressiveRgb, kWidth, kHeight, rgb)},
+        {"scans.jpg", test::MakeJpeg(test::JpegKind::RgbInThreeScans, kWidth, kHeight, rgb)},
+        {"restarted.jpg", test::MakeJpeg(test::JpegKind::RestartedRgb, kWidth, kHeight, rgb)},
+        {"arithmetic.jpg", test::MakeJpeg(test::JpegKind::ArithmeticRgb, kWidth, kHeight, rgb)},
         {"plain_cmyk.jpg", test::MakeJpeg(test::JpegKind::PlainCmyk, kWidth, kHeight, pattern.rgba)},
         {"adobe_cmyk.jpg", test::MakeJpeg(test::JpegKind::AdobeCmyk, kWidth, kHeight, pattern.rgba)},
         {"lossless.webp", test::MakeLosslessWebp(pattern)},
@@ -108,6 +111,14 @@ std::vector<Seed> ImageSeeds() {
                                   std::span(pattern.rgba).first(64))},
     };
     std::ranges::move(Ktx2Seeds(), std::back_inserter(seeds));
+    // Without their ends
+    for (size_t i = 0, count = seeds.size(); i < count; ++i) {
+        const bool isPng = seeds[i].name.ends_with(".png");
+        if (!isPng && !seeds[i].name.ends_with(".jpg")) continue;
+        Seed cutOff{"cut_off_" + seeds[i].name, seeds[i].bytes};
+        cutOff.bytes.resize(cutOff.bytes.size() - (isPng ? 12 : 2));
+        seeds.push_back(std::move(cutOff));
+    }
     return seeds;
 }
 
@@ -144,6 +155,16 @@ std::vector<Seed> EnvironmentSeeds() {
                                                 .channels = {"Y", "A"},
                                                 .type = Imf::UINT},
                                                std::span(planes).first(2))});
+    // Parts of pictures: with a frame of black, beyond all sides, and outside of it
+    for (const std::array<int, 4>& picture : {std::array{-3, -2, 20, 9}, {2, 1, 3, 3}, {50, 50, 60, 60}})
+        seeds.push_back({"part" + std::to_string(picture[2]) + ".exr",
+                         test::MakeExr({.width = kWidth, .height = kHeight, .picture = picture}, planes)});
+    seeds.push_back({"aces.exr", test::MakeExr({.width = kWidth,
+                                                .height = kHeight,
+                                                .chromaticities = {{0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f,
+                                                                    -0.077f, 0.32168f, 0.33767f}},
+                                                .envmap = 0},
+                                               planes)});
     return seeds;
 }
 

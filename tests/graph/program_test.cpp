@@ -1,6 +1,10 @@
-// How long programs and their pipelines are kept.
+// Which passes share a program, and how long programs and their pipelines are kept.
+#include <functional>
+
+#include "renderer/graph/program.h"
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
+#include "tests/support/option_rows.h"
 
 namespace raygraph {
 
@@ -20,7 +24,130 @@ class ProgramLife : public GraphTest {
     }
 };
 
+// A request that nobody makes, of each part something, in a cache that holds it.
+class ProgramRequests : public testing::VulkanTest {
+  protected:
+    struct Row {
+        std::string name;
+        std::function<void(ProgramRequest&)> change;
+    };
+
+    ProgramRequests() {
+        m_plain.kind = PassKind::Raster;
+        m_plain.rayGen = m_plain.compute = m_plain.vertex = m_plain.fragment = m_one;
+        m_plain.miss.fill(m_one);
+        m_plain.hitSets.push_back({});
+        m_plain.hitSets[0].fill({m_one, m_one, m_one});
+        m_plain.callables = {m_one};
+        m_plain.specialization = {{"kCount", 1}, {"kOther", 2}};
+        m_plain.colorFormats = {Format::Rgba8Unorm};
+    }
+
+    // A program for each value of an enumeration but that of m_plain.
+    template <typename Enum, typename Member>
+    static void AddValues(std::vector<Row>& rows, const char* name, Enum plain, Member member) {
+        for (uint32_t i = 0; i < std::max<size_t>(testing::EnumeratorCount<Enum>(), 2); ++i) {
+            const auto value = static_cast<Enum>(i);
+            if (value != plain)
+                rows.push_back({name + (" " + std::to_string(i)),
+                                [=](ProgramRequest& request) { member(request) = value; }});
+        }
+    }
+    std::vector<Row> Rows() const {
+        const Shader* other = m_other;
+        std::vector<Row> rows = {
+            {"ray generation", [=](ProgramRequest& r) { r.rayGen = other; }},
+            {"compute", [=](ProgramRequest& r) { r.compute = other; }},
+            {"vertex", [=](ProgramRequest& r) { r.vertex = other; }},
+            {"fragment", [=](ProgramRequest& r) { r.fragment = other; }},
+            {"no fragment", [=](ProgramRequest& r) { r.fragment = nullptr; }},
+            {"one more hit set", [=](ProgramRequest& r) { r.hitSets.push_back(r.hitSets[0]); }},
+            {"callable", [=](ProgramRequest& r) { r.callables[0] = other; }},
+            {"one more callable", [=](ProgramRequest& r) { r.callables.push_back(r.callables[0]); }},
+            {"recursion", [](ProgramRequest& r) { r.maxRecursion = 2; }},
+            {"constant", [](ProgramRequest& r) { r.specialization[0].name = "kCounts"; }},
+            {"its value", [](ProgramRequest& r) { r.specialization[0].value = 3; }},
+            {"the next one's value", [](ProgramRequest& r) { r.specialization[1].value = 1; }},
+            {"one constant less", [](ProgramRequest& r) { r.specialization.pop_back(); }},
+            {"color format", [](ProgramRequest& r) { r.colorFormats[0] = Format::Rgba8Srgb; }},
+            {"one more target", [](ProgramRequest& r) { r.colorFormats.push_back(Format::Rgba8Unorm); }},
+            {"no front", [](ProgramRequest& r) { r.raster.isFrontClockwise = true; }},
+            {"no depth is written", [](ProgramRequest& r) { r.raster.writesDepth = false; }},
+            {"wireframe", [](ProgramRequest& r) { r.raster.isWireframe = true; }}};
+        for (size_t ray = 0; ray < kRayTypeCount; ++ray) {
+            rows.push_back({"miss", [=](ProgramRequest& r) { r.miss[ray] = other; }});
+            for (const Shader* HitShaders::*stage :
+                 {&HitShaders::closestHit, &HitShaders::anyHit, &HitShaders::intersection})
+                for (const Shader* shader : {other, static_cast<const Shader*>(nullptr)})
+                    rows.push_back({"hit", [=](ProgramRequest& r) { r.hitSets[0][ray].*stage = shader; }});
+        }
+        AddValues(
+            rows, "kind", m_plain.kind, [](auto& r) -> auto& { return r.kind; });
+        AddValues(
+            rows, "depth", m_plain.depthFormat, [](auto& r) -> auto& { return r.depthFormat; });
+        const RasterState state;
+        AddValues(
+            rows, "topology", state.topology, [](auto& r) -> auto& { return r.raster.topology; });
+        AddValues(
+            rows, "cull", state.cull, [](auto& r) -> auto& { return r.raster.cull; });
+        AddValues(
+            rows, "compare", state.depthCompare, [](auto& r) -> auto& { return r.raster.depthCompare; });
+        AddValues(
+            rows, "blend", state.blend, [](auto& r) -> auto& { return r.raster.blend; });
+        return rows;
+    }
+
+    ShaderLibrary m_library{{}};
+    const Shader* m_one = &m_library.Add("test/one.comp", Counting("one.comp"));
+    const Shader* m_other = &m_library.Add("test/other.comp", Counting("other.comp"));
+    ProgramCache m_cache{Device()};
+    ProgramRequest m_plain;
+
+  private:
+    static std::vector<uint32_t> Counting(std::string_view name) {
+        return CompileText(name, R"(
+layout(constant_id = 0) const uint kCount = 0;
+layout(constant_id = 1) const uint kOther = 0;
+layout(binding = 0, scalar) buffer Result { uint result; };
+void main() { result = kCount + kOther; })");
+    }
+};
+
+auto FieldsOf(ProgramRequest& s) {
+    auto& [kind, rayGen, miss, hitSets, callables, maxRecursion, compute, vertex, fragment, specialization,
+           raster, colorFormats, depthFormat] = s;
+    auto& [topology, cull, isFrontClockwise, depthCompare, writesDepth, blend, isWireframe] = raster;
+    return std::tie(kind, rayGen, miss, hitSets, callables, maxRecursion, compute, vertex, fragment,
+                    specialization, topology, cull, isFrontClockwise, depthCompare, writesDepth, blend,
+                    isWireframe, colorFormats, depthFormat);
+}
+
 }  // namespace
+
+// Two pipelines that differ only in how they blend would else be one.
+TEST_F(ProgramRequests, EveryPart_MakesAnotherProgram) {
+    const Program& program = m_cache.Add(m_plain, "pass");
+    EXPECT_EQ(m_cache.Find(ProgramRequest(m_plain)), &program);
+    auto rows = testing::OptionRowsOf<ProgramRequest>([](ProgramRequest& s) { return FieldsOf(s); });
+    for (const Row& row : Rows()) {
+        ProgramRequest changed = m_plain;
+        row.change(changed);
+        rows.Add(row.name, m_plain, changed);
+        EXPECT_EQ(m_cache.Find(changed), nullptr) << row.name;
+    }
+    rows.ExpectComplete();
+    EXPECT_EQ(m_cache.Find(m_plain), &program);
+}
+
+// Passes reuse their requests from frame to frame.
+TEST_F(ProgramRequests, OneThatIsCleared_IsAsANewOne) {
+    for (const Row& row : Rows()) {
+        ProgramRequest changed = m_plain;
+        row.change(changed);
+        changed.Clear(PassKind::Raster);
+        EXPECT_EQ(changed, ProgramRequest{.kind = PassKind::Raster}) << row.name;
+    }
+}
 
 TEST_F(ProgramLife, OneThatNoFrameDeclares_IsLetGoAfterItsTime) {
     EXPECT_EQ(Frame(m_renderer, true), 2u);

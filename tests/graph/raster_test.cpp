@@ -1,9 +1,10 @@
-// Raster passes: targets, depth, loads.
+// Raster passes: state, targets, depth, loads.
 #include <gmock/gmock.h>
 
 #include "shaders/shared/draw_records.h"
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
+#include "tests/support/option_rows.h"
 
 namespace raygraph {
 namespace {
@@ -181,6 +182,103 @@ TEST_F(Raster, DrawIndirect_DrawsItsRangeOfCommandsAndRefusesOneBeyondTheEnd) {
     EXPECT_EQ(draw(2, 0), std::pair(0.0f, 0.0f));
     EXPECT_EQ(testing::ErrorTextOf([&] { draw(1, 2); }),
               "DrawIndirect: draws 1 to 3 of 'commands', which holds 2");
+}
+
+struct StateRow {
+    const char* name;
+    void (*change)(RasterState&);
+};
+using rhi::BlendMode;
+using rhi::CullMode;
+using rhi::DepthCompare;
+using rhi::Topology;
+// Each changes the picture of DrawnWith.
+constexpr RasterState kState{.cull = CullMode::Back};
+const StateRow kStates[] = {
+    {"strip", [](RasterState& s) { s.topology = Topology::TriangleStrip; }},
+    {"lines", [](RasterState& s) { s.topology = Topology::LineList; }},
+    {"points", [](RasterState& s) { s.topology = Topology::PointList; }},
+    {"both sides", [](RasterState& s) { s.cull = CullMode::None; }},
+    {"the other side", [](RasterState& s) { s.cull = CullMode::Front; }},
+    {"the other front", [](RasterState& s) { s.isFrontClockwise = true; }},
+    {"always", [](RasterState& s) { s.depthCompare = DepthCompare::Always; }},
+    {"less", [](RasterState& s) { s.depthCompare = DepthCompare::Less; }},
+    {"equal", [](RasterState& s) { s.depthCompare = DepthCompare::Equal; }},
+    {"greater", [](RasterState& s) { s.depthCompare = DepthCompare::Greater; }},
+    {"greater or equal", [](RasterState& s) { s.depthCompare = DepthCompare::GreaterOrEqual; }},
+    {"no depth is written", [](RasterState& s) { s.writesDepth = false; }},
+    {"alpha", [](RasterState& s) { s.blend = BlendMode::Alpha; }},
+    {"premultiplied", [](RasterState& s) { s.blend = BlendMode::Premultiplied; }},
+    {"additive", [](RasterState& s) { s.blend = BlendMode::Additive; }},
+    {"wireframe", [](RasterState& s) { s.isWireframe = true; }},
+};
+
+class RasterStates : public testing::VulkanTest {
+  protected:
+    static void AddShaders(Renderer& renderer) {
+        // Four triangles over one another: three that turn one way, the second behind the first and the third
+        // as near as that, and one that turns the other way
+        renderer.AddShader("test/four.vert", CompileText("test/four.vert", R"(
+layout(location = 0) flat out vec4 color;
+const vec2 kCorners[3] = vec2[](vec2(-0.9), vec2(-0.9, 0.9), vec2(0.9, -0.9));
+const float kDepths[4] = float[](0.5, 0.75, 0.5, 0.25);
+const vec4 kColors[4] =
+    vec4[](vec4(1, 0, 0, 0.5), vec4(0, 1, 0, 0.5), vec4(0, 0, 1, 0.5), vec4(1, 1, 0, 0.25));
+void main() {
+    int triangle = gl_VertexIndex / 3, corner = gl_VertexIndex % 3;
+    vec2 place = kCorners[triangle == 3 && corner > 0 ? 3 - corner : corner];
+    gl_Position = vec4(place + 0.1 * float(triangle), kDepths[triangle], 1.0);
+    gl_PointSize = 1.0;
+    color = kColors[triangle];
+})"));
+        renderer.AddShader("test/flat.frag", CompileText("test/flat.frag", R"(
+layout(location = 0) flat in vec4 color;
+layout(location = 0) out vec4 result;
+void main() { result = color; })"));
+    }
+    static std::vector<float> DrawnWith(Renderer& renderer, const RasterState& state) {
+        renderer.BeginFrame();
+        TextureId target =
+            renderer.CreateTexture("color", {.extent = kExtent, .format = Format::Rgba32Float});
+        TextureId depth = renderer.CreateTexture("depth", {.extent = kExtent, .format = Format::D32Float});
+        renderer.AddPass(
+            "Draw", PassKind::Raster,
+            [&](PassBuilder& pass) {
+                pass.Vertex("test/four.vert").Fragment("test/flat.frag").Raster(state);
+                target = pass.ColorTarget(0, target, {.value = {0.25f, 0.25f, 0.25f, 1.0f}});
+                depth = pass.DepthTarget(depth);
+            },
+            [](CommandList& commands) { commands.Draw(12); });
+        const Readback readback = renderer.ReadBack(target);
+        renderer.Execute();
+        readback.Wait();
+        return testing::As<float>(readback.Bytes());
+    }
+};
+
+// They would show one pipeline's picture twice if a part of the state were missing in what finds pipelines.
+TEST_F(RasterStates, PassesThatDifferInOnePartOfIt_DrawAsEachDoesAlone) {
+    Renderer both(Device());
+    AddShaders(both);
+    const std::vector<float> plain = DrawnWith(both, kState);
+    auto rows = testing::OptionRowsOf<RasterState>([](RasterState& s) {
+        auto& [topology, cull, isFrontClockwise, depthCompare, writesDepth, blend, isWireframe] = s;
+        return std::tie(topology, cull, isFrontClockwise, depthCompare, writesDepth, blend, isWireframe);
+    });
+    for (const StateRow& row : kStates) {
+        SCOPED_TRACE(row.name);
+        RasterState state = kState;
+        row.change(state);
+        rows.Add(row.name, kState, state);
+        if (state.isWireframe && !Device().Info().optional.wireframe) continue;
+        Renderer alone(Device());
+        AddShaders(alone);
+        const std::vector<float> picture = DrawnWith(both, state);
+        EXPECT_NE(picture, plain);
+        EXPECT_EQ(picture, DrawnWith(alone, state));
+        EXPECT_EQ(DrawnWith(both, kState), plain);
+    }
+    rows.ExpectComplete();
 }
 
 TEST_F(Raster, ConstantsWithOneValueTooMany_AreRefused) {

@@ -5,8 +5,6 @@
 #include <sys/stat.h>
 
 #include <csignal>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
 #include "base/error.h"
@@ -14,32 +12,13 @@
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/image/image_files.h"
-#include "tests/support/error_of.h"
+#include "tests/image/text_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-void Put(const fs::path& path, std::string_view text) {
-    std::ofstream(path) << text;
-}
-
-std::string Text(const fs::path& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
-size_t FileCount(const fs::path& folder) {
-    return static_cast<size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
-
-// The message of the Error{Io} that `write` must end with.
-template <typename Write>
-std::string IoError(const Write& write) {
-    return testing::ErrorTextOf(write, ErrorKind::Io);
-}
 
 // While it lives no file of this process grows beyond `bytes`: writing fails as on a full disk.
 class FileSizeLimit {
@@ -167,11 +146,38 @@ TEST(AtomicFile, MissingFolderIsNamedWithTheReason) {
     EXPECT_EQ(message, path.string() + ": cannot create a file in its folder: No such file or directory");
 }
 
-TEST(AtomicFile, FoldersAndDevicesAreRefused) {
+TEST(AtomicFile, FoldersAreRefused) {
     const TemporaryFolder folder;
     EXPECT_NE(IoError([&] { AtomicFile file(folder.Path()); }).find("not a regular file"), std::string::npos);
-    EXPECT_NE(IoError([] { AtomicFile file("/dev/null"); }).find("not a regular file"), std::string::npos);
-    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(AtomicFile, NameThatCannotBeIsRefusedAndTheLongestIsTaken) {
+    const TemporaryFolder folder;
+    const fs::path tooLong = folder / std::string(300, 'x');
+    EXPECT_EQ(IoError([&] { AtomicFile file(tooLong); }),
+              tooLong.string() + ": cannot write: File name too long");
+    const fs::path longest = folder / std::string(255, 'x');
+    for (const std::string text : {"new", "newer"}) {
+        AtomicFile file(longest);
+        file.Write(ToBytes(text));
+        file.Commit();
+        EXPECT_EQ(Text(longest), text);
+    }
+}
+
+// A path of 4095 bytes is the longest that there can be, and leaves no room for another name.
+TEST(AtomicFile, LongestPathIsTaken) {
+    const TemporaryFolder folder;
+    fs::path path = folder.Path();
+    while (path.native().size() < 4095 - 202) path /= std::string(200, 'd');
+    path /= std::string(4095 - 3 - path.native().size() - 1, 'd');
+    fs::create_directories(path);
+    path /= "a";
+    ASSERT_EQ(path.native().size(), 4094u);
+    AtomicFile file(path);
+    file.Write(ToBytes("text"));
+    file.Commit();
+    EXPECT_EQ(Text(path), "text");
 }
 
 // Every writer, on a disk that fills up: early, in the middle, and at the last byte.

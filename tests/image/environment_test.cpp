@@ -88,10 +88,135 @@ TEST(Environment, TallPictureIsReadOverManyChunks) {
 
 TEST(Environment, DataWindowMayLieAnywhere) {
     for (const uint32_t tileSize : {0u, 8u}) {
-        const ExrDesc desc{.minX = -37, .minY = 1001, .width = 10, .height = 20, .tileSize = tileSize};
+        const ExrDesc desc{.minX = -37,
+                           .minY = 1001,
+                           .width = 10,
+                           .height = 20,
+                           .tileSize = tileSize,
+                           .picture = {{-37, 1001, -28, 1020}}};
         const auto planes = Planes(3, 10, 20);
         EXPECT_EQ(DecodeEnvironment(MakeExr(desc, planes), "x.exr").image.rgba, Interleaved(planes));
     }
+}
+
+// Pixel (x, y) of the planes stands at (x + right, y + down) of a picture of that size; the rest is black.
+void ExpectPlaced(const ImageF& image, const std::vector<std::vector<float>>& planes, const ExrDesc& desc,
+                  int right, int down) {
+    const auto& box = *desc.picture;
+    const int columns = box[2] - box[0] + 1, rows = box[3] - box[1] + 1;
+    ASSERT_EQ(image.width, static_cast<uint32_t>(columns));
+    ASSERT_EQ(image.height, static_cast<uint32_t>(rows));
+    const auto width = static_cast<int>(desc.width), height = static_cast<int>(desc.height);
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const int column = x - right, row = y - down;
+            const bool isThere = column >= 0 && column < width && row >= 0 && row < height;
+            const auto source = static_cast<size_t>(row * width + column);
+            for (size_t c = 0; c < 3; ++c)
+                ASSERT_EQ(image.rgba[4 * static_cast<size_t>(y * columns + x) + c],
+                          isThere ? planes[c][source] : 0.0f)
+                    << x << ", " << y;
+        }
+}
+
+TEST(Environment, CroppedPictureIsPlacedInItsDisplayWindowAndBlackBeyond) {
+    const auto planes = Planes(3, 5, 3);
+    ExrDesc desc{.minX = 4, .minY = 2, .width = 5, .height = 3, .picture = {{0, 0, 15, 7}}};
+    ExpectPlaced(DecodeEnvironment(MakeExr(desc, planes), "x.exr").image, planes, desc, 4, 2);
+    desc.picture = {{-6, -1, 9, 6}};
+    ExpectPlaced(DecodeEnvironment(MakeExr(desc, planes), "x.exr").image, planes, desc, 10, 3);
+}
+
+TEST(Environment, OverscanIsCutOffAndNotLookedAt) {
+    auto planes = Planes(3, 8, 6);
+    planes[1][0] = std::nanf("");
+    const ExrDesc desc{.minX = -1, .minY = -2, .width = 8, .height = 6, .picture = {{0, 0, 3, 2}}};
+    ExpectPlaced(DecodeEnvironment(MakeExr(desc, planes), "x.exr").image, planes, desc, -1, -2);
+    // Beyond one side, and short of the other
+    const ExrDesc both{.minX = -4, .minY = 1, .width = 8, .height = 6, .picture = {{0, 0, 7, 3}}};
+    ExpectPlaced(DecodeEnvironment(MakeExr(both, planes), "x.exr").image, planes, both, -4, 1);
+}
+
+TEST(Environment, PartThatCannotBePlacedIsRefused) {
+    const auto planes = Planes(3, 2, 2);
+    const ExrDesc outside{.minX = 8, .minY = 3, .width = 2, .height = 2, .picture = {{0, 0, 7, 3}}};
+    EXPECT_EQ(ExrRefusal(MakeExr(outside, planes)),
+              "x.exr: EXR: 2 x 2 pixels from 8, 3 on are outside of its picture of 8 x 4");
+    const ExrDesc bomb{.width = 2, .height = 2, .picture = {{0, 0, 16383, 8191}}};
+    EXPECT_EQ(ExrRefusal(MakeExr(bomb, planes)),
+              "x.exr: EXR: 2 x 2 pixels are too few for a picture of 16384 x 8192");
+    const ExrDesc huge{.width = 2, .height = 2, .picture = {{-(1 << 29), -(1 << 29), 1 << 29, 1 << 29}}};
+    EXPECT_EQ(ExrRefusal(MakeExr(huge, planes)),
+              "x.exr: 1073741825 x 1073741825 pixels exceed the limit of 16384 x 16384");
+}
+
+constexpr std::array<float, 8> kAces{0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.077f, 0.32168f, 0.33767f};
+
+TEST(Environment, OtherPrimariesAreConvertedToRec709) {
+    // A pixel of each primary, and white
+    const std::vector<std::vector<float>> planes = {{1, 0, 0, 2}, {0, 1, 0, 2}, {0, 0, 1, 2}};
+    const Bytes bytes = MakeExr({.width = 4, .chromaticities = kAces}, planes);
+    const Environment environment = DecodeEnvironment(bytes, "x.exr");
+    // The published matrix from ACES2065-1 to linear Rec. 709 by the Bradford transform; colors out of the
+    // gamut have a negative part, which becomes 0
+    const std::vector<float> expected = {2.521686f, 0, 0,         1, 0, 1.372719f, 0, 1,
+                                         0,         0, 1.168353f, 1, 2, 2,         2, 1};
+    ASSERT_EQ(environment.image.rgba.size(), expected.size());
+    for (size_t i = 0; i < expected.size(); ++i)
+        EXPECT_NEAR(environment.image.rgba[i], expected[i], 2e-5f) << i;
+    ASSERT_EQ(environment.warnings.size(), 1u);
+    EXPECT_EQ(environment.warnings[0], "x.exr: 6 negative values set to 0, the first at pixel (0, 0)");
+    // Within the gamut: rows of the same matrix
+    const std::vector<std::vector<float>> inside = {{0.5f}, {0.4f}, {0.3f}};
+    const ImageF image = DecodeEnvironment(MakeExr({.chromaticities = kAces}, inside), "x.exr").image;
+    EXPECT_NEAR(image.rgba[0], 0.5f * 2.521686f - 0.4f * 1.134131f - 0.3f * 0.387555f, 2e-5f);
+    EXPECT_NEAR(image.rgba[1], -0.5f * 0.276480f + 0.4f * 1.372719f - 0.3f * 0.096239f, 2e-5f);
+    EXPECT_NEAR(image.rgba[2], -0.5f * 0.015378f - 0.4f * 0.152975f + 0.3f * 1.168353f, 2e-5f);
+}
+
+TEST(Environment, Rec709AndLuminanceKeepTheirBits) {
+    const auto planes = Planes(3, 9, 4);
+    const ExrDesc rec709{.width = 9,
+                         .height = 4,
+                         .chromaticities = {{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}}};
+    EXPECT_EQ(DecodeEnvironment(MakeExr(rec709, planes), "x.exr").image.rgba, Interleaved(planes));
+    const ExrDesc gray{.width = 9, .height = 4, .channels = {"Y"}, .chromaticities = kAces};
+    EXPECT_EQ(DecodeEnvironment(MakeExr(gray, std::span(planes).first(1)), "x.exr").image.rgba,
+              Interleaved({planes[0], planes[0], planes[0]}));
+}
+
+TEST(Environment, PrimariesThatSpanNoColorsAreRefused) {
+    const auto planes = Planes(3, 1, 1);
+    const float infinity = std::numeric_limits<float>::infinity();
+    const std::array<float, 8> broken[] = {
+        {0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f},
+        {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3f, 0.0f},
+        {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, std::nanf(""), 0.3f},
+        {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, infinity, 0.31f, 0.33f},
+    };
+    for (const std::array<float, 8>& chromaticities : broken) {
+        const Bytes bytes = MakeExr({.chromaticities = chromaticities}, planes);
+        EXPECT_NE(ExrRefusal(bytes).find("hromaticities"), std::string::npos) << ExrRefusal(bytes);
+    }
+}
+
+TEST(Environment, EnvmapAttributeSaysWhatKindOfMapItIs) {
+    constexpr int kLatitudeLongitude = 0, kCube = 1;
+    const auto planes = Planes(3, 6, 36);
+    const ExrDesc cube{.width = 6, .height = 36, .envmap = kCube};
+    EXPECT_EQ(ExrRefusal(MakeExr(cube, planes)),
+              "x.exr: EXR: is a cube map by its envmap attribute; an environment is "
+              "a latitude-longitude map");
+    // OpenEXR defines such a map by its data window
+    const ExrDesc sphere{.minX = 3,
+                         .minY = 1,
+                         .width = 6,
+                         .height = 36,
+                         .picture = {{0, 0, 99, 49}},
+                         .envmap = kLatitudeLongitude};
+    const ImageF image = DecodeEnvironment(MakeExr(sphere, planes), "x.exr").image;
+    EXPECT_EQ(image.width, 6u);
+    EXPECT_EQ(image.rgba, Interleaved(planes));
 }
 
 TEST(Environment, AlphaIsKeptAndLuminanceIsGray) {
@@ -132,6 +257,9 @@ TEST(Environment, MissingColorIsRefusedWithWhatThereIs) {
     const auto planes = Planes(3, 2, 2);
     const Bytes bytes = MakeExr({.width = 2, .height = 2, .channels = {"L.R", "L.G", "Z"}}, planes);
     EXPECT_EQ(ExrRefusal(bytes), "x.exr: EXR: no R, G, B and no Y among its channels: L.G L.R Z");
+    const Bytes chroma = MakeExr({.width = 2, .height = 2, .channels = {"Y", "RY", "BY"}}, planes);
+    EXPECT_EQ(ExrRefusal(chroma),
+              "x.exr: EXR: luminance with chroma (Y, RY, BY) is not supported, only R, G, B or Y alone");
 }
 
 TEST(Environment, SubsampledAndMultiPartFilesAreRefused) {

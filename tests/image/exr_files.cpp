@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +57,14 @@ Bytes MakeExr(const ExrDesc& desc, std::span<const std::vector<float>> planes) {
     EXPECT_EQ(planes.size(), desc.channels.size());
     const auto width = static_cast<int>(desc.width), height = static_cast<int>(desc.height);
     const Imath::Box2i window({desc.minX, desc.minY}, {desc.minX + width - 1, desc.minY + height - 1});
-    Imf::Header header(Imath::Box2i({0, 0}, {width - 1, height - 1}), window);
+    const Imath::Box2i ownSize({0, 0}, {width - 1, height - 1});
+    Imf::Header header(ownSize, window);
+    if (const auto& box = desc.picture)
+        header.displayWindow() = Imath::Box2i({(*box)[0], (*box)[1]}, {(*box)[2], (*box)[3]});
+    if (const auto& xy = desc.chromaticities)
+        Imf::addChromaticities(
+            header, {{(*xy)[0], (*xy)[1]}, {(*xy)[2], (*xy)[3]}, {(*xy)[4], (*xy)[5]}, {(*xy)[6], (*xy)[7]}});
+    if (desc.envmap) Imf::addEnvmap(header, static_cast<Imf::Envmap>(*desc.envmap));
     header.compression() = desc.compression;
     Imf::FrameBuffer frame;
     std::vector<std::vector<char>> data;

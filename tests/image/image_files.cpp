@@ -98,6 +98,13 @@ Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const u
         jpeg.comp_info[c].h_samp_factor = jpeg.comp_info[c].v_samp_factor = 1;
     }
     if (kind == JpegKind::ProgressiveRgb) jpeg_simple_progression(&jpeg);
+    constexpr jpeg_scan_info kScans[] = {{1, {0}, 0, 63, 0, 0}, {1, {1}, 0, 63, 0, 0}, {1, {2}, 0, 63, 0, 0}};
+    if (kind == JpegKind::RgbInThreeScans) {
+        jpeg.scan_info = kScans;
+        jpeg.num_scans = 3;
+    }
+    if (kind == JpegKind::RestartedRgb) jpeg.restart_interval = 1;
+    if (kind == JpegKind::ArithmeticRgb) jpeg.arith_code = TRUE;
     if (kind == JpegKind::PlainCmyk) jpeg.write_Adobe_marker = FALSE;
     jpeg_start_compress(&jpeg, TRUE);
     const size_t rowBytes = size_t{width} * static_cast<size_t>(jpeg.input_components);

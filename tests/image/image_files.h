@@ -4,6 +4,7 @@
 #include <OpenEXR/ImfCompression.h>
 #include <OpenEXR/ImfPixelType.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -36,7 +37,16 @@ struct PngDesc {
 // `rows` as PNG packs them, without filter bytes.
 Bytes MakePng(const PngDesc& desc, std::span<const uint8_t> rows);
 
-enum class JpegKind { Gray, Rgb, ProgressiveRgb, PlainCmyk, AdobeCmyk };
+enum class JpegKind {
+    Gray,
+    Rgb,
+    ProgressiveRgb,
+    RgbInThreeScans,
+    RestartedRgb,
+    ArithmeticRgb,
+    PlainCmyk,
+    AdobeCmyk
+};
 // `texels` of 1, 3 or 4 bytes; quality 100, no chroma subsampling.
 Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const uint8_t> texels);
 
@@ -55,6 +65,10 @@ struct ExrDesc {
     Imf::Compression compression = Imf::ZIP_COMPRESSION;
     uint32_t tileSize = 0;  // 0: scan lines.
     int sampling = 1;       // Of the last channel.
+    // The first and the last pixel of the display window; none: as large as the data window, from (0, 0) on.
+    std::optional<std::array<int, 4>> picture = {};
+    std::optional<std::array<float, 8>> chromaticities = {};  // x and y of red, green, blue and white.
+    std::optional<int> envmap = {};                           // An Imf::Envmap.
 };
 // Channel c has the values planes[c], rows from the top (every sampling-th of the last one's if subsampled).
 Bytes MakeExr(const ExrDesc& desc, std::span<const std::vector<float>> planes);

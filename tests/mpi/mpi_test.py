@@ -122,19 +122,24 @@ class MpiTest(unittest.TestCase):
         self.fail("waited in vain; exit status " + str(process.poll()))
 
     def test_signal_to_any_rank_saves_and_ends_the_job(self):
-        """SIGUSR1 saves and goes on; SIGUSR2 saves and ends; the render resumed by other ranks is that of one run."""
+        """SIGUSR1 saves and goes on; SIGUSR2 saves and ends, also where one of two outputs cannot be written; the
+        render resumed by other ranks is that of one run."""
         picture = ["render", CORNELL, "--size", "48x48", "--spp", "800"]
-        save = ["--checkpoint", "100", "--resume", "all.exr", "-o", "all.exr"]
+        save = ["--checkpoint", "100", "--resume", "all.exr", "-o", "all.exr", "-o", "all.png"]
         process = self.start(mpi(2, *picture, *save))
         other = self.wait_for(lambda: self.rank_of(process, 1), process)
         self.wait_for(lambda: catches(other, signal.SIGUSR1), process)
         os.kill(other, signal.SIGUSR1)
-        self.wait_for((self.folder / "all.exr").exists, process)
+        self.wait_for((self.folder / "all.png").exists, process)
         self.assertIsNone(process.poll(), "it goes on")
+        (self.folder / "all.png").unlink()
+        (self.folder / "all.png").mkdir()
         os.kill(other, signal.SIGUSR2)
         output = process.communicate(timeout=60)[0]
         self.assertEqual(process.returncode, 75, output)
         self.assertIn("stopped after", output)
+        self.assertIn("all.png: cannot write", output)
+        (self.folder / "all.png").rmdir()
         self.run_in(mpi(3, *picture, *save))
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
         self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))

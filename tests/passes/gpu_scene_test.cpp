@@ -310,6 +310,7 @@ TEST_F(GpuSceneTest, IndicesOutOfRangeAreUsageErrorsThatNameTheCount) {
 
 // The device's coordinates begin where the scene is looked at; the world's do not move.
 TEST_F(GpuSceneTest, SetViewpoint_MovesWhatIsOnTheDeviceAndNothingInTheWorld) {
+    render.scene.SetEnvironment({});
     scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))});
     for (const float x : {0.0f, 5000.0f})
         scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({x, 0, 0})});

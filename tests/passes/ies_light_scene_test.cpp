@@ -111,6 +111,7 @@ TEST_F(IesLightScene, IrradianceOnAPlaneIsThatOfTheProfile) {
 }
 
 TEST_F(IesLightScene, EditsOfColorAndFactorShowAndOthersAreRefused) {
+    render.scene.SetEnvironment({});
     const IesText file{.vertical = {0, 90}, .candela = [](double, double) { return 50.0; }};
     render.scene.SetScene(test::Load(Floor(file)));
     const auto constant = [](const glm::dvec3&) { return 50.0; };

@@ -76,7 +76,8 @@ TEST_F(ImageLightScene, GivesWayToWhatAHostSetsAndToTheNextScene) {
     scene.SetEnvironment({});
     ExpectTowards({1, 0, 0}, black);
     EXPECT_EQ(scene.Statistics().lightCount, 0u);
-    const EnvironmentSettings own{.radiance = glm::vec3(1.0f), .usesScene = true};
+    const EnvironmentSettings own{
+        .radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = DefaultLight::None};
     scene.SetEnvironment(own);
     const uint64_t version = scene.Revisions().environment;
     scene.SetEnvironmentMap({1, 1, {4, 5, 6, 1}});

@@ -71,7 +71,7 @@ TEST_F(UpdatesOnly, ManyAtOnceAreWhatTheyAreOneByOne) {
 
 TEST_F(UpdatesOnly, AnErrorInAListLeavesAllOfIt) {
     const scene::PlacedTransform moved{Translation({3, 3, 3})};
-    const scene::PlacedTransform flat{glm::mat4x3(0.0f)};
+    const scene::PlacedTransform nothing{glm::mat4x3(0.0f)};
     const std::vector<uint32_t> two{4, 5}, beyond{4, kCount};
     EXPECT_EQ(ErrorTextOf([&] { render.scene.SetTransforms(two, std::vector{moved}); }),
               "GpuScene: SetTransforms: 1 transforms for 2 instances");
@@ -80,10 +80,9 @@ TEST_F(UpdatesOnly, AnErrorInAListLeavesAllOfIt) {
               }),
               "GpuScene: instance 400 does not exist; the scene has 400");
     EXPECT_EQ(ErrorTextOf([&] {
-                  render.scene.SetTransforms(two, std::vector{moved, flat});
+                  render.scene.SetTransforms(two, std::vector{moved, nothing});
               }),
-              "GpuScene: SetTransform: instance 5: its transform is scaled to nothing or flat, it has no "
-              "inverse");
+              "GpuScene: SetTransform: instance 5: its transform is scaled to nothing or to a line");
     EXPECT_EQ(ErrorTextOf([&] { render.scene.SetVisible(beyond, false); }),
               "GpuScene: instance 400 does not exist; the scene has 400");
     std::vector<uint32_t> all(kCount);

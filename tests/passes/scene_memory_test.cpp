@@ -183,16 +183,14 @@ TEST_F(RefusedSceneTest, TransformsThatAreNoPlaceAreRefused) {
                   render.scene.SetTransform(0, Translation({nan, 0, 0}));
               }),
               "GpuScene: SetTransform: instance 0: its transform is not finite");
-    glm::mat4x3 flat(1.0f);
-    flat[1] = glm::vec3(0.0f);
-    EXPECT_EQ(Message([&] { render.scene.SetTransform(0, flat); }),
-              "GpuScene: SetTransform: instance 0: its transform is scaled to nothing or flat, it has no "
-              "inverse");
+    glm::mat4x3 line(1.0f);
+    line[1] = line[2] = glm::vec3(0.0f);
+    EXPECT_EQ(Message([&] { render.scene.SetTransform(0, line); }),
+              "GpuScene: SetTransform: instance 0: its transform is scaled to nothing or to a line");
     scene::SceneData scene = Sphere(1.0f, 4);
-    scene.instances[0].objectToWorld = flat;
+    scene.instances[0].objectToWorld = line;
     EXPECT_EQ(Message([&] { render.scene.SetScene(std::move(scene)); }),
-              "GpuScene: SetScene: instances[0]: its transform is scaled to nothing or flat, it has no "
-              "inverse");
+              "GpuScene: SetScene: instances[0]: its transform is scaled to nothing or to a line");
 }
 
 TEST_F(RefusedSceneTest, IndicesThatPointNowhereAreRefused) {

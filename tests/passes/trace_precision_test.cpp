@@ -143,6 +143,38 @@ TEST_F(TracePrecision, Trace_LitQuadWhosePlaceCancelsDoesNotShadowItself) {
     }
 }
 
+// A lamp over a floor, of vertices of that size or of a node of that scale, seen from a distance of that size. A
+// power of two: the numbers have the same digits.
+TEST_F(TracePrecision, Trace_SceneOfAnySizeLooksTheSame) {
+    const auto mean = [this](float size, bool isOfVertices) {
+        scene::Mesh floor = QuadMesh(1.0f), lamp = QuadMesh(0.5f, 1);
+        for (scene::Mesh* mesh : {&floor, &lamp}) {
+            if (!isOfVertices) continue;
+            scene::Primitive& primitive = mesh->primitives[0];
+            primitive.bounds = {};
+            for (glm::vec3& position : primitive.positions) primitive.bounds.Extend(position *= size);
+        }
+        const float scale = isOfVertices ? 1.0f : size;
+        const glm::mat4x3 low(glm::vec3(scale, 0, 0), glm::vec3(0, scale, 0), glm::vec3(0, 0, scale),
+                              glm::vec3(0.0f));
+        glm::mat4x3 high(glm::vec3(-scale, 0, 0), glm::vec3(0, scale, 0), glm::vec3(0, 0, -scale),
+                         glm::vec3(0.2f, 0.1f, 1.0f) * size);  // faces down
+        render.scene.SetScene(SceneOf({std::move(floor), std::move(lamp)},
+                                      {Lambert(glm::vec3(0.5f)), Lambert(glm::vec3(0.3f), glm::vec3(2.0f))},
+                                      {low, high}));
+        render.scene.SetEnvironment({.radiance = glm::vec3(0.1f)});
+        const TraceSettings settings =
+            LookAt(glm::vec3(0.5f, -3.0f, 2.0f) * size, glm::vec3(0.1f, 0.2f, 0.4f) * size, 0.6f, 24);
+        return render.Render(settings, 16).mean.Mean().y;
+    };
+    const double expected = mean(1.0f, true);
+    EXPECT_GT(expected, 0.2);
+    for (const float size : {0x1p-40f, 0x1p-34f, 0x1p33f, 0x1p40f})
+        for (const bool isOfVertices : {true, false})
+            EXPECT_NEAR(mean(size, isOfVertices), expected, 1e-3 * expected)
+                << size << (isOfVertices ? ", by vertices" : ", by scale");
+}
+
 TEST_F(TracePrecision, Trace_ShadowOfAThinBoxBeginsAtTheBox) {
     // A box of 10 cm, 1 mm high, on a floor; light comes over its edge at 45 degrees: a shadow of 1 mm
     const float height = 0.001f;

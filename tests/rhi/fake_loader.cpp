@@ -26,6 +26,7 @@ struct State {
     PFN_vkWaitSemaphores wait = nullptr;
     PFN_vkGetPhysicalDeviceFormatProperties2 formats = nullptr;
     PFN_vkCreateBuffer createBuffer = nullptr;
+    PFN_vkCreateSampler createSampler = nullptr;
     PFN_vkResetCommandPool resetPool = nullptr;
     PFN_vkCmdPipelineBarrier2 barrier = nullptr;
     PFN_vkGetAccelerationStructureBuildSizesKHR buildSizes = nullptr;
@@ -39,6 +40,7 @@ struct State {
     PFN_vkAllocateMemory allocateMemory = nullptr;
     PFN_vkCreateDevice createDevice = nullptr;
     PFN_vkCreateComputePipelines createCompute = nullptr;
+    PFN_vkCreateRayTracingPipelinesKHR createRayTracing = nullptr;
     std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
     // The real memory types: what they are, and which of them all resources asked about so far can use.
     VkPhysicalDeviceMemoryProperties realMemory{};
@@ -123,6 +125,22 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateBuffer(VkDevice device, const VkBufferCreat
     int32_t& left = activeState->lies.buffersBeforeFailure;
     if (left >= 0 && left-- == 0) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
     return activeState->createBuffer(device, info, allocation, buffer);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL CreateSampler(VkDevice device, const VkSamplerCreateInfo* info,
+                                             const VkAllocationCallbacks* allocator, VkSampler* sampler) {
+    ++activeState->lies.samplers;
+    return activeState->createSampler(device, info, allocator, sampler);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL CreateRayTracing(VkDevice device, VkDeferredOperationKHR operation,
+                                                VkPipelineCache cache, uint32_t count,
+                                                const VkRayTracingPipelineCreateInfoKHR* infos,
+                                                const VkAllocationCallbacks* allocator,
+                                                VkPipeline* pipelines) {
+    if (const std::shared_future<void> before = activeState->lies.beforeRayTracing; before.valid())
+        before.wait();
+    return activeState->createRayTracing(device, operation, cache, count, infos, allocator, pipelines);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL ResetPool(VkDevice device, VkCommandPool pool, VkCommandPoolResetFlags flags) {
@@ -319,6 +337,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     if (std::strcmp(name, "vkWaitSemaphores") == 0) return Replaced(real, activeState->wait, Wait);
     if (std::strcmp(name, "vkCreateBuffer") == 0)
         return Replaced(real, activeState->createBuffer, CreateBuffer);
+    if (std::strcmp(name, "vkCreateSampler") == 0)
+        return Replaced(real, activeState->createSampler, CreateSampler);
     if (std::strcmp(name, "vkResetCommandPool") == 0)
         return Replaced(real, activeState->resetPool, ResetPool);
     if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Replaced(real, activeState->barrier, Barrier);
@@ -333,6 +353,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
         if (is("vkGetPipelineExecutableStatisticsKHR"))
             return reinterpret_cast<PFN_vkVoidFunction>(Statistics);
     }
+    if (is("vkCreateRayTracingPipelinesKHR"))
+        return Replaced(real, activeState->createRayTracing, CreateRayTracing);
     if (is("vkAllocateMemory")) return Replaced(real, activeState->allocateMemory, AllocateMemory);
     if (is("vkGetBufferMemoryRequirements2"))
         return Replaced(real, activeState->bufferRequirements, BufferRequirements);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <future>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,9 +28,11 @@ struct Lies {
     std::vector<VkBufferMemoryBarrier2> bufferBarriers;  // no lie: what has been recorded
     // No lie, either: the modes of the acceleration structures that each command has built or updated.
     std::vector<std::vector<VkBuildAccelerationStructureModeKHR>> builds;
-    uint64_t buildScratchBytes = 0;      // not 0: what builds of structures need, unless that is less
-    VkResult waitResult = VK_SUCCESS;    // not VK_SUCCESS: vkWaitSemaphores fails so
-    uint64_t maxStorageBufferRange = 0;  // not 0: the limit reads so
+    uint32_t samplers = 0;                      // likewise: how many vkCreateSampler has made
+    uint64_t buildScratchBytes = 0;             // not 0: what builds of structures need, unless that is less
+    VkResult waitResult = VK_SUCCESS;           // not VK_SUCCESS: vkWaitSemaphores fails so
+    uint64_t maxStorageBufferRange = 0;         // not 0: the limit reads so
+    std::shared_future<void> beforeRayTracing;  // valid: vkCreateRayTracingPipelinesKHR waits for it first
     // On: the device has the memory types below instead of one for all. Set before the device is made.
     bool hasSeparateMemory = false;
     uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory

@@ -96,13 +96,27 @@ TEST_F(PipelineCacheFileTest, CutOffFilesAreNoticed) {
     }
 }
 
-TEST_F(PipelineCacheFileTest, BytesOfAnotherDriverAreNoticed) {
-    VkPhysicalDeviceProperties updated = device;
-    updated.pipelineCacheUUID[3] ^= 1;
+TEST_F(PipelineCacheFileTest, EveryNumberOfDeviceAndDriver_NamesAnotherFileAndIsComparedInIt) {
     PipelineCacheFile file(folder.Path(), device);
-    ASSERT_EQ(file.Save(DriverBytes(updated)), "");
-    EXPECT_THAT(Problem(), HasSubstr("another device or driver"));
-    EXPECT_NE(PipelineCacheFile(folder.Path(), updated).Path(), file.Path());
+    const auto expectOther = [&](const VkPhysicalDeviceProperties& other) {
+        EXPECT_NE(PipelineCacheFile(folder.Path(), other).Path(), file.Path());
+        ASSERT_EQ(file.Save(DriverBytes(other)), "");
+        EXPECT_THAT(Problem(), HasSubstr("another device or driver"));
+    };
+    VkPhysicalDeviceProperties other = device;
+    other.vendorID ^= 1;
+    expectOther(other);
+    other = device;
+    other.deviceID ^= 1;
+    expectOther(other);
+    for (uint32_t i = 0; i < VK_UUID_SIZE; ++i) {
+        SCOPED_TRACE(i);
+        other = device;
+        other.pipelineCacheUUID[i] ^= 1;
+        expectOther(other);
+    }
+    ASSERT_EQ(file.Save(DriverBytes(device)), "");
+    EXPECT_EQ(Problem(), "");
 }
 
 TEST_F(PipelineCacheFileTest, FolderThatCannotBeMade_IsReported) {

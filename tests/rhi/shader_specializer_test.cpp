@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -179,11 +180,17 @@ TEST(ShaderSpecializer, EveryShaderIsValidAfterwards) {
 
 class SpecializedShadersTest : public ::testing::Test {
   protected:
-    SpecializedShaders Open() { return {folder.Path(), log.Listener()}; }
-    // The only file.
-    fs::path File() {
+    SpecializedShaders Open(std::string version = SpecializerVersion()) {
+        return {folder.Path(), log.Listener(), std::move(version)};
+    }
+    std::vector<fs::path> Files() {
         std::vector<fs::path> files;
         for (const auto& entry : fs::directory_iterator(folder / "shaders")) files.push_back(entry.path());
+        return files;
+    }
+    // The only file.
+    fs::path File() {
+        const std::vector<fs::path> files = Files();
         EXPECT_EQ(files.size(), 1u);
         return files.empty() ? fs::path() : files[0];
     }
@@ -260,6 +267,35 @@ TEST_F(SpecializedShadersTest, FileOfOtherValuesIsRefused) {
     EXPECT_THAT(log.Text(), HasSubstr("it is of another shader"));
 }
 
+TEST_F(SpecializedShadersTest, OtherWordsValuesAndVersionsHaveFilesOfTheirOwn) {
+    struct Row {
+        const char* name;
+        Words words;
+        Values values;
+        std::string version;
+    };
+    Words otherMaker = FeaturesShader();
+    otherMaker[2] ^= 1;
+    Words otherDefault = FeaturesShader();
+    std::ranges::replace(otherDefault, std::bit_cast<uint32_t>(2.0f), std::bit_cast<uint32_t>(3.0f));
+    const std::string version = SpecializerVersion();
+    const Row rows[] = {{"plain", FeaturesShader(), values, version},
+                        {"words that change nothing", otherMaker, values, version},
+                        {"a constant's default", otherDefault, values, version},
+                        {"value", FeaturesShader(), {{3, 1}}, version},
+                        {"constant", FeaturesShader(), {{5, 2}}, version},
+                        {"one more constant", FeaturesShader(), {{3, 2}, {4, 1}}, version},
+                        {"version", FeaturesShader(), values, version + "x"}};
+    size_t count = 0;
+    for (const Row& row : rows) {
+        Open(row.version).Find(row.words, row.values);
+        EXPECT_EQ(Files().size(), ++count) << row.name;
+    }
+    for (const Row& row : rows) Open(row.version).Find(row.words, row.values);
+    EXPECT_EQ(Files().size(), count);
+    EXPECT_EQ(log.Text(), "");
+}
+
 TEST_F(SpecializedShadersTest, OldestFilesMakeRoomForNewOnes) {
     constexpr uint64_t kMebibyte = uint64_t{1} << 20;
     fs::create_directory(folder / "shaders");
@@ -284,7 +320,7 @@ TEST_F(SpecializedShadersTest, OldestFilesMakeRoomForNewOnes) {
 }
 
 TEST_F(SpecializedShadersTest, WithoutAFolderNothingIsWritten) {
-    SpecializedShaders shaders({}, log.Listener());
+    SpecializedShaders shaders({}, log.Listener(), SpecializerVersion());
     EXPECT_EQ(*shaders.Find(FeaturesShader(), values), expected);
     EXPECT_TRUE(fs::is_empty(folder.Path()));
     EXPECT_EQ(log.Text(), "");
@@ -292,7 +328,7 @@ TEST_F(SpecializedShadersTest, WithoutAFolderNothingIsWritten) {
 
 TEST_F(SpecializedShadersTest, UnwritableFolderIsAMessageNotAnError) {
     Overwrite(folder / "file", {});
-    SpecializedShaders shaders(folder / "file", log.Listener(LogLevel::Info));
+    SpecializedShaders shaders(folder / "file", log.Listener(LogLevel::Info), SpecializerVersion());
     EXPECT_EQ(*shaders.Find(FeaturesShader(), values), expected);
     EXPECT_THAT(log.Text(), HasSubstr("specialized shader is not saved"));
     EXPECT_EQ(log.All()[0].level, LogLevel::Info);

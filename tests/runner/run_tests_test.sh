@@ -52,6 +52,30 @@ Expect 'skipped-unexpectedly: A.Skips ' 'a skip that is not in the list fails'
 [[ $(wc -l <"$folder/processes") == 3 ]] || { echo "three processes, one for each that ended early and one: $(cat "$folder/processes")"; bad=1; }
 [[ $(wc -l <"$folder/out/results.txt") == 9 ]] || { echo "not a line a test in results.txt"; bad=1; }
 
+# What ends outside of any test: a program before its first one, one behind its last one though a test had failed, the
+# shell that keeps the results, and a program that does not even say what it has.
+Program() { # NAME LINES...: with the tests C.Fails and C.Passes
+    printf '#!/usr/bin/env bash\n[[ $1 != *list_tests ]] || { printf "C.\\n  Fails\\n  Passes\\n"; exit 0; }\n' >"$folder/$1"
+    printf '%s\n' "${@:2}" >>"$folder/$1"
+    chmod +x "$folder/$1"
+}
+fails='echo "[ RUN      ] C.Fails"; echo "[  FAILED  ] C.Fails (1 ms)"'
+passes='echo "[ RUN      ] C.Passes"; echo "[       OK ] C.Passes (1 ms)"'
+Program before 'exit 0'
+Program behind "$fails" "$passes" 'kill -SEGV $$'
+Program killer "$passes" 'kill -KILL $PPID'
+for name in before behind killer; do
+    text=$("$runner" --skips "$folder/skips" "$folder/$name" 2>&1)
+    [[ $? == 1 ]] || { echo "the exit status of '$name' is not 1"; bad=1; }
+    [[ $name == behind ]] || Expect 'not-run: C.Fails' "what '$name' has not run is a failure"
+    [[ $name == killer ]] || Expect "$name.BeforeOrAfterTheTests" "what ended '$name' is named"
+done
+printf '#!/usr/bin/env bash\nexit 127\n' >"$folder/mute" && chmod +x "$folder/mute"
+text=$("$runner" --skips "$folder/skips" "$folder/program" "$folder/mute" 2>&1)
+[[ $? == 2 ]] || { echo "the exit status of a program that lists no tests is not 2"; bad=1; }
+Expect 'mute does not list its tests: status 127' 'a program that does not start is named'
+text=$("$runner" --filter 'No.Such' --skips "$folder/skips" "$folder/mute" 2>&1) && { echo "a filter without a test passes"; bad=1; }
+
 text=$("$runner" --shard 1/2 --skips "$folder/skips" "$folder/program" 2>&1) || { echo "shard 1 of 2 fails"; bad=1; }
 Expect '2 tests: 2 passed, 0 failed' 'a shard is its own suites alone'
 echo 'A.PassesToo | measures time' >"$folder/alone"

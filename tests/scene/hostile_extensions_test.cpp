@@ -75,6 +75,10 @@ TEST(HostileExtensions, ValuesOfOtherTypesAreRefusedWithTheirPlace) {
                 const std::string extension = pointer.substr(1, pointer.find('/', 1) - 1);
                 EXPECT_TRUE(error.starts_with(start + extension)) << pointer << " " << value << ": " << error;
             }
+            if (pointer.starts_with("/KHR_materials_volume/thicknessTexture")) {
+                EXPECT_EQ(refusedCount, 0u) << pointer << " is not read";
+                return;
+            }
             // Not a string, not a flag, not an array of arrays
             EXPECT_GE(refusedCount, 3u) << pointer;
         });

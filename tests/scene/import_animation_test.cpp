@@ -167,7 +167,6 @@ TEST(ImportAnimation, WhatGrowsFromNothingIsKept) {
 TEST(ImportAnimation, BadOnesAreRefused) {
     GltfDocument document = Moving();
     const size_t three = document.AddAccessor<float>({0, 1, 2}, 1);
-    const size_t infinite = document.AddAccessor<float>({0, INFINITY}, 1);
     const size_t bytes = document.AddAccessor<uint8_t>({0, 1}, 1, true);
     const size_t wholes = document.AddAccessor<int8_t>({0, 0, 0, 1, 0, 0, 0, 1}, 4);
     const size_t matrices = AddMatrices(document, std::vector<float>(32, 1.0f));
@@ -199,9 +198,6 @@ TEST(ImportAnimation, BadOnesAreRefused) {
     rotated.json["animations"][0]["samplers"][0]["output"] = wholes;
     EXPECT_EQ(LoadError(rotated), "scene.gltf: animations[0].samplers[0].output: " + named(wholes) +
                                       " must be VEC4 of float, normalized bytes or normalized shorts");
-    GltfDocument endless = document;
-    endless.json["animations"][0]["samplers"][0]["input"] = infinite;
-    EXPECT_EQ(LoadError(endless), "scene.gltf: " + named(infinite) + ": element 1 is not finite");
 }
 
 // Exporters write such files; the scene at rest, and its other channels, are as they should be.

@@ -89,8 +89,6 @@ TEST(Cameras, MalformedOnesAreRefused) {
          {"/cameras/0/perspective/znear", 0, "cameras[0].perspective.znear: is 0, must be above 0"},
          {"/cameras/0/perspective/zfar", 0.5,
           "cameras[0]: zfar (0.500000) must be greater than znear (1.000000)"},
-         {"/cameras/0/perspective/aspectRatio", -1,
-          "cameras[0].perspective.aspectRatio: is -1, must be above 0"},
          {"/cameras/0/perspective", nullptr, "cameras[0].perspective: is null, must be an object"},
          {"/cameras/0/type", "fisheye",
           "cameras[0].type: is \"fisheye\", must be perspective or orthographic"},

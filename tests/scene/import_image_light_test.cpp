@@ -375,9 +375,6 @@ TEST(ImageLights, MalformedOnesAreRefused) {
     expect("/specularImages", nullptr, ".specularImages: is null, must be an array");
     expect("/rotation", {0, 0, 0, 0}, ".rotation: is a quaternion of length 0");
     expect("/rotation", {0, 0, 1}, ".rotation: has 3 elements, must have 4");
-    expect("/irradianceCoefficients", {1}, ".irradianceCoefficients: has 1 elements, must have 9");
-    expect("/irradianceCoefficients/4", {1, 2}, ".irradianceCoefficients[4]: has 2 elements, must have 3");
-    expect("/irradianceCoefficients/4/1", "x", ".irradianceCoefficients[4][1]: is \"x\", must be a number");
     ExpectRefused(document,
                   {{"/scenes/0/extensions/EXT_lights_image_based/light", 1,
                     "scenes[0].extensions.EXT_lights_image_based.light: is 1, but there are 1 lights"}});

@@ -120,14 +120,14 @@ TEST(Instancing, WithoutATransformOrAMeshThereIsAWarning) {
 
 TEST(Instancing, ScaledToNothingIsLeftOutWithAWarning) {
     const GltfDocument document = Instanced([](GltfDocument& d, Json& attributes) {
-        attributes["SCALE"] = d.AddAccessor<float>({1, 1, 1, 0, 0, 0, 1, 0, 1, 2, 2, 2}, 3);
+        attributes["SCALE"] = d.AddAccessor<float>({1, 1, 1, 0, 0, 0, 1, 0, 0, 2, 0, 2}, 3);
     });
     const scene::SceneData scene = Load(document);
     EXPECT_EQ(scene.instances.size(), 2u);
     ASSERT_EQ(scene.warnings.size(), 1u);
     EXPECT_EQ(scene.warnings[0],
               "scene.gltf: nodes[0].extensions.EXT_mesh_gpu_instancing.attributes: instance 1 is scaled to "
-              "nothing or flat, left out (and 1 more)");
+              "nothing or to a line, left out (and 1 more)");
 }
 
 TEST(Instancing, AccessorsMayBeSparseOrWithoutBytes) {

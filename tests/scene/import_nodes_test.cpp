@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "renderer/scene/check.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 
@@ -86,14 +87,29 @@ TEST(Nodes, NegativeScaleMirrorsTheInstance) {
 TEST(Nodes, MeshScaledToNothingIsLeftOutWithAWarning) {
     GltfDocument document = WithMesh();
     document.AddNode({{"mesh", 0}, {"scale", {0, 0, 0}}});
-    document.AddNode({{"mesh", 0}, {"scale", {1, 1, 0}}});
+    document.AddNode({{"mesh", 0}, {"scale", {0, 1, 0}}});
     document.AddNode({{"mesh", 0}});
     const scene::SceneData scene = Load(document);
     ASSERT_EQ(scene.instances.size(), 1u);
     EXPECT_EQ(scene.instances[0].node, 2u);
-    EXPECT_EQ(scene.warnings,
-              std::vector<std::string>{
-                  "scene.gltf: nodes[0]: is scaled to nothing or flat, its mesh is left out (and 1 more)"});
+    EXPECT_EQ(
+        scene.warnings,
+        std::vector<std::string>{
+            "scene.gltf: nodes[0]: is scaled to nothing or to a line, its mesh is left out (and 1 more)"});
+}
+
+TEST(Nodes, FlatMeshIsShownWithoutAWarning) {
+    GltfDocument document = WithMesh();
+    document.AddNode({{"mesh", 0}, {"scale", {1, 1, 0}}});
+    document.AddNode({{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 5, 1}}});
+    const scene::SceneData scene = Load(document);
+    EXPECT_TRUE(scene.warnings.empty());
+    ASSERT_EQ(scene.instances.size(), 2u);
+    for (const scene::Instance& instance : scene.instances) {
+        EXPECT_FALSE(instance.isCollapsed);
+        EXPECT_TRUE(scene::CanInvert(instance.objectToWorld));
+    }
+    EXPECT_NEAR(scene.bounds.max.z, 6.0f, 1e-4f);
 }
 
 TEST(Nodes, RotationIsNormalizedWithAWarning) {

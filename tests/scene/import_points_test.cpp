@@ -70,6 +70,7 @@ TEST(ImportPoints, RadiiAreInTheWorldAtTheLargestPlacement) {
     EXPECT_FLOAT_EQ(radius(Json::object(), kShown), 0.25f);
     EXPECT_FLOAT_EQ(radius({{"scale", {0.001, 0.001, 0.001}}}, kShown), 250.0f);
     EXPECT_FLOAT_EQ(radius({{"scale", {1, -8, 1}}}, kShown), 0.125f) << "of the same volume";
+    EXPECT_FLOAT_EQ(radius({{"scale", {2, 8, 0}}}, kShown), 0.0625f) << "of a disc of the same area";
     // The vertices are 5 apart along the diagonal
     EXPECT_FLOAT_EQ(radius(Json::object(), WithRadii({0.01f, true}, {})), 0.05f);
     EXPECT_FLOAT_EQ(radius({{"scale", {3, 3, 3}}}, WithRadii({0.01f, true}, {})), 0.05f);

@@ -439,10 +439,11 @@ TEST_F(SaveGltf, FailuresAreOneLineAndLeaveWhatIsThere) {
     scene::SceneData other = scene;
     other.nodes.emplace_back();
     EXPECT_NE(Failure(source, other, Target("a.gltf")).find("has 1 nodes, the scene 2"), std::string::npos);
-    other = scene;
-    other.materials[0].baseColorTexture.texture = 0;
-    EXPECT_NE(Failure(source, other, Target("a.gltf")).find("textures cannot be exchanged"),
-              std::string::npos);
+    for (const scene::TextureRef& map : {scene::TextureRef{.texture = 0}, scene::TextureRef{.texCoord = 1}}) {
+        other = scene;
+        other.materials[0].baseColorTexture = map;
+        EXPECT_NE(Failure(source, other, Target("a.gltf")).find("cannot be exchanged"), std::string::npos);
+    }
     EXPECT_FALSE(fs::exists(Target("a.gltf")));
 }
 

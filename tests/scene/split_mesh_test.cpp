@@ -192,7 +192,7 @@ TEST(SplitPrimitive, KeepsEveryTriangleWithTheBitsOfItsVertices) {
 TEST(SplitPrimitive, CountsTheBytesOfAllStreams) {
     Primitive whole = AllStreams(12, 4);
     for (uint32_t i = 0; i < 12; ++i) whole.indices[i] = i;
-    const uint64_t vertexBytes = 12 + 12 + 16 + 8 + 8 + 16 + 5 * (2 + 4) + 12 + 12 + 12;
+    const uint64_t vertexBytes = 12 + 12 + 16 + 8 + 8 + 8 + 16 + 5 * (2 + 4) + 12 + 12 + 12;
     EXPECT_EQ(StreamBytes(whole), 12 * vertexBytes + 4 * 12);
     EXPECT_EQ(Split(whole, {.maxBytes = 6 * vertexBytes + 2 * 12}).size(), 2u);
     EXPECT_EQ(Split(whole, {.maxBytes = 6 * vertexBytes + 2 * 12 - 1}).size(), 4u);

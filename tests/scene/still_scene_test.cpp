@@ -186,6 +186,21 @@ TEST(FreezePose, InstanceWithoutASkinKeepsTheBaseShape) {
     EXPECT_EQ(WorldPosition(scene, 1 - plain, 1), vec3(1, 0, 2));
 }
 
+TEST(FreezePose, InstancesOfOneMeshWithOtherSkins_AreBentByTheirOwn) {
+    GltfDocument document = SkinnedTriangle();
+    Json skin = document.json["skins"][0];
+    skin["joints"] = {1, 3};
+    document.Add("skins", std::move(skin));
+    document.AddNode({{"translation", {1, 0, 4}}});
+    document.AddNode({{"mesh", 0}, {"skin", 1}});
+    document.json["nodes"][2]["translation"] = {1, 0, 2};
+    SceneData scene = Load(document);
+    scene::FreezePose(scene, {});
+    ASSERT_EQ(scene.meshes.size(), 2u);
+    for (const uint32_t i : {0u, 1u})
+        EXPECT_EQ(WorldPosition(scene, i, 1), vec3(1, 0, scene.instances[i].node == 0 ? 2 : 4));
+}
+
 TEST(FreezePose, CopiesOfMeshesAreLimited) {
     SceneData scene = Lifted();
     const uint64_t streams = 3 * (2 * sizeof(vec3) + sizeof(uint32_t));

@@ -149,6 +149,30 @@ TEST(Capsule, ATangentRayMissesAndARayJustBelowHits) {
 }
 
 // A small sphere far away, where the difference of squares of the textbook has no digit of it left.
+// By a power of two, which keeps all digits: from grains of 1e-12 m to planets.
+TEST(Capsule, HitsAndNormalsAreTheSameInAllSizes) {
+    std::mt19937 generator(9);
+    int hitCount = 0;
+    for (int i = 0; i < 10'000; ++i) {
+        const CapsuleRecord capsule = RandomCapsule(generator, 0.3f, 2.0f);
+        const vec3 origin = 4.0f * UnitVector(generator);
+        const vec3 direction = Toward(generator, capsule, origin);
+        const CapsuleHit hit = IntersectCapsule(capsule, origin, direction);
+        if (hit.enter < 0.0f) continue;
+        ++hitCount;
+        const vec2 place = CapsulePlaceOf(capsule, origin + hit.enter * direction);
+        for (const float size : {0x1p-40f, 0x1p33f, 0x1p40f}) {
+            const CapsuleRecord sized = Capsule(size * capsule.p0, size * capsule.p1, size * capsule.radius);
+            const CapsuleHit same = IntersectCapsule(sized, size * origin, size * direction);
+            ASSERT_EQ(same.enter, hit.enter) << size;
+            ASSERT_EQ(same.leave, hit.leave) << size;
+            ASSERT_EQ(CapsulePlaceOf(sized, size * (origin + hit.enter * direction)), place) << size;
+            ASSERT_EQ(CapsulePointAt(sized, place).normal, CapsulePointAt(capsule, place).normal) << size;
+        }
+    }
+    EXPECT_GT(hitCount, 1000);
+}
+
 TEST(Capsule, ASmallSphereFarAwayIsHitAtItsSize) {
     std::mt19937 generator(2);
     int hits = 0;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -69,6 +70,34 @@ TEST(Frame, IsOrthonormalAndRightHandedForAllNormals) {
         ASSERT_NEAR(dot(frame.x, frame.z), 0.0f, 1e-6f) << n.x << ' ' << n.y << ' ' << n.z;
         ASSERT_NEAR(dot(frame.y, frame.z), 0.0f, 1e-6f) << n.x << ' ' << n.y << ' ' << n.z;
         ASSERT_NEAR(dot(cross(frame.x, frame.y), frame.z), 1.0f, 1e-6f);
+    }
+}
+
+TEST(UnitVector, HasOneLengthWhateverThatOfTheVector) {
+    std::mt19937 generator(7);
+    for (int i = 0; i < 10'000; ++i) {
+        const vec3 v = UnitVector(generator) * std::exp(8.0f * Uniform(generator) - 4.0f);
+        const vec3 unit = UnitOr(v, vec3(0.0f));
+        ASSERT_NEAR(length(unit), 1.0f, 3e-7f);
+        ASSERT_EQ(unit, v * inversesqrt(dot(v, v))) << "no other bits where squares are in range";
+        ASSERT_EQ(InverseLength(v), inversesqrt(dot(v, v)));
+        for (const float size : {0x1p-100f, 0x1p-80f, 0x1p-70f, 0x1p70f, 0x1p100f, 0x1p118f}) {
+            ASSERT_EQ(UnitOr(size * v, vec3(0.0f)), unit) << size;
+            ASSERT_EQ(InverseLength(size * v), InverseLength(v) / size) << size;
+        }
+    }
+    EXPECT_NEAR(UnitOr(vec3(0.0f, -2e-38f, 0.0f), vec3(0.0f)).y, -1.0f, 1e-6f);
+    EXPECT_NEAR(UnitOr(vec3(1e38f, 0.0f, 0.0f), vec3(0.0f)).x, 1.0f, 1e-6f);
+}
+
+TEST(UnitVector, VectorsWithoutADirectionGiveTheOther) {
+    const vec3 other(0.0f, 0.0f, 1.0f);
+    const float infinity = std::numeric_limits<float>::infinity();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (const vec3 v : {vec3(0.0f), vec3(-0.0f), vec3(infinity, 0, 0), vec3(1, -infinity, 0),
+                         vec3(nan, 1, 2), vec3(1, nan, 2), vec3(1, 2, nan), vec3(3e38f, 0, 0)}) {
+        EXPECT_EQ(UnitOr(v, other), other) << v.x << ' ' << v.y << ' ' << v.z;
+        EXPECT_EQ(InverseLength(v), 0.0f) << v.x << ' ' << v.y << ' ' << v.z;
     }
 }
 
@@ -212,6 +241,24 @@ TEST(RayClearance, CountsOnlyWhatHasAnErrorAlongTheNormal) {
     // Two of the vertices and three of the transform, and the inverse
     EXPECT_NEAR(wall.Clearance(), gpu::kRoundoff * (2.0f + 3.0f + 6.0f) * 1000.0f, 1e-5f)
         << "the place is near 0, its terms are not";
+}
+
+// From triangles of 1e-12 m to those of 1e12 m; their normals are in square meters.
+TEST(RayClearance, IsInProportionToTheSizeOfTheWorld) {
+    std::mt19937 generator(6);
+    for (int i = 0; i < 1000; ++i) {
+        const Placed placed = RandomTriangle(generator, 1, 1.0f, 1.0f, 1.0f);
+        for (const float size : {0x1p-40f, 0x1p33f, 0x1p40f}) {
+            Placed vertices = placed;
+            for (vec3* v : {&vertices.p0, &vertices.e1, &vertices.e2, &vertices.translation}) *v *= size;
+            const float expected = size * placed.Clearance();
+            ASSERT_NEAR(vertices.Clearance(), expected, 1e-5f * expected) << size;
+            Placed transform = placed;
+            for (int axis = 0; axis < 3; ++axis) transform.linear[axis] *= size;
+            transform.translation *= size;
+            ASSERT_NEAR(transform.Clearance(), expected, 1e-5f * expected) << size;
+        }
+    }
 }
 
 TEST(RayClearance, GrowsWithTheScaleOfTheWorldAndIsFiniteForSlivers) {

@@ -55,6 +55,15 @@ TEST(Irradiance, PointLightGivesIntensityTimesCosineOverSquaredDistance) {
     ExpectIrradiance(vec3(0.0f), kUp, 7.0 * 3.0 / std::pow(14.0, 1.5), 16);
 }
 
+TEST(Irradiance, PointLightFollowsTheSquareOfItsDistanceFromNearToFar) {
+    for (float distance = 1e-7f; distance < 2e3f; distance *= 10.0f) {
+        testLights = {};
+        testLights.AddPunctual(scene::LightType::Point, vec3(0, 0.6f, 0.8f) * distance, kUp, vec3(7.0f));
+        testLights.Build();
+        ExpectIrradiance(vec3(0.0f), kUp, 7.0 * 0.8 / (double(distance) * double(distance)), 16);
+    }
+}
+
 TEST(Irradiance, SpotFallsOffAsItsExtensionSays) {
     // clamp((cos - cos outer) / (cos inner - cos outer), 0, 1)^2, at angles within, between and beyond
     constexpr double kInner = 0.3, kOuter = 0.8;
@@ -92,16 +101,30 @@ double CornerFormFactor(double a, double b) {
 }
 
 TEST(Irradiance, QuadGivesItsFormFactorTimesPi) {
-    for (const float height : {0.05f, 0.5f, 2.0f, 100.0f}) {
+    // Over (-1..2) x (-0.5..1), facing down; the diagonal, an edge of both triangles, is above the place
+    for (const float height : {1e-7f, 1e-5f, 1e-4f, 1e-3f, 0.05f, 0.5f, 2.0f, 100.0f}) {
         testLights = {};
-        // Over (-1..2) x (-0.5..1), facing down
         AddQuad(vec3(-1, -0.5f, height), vec3(0, 1.5f, 0), vec3(3, 0, 0), vec3(2.0f));
         testLights.Build();
         const double h = double(height);
         const double factor = CornerFormFactor(1 / h, 0.5 / h) + CornerFormFactor(2 / h, 0.5 / h) +
                               CornerFormFactor(1 / h, 1 / h) + CornerFormFactor(2 / h, 1 / h);
-        ExpectIrradiance(vec3(0.0f), kUp, 2.0 * M_PI * factor);
+        // At the least heights directions are those of a hemisphere: half of them miss
+        ExpectIrradiance(vec3(0.0f), kUp, 2.0 * M_PI * factor, height < 1e-3f ? 1u << 18 : 1u << 15);
         EXPECT_EQ(Irradiance(vec3(0, 0, 2 * height), -kUp, 64).mean, 0.0) << "from behind";
+    }
+}
+
+// Lamps of 1e-12 m and of 1e10 m light as those of 1 m do.
+TEST(Irradiance, OfAQuadIsTheSameInAllSizes) {
+    for (const float size : {0x1p-40f, 0x1p-30f, 0x1p32f, 0x1p40f}) {
+        testLights = {};
+        testLights.scene.radius = size;
+        AddQuad(size * vec3(-1, -0.5f, 0.5f), size * vec3(0, 1.5f, 0), size * vec3(3, 0, 0), vec3(2.0f));
+        testLights.Build();
+        const double factor =
+            CornerFormFactor(2, 1) + CornerFormFactor(4, 1) + CornerFormFactor(2, 2) + CornerFormFactor(4, 2);
+        ExpectIrradiance(vec3(0.0f), kUp, 2.0 * M_PI * factor);
     }
 }
 

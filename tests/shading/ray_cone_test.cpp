@@ -179,7 +179,10 @@ TEST(RayCone, CurvatureIsThatOfTheSurfaceOfTheNormals) {
         return normalize(vec3(normal(generator), normal(generator), normal(generator)));
     };
     for (int i = 0; i < 1000; ++i) {
-        const float radius = std::exp2(3.0f * normal(generator));
+        // Of a room, a grain, a planet's orbit
+        const float radius = std::exp2(3.0f * normal(generator) + (i % 3 == 0   ? 0.0f
+                                                                   : i % 3 == 1 ? -40.0f
+                                                                                : 40.0f));
         const vec3 at = direction();
         vec3 n[3];
         for (vec3& corner : n) corner = normalize(at + 0.3f * direction());

@@ -1,10 +1,12 @@
 // base/os: what the operating system is asked for.
 #include <gtest/gtest.h>
 #include <pty.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -17,6 +19,7 @@
 #include "base/large_pages.h"
 #include "base/os/dynamic_library.h"
 #include "base/os/file.h"
+#include "base/os/new_file.h"
 #include "base/os/process.h"
 #include "base/os/signals.h"
 #include "tests/support/temporary_folder.h"
@@ -85,56 +88,69 @@ TEST_F(OsFile, WhatIsNoRegularFileHasNoSizeAndDoesNotBlock) {
     EXPECT_TRUE(error) << "a folder cannot be read";
 }
 
-TEST_F(OsFile, TemporaryNamesAreInTheFolderAndDiffer) {
-    const Path first = TemporaryName(folder.Path()), second = TemporaryName(folder.Path());
-    EXPECT_EQ(first.parent_path(), folder.Path());
-    EXPECT_NE(first, second);
-    EXPECT_FALSE(std::filesystem::exists(first));
-    Path ofAnother;
-    std::thread([&] { ofAnother = TemporaryName(folder.Path()); }).join();
-    EXPECT_NE(ofAnother, first);
-    EXPECT_NE(ofAnother, second);
+size_t FileCount(const Path& folder) {
+    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
 }
 
-TEST_F(OsFile, NewOneIsWrittenReadAndPositioned) {
-    const Path path = folder.Path() / "new";
-    std::FILE* file = CreateNew(path, std::nullopt, error);
-    ASSERT_NE(file, nullptr) << error.message();
+TEST_F(OsFile, NewOneIsSeenOnceItIsPublishedAndGoneIfItIsNot) {
+    {
+        NewFile file(folder.Path(), std::nullopt, error);
+        ASSERT_FALSE(error) << error.message();
+        std::fputs("0123456789", file.Stream());
+        EXPECT_EQ(Position(file.Stream(), error), 10u);
+        Seek(file.Stream(), 4, error);
+        EXPECT_FALSE(error);
+        EXPECT_EQ(std::fgetc(file.Stream()), '4');
+        Seek(file.Stream(), 2, error);
+        std::fputc('x', file.Stream());
+        file.Close(error);
+        EXPECT_FALSE(error) << error.message();
+        EXPECT_FALSE(std::filesystem::exists(folder / "new"));
+        file.Publish("new", error);
+        EXPECT_FALSE(error) << error.message();
+    }
+    EXPECT_EQ(TextOf(folder / "new"), "01x3456789");
+    const NewFile dropped(folder.Path(), std::nullopt, error);
     EXPECT_FALSE(error);
-    std::fputs("0123456789", file);
-    EXPECT_EQ(Position(file, error), 10u);
-    Seek(file, 4, error);
-    EXPECT_FALSE(error);
-    EXPECT_EQ(TextOf(path), "0123456789") << "seeking flushes";
-    EXPECT_EQ(std::fgetc(file), '4');
-    Seek(file, 2, error);
-    std::fputc('x', file);
-    std::fflush(file);
-    Sync(file, error);
-    EXPECT_FALSE(error) << error.message();
-    std::fclose(file);
-    EXPECT_EQ(TextOf(path), "01x3456789");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
 TEST_F(OsFile, NewOneTakesThePermissionsThatAreGiven) {
     constexpr auto kOwn = std::filesystem::perms::owner_read | std::filesystem::perms::owner_write;
-    const Path path = folder.Path() / "own";
-    std::FILE* file = CreateNew(path, kOwn, error);
-    ASSERT_NE(file, nullptr);
-    std::fclose(file);
-    EXPECT_EQ(std::filesystem::status(path).permissions(), kOwn);
+    NewFile file(folder.Path(), kOwn, error);
+    ASSERT_FALSE(error);
+    file.Close(error);
+    file.Publish("own", error);
+    EXPECT_EQ(std::filesystem::status(folder / "own").permissions(), kOwn);
 }
 
-TEST_F(OsFile, NewOneTakesNoNameThatIsThere) {
-    const Path path = Write("a", "old"), link = folder.Path() / "link";
-    std::filesystem::create_symlink(folder.Path() / "none", link);
-    for (const Path& taken : {path, link}) {
-        error.clear();
-        EXPECT_EQ(CreateNew(taken, std::nullopt, error), nullptr);
-        EXPECT_EQ(error, std::errc::file_exists) << taken;
-    }
+TEST_F(OsFile, NewOneReplacesALinkAndNotWhatItLeadsTo) {
+    const Path path = Write("a", "old");
+    std::filesystem::create_symlink(path, folder / "link");
+    NewFile file(folder.Path(), std::nullopt, error);
+    file.Close(error);
+    file.Publish("link", error);
+    EXPECT_FALSE(error) << error.message();
     EXPECT_EQ(TextOf(path), "old");
-    EXPECT_FALSE(std::filesystem::exists(folder.Path() / "none")) << "nothing is made behind the link";
+    EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(folder / "link")));
+}
+
+TEST_F(OsFile, NewOneNeedsAFolder) {
+    for (const Path& none : {folder / "none", Write("a", "text")}) {
+        error.clear();
+        const NewFile file(none, std::nullopt, error);
+        EXPECT_TRUE(error) << none;
+        EXPECT_EQ(file.Stream(), nullptr);
+    }
+}
+
+TEST_F(OsFile, AskingWhetherItCanBeReplacedLeavesIt) {
+    const Path path = Write("a", "text");
+    EXPECT_FALSE(RefusalToReplace(path));
+    EXPECT_FALSE(RefusalToWrite(path));
+    EXPECT_EQ(TextOf(path), "text");
+    EXPECT_FALSE(RefusalToWrite("/dev/null"));
+    EXPECT_EQ(RefusalToWrite(folder / "none"), std::errc::no_such_file_or_directory);
 }
 
 TEST_F(OsFile, StreamsWithoutPositionsReportThat) {
@@ -146,9 +162,6 @@ TEST_F(OsFile, StreamsWithoutPositionsReportThat) {
     error.clear();
     Seek(stream, 1, error);
     EXPECT_TRUE(error);
-    error.clear();
-    Sync(stream, error);
-    EXPECT_FALSE(error) << "there is no disk to wait for";
     std::fclose(stream);
     close(ends[0]);
 }
@@ -265,7 +278,7 @@ TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
 volatile std::sig_atomic_t othersSignal = 0;
 
 TEST(OsSignals, EachGoesToWhoHadItBefore) {
-    constexpr std::array kSignals{SIGINT, SIGTERM, SIGUSR1, SIGUSR2};
+    constexpr std::array kSignals{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
     std::array<void (*)(int), kSignals.size()> before{};
     for (size_t i = 0; i < kSignals.size(); ++i)
         before[i] = std::signal(kSignals[i], [](int signal) { othersSignal = signal; });
@@ -293,6 +306,31 @@ TEST(OsSignals, SaveIsNotedFromTheStartAndForgottenOnceItIsDone) {
     EXPECT_FALSE(watch.IsTerminated());
 }
 
+TEST(OsSignals, EachThatAsksToEndIsNoted) {
+    for (const int signal : {SIGTERM, SIGUSR2, SIGHUP, SIGXCPU}) {
+        SignalWatch watch(EndAtOnce);
+        watch.StartNoting();
+        std::raise(signal);
+        EXPECT_TRUE(watch.IsTerminated()) << signal;
+        EXPECT_FALSE(watch.IsInterrupted()) << signal;
+    }
+}
+
+// As nohup, `trap '' TERM` and the background of a script start a process.
+TEST(OsSignals, OneThatWasIgnoredBeforeStaysIgnored) {
+    constexpr std::array kSignals{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
+    for (const int signal : kSignals) {
+        const auto before = std::signal(signal, SIG_IGN);
+        {
+            SignalWatch watch(EndAtOnce);
+            watch.StartNoting();
+            std::raise(signal);
+            EXPECT_FALSE(watch.IsInterrupted() || watch.IsTerminated() || watch.IsSaveRequested()) << signal;
+        }
+        EXPECT_EQ(std::signal(signal, before), SIG_IGN) << signal;
+    }
+}
+
 // Of the mapping that an address is in, as Linux names them; empty if it does not say.
 std::string MappingFlags(const void* address) {
     std::ifstream maps("/proc/self/smaps");
@@ -317,6 +355,36 @@ TEST(LargeArray, IsInLargePagesIfItIsLarge) {
     EXPECT_NE((flags + " ").find(" hg "), std::string::npos) << flags;
 }
 
+// A child, whose streams and signals they change.
+TEST(OsProcessDeathTest, WritesFailInsteadOfEndingTheProcess) {
+    const auto writeInVain = [] {
+        LetWritesFail();
+        int ends[2];
+        if (pipe(ends) != 0) std::_Exit(1);
+        close(ends[0]);
+        if (write(ends[1], "x", 1) != -1 || errno != EPIPE) std::_Exit(2);
+        const rlimit limit{1, 1};
+        std::FILE* file = std::tmpfile();
+        if (file == nullptr || setrlimit(RLIMIT_FSIZE, &limit) != 0) std::_Exit(3);
+        if (write(fileno(file), "xy", 2) != 1 || write(fileno(file), "y", 1) != -1 || errno != EFBIG)
+            std::_Exit(4);
+        std::_Exit(0);
+    };
+    EXPECT_EXIT(writeInVain(), ::testing::ExitedWithCode(0), "");
+}
+
+TEST(OsProcessDeathTest, NoFileTakesThePlaceOfAClosedStream) {
+    const auto open = [] {
+        for (const int stream : {0, 1, 2}) close(stream);
+        LetWritesFail();
+        std::FILE* file = std::tmpfile();
+        if (file == nullptr || fileno(file) <= 2) std::_Exit(1);
+        char byte = 0;
+        std::_Exit(write(1, "x", 1) == -1 && write(2, "x", 1) == -1 && read(0, &byte, 1) == -1 ? 0 : 2);
+    };
+    EXPECT_EXIT(open(), ::testing::ExitedWithCode(0), "");
+}
+
 TEST(OsSignalsDeathTest, SecondInterruptEndsTheProcess) {
     const auto interruptTwice = [] {
         SignalWatch watch(EndAtOnce);
@@ -329,7 +397,7 @@ TEST(OsSignalsDeathTest, SecondInterruptEndsTheProcess) {
 }
 
 TEST(OsSignalsDeathTest, TerminationEndsTheProcessWhileThereIsNothingToSave) {
-    for (const int signal : {SIGTERM, SIGUSR2}) {
+    for (const int signal : {SIGTERM, SIGUSR2, SIGHUP, SIGXCPU}) {
         const auto terminate = [signal] {
             const SignalWatch watch(EndAtOnce);
             std::raise(signal);

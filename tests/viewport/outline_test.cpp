@@ -3,12 +3,15 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
 
 #include "base/error.h"
 #include "renderer/graph/pass_harness.h"
+#include "renderer/scene/deform.h"
+#include "tests/support/option_rows.h"
 #include "tests/viewport/viewport_test.h"
 
 namespace raygraph::testing {
@@ -154,6 +157,72 @@ TEST_F(OutlinedViewport, LineFollowsCameraTransformAndSize) {
     EXPECT_EQ(Frame().outlined.size(), size_t{20} * 30 * 4);
     viewed.viewport.SetView(View::SideBySide);
     EXPECT_EQ(DifferentPixels(Frame()), 0u);
+}
+
+// Whatever of the scene may move the line has it drawn again, and nothing else does.
+TEST_F(OutlinedViewport, LineFollowsEveryChangeOfTheSceneThatMayMoveIt) {
+    scene::SceneData data = Boxes();
+    scene::Mesh& inner = data.meshes[1];
+    inner.weights = {0.0f};
+    scene::MorphTarget& target = inner.primitives[0].targets.emplace_back();
+    for (const glm::vec3& position : inner.primitives[0].positions)
+        target.positions.push_back({0.5f * position.y, 0, 0});
+    scene::UpdateDeformationBounds(inner.primitives[0]);
+    data.instances[1].isDeformed = true;
+    scene::Material veil = data.materials[1];
+    veil.alphaMode = scene::AlphaMode::Blend;
+    veil.baseColorFactor.a = 0.75f;
+    data.materials[1] = veil;
+    viewed.scene.SetScene(std::move(data));
+    viewed.viewport.SetOutlined({1});
+    veil.baseColorFactor.a = 0.5f;
+    scene::Light light = viewed.scene.Light(0);
+    light.intensity *= 2.0f;
+    struct Edit {
+        const char* name;
+        bool moves;
+        std::function<void(GpuScene&)> apply;
+    };
+    const Edit edits[] = {
+        {"shape", true, [](GpuScene& scene) { scene.SetMorphWeights(1, std::array{1.0f}); }},
+        {"transform", true,
+         [](GpuScene& scene) {
+             scene.SetTransform(1, Translation({0.2f, -0.4f, 0}));
+         }},
+        {"light", false, [&](GpuScene& scene) { scene.SetLight(0, light); }},
+        {"environment", false, [](GpuScene& scene) { scene.SetEnvironment({.radiance = glm::vec3(1.0f)}); }},
+        {"visibility", true, [](GpuScene& scene) { scene.SetVisible(0, false); }},
+        {"alpha", true, [&](GpuScene& scene) { scene.SetMaterial(1, veil); }},
+    };
+    auto rows = OptionRowsOf<SceneRevisions>([](SceneRevisions& s) {
+        auto& [geometry, transforms, shapes, materials, lights, environment] = s;
+        return std::tie(geometry, transforms, shapes, materials, lights, environment);
+    });
+    const auto isDrawn = [&] {
+        Frame();
+        return viewed.renderer.DescribePlan().find("OutlineInstances") != std::string::npos;
+    };
+    Frame();
+    for (const Edit& edit : edits) {
+        SCOPED_TRACE(edit.name);
+        const SceneRevisions before = viewed.scene.Revisions();
+        edit.apply(viewed.scene);
+        rows.Add(edit.name, before, viewed.scene.Revisions());
+        EXPECT_EQ(isDrawn(), edit.moves);
+        EXPECT_FALSE(isDrawn());
+    }
+    rows.ExpectComplete();
+    viewed.viewport.SetOutlined({0});
+    EXPECT_TRUE(isDrawn()) << "of another instance";
+    scene::CameraView camera = InsideBoxes();
+    camera.eye.x += 0.2f;
+    viewed.viewport.SetCamera(camera);
+    viewed.viewport.SetBudget({.frameMs = 1e6, .settleMs = 1e9});
+    EXPECT_TRUE(isDrawn()) << "coarse, while the camera moves";
+    EXPECT_FALSE(isDrawn());
+    viewed.viewport.SetBudget({.frameMs = 1e6, .settleMs = 0.0});
+    EXPECT_TRUE(isDrawn()) << "as fine as it is when nothing moves";
+    EXPECT_FALSE(isDrawn());
 }
 
 TEST_F(OutlinedViewport, CameraSetAfterDeclareIsOfTheNextFramesLine) {

@@ -331,12 +331,11 @@ TEST_F(Previewed, ComparisonsHaveNone) {
     EXPECT_EQ(Samples(), 1u);
 }
 
-// On the driver that compiles when pipelines are executed for the first time.
+// The other device is there for drivers that compile when pipelines are executed for the first time.
 TEST(PreparedAhead, TheLargePipelineIsExecutedByAnotherDeviceBeforeAFrameUsesIt) {
     MessageLog heard;
     const std::unique_ptr<rhi::Device> device =
         rhi::Device::Create({.validation = true, .log = heard.Listener(LogLevel::Debug)});
-    if (!device->Info().isLavapipe) GTEST_SKIP() << "of drivers that compile when they execute";
     {
         Renderer renderer(*device);
         GpuScene scene(renderer);
@@ -349,7 +348,10 @@ TEST(PreparedAhead, TheLargePipelineIsExecutedByAnotherDeviceBeforeAFrameUsesIt)
             renderer.DropFrame();
         }
     }
-    EXPECT_THAT(heard.Text(), ::testing::ContainsRegex("pathtrace/[a-z_.]+: compiled ahead in "));
+    const bool isAhead = device->Info().isLavapipe;
+    const ::testing::Matcher<std::string> says =
+        ::testing::ContainsRegex("pathtrace/[a-z_.]+: compiled ahead in ");
+    EXPECT_THAT(heard.Text(), isAhead ? says : ::testing::Not(says));
     EXPECT_THAT(heard.Text(), ::testing::Not(::testing::HasSubstr("onemap.comp: compiled ahead")));
 }
 

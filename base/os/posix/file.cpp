@@ -4,10 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
-
-#include "base/text.h"
 
 namespace raygraph::os {
 
@@ -50,31 +47,6 @@ size_t InputFile::Read(std::span<std::byte> bytes, std::error_code& error) {
     return filled;
 }
 
-std::filesystem::path TemporaryName(const std::filesystem::path& folder) {
-    static std::atomic<uint32_t> counter{0};
-    return folder / Text(".raygraph-{}-{}.tmp", getpid(), counter++);
-}
-
-std::FILE* CreateNew(const std::filesystem::path& path, std::optional<std::filesystem::perms> permissions,
-                     std::error_code& error) {
-    int descriptor = -1;
-    do descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    while (descriptor < 0 && errno == EINTR);
-    if (descriptor < 0) {
-        error = LastError();
-        return nullptr;
-    }
-    // Permissions that cannot be set are no reason to lose a render: those of the umask stay
-    if (permissions) (void)!fchmod(descriptor, static_cast<mode_t>(*permissions));
-    std::FILE* stream = fdopen(descriptor, "w+b");
-    error = stream == nullptr ? LastError() : std::error_code();
-    if (stream == nullptr) {
-        close(descriptor);
-        unlink(path.c_str());
-    }
-    return stream;
-}
-
 uint64_t Position(std::FILE* stream, std::error_code& error) {
     const off_t position = ftello(stream);
     error = position < 0 ? LastError() : std::error_code();
@@ -83,11 +55,6 @@ uint64_t Position(std::FILE* stream, std::error_code& error) {
 
 void Seek(std::FILE* stream, uint64_t position, std::error_code& error) {
     const bool isDone = fseeko(stream, static_cast<off_t>(position), SEEK_SET) == 0;
-    error = isDone ? std::error_code() : LastError();
-}
-
-void Sync(std::FILE* stream, std::error_code& error) {
-    const bool isDone = fsync(fileno(stream)) == 0 || errno == EINVAL || errno == EROFS;
     error = isDone ? std::error_code() : LastError();
 }
 

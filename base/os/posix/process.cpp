@@ -1,10 +1,12 @@
 #include "base/os/process.h"
 
+#include <fcntl.h>
 #include <fnmatch.h>
 #include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <ctime>
 
 namespace raygraph::os {
@@ -30,6 +32,14 @@ double ProcessCpuSeconds() {
 
 uint64_t PeakResidentBytes() {
     return uint64_t{1024} * static_cast<uint64_t>(Usage().ru_maxrss);  // Linux counts in KiB
+}
+
+void LetWritesFail() noexcept {
+    for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
+    // The lowest number that is free is the next one that is opened
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) < 0)
+            (void)!open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
 }
 
 bool IsTerminal(std::FILE* stream) {

@@ -1,7 +1,10 @@
 #include "base/os/signals.h"
 
+#include <array>
 #include <atomic>
 #include <csignal>
+#include <utility>
+#include <vector>
 
 namespace raygraph::os {
 
@@ -11,6 +14,8 @@ namespace {
 std::atomic<bool> isInterrupted{false}, isTerminated{false}, isSaveRequested{false}, isNoting{false};
 std::atomic<void (*)()> endAtOnceIfAsked{nullptr};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<void (*)()>::is_always_lock_free);
+
+constexpr std::array kSignalsToEnd{SIGTERM, SIGUSR2, SIGHUP, SIGXCPU};
 
 void NoteInterrupt(int) {
     isInterrupted.store(true, std::memory_order_relaxed);
@@ -25,43 +30,41 @@ void NoteSave(int) {
     isSaveRequested.store(true, std::memory_order_relaxed);
 }
 
-// `flags` beside SA_RESTART.
-void Handle(int signal, void (*handler)(int), int flags, struct sigaction* before) {
-    struct sigaction action {};
-    action.sa_handler = handler;
-    action.sa_flags = flags | SA_RESTART;
-    sigemptyset(&action.sa_mask);
-    sigaction(signal, &action, before);
-}
-
 }  // namespace
 
 struct SignalWatch::Before {
-    struct sigaction interrupt {
-    }, terminate{}, user1{}, user2{};
+    // `flags` beside SA_RESTART.
+    void Handle(int signal, void (*handler)(int), int flags = 0) {
+        struct sigaction before {
+        }, action{};
+        sigaction(signal, nullptr, &before);
+        if (before.sa_handler == SIG_IGN) return;
+        action.sa_handler = handler;
+        action.sa_flags = flags | SA_RESTART;
+        sigemptyset(&action.sa_mask);
+        sigaction(signal, &action, nullptr);
+        handled.emplace_back(signal, before);
+    }
+
+    std::vector<std::pair<int, struct sigaction>> handled;
     bool isNotingInterrupts = false;
 };
 
 SignalWatch::SignalWatch(void (*endAtOnce)()) : m_before(std::make_unique<Before>()) {
     isInterrupted = isTerminated = isSaveRequested = isNoting = false;
     endAtOnceIfAsked = endAtOnce;
-    Handle(SIGTERM, NoteTermination, 0, &m_before->terminate);
-    Handle(SIGUSR1, NoteSave, 0, &m_before->user1);
-    Handle(SIGUSR2, NoteTermination, 0, &m_before->user2);
+    for (const int signal : kSignalsToEnd) m_before->Handle(signal, NoteTermination);
+    m_before->Handle(SIGUSR1, NoteSave);
 }
 
 void SignalWatch::StartNoting() {
     isNoting = true;
-    if (m_before->isNotingInterrupts) return;
-    m_before->isNotingInterrupts = true;
-    Handle(SIGINT, NoteInterrupt, static_cast<int>(SA_RESETHAND), &m_before->interrupt);
+    if (std::exchange(m_before->isNotingInterrupts, true)) return;
+    m_before->Handle(SIGINT, NoteInterrupt, static_cast<int>(SA_RESETHAND));
 }
 
 SignalWatch::~SignalWatch() {
-    if (m_before->isNotingInterrupts) sigaction(SIGINT, &m_before->interrupt, nullptr);
-    sigaction(SIGTERM, &m_before->terminate, nullptr);
-    sigaction(SIGUSR1, &m_before->user1, nullptr);
-    sigaction(SIGUSR2, &m_before->user2, nullptr);
+    for (const auto& [signal, before] : m_before->handled) sigaction(signal, &before, nullptr);
 }
 
 bool SignalWatch::IsInterrupted() const {

@@ -1,0 +1,56 @@
+// New files that take the place of others at once, for base/atomic_file.h, which other code should use.
+// Nothing here throws: failures are error codes. Threads: one object is for one thread at a time.
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <system_error>
+
+namespace raygraph::os {
+
+// An empty file for writing and reading, which nobody else sees until Publish. It has no name where the file
+// system allows that, so that a killed process leaves nothing. Elsewhere its name begins with ".raygraph-"
+// and the file is locked while it is written; the next process that makes a NewFile in the folder removes
+// files whose lock is free. Those of another computer, whose locks may not be seen here, must be a day old
+// for that.
+class NewFile {
+  public:
+    // `folder`: "" is the current one. `permissions` take the place of the defaults of new files, if they can
+    // be set.
+    NewFile(const std::filesystem::path& folder, std::optional<std::filesystem::perms> permissions,
+            std::error_code& error);
+    ~NewFile();
+    NewFile(const NewFile&) = delete;
+    NewFile& operator=(const NewFile&) = delete;
+
+    // Null where the constructor failed, and after Close.
+    std::FILE* Stream() const { return m_stream; }
+
+    // Waits until all is on the disk, and closes the stream.
+    void Close(std::error_code& error);
+    // Both after Close. Gives the file a name in its folder, in place of whatever has it.
+    void Publish(const std::filesystem::path& name, std::error_code& error);
+    // Copies the content into a regular file, which is created if there is none, a device or a pipe that has
+    // a reader. A regular file has a part of the content until this returns, and where this fails.
+    void CopyTo(const std::filesystem::path& target, std::error_code& error) const;
+
+  private:
+    bool OpenNamed(std::error_code& error);
+    bool Link(const std::string& name) const;
+
+    int m_folder = -1;
+    int m_descriptor = -1;  // It holds the lock, and outlives the stream.
+    std::string m_name;     // It is empty while the file has no name of its own.
+    std::FILE* m_stream = nullptr;
+};
+
+// Why Publish could not replace this file, which exists: the reason for which the system would refuse to
+// remove it, or that it is mounted by itself. Nothing is changed for that.
+std::error_code RefusalToReplace(const std::filesystem::path& file);
+
+// Why CopyTo could not write to this file, device or pipe, which exists. A pipe may lack its reader for now.
+std::error_code RefusalToWrite(const std::filesystem::path& file);
+
+}  // namespace raygraph::os

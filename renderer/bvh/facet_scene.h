@@ -1,0 +1,58 @@
+// Triangles of placed meshes, for a few thousand rays on the host. Threads: building uses threads of its own;
+// const calls from any thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "renderer/bvh/binary_bvh.h"
+#include "renderer/bvh/wide_scene.h"
+
+namespace raygraph {
+
+struct Facet {
+    glm::vec3 p0{0.0f}, p1{0.0f}, p2{0.0f};
+    bool isBackCulled = false;  // rays pass through from behind
+};
+
+struct FacetHit {
+    float t = 0.0f;  // in lengths of the ray's direction
+    uint32_t instance = 0, facet = 0;
+    glm::vec3 normal{0.0f};  // of length 1, in the world, towards where the ray comes from
+};
+
+class FacetScene {
+  public:
+    // Finite facets, by mesh, in object space. Instances whose transforms have no inverse are not hit.
+    FacetScene(std::vector<std::vector<Facet>> meshes, std::vector<BvhInstance> instances,
+               uint32_t maxThreads = 0);
+
+    // The nearest hit with t in (0, tMax).
+    std::optional<FacetHit> Trace(const glm::vec3& origin, const glm::vec3& direction,
+                                  float tMax = std::numeric_limits<float>::infinity()) const;
+    // Whether there is one.
+    bool IsOccluded(const glm::vec3& origin, const glm::vec3& direction, float tMax) const;
+    const std::vector<Facet>& FacetsOf(uint32_t mesh) const { return m_meshes[mesh].facets; }
+    const std::vector<BvhInstance>& Instances() const { return m_instances; }
+    const Box& Bounds() const { return m_bounds; }  // of all instances that can be hit
+
+  private:
+    struct Mesh {
+        std::vector<Facet> facets;
+        BinaryBvh tree;
+    };
+    template <bool isAny>
+    std::optional<FacetHit> Find(const glm::vec3& origin, const glm::vec3& direction, float tMax) const;
+
+    std::vector<Mesh> m_meshes;
+    std::vector<BvhInstance> m_instances;
+    std::vector<uint32_t> m_hittable;     // instances, as m_tree has them
+    std::vector<glm::mat4x3> m_toObject;  // by place in m_hittable
+    BinaryBvh m_tree;
+    Box m_bounds;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,175 @@
+#include "renderer/scene/flat_transform.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "renderer/scene/check.h"
+#include "renderer/scene/split_place.h"
+
+namespace raygraph::scene {
+namespace {
+
+constexpr double kLeastRatio = 0x1p-30;
+constexpr double kLeastDeterminant = 0x1p-21;  // several roundings of float
+constexpr double kLeastWidth = 0x1p-18;        // s2 / s1 of what is no line
+// Of s2: the vertex normals of a thin mesh are within this of the plane's, at 45 degrees.
+constexpr double kMostThickness = 0x1p-12;
+
+glm::dmat3 Cofactors(const glm::dmat3& m) {
+    return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
+}
+
+double SquareOf(const glm::dmat3& m) {
+    return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
+}
+
+// With s3 = 0, the squares of the matrix and of its cofactors are s1^2 + s2^2 and s1^2 s2^2.
+struct Widths {
+    double s1 = 0.0, s2 = 0.0;
+};
+Widths WidthsOf(double square, double area) {
+    const double half = 0.5 * square;
+    const double s1 = std::sqrt(half + std::sqrt(std::max(half * half - area * area, 0.0)));
+    return {s1, s1 > 0.0 ? area / s1 : 0.0};
+}
+
+// The sum of the sizes of the terms of the determinant.
+double TermsOf(const glm::dmat3& m) {
+    const glm::dvec3 x = glm::abs(m[0]), y = glm::abs(m[1]), z = glm::abs(m[2]);
+    return x.x * (y.y * z.z + y.z * z.y) + x.y * (y.z * z.x + y.x * z.z) + x.z * (y.x * z.y + y.y * z.x);
+}
+
+// Nearly all are: both ratios are far above their limits. False for numbers whose products overflow.
+bool IsSurelySolid(const glm::mat4x3& m) {
+    constexpr float kFar = 1e-8f;  // of the squares of the determinant and of the matrix, the latter cubed
+    const float determinant = glm::dot(m[0], glm::cross(m[1], m[2]));
+    const float square = glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
+    const float least = kFar * square * square * square;
+    return std::isnormal(least) && determinant * determinant >= least;
+}
+
+// As `flat`, and with s3 = thickness along the normal.
+glm::mat4x3 Thickened(const glm::mat4x3& flat, const glm::dvec3& normal, const glm::dvec3& squeezed,
+                      double thickness) {
+    const double s3 = glm::dot(normal, glm::dmat3(flat) * squeezed);
+    glm::mat4x3 result = flat;
+    for (int i = 0; i < 3; ++i)
+        result[i] = glm::vec3(glm::dvec3(flat[i]) + (thickness - s3) * squeezed[i] * normal);
+    return result;
+}
+
+// The sine of the angle between a unit vector and the nearest axis.
+double ObliquityOf(const glm::dvec3& unit) {
+    const glm::dvec3 sizes = glm::abs(unit);
+    const double cosine = std::max({sizes.x, sizes.y, sizes.z});
+    return std::sqrt(std::max(glm::dot(unit, unit) - cosine * cosine, 0.0));
+}
+
+// In the plane, the square root of the area of the box; `along` the squeezed direction, its extent.
+struct Sizes {
+    double inPlane = 0.0, along = 0.0;
+};
+Sizes SizesOf(const Bounds& mesh, const glm::dmat3& linear, const glm::dvec3& squeezed) {
+    if (mesh.IsEmpty()) return {};
+    const glm::dvec3 extent = glm::dvec3(mesh.max) - glm::dvec3(mesh.min);
+    std::array<double, 3> sides{};
+    for (int i = 0; i < 3; ++i) sides[static_cast<size_t>(i)] = extent[i] * glm::length(linear[i]);
+    std::ranges::sort(sides);
+    return {std::sqrt(sides[1] * sides[2]), glm::dot(glm::abs(squeezed), extent)};
+}
+
+bool IsMirrored(const glm::mat4x3& local) {
+    return glm::determinant(glm::dmat3(local)) < 0.0;
+}
+
+bool IsMirrored(const Node& node) {
+    if (node.matrix) return IsMirrored(*node.matrix);
+    return (node.scale.x < 0.0f) != ((node.scale.y < 0.0f) != (node.scale.z < 0.0f));
+}
+
+// By the product of the signs of its scales and of those above it, where 0 counts as positive.
+bool IsMirroredAt(const SceneData& scene, uint32_t node) {
+    bool isMirrored = false;
+    for (; node != kNone; node = scene.nodes[node].parent) isMirrored ^= IsMirrored(scene.nodes[node]);
+    return isMirrored;
+}
+
+}  // namespace
+
+bool IsFlat(const glm::mat4x3& transform) {
+    if (IsSurelySolid(transform)) return false;
+    const glm::dmat3 linear(transform);
+    const double determinant = std::abs(glm::determinant(linear));
+    if (!(determinant > kLeastDeterminant * TermsOf(linear))) return true;
+    const double area = std::sqrt(SquareOf(Cofactors(linear)));
+    const Widths widths = WidthsOf(SquareOf(linear), area);
+    return determinant < kLeastRatio * area * widths.s1;
+}
+
+std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, const Bounds& mesh,
+                                             bool isMirrored) {
+    const auto ifShown = [](const PlacedTransform& transform) {
+        const bool isShown = CanInvert(transform.matrix) && IsFinite(transform.rest);
+        return isShown ? std::optional(transform) : std::nullopt;
+    };
+    if (!IsFlat(placed.matrix) || !IsFinite(placed.matrix)) return ifShown(placed);
+    const glm::dmat3 linear(placed.matrix), cofactors = Cofactors(linear);
+    const double area = std::sqrt(SquareOf(cofactors));
+    const Widths widths = WidthsOf(SquareOf(linear), area);
+    if (!(widths.s2 > kLeastWidth * widths.s1)) return std::nullopt;
+    // The cofactors are s1 s2 n m^T
+    const auto longest = std::ranges::max(
+        {0, 1, 2}, {}, [&](int column) { return glm::dot(cofactors[column], cofactors[column]); });
+    const glm::dvec3 normal = glm::normalize(cofactors[longest]);
+    const glm::dvec3 squeezed = glm::normalize(normal * cofactors);
+    const Sizes sizes = SizesOf(mesh, linear, squeezed);
+    const double forRays = kObliqueThickness * ObliquityOf(squeezed);
+    const double most = std::max(kMostThickness, forRays) * widths.s2;
+    // Of a mesh that reaches far along what is squeezed, not so much that it would be seen
+    constexpr double kSeen = 4.0 * kObliqueThickness;
+    const double size = sizes.along > 0.0 ? sizes.inPlane / sizes.along : 1.0;
+    const double wanted = sizes.along > 0.0
+                              ? std::max(kFlatThickness * size, std::min(forRays * widths.s2, kSeen * size))
+                              : most;
+    // As thick as it takes to tell its sides; a mesh without area in the plane stays as thin as that
+    const double thickness = std::clamp(wanted, kLeastRatio * widths.s1, most);
+    const double side = isMirrored ? -1.0 : 1.0;
+    PlacedTransform shown{Thickened(placed.matrix, normal, squeezed, side * thickness), placed.rest};
+    const auto isThick = [](const glm::mat4x3& matrix) { return !IsFlat(matrix) && CanInvert(matrix); };
+    for (double thicker = thickness; !isThick(shown.matrix) && thicker < most;) {
+        thicker *= 2.0;
+        const glm::mat4x3 matrix = Thickened(placed.matrix, normal, squeezed, side * thicker);
+        if (isThick(matrix)) shown.matrix = matrix;
+    }
+    if (!mesh.IsEmpty()) {
+        const glm::dvec3 middle = 0.5 * (glm::dvec3(mesh.min) + glm::dvec3(mesh.max));
+        const glm::dvec3 moved = (glm::dmat3(shown.matrix) - linear) * middle;
+        const SplitPlace place = Split(placed.Place() - moved);
+        shown.matrix[3] = place.rounded;
+        shown.rest = place.rest;
+    }
+    return ifShown(shown);
+}
+
+std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Instance& instance,
+                                             const PlacedTransform& placed) {
+    if (!IsFlat(placed.matrix)) return WithThickness(placed, {});
+    Bounds mesh;
+    for (const Primitive& primitive : scene.meshes[instance.mesh].primitives) mesh.Extend(primitive.bounds);
+    return WithThickness(placed, mesh,
+                         IsMirrored(instance.objectToNode) != IsMirroredAt(scene, instance.node));
+}
+
+PlacedTransform WithDirections(const SceneData& scene, uint32_t node, const PlacedTransform& nodeToWorld) {
+    if (!IsFlat(nodeToWorld.matrix)) return nodeToWorld;
+    return WithThickness(nodeToWorld, {}, IsMirroredAt(scene, node)).value_or(nodeToWorld);
+}
+
+double MeanScale(const glm::mat4x3& transform) {
+    const glm::dmat3 linear(transform);
+    if (IsFlat(transform)) return std::sqrt(std::sqrt(SquareOf(Cofactors(linear))));
+    return std::cbrt(std::abs(glm::determinant(linear)));
+}
+
+}  // namespace raygraph::scene

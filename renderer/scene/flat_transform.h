@@ -1,0 +1,54 @@
+// Transforms that squeeze a mesh into a plane: a scale of 0 on one axis, in a node or in one above it, or so
+// little that float cannot tell it from 0. Devices invert the transforms of instances, so a flat one is shown
+// with a thickness, too small to be seen and large enough for rays.
+//
+// With the singular values s1 >= s2 >= s3 of the matrix M, the unit normal n of the plane and the unit
+// direction m of object space that M squeezes, the matrix becomes M + (s - s3) n m^T: only s3 is another one.
+// Normals are carried over by its inverse transpose and so become n, and areas stay.
+//
+// The front of the mesh is in front as it would be with a small positive scale in place of 0. A matrix by
+// itself does not tell that: it counts as not mirrored.
+//
+// Threads: pure functions, for any thread.
+#pragma once
+
+#include <optional>
+
+#include "base/api.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// The thickness that a flattened mesh gets, of the square root of the area of its box in the plane: the first
+// one where it is squeezed along one of its axes, up to the second one along other directions. Rays in its
+// space come from very far away along m, which costs digits of their other coordinates: where m is along no
+// axis, hits are off by 3e-8 of the distance over the thickness (root mean square), a fifth of a pixel of a
+// picture 4000 pixels wide.
+inline constexpr double kFlatThickness = 1.0 / 65536.0, kObliqueThickness = 1.0 / 2048.0;
+
+// True where s3 / s1 is below 2^-30, or where float cannot tell the sign of the determinant: where it is
+// less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.
+RAYGRAPH_API bool IsFlat(const glm::mat4x3& transform);
+
+// The transform with which an instance of a mesh with this box (object space) is shown: `placed`, bit for
+// bit, unless it is flat. A flattened box has its middle in the plane, so its shape may be far from its
+// origin. Nothing if no area is left, or what is left has no inverse in float (CanInvert): a scale of 0 on
+// two axes or more, numbers that are not finite.
+RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, const Bounds& mesh,
+                                                          bool isMirrored = false);
+
+// The same for an instance of a scene; `placed` is where its node, or its skin, places it.
+RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Instance& instance,
+                                                          const PlacedTransform& placed);
+
+// The transform of a node for what only has directions, a camera or a light: where the node is flat, the axis
+// that is squeezed keeps the direction that it has with a small positive scale.
+RAYGRAPH_API PlacedTransform WithDirections(const SceneData& scene, uint32_t node,
+                                            const PlacedTransform& nodeToWorld);
+
+// The factor by which the transform scales lengths on average over the directions that it does not squeeze:
+// the cube root of the volume of the unit cube's image; of a flat one, the square root of the greatest area
+// that the image of a unit square has.
+RAYGRAPH_API double MeanScale(const glm::mat4x3& transform);
+
+}  // namespace raygraph::scene

@@ -1,0 +1,180 @@
+// What the program writes where something cannot be written: files, stdout, stderr. A device is needed.
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::ProgramResult;
+using test::RunProgram;
+using test::RunProgramBeside;
+using test::TemporaryFolder;
+
+constexpr const char* kTiny = "render @cornell.gltf --view albedo --size 8x8 --spp 1 ";
+// It would take minutes.
+constexpr const char* kEndless = "render @cornell.gltf --size 16x16 --time 200 ";
+
+std::string BytesOf(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// `line`, where a folder gets in the way of a file once its outputs have been checked.
+ProgramResult RunBlocked(const TemporaryFolder& folder, const std::string& line, const char* blocked,
+                         const std::function<void(pid_t, const std::string&)>& meanwhile = {}) {
+    bool isBlocked = false;
+    const ProgramResult result =
+        RunProgramBeside(folder, line + " --progress plain", [&](pid_t process, const std::string& messages) {
+            if (!isBlocked && messages.find("loading") != std::string::npos)
+                isBlocked = std::filesystem::create_directory(folder / blocked);
+            if (meanwhile) meanwhile(process, messages);
+        });
+    EXPECT_TRUE(isBlocked) << result.messages;
+    return result;
+}
+
+ProgramResult RunPrepared(const TemporaryFolder& folder, const std::string& line,
+                          const std::function<void()>& prepare) {
+    return RunProgramBeside(
+        folder, line, [](pid_t, const std::string&) {}, prepare);
+}
+
+TEST(ProgramOutputs, OneThatCannotBeWrittenLosesNoOther) {
+    const TemporaryFolder folder;
+    const ProgramResult result =
+        RunBlocked(folder, std::string(kTiny) + "-o a.png -o a.exr -o b.png --report a.json", "a.png");
+    EXPECT_EQ(result.exitCode, 1);
+    EXPECT_NE(result.messages.find("raygraph: a.png: cannot write: it is not a regular file\n"),
+              std::string::npos)
+        << result.messages;
+    EXPECT_EQ(result.output.find("a.exr\nb.png\na.json\n1 sample a pixel"), 0u) << result.output;
+    for (const char* name : {"a.exr", "b.png", "a.json"})
+        EXPECT_TRUE(std::filesystem::is_regular_file(folder / name)) << name;
+}
+
+TEST(ProgramOutputs, ASequenceGoesOnWithItsNextFrame) {
+    const TemporaryFolder folder;
+    const ProgramResult result =
+        RunBlocked(folder, std::string(kTiny) + "--frames 0:0.08:0.04 -o f.#.png", "f.1.png");
+    EXPECT_EQ(result.exitCode, 1);
+    for (const char* name : {"f.0.png", "f.2.png"})
+        EXPECT_TRUE(std::filesystem::is_regular_file(folder / name)) << name;
+    EXPECT_NE(result.messages.find("raygraph: f.1.png: cannot write"), std::string::npos) << result.messages;
+}
+
+// The processor time is up as soon as the first checkpoint is there.
+TEST(ProgramOutputs, CheckpointsAndTheStatusOfASignalAreThoseOfTheRender) {
+    const TemporaryFolder folder;
+    bool isTold = false;
+    const ProgramResult result =
+        RunBlocked(folder, std::string(kEndless) + "--checkpoint 0.001 -o a.exr -o a.png", "a.png",
+                   [&](pid_t process, const std::string&) {
+                       if (!isTold && std::filesystem::exists(folder / "a.exr"))
+                           isTold = kill(process, SIGXCPU) == 0;
+                   });
+    EXPECT_TRUE(isTold);
+    EXPECT_EQ(result.exitCode, 75) << result.messages;
+    EXPECT_NE(result.messages.find("not saved, rendering goes on: a.png: "), std::string::npos)
+        << result.messages;
+    EXPECT_NE(result.messages.find("raygraph: a.png: cannot write"), std::string::npos) << result.messages;
+    EXPECT_GE(session::SampleCount(session::ReadRenderFile(folder / "a.exr").samples), 1u);
+}
+
+TEST(ProgramOutputs, ARenderThatCannotBeSavedIsNotTriedAgain) {
+    const TemporaryFolder folder;
+    bool isTold = false;
+    const ProgramResult result = RunBlocked(folder, std::string(kEndless) + "-o a.exr -o a.png", "a.exr",
+                                            [&](pid_t process, const std::string& messages) {
+                                                if (!isTold && messages.find(" samples") != std::string::npos)
+                                                    isTold = kill(process, SIGTERM) == 0;
+                                            });
+    EXPECT_EQ(result.exitCode, 1) << result.messages;
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder / "a.png"));
+}
+
+// As the background of a script and `trap '' TERM` start it.
+TEST(ProgramOutputs, ASignalThatIsIgnoredDoesNotEndIt) {
+    const TemporaryFolder folder;
+    bool isTold = false;
+    const ProgramResult result = RunProgramBeside(
+        folder, "render @cornell.gltf --size 16x16 --spp 40 -o a.exr --progress json",
+        [&](pid_t process, const std::string& messages) {
+            if (isTold || messages.find(R"("progress")") == std::string::npos) return;
+            isTold = true;
+            for (const int signal : {SIGINT, SIGTERM, SIGHUP}) kill(process, signal);
+        },
+        [] {
+            for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+        });
+    EXPECT_TRUE(isTold);
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_EQ(session::SampleCount(session::ReadRenderFile(folder / "a.exr").samples), 40u);
+}
+
+TEST(ProgramOutputs, AReaderOfItsProgressThatLeavesDoesNotEndIt) {
+    const TemporaryFolder folder;
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    close(ends[0]);
+    const ProgramResult result = RunPrepared(folder, std::string(kTiny) + "-o a.png --progress json",
+                                             [&] { dup2(ends[1], STDERR_FILENO); });
+    close(ends[1]);
+    EXPECT_EQ(result.exitCode, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "a.png"));
+}
+
+// Of the two files the report is the small one. A command without a device: the limit is that of a CPU driver, too.
+TEST(ProgramOutputs, AFileBeyondTheLimitIsOneThatCannotBeWritten) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(RunProgram(folder, std::string(kTiny) + "-o part.exr").exitCode, 0);
+    ASSERT_GT(std::filesystem::file_size(folder / "part.exr"), 3000u);
+    const ProgramResult result = RunPrepared(folder, "merge part.exr -o whole.exr --report m.json", [] {
+        const rlimit bytes{3000, 3000};
+        setrlimit(RLIMIT_FSIZE, &bytes);
+    });
+    EXPECT_EQ(result.exitCode, 1);
+    EXPECT_EQ(result.messages, "raygraph: whole.exr: cannot write: File too large\n");
+    EXPECT_FALSE(std::filesystem::exists(folder / "whole.exr"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "m.json"));
+}
+
+TEST(ProgramOutputs, StdoutThatCannotBeWrittenIsAFailure) {
+    const TemporaryFolder folder;
+    const auto full = [] {
+        const int descriptor = open("/dev/full", O_WRONLY);
+        dup2(descriptor, STDOUT_FILENO);
+    };
+    for (const std::string line : {"--help", "man", "info @cornell.gltf", "info --json --extensions"}) {
+        const ProgramResult result = RunPrepared(folder, line, full);
+        EXPECT_EQ(result.exitCode, 1) << line;
+        EXPECT_TRUE(result.messages.starts_with("raygraph: stdout cannot be written")) << result.messages;
+        EXPECT_EQ(std::ranges::count(result.messages, '\n'), 1) << result.messages;
+    }
+    const ProgramResult quiet = RunPrepared(folder, std::string(kTiny) + "-o a.png --quiet", full);
+    EXPECT_EQ(quiet.exitCode, 0) << "which has nothing to say: " << quiet.messages;
+}
+
+// Else the picture would be opened in its place, and get the text.
+TEST(ProgramOutputs, StdoutThatIsClosedIsAFailureAndNoOtherFile) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(RunProgram(folder, std::string(kTiny) + "-o good.png").exitCode, 0);
+    const ProgramResult result =
+        RunPrepared(folder, std::string(kTiny) + "-o a.png", [] { close(STDOUT_FILENO); });
+    EXPECT_EQ(result.exitCode, 1);
+    EXPECT_EQ(result.messages, "raygraph: stdout cannot be written: Bad file descriptor\n");
+    EXPECT_EQ(BytesOf(folder / "a.png"), BytesOf(folder / "good.png"));
+}
+
+}  // namespace
+}  // namespace raygraph

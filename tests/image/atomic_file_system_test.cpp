@@ -1,0 +1,262 @@
+// AtomicFile where a target cannot be replaced, or lacks something else, and after processes that were killed.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <linux/fs.h>
+#include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+
+#include "base/atomic_file.h"
+#include "tests/image/image_files.h"
+#include "tests/image/text_files.h"
+#include "tests/support/failing_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::test {
+namespace {
+
+TEST(AtomicFile, DeviceIsWrittenTo) {
+    AtomicFile file("/dev/null");
+    EXPECT_EQ(file.WhyInPlace(), "");
+    file.Seek(4);
+    file.Write(ToBytes("text"));
+    file.Commit();
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+    AtomicFile full("/dev/full");
+    full.Write(ToBytes("text"));
+    EXPECT_EQ(IoError([&] { full.Commit(); }), "/dev/full: cannot write: No space left on device");
+}
+
+TEST(AtomicFile, PipeGetsTheContentAsAWhole) {
+    const TemporaryFolder folder;
+    const fs::path pipe = folder / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    {
+        AtomicFile unread(pipe);
+        EXPECT_NE(IoError([&] { unread.Commit(); }).find("No such device or address"), std::string::npos);
+    }
+    AtomicFile file(pipe);
+    file.Write(ToBytes("....text"));
+    file.Seek(0);
+    file.Write(ToBytes("1234"));
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+    file.Commit();
+    std::string text(20, '\0');
+    text.resize(static_cast<size_t>(std::max<ssize_t>(read(reader, text.data(), text.size()), 0)));
+    close(reader);
+    EXPECT_EQ(text, "1234text");
+}
+
+// What `work` returns in a process of its own, "" if that is killed.
+template <typename Work>
+std::string InChild(const Work& work) {
+    int ends[2];
+    if (pipe(ends) != 0) return "no pipe";
+    const pid_t child = fork();
+    if (child == 0) {
+        const std::string said = work();
+        (void)!write(ends[1], said.data(), said.size());
+        _exit(0);
+    }
+    close(ends[1]);
+    std::string said(4096, '\0');
+    const ssize_t count = read(ends[0], said.data(), said.size());
+    said.resize(count > 0 ? static_cast<size_t>(count) : 0);
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+    return said;
+}
+
+std::string ReplaceInChild(const fs::path& path) {
+    return InChild([&]() -> std::string {
+        try {
+            AtomicFile file(path);
+            file.Write(ToBytes("new"));
+            file.Commit();
+            return "written, " + file.WhyInPlace();
+        } catch (const Error& error) {
+            return error.what();
+        }
+    });
+}
+
+constexpr uid_t kNobody = 65534;
+
+TEST(AtomicFile, FileOfAnotherUserInASharedFolderIsRefusedOrWrittenInPlace) {
+    if (geteuid() != 0) GTEST_SKIP() << "files of another user are made by root";
+    const TemporaryFolder folder;
+    const fs::path path = folder / "out.txt";
+    Put(path, "old text");
+    ASSERT_EQ(chmod(folder.Path().c_str(), 01777), 0);
+    const auto replaceAsNobody = [&] {
+        return InChild([&]() -> std::string {
+            if (setgid(kNobody) != 0 || setuid(kNobody) != 0) return "still root";
+            return ReplaceInChild(path);
+        });
+    };
+    ASSERT_EQ(chmod(path.c_str(), 0644), 0);
+    EXPECT_EQ(replaceAsNobody(), path.string() + ": cannot replace: Operation not permitted");
+    EXPECT_EQ(Text(path), "old text");
+    ASSERT_EQ(chmod(path.c_str(), 0666), 0);
+    EXPECT_EQ(replaceAsNobody(), "written, Operation not permitted");
+    EXPECT_EQ(Text(path), "new");
+    // Nor does the folder take new files
+    ASSERT_EQ(chmod(folder.Path().c_str(), 0755), 0);
+    Put(path, "old text");
+    EXPECT_EQ(replaceAsNobody(), "written, Permission denied");
+    EXPECT_EQ(Text(path), "new");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
+}
+
+TEST(AtomicFile, FileThatIsMountedByItselfIsWrittenInPlace) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "out.txt";
+    Put(path, "old text");
+    const std::string said = InChild([&]() -> std::string {
+        if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+            mount(path.c_str(), path.c_str(), nullptr, MS_BIND, nullptr) != 0)
+            return "not allowed";
+        return ReplaceInChild(path);
+    });
+    if (said == "not allowed") GTEST_SKIP() << "mounting is not allowed here";
+    EXPECT_EQ(said, "written, Device or resource busy");
+    EXPECT_EQ(Text(path), "new");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
+}
+
+TEST(AtomicFile, FileThatMayNotChangeIsRefused) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "out.txt";
+    Put(path, "old");
+    const int descriptor = open(path.c_str(), O_RDONLY);
+    int flags = FS_IMMUTABLE_FL;
+    const bool isFixed = ioctl(descriptor, FS_IOC_SETFLAGS, &flags) == 0;
+    if (!isFixed) close(descriptor);
+    if (!isFixed) GTEST_SKIP() << "a file cannot be made immutable here";
+    EXPECT_EQ(IoError([&] { AtomicFile file(path); }),
+              path.string() + ": cannot replace: Operation not permitted");
+    flags = 0;
+    EXPECT_EQ(ioctl(descriptor, FS_IOC_SETFLAGS, &flags), 0);
+    close(descriptor);
+    EXPECT_EQ(Text(path), "old");
+}
+
+// Where the system does not say beforehand that a name is taken for good.
+TEST(AtomicFile, FileThatTurnsOutToBeIrreplaceableIsWrittenInPlace) {
+    for (const int openNameless : {0, EOPNOTSUPP}) {
+        const TemporaryFolder folder;
+        const fs::path path = folder / "out.txt";
+        Put(path, "old text");
+        const testing::FailingFiles failing({.openNameless = openNameless, .renameat = EBUSY});
+        {
+            AtomicFile file(path);
+            file.Write(ToBytes("new"));
+            file.Commit();
+        }
+        EXPECT_EQ(Text(path), "new");
+        EXPECT_EQ(FileCount(folder.Path()), 1u);
+    }
+}
+
+// As on a file system without links, where a file without a name never gets one.
+TEST(AtomicFile, FileThatCannotBeLinkedIsWrittenInPlace) {
+    const TemporaryFolder folder;
+    const testing::FailingFiles failing({.linkat = EPERM});
+    for (const std::string text : {"new text", "newer"}) {
+        AtomicFile file(folder / "out.txt");
+        file.Write(ToBytes(text));
+        file.Commit();
+        EXPECT_EQ(Text(folder / "out.txt"), text);
+        EXPECT_EQ(FileCount(folder.Path()), 1u);
+    }
+}
+
+TEST(AtomicFile, FailureToRenameForAnotherReasonLeavesTheOldFile) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "out.txt";
+    Put(path, "old");
+    {
+        AtomicFile file(path);
+        file.Write(ToBytes("new"));
+        const testing::FailingFiles failing({.renameat = ENOSPC});
+        EXPECT_EQ(IoError([&] { file.Commit(); }),
+                  path.string() + ": cannot replace: No space left on device");
+    }
+    EXPECT_EQ(Text(path), "old");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
+}
+
+TEST(AtomicFile, FileSystemWithoutNamelessFilesGetsTheSame) {
+    const TemporaryFolder folder;
+    const testing::FailingFiles failing({.openNameless = EOPNOTSUPP});
+    for (const std::string text : {"new", "newer"}) {
+        AtomicFile file(folder / "out.txt");
+        EXPECT_EQ(FileCount(folder.Path()), text == "new" ? 1u : 2u) << "it has a name meanwhile";
+        file.Write(ToBytes(text));
+        file.Commit();
+        EXPECT_EQ(Text(folder / "out.txt"), text);
+        EXPECT_EQ(FileCount(folder.Path()), 1u);
+    }
+}
+
+// The child is killed while it writes.
+void WriteAndBeKilled(const fs::path& path) {
+    EXPECT_EQ(InChild([&]() -> std::string {
+                  AtomicFile file(path);
+                  file.Write(ToBytes(std::string(1 << 20, 'x')));
+                  std::raise(SIGKILL);
+                  return "alive";
+              }),
+              "");
+}
+
+TEST(AtomicFile, KilledProcessLeavesNothingWhereTheNextOneWrites) {
+    for (const int openNameless : {0, EOPNOTSUPP}) {
+        const TemporaryFolder folder;
+        {
+            const testing::FailingFiles failing({.openNameless = openNameless});
+            WriteAndBeKilled(folder / "a.txt");
+            EXPECT_TRUE(openNameless == 0 || FileCount(folder.Path()) == 1u) << "or this shows nothing";
+        }
+        AtomicFile file(folder / "b.txt");
+        file.Commit();
+        EXPECT_EQ(FileCount(folder.Path()), 1u);
+        EXPECT_FALSE(fs::exists(folder / "a.txt"));
+    }
+}
+
+TEST(AtomicFile, FileThatIsBeingWrittenIsNotTakenForALeftOne) {
+    const TemporaryFolder folder;
+    const testing::FailingFiles failing({.openNameless = EOPNOTSUPP});
+    AtomicFile ours(folder / "a.txt");
+    EXPECT_EQ(ReplaceInChild(folder / "b.txt"), "written, ");
+    ours.Write(ToBytes("ours"));
+    ours.Commit();
+    EXPECT_EQ(Text(folder / "a.txt"), "ours");
+    EXPECT_EQ(FileCount(folder.Path()), 2u);
+}
+
+// Its lock may not be seen here; no file takes a day to be written.
+TEST(AtomicFile, FileOfAnotherComputerIsLeftForADay) {
+    const TemporaryFolder folder;
+    const fs::path fresh = folder / ".raygraph-00000000-0000-0000-0000-000000000000-7-0.tmp",
+                   old = folder / ".raygraph-00000000-0000-0000-0000-000000000000-7-1.tmp";
+    for (const fs::path& file : {fresh, old, folder / "other.tmp"}) Put(file, "part");
+    fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
+    fs::last_write_time(folder / "other.tmp", fs::file_time_type::clock::now() - std::chrono::hours(25));
+    AtomicFile file(folder / "a.txt");
+    file.Commit();
+    EXPECT_TRUE(fs::exists(fresh));
+    EXPECT_FALSE(fs::exists(old));
+    EXPECT_TRUE(fs::exists(folder / "other.tmp")) << "which is not ours";
+}
+
+}  // namespace
+}  // namespace raygraph::test

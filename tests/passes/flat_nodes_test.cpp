@@ -1,0 +1,417 @@
+// Meshes that their nodes scale to a plane: seen, shaded and shining as the plane that they are, by every
+// traversal and in the raster view.
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+
+#include "passes/raster.h"
+#include "tests/passes/deforming_scene.h"
+#include "tests/scene/gltf_document.h"
+#include "tests/support/error_of.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using glm::vec2;
+using glm::vec3;
+using passes::TraceSettings;
+using passes::Traversal;
+
+namespace {
+
+constexpr vec3 kColor{0.25f, 0.5f, 0.75f};
+
+scene::Node Scaled(const vec3& scale, const glm::quat& rotation = glm::quat(1, 0, 0, 0)) {
+    scene::Node node;
+    node.scale = scale;
+    node.rotation = rotation;
+    return node;
+}
+
+// Nodes, each below the one before it, the last with the mesh; and the normal of the plane that they leave.
+struct Chain {
+    const char* name;
+    std::vector<scene::Node> nodes;
+    vec3 normal;
+};
+std::vector<Chain> Chains() {
+    const glm::quat turn = glm::angleAxis(0.9f, glm::normalize(vec3(1, 2, 3)));
+    const glm::quat other = glm::angleAxis(0.5f, glm::normalize(vec3(2, -1, 1)));
+    const vec3 turned = turn * vec3(0, 0, 1);
+    scene::Node singular;  // no axis of it is 0
+    singular.matrix = glm::mat4x3(vec3(1, 0, 0), vec3(0, 1, 0), vec3(0.5f, 0.5f, 0), vec3(0));
+    return {
+        {"a scale of 0", {Scaled({1, 1, 0})}, {0, 0, 1}},
+        {"mirrored", {Scaled({-1, 1, 0})}, {0, 0, 1}},
+        {"by a parent", {Scaled({1, 1, 0}), Scaled(vec3(1), other)}, {0, 0, 1}},
+        {"between turns", {Scaled(vec3(1), turn), Scaled({1.5f, 1, 0}), Scaled({1, 0.7f, 1}, other)}, turned},
+        {"almost 0, between turns",
+         {Scaled(vec3(1), turn), Scaled({1, 1, 1e-12f}), Scaled(vec3(1), other)},
+         turned},
+        {"a matrix", {singular}, {0, 0, 1}}};
+}
+
+scene::SceneData Under(std::vector<scene::Node> chain, scene::Mesh mesh, const scene::Material& material,
+                       const vec3& at = vec3(0.0f)) {
+    scene::SceneData scene = SceneOf({std::move(mesh)}, {material});
+    scene.nodes = std::move(chain);
+    for (uint32_t i = 0; i < scene.nodes.size(); ++i) {
+        if (i > 0) scene.nodes[i].parent = i - 1;
+        scene.nodeOrder.push_back(i);
+    }
+    scene.nodes[0].translation = at;
+    scene.nodes.back().mesh = 0;
+    scene.instances[0].node = static_cast<uint32_t>(scene.nodes.size() - 1);
+    scene.instances[0].isCollapsed = true;  // unless it is seen, as a file that scales it may say
+    scene::UpdateWorldTransforms(scene);
+    return scene;
+}
+
+// Adds a mesh without a node, and its material.
+void Add(scene::SceneData& scene, scene::Mesh mesh, const scene::Material& material,
+         const glm::mat4x3& placed = glm::mat4x3(1.0f)) {
+    mesh.primitives[0].material = static_cast<uint32_t>(scene.materials.size());
+    scene.instances.push_back({.mesh = static_cast<uint32_t>(scene.meshes.size()), .objectToWorld = placed});
+    scene.meshes.push_back(std::move(mesh));
+    scene.materials.push_back(material);
+}
+
+scene::Material Shining(const vec3& emission, bool isDoubleSided) {
+    scene::Material material = Lambert(vec3(0.0f), emission);
+    material.isDoubleSided = isDoubleSided;
+    return material;
+}
+
+// The driver, and own trees of one level and of two.
+class FlatNodes : public VulkanTest, public ::testing::WithParamInterface<uint32_t> {
+  protected:
+    // Of 3 m around the origin, seen along a direction.
+    TraceSettings Along(const vec3& direction) const {
+        const vec3 up = std::abs(direction.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0);
+        scene::CameraView view = scene::CameraView::LookAt(-4.0f * direction, vec3(0.0f), up);
+        view.projection = scene::Projection::Orthographic;
+        view.height = 3.0f;
+        TraceSettings settings;
+        settings.extent = {48, 48};
+        settings.camera = ToRecord(view);
+        settings.scattering.brdf = BrdfModel::Lambert;
+        return Traced(settings);
+    }
+    static TraceSettings Traced(TraceSettings settings) {
+        settings.traversal = GetParam() == 0 ? Traversal::Driver : Traversal::Own;
+        return settings;
+    }
+    // Pixels that are not black; all numbers are finite.
+    static size_t Covered(const FloatImage& image) {
+        size_t covered = 0;
+        for (const glm::vec4& value : image.values) {
+            EXPECT_TRUE(std::isfinite(glm::dot(value, glm::vec4(1.0f))));
+            covered += vec3(value) != vec3(0.0f);
+        }
+        return covered;
+    }
+    SceneRender::Hits Drawn(const TraceSettings& settings) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
+        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+    }
+    // The radiance of a small wall in the plane z = 0, which is white, over that of light all around it.
+    double LightOnWall(bool isSampled, uint32_t samples) {
+        TraceSettings settings = Traced(LookAt({0.5f, 0.0f, 0.5f}, {0, 0, 0}, 0.0005f, 64));
+        settings.biases.maxDepth = 1;
+        settings.lights.isOn = isSampled;
+        if (isSampled) settings.lights.mis = MisHeuristic::Off;  // or paths make up for a part
+        return render.Render(settings, samples).mean.Mean().y;
+    }
+
+    SceneRender render{Device(), {.hasWideTrees = GetParam() > 0, .prefersOneWideLevel = GetParam() == 1}};
+};
+constexpr std::array kTraversals{"Driver", "OneLevel", "TwoLevels"};
+INSTANTIATE_TEST_SUITE_P(Traversals, FlatNodes, ::testing::Values(0u, 1u, 2u),
+                         [](const auto& of) { return kTraversals[of.param]; });
+
+}  // namespace
+
+// Both sides of the box come to lie in one plane.
+TEST_P(FlatNodes, ABoxIsSeenFromBothSidesInItsColor) {
+    for (const Chain& chain : Chains())
+        for (const bool isDoubleSided : {false, true}) {
+            SCOPED_TRACE(chain.name);
+            render.scene.SetScene(Under(chain.nodes, BoxMesh(0.5f), Shining(kColor, isDoubleSided)));
+            for (const vec3& direction : {chain.normal, -chain.normal}) {
+                const FloatImage seen = render.TraceOnce(Along(direction));
+                for (uint32_t y = 20; y < 28; ++y)
+                    for (uint32_t x = 20; x < 28; ++x) EXPECT_EQ(vec3(seen.At(x, y)), kColor);
+                const size_t covered = Covered(seen);
+                EXPECT_GT(covered, 48u * 48u / 12u);
+                const SceneRender::Hits drawn = Drawn(Along(direction));
+                const auto count =
+                    std::ranges::count_if(drawn.ids, [](const glm::uvec4& id) { return id.x == 0; });
+                EXPECT_NEAR(double(count), double(covered), 0.1 * double(covered)) << "the raster view";
+            }
+        }
+}
+
+// The nearer one of two sides of a box: the front of that side, and no other.
+TEST_P(FlatNodes, TheSideTowardsTheViewerIsSeen) {
+    scene::Mesh box = BoxMesh(0.5f);
+    scene::Primitive& sides = box.primitives[0];
+    for (const vec3& normal : sides.normals)
+        sides.colors.push_back(normal.z > 0.5f    ? glm::vec4(1, 0, 0, 1)
+                               : normal.z < -0.5f ? glm::vec4(0, 1, 0, 1)
+                                                  : glm::vec4(0, 0, 1, 1));
+    scene::Material material = Lambert(vec3(1.0f));
+    material.isUnlit = true;
+    render.scene.SetScene(Under({Scaled({1, 1, 0})}, box, material));
+    EXPECT_EQ(vec3(render.TraceOnce(Along({0, 0, -1})).At(24, 24)), vec3(1, 0, 0));
+    EXPECT_EQ(vec3(render.TraceOnce(Along({0, 0, 1})).At(24, 24)), vec3(0, 1, 0));
+}
+
+TEST_P(FlatNodes, NormalsAreThoseOfThePlane) {
+    for (const Chain& chain : Chains()) {
+        SCOPED_TRACE(chain.name);
+        render.scene.SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), Lambert(vec3(0.5f))));
+        const TraceSettings settings = Along(-chain.normal);
+        const std::array both{render.PrimaryHits(settings), Drawn(settings)};
+        for (const SceneRender::Hits& hits : both) {
+            size_t surfaces = 0, others = 0;
+            for (size_t i = 0; i < hits.ids.size(); ++i) {
+                if (hits.ids[i].x != 0) continue;
+                ++surfaces;
+                others += glm::dot(vec3(hits.normal.values[i]), chain.normal) < 0.999f;
+                EXPECT_LT(std::abs(glm::dot(vec3(hits.position.values[i]), chain.normal)), 4e-4f);
+            }
+            EXPECT_GT(surfaces, 300u);
+            EXPECT_LT(others, surfaces / 100) << "the rim, at most";
+        }
+    }
+}
+
+// Where in the plane, by the texture coordinates that a hit has: those of rays in the mesh's own space are
+// inexact, the more so the thinner a mesh is that is turned below a flat node.
+TEST_P(FlatNodes, RaysHitThePlaneWhereTheyMeetIt) {
+    for (const Chain& chain : Chains()) {
+        SCOPED_TRACE(chain.name);
+        render.scene.SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), Lambert(vec3(0.5f))));
+        const vec3 eye = 20.0f * glm::normalize(chain.normal + vec3(0.2f, 0.1f, 0.0f));
+        const TraceSettings settings = Traced(LookAt(eye, vec3(0.0f), 0.1f, 48));
+        const SceneRender::Hits hits = render.PrimaryHits(settings);
+        double sum = 0.0, count = 0.0;
+        for (uint32_t i = 0; i < hits.ids.size(); ++i) {
+            if (hits.ids[i].x != 0) continue;
+            const vec2 film = (vec2(i % 48, i / 48) + 0.5f) / 24.0f - 1.0f;
+            const glm::dvec3 ray = glm::dvec3(settings.camera.forward) +
+                                   double{film.x} * glm::dvec3(settings.camera.right) -
+                                   double{film.y} * glm::dvec3(settings.camera.up);
+            const glm::dvec3 meets = glm::dvec3(eye) - glm::dot(glm::dvec3(eye), glm::dvec3(chain.normal)) /
+                                                           glm::dot(ray, glm::dvec3(chain.normal)) * ray;
+            const double off = glm::distance(meets, glm::dvec3(hits.position.values[i]));
+            sum += off * off;
+            ++count;
+        }
+        EXPECT_GT(count, 300.0);
+        EXPECT_LT(std::sqrt(sum / count), 1e-4 * 20.0) << "the thickness alone makes a fifth of that";
+    }
+}
+
+TEST_P(FlatNodes, TheFrontOfACardIsThatOfASmallScale) {
+    const glm::quat turn = glm::angleAxis(0.5f, glm::normalize(vec3(2, -1, 1)));
+    for (const vec3& scale : {vec3(1, 1, 0), vec3(-1, 1, 0), vec3(1, -1, 0), vec3(-1, -1, 0)})
+        for (const bool isBelow : {false, true}) {
+            std::vector<scene::Node> nodes{Scaled(scale)};
+            if (isBelow) nodes.push_back(Scaled(vec3(1), turn));
+            std::array<size_t, 2> thin{}, flat{};
+            for (const bool isFlat : {false, true}) {
+                nodes[0].scale.z = isFlat ? 0.0f : 0.01f;
+                render.scene.SetScene(Under(nodes, QuadMesh(0.8f), Shining(kColor, false)));
+                std::array<size_t, 2>& covered = isFlat ? flat : thin;
+                covered[0] = Covered(render.TraceOnce(Along({0, 0, -1})));
+                covered[1] = Covered(render.TraceOnce(Along({0, 0, 1})));
+            }
+            EXPECT_EQ(flat[0] > 300u, thin[0] > 300u) << scale.x << scale.y << isBelow;
+            EXPECT_EQ(flat[1] > 300u, thin[1] > 300u);
+            EXPECT_EQ(std::min(flat[0], flat[1]), 0u) << "one side is culled";
+        }
+}
+
+// The form factors of a square of 1 m and of a disc, above the middle. Far away a shadow ray ends before the
+// thickness of what is flat.
+TEST_P(FlatNodes, FlatMeshesShineAsTheirPlanes) {
+    const auto square = [](double distance) {
+        const double slope = 0.5 / distance, side = slope / std::sqrt(1.0 + slope * slope);
+        return 4.0 / M_PI * side * std::atan(side);
+    };
+    const auto disc = [](double distance) { return 0.25 / (0.25 + distance * distance); };
+    struct Lamp {
+        const char* name;
+        scene::Mesh mesh;
+        std::function<double(double)> formFactor;
+        bool isShared = false;
+    };
+    // Of which the last one is placed twice, so that each placement is one light; the other one is out of sight
+    const std::array lamps{Lamp{"card", QuadMesh(0.5f), square}, Lamp{"box", BoxMesh(0.5f), square},
+                           Lamp{"ball", SphereMesh(0.5f, 24), disc},
+                           Lamp{"balls", SphereMesh(0.5f, 64), disc, true}};
+    for (const Lamp& lamp : lamps)
+        for (const float distance : {1.0f, 30.0f})
+            for (const bool isDoubleSided : {false, true}) {
+                if (&lamp == &lamps[0] && !isDoubleSided) continue;  // it faces up
+                SCOPED_TRACE(std::string(lamp.name) + (isDoubleSided ? ", both sides" : ""));
+                SCOPED_TRACE(distance);
+                const glm::quat turn = glm::angleAxis(0.3f, vec3(0, 0, 1));
+                scene::SceneData scene = Under({Scaled(vec3(1), turn), Scaled({1, 1, 0})}, lamp.mesh,
+                                               Shining(vec3(1.0f), isDoubleSided), {0, 0, distance});
+                if (lamp.isShared) {
+                    scene::Instance& other = scene.instances.emplace_back(scene.instances[0]);
+                    other.node = scene::kNone;
+                    other.objectToWorld[3].z = -5.0f;
+                }
+                Add(scene, QuadMesh(0.001f), Lambert(vec3(1.0f)));
+                render.scene.SetScene(std::move(scene));
+                const double expected = lamp.formFactor(double{distance});
+                EXPECT_NEAR(LightOnWall(true, lamp.isShared ? 256 : 64), expected, 0.01 * expected);
+                if (distance > 1.0f) continue;  // chance finds none there
+                EXPECT_NEAR(LightOnWall(false, 64), expected, 0.02 * expected);
+            }
+}
+
+// Into flatness, to a line, and out of it again; as a light, too.
+TEST_P(FlatNodes, AnAnimationGoesThroughFlatness) {
+    scene::SceneData scene =
+        Under({Scaled(vec3(1)), Scaled(vec3(1))}, BoxMesh(0.5f), Shining(vec3(2.0f), true), {0, 0, 1});
+    Add(scene, QuadMesh(0.001f), Lambert(vec3(1.0f)));
+    scene::Animation& clip = scene.animations.emplace_back();
+    clip.duration = 4.0f;
+    clip.samplers.push_back(
+        {.width = 3, .times = {0, 1, 2, 3, 4}, .values = {1, 1, 1, 1, 1, 0, 1, 0, 0, 0, 0, 0, 1, 1, -1}});
+    clip.channels.push_back({0, {.property = scene::AnimatedProperty::Scale, .object = 0}});
+    PosedScene posed(std::move(scene));
+    scene::SceneData data = posed.scene;
+    render.scene.SetScene(std::move(data));
+    const double flat = 2.0 * 0.239456;
+    for (const double seconds : {0.0, 1.0, 2.0, 1.0, 3.0, 1.0, 0.5, 1.0, 2.0, 4.0}) {
+        SCOPED_TRACE(seconds);
+        render.scene.SetPose(posed.scene, posed.applier, posed.MoveTo(seconds));
+        const size_t covered = Covered(render.TraceOnce(Along({0, 0, -1})));
+        const double light = LightOnWall(true, 16);
+        const bool isSeen = seconds < 1.5 || seconds > 3.5;
+        EXPECT_EQ(render.scene.IsVisible(0), isSeen);
+        EXPECT_EQ(covered > 200u, isSeen);
+        EXPECT_EQ(covered > 0u, isSeen);
+        EXPECT_EQ(light > 0.0, isSeen);
+        if (seconds == 1.0) {
+            EXPECT_NEAR(light, flat, 0.01 * flat);
+        } else if (isSeen) {
+            EXPECT_GT(light, 1.1 * flat) << "it is nearer";
+        }
+    }
+}
+
+// In light from everywhere glass that absorbs nothing is not to be told from nothing.
+TEST_P(FlatNodes, GlassNeitherLosesLightNorMakesUpNumbers) {
+    scene::Material glass;
+    glass.metallicFactor = 0.0f;
+    glass.roughnessFactor = 0.0f;
+    glass.transmissionFactor = 1.0f;
+    glass.thicknessFactor = 1.0f;
+    glass.attenuationDistance = 0.5f;
+    glass.attenuationColor = vec3(0.1f);
+    for (const Chain& chain : Chains()) {
+        SCOPED_TRACE(chain.name);
+        for (const bool isBall : {false, true}) {
+            render.scene.SetScene(Under(chain.nodes, isBall ? SphereMesh(0.8f, 24) : BoxMesh(0.8f), glass));
+            render.scene.SetEnvironment({.radiance = vec3(1.0f)});
+            TraceSettings settings = Along(-chain.normal);
+            settings.scattering.brdf = BrdfModel::Gltf;
+            const FloatImage seen = render.Render(settings, 16).mean;
+            Covered(seen);
+            EXPECT_NEAR(seen.Mean().y, 1.0, 0.01) << isBall;
+        }
+    }
+}
+
+// Stretched highlights, coats, sheen and bent normals on what is flat, to the rim.
+TEST_P(FlatNodes, NoMaterialMakesUpNumbers) {
+    scene::Material material = Lambert(vec3(0.7f));
+    material.roughnessFactor = 0.3f;
+    material.metallicFactor = 0.5f;
+    material.anisotropyStrength = 0.8f;
+    material.clearcoatFactor = 0.5f;
+    material.sheenColorFactor = vec3(0.5f);
+    material.sheenRoughnessFactor = 0.4f;
+    for (const Chain& chain : Chains()) {
+        SCOPED_TRACE(chain.name);
+        render.scene.SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), material));
+        render.scene.SetEnvironment({.radiance = vec3(1.0f)});
+        for (const float tilt : {0.0f, 1.5f}) {
+            TraceSettings settings = Along(glm::normalize(-chain.normal + tilt * vec3(0.3f, 0.9f, 0.1f)));
+            settings.scattering.brdf = BrdfModel::Gltf;
+            EXPECT_GT(Covered(render.Render(settings, 4).mean), 0u);
+        }
+    }
+}
+
+TEST_P(FlatNodes, AHostMayFlattenWhatItPlaces) {
+    const glm::mat4x3 flat{vec3(1, 0, 0), vec3(0, 1, 0), vec3(0), vec3(0)};
+    scene::SceneData scene = SceneOf({BoxMesh(0.5f)}, {Shining(kColor, true)}, {flat});
+    render.scene.SetScene(std::move(scene));
+    const auto covered = [&] { return Covered(render.TraceOnce(Along({0, 0, -1}))); };
+    const size_t set = covered();
+    EXPECT_GT(set, 200u);
+    render.scene.SetTransform(0, glm::mat4x3(1.0f));
+    render.scene.SetTransform(0, flat);
+    const SceneRevisions before = render.scene.Revisions();
+    render.scene.SetTransform(0, flat);
+    render.scene.SetTransform(0, render.scene.Transform(0));
+    EXPECT_EQ(render.scene.Revisions(), before) << "nothing has changed";
+    EXPECT_EQ(covered(), set);
+    render.scene.SetVisible(0, false);
+    EXPECT_EQ(covered(), 0u);
+    render.scene.AddInstance(0, scene::PlacedTransform{flat});
+    EXPECT_EQ(covered(), set);
+}
+
+// Joints of a scale of 0, which place vertices themselves.
+TEST_P(FlatNodes, JointsMayFlatten) {
+    scene::SceneData scene = SceneOf({BoxMesh(0.5f)}, {Shining(kColor, true)});
+    scene.nodes = {Scaled({1, 1, 0}), Scaled(vec3(1))};
+    scene.nodeOrder = {0, 1};
+    scene.nodes[1].mesh = 0;
+    scene.nodes[1].skin = 0;
+    scene.skins.push_back({.name = "", .joints = {0}, .inverseBinds = {glm::mat4x3(1.0f)}});
+    scene.instances[0].node = 1;
+    scene::Primitive& box = scene.meshes[0].primitives[0];
+    box.influences.perVertex = 1;
+    box.influences.joints.assign(box.positions.size(), 0);
+    box.influences.weights.assign(box.positions.size(), 1.0f);
+    scene::UpdateDeformationBounds(box);
+    scene::DeformInstances(scene);
+    render.scene.SetScene(std::move(scene));
+    const FloatImage seen = render.TraceOnce(Along({0, 0, -1}));
+    EXPECT_GT(Covered(seen), 200u);
+    EXPECT_EQ(vec3(seen.At(24, 24)), kColor);
+}
+
+// EXT_mesh_gpu_instancing: two of three are flat, of which one shows its back.
+TEST_P(FlatNodes, InstancesOfANodeMayBeFlat) {
+    test::GltfDocument document;
+    document.AddTriangle()["material"] = document.AddMaterial({{"emissiveFactor", {1, 1, 1}}});
+    test::Json& attributes = document.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+    attributes["TRANSLATION"] = document.AddAccessor<float>({-1.2f, 0, 0, 0, 0, 0, 1.4f, 0, 0}, 3);
+    attributes["SCALE"] = document.AddAccessor<float>({1, 1, 1, 1, 1, 0, -1, 1, 0}, 3);
+    scene::SceneData scene = test::Load(document);
+    EXPECT_TRUE(scene.warnings.empty());
+    ASSERT_EQ(scene.instances.size(), 3u);
+    render.scene.SetScene(std::move(scene));
+    const FloatImage front = render.TraceOnce(Along({0, 0, -1}));
+    const auto at = [](const FloatImage& image, float x, float y) {
+        return image.At(uint32_t((x + 1.5f) * 16.0f), uint32_t((1.5f - y) * 16.0f)).x;
+    };
+    EXPECT_EQ(at(front, -0.9f, 0.3f), 1.0f);
+    EXPECT_EQ(at(front, 0.3f, 0.3f), 1.0f);
+    EXPECT_EQ(at(front, 1.1f, 0.3f), 1.0f);
+    EXPECT_EQ(Covered(render.TraceOnce(Along({0, 0, 1}))), 0u) << "all of them face the other side";
+}
+
+}  // namespace raygraph::testing

@@ -1,0 +1,213 @@
+// Transforms that squeeze a mesh into a plane: what they become so that devices can invert them.
+#include "renderer/scene/flat_transform.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <random>
+
+#include "renderer/scene/check.h"
+
+namespace raygraph::scene {
+namespace {
+
+using glm::vec3;
+
+constexpr Bounds kCube{vec3(-0.5f), vec3(0.5f)};
+
+glm::mat4x3 Scaling(const vec3& scale) {
+    return {vec3(scale.x, 0, 0), vec3(0, scale.y, 0), vec3(0, 0, scale.z), vec3(0)};
+}
+
+glm::mat4x3 Turn(float angle, const vec3& axis) {
+    return glm::mat4x3(glm::mat3_cast(glm::angleAxis(angle, glm::normalize(axis))));
+}
+
+// In float, as nodes are composed.
+glm::mat4x3 Product(const glm::mat4x3& a, const glm::mat4x3& b) {
+    return Compose({a}, {b}).matrix;
+}
+
+// The transforms that flatten, and the normal of their planes.
+struct Flat {
+    const char* name;
+    glm::mat4x3 matrix;
+    vec3 normal;
+    bool isOblique = false;  // none of the mesh's axes is squeezed
+};
+std::vector<Flat> Flats() {
+    const glm::mat4x3 turn = Turn(0.9f, {1, 2, 3}), other = Turn(0.5f, {2, -1, 1});
+    const vec3 turned(turn[2]);
+    std::vector<Flat> flats;
+    for (const float z : {0.0f, 1e-12f, -1e-12f, 1e-20f}) {
+        flats.push_back({"a scale", Scaling({1, 1, z}), {0, 0, 1}});
+        flats.push_back({"turned", Product(turn, Scaling({2, 0.5f, z})), turned});
+        flats.push_back({"of what is turned", Product(Scaling({1, 1, z}), other), {0, 0, 1}, true});
+        flats.push_back({"between turns", Product(turn, Product(Scaling({3, 2, z}), other)), turned, true});
+        flats.push_back({"large", Product(Scaling(vec3(1e6f)), Scaling({1, 1, z})), {0, 0, 1}});
+    }
+    flats.push_back(
+        {"no axis is 0", glm::mat4x3(vec3(1, 0, 0), vec3(0, 1, 0), vec3(1, 1, 0), vec3(0)), {0, 0, 1}, true});
+    return flats;
+}
+
+vec3 NormalUnder(const glm::mat4x3& matrix, const vec3& normal) {
+    return glm::normalize(glm::transpose(glm::inverse(glm::dmat3(matrix))) * glm::dvec3(normal));
+}
+
+TEST(FlatTransform, WhatIsNotFlatKeepsItsBits) {
+    std::mt19937 engine(3);
+    std::uniform_real_distribution<float> random(-1.0f, 1.0f);
+    const auto vector = [&] { return vec3(random(engine), random(engine), random(engine)); };
+    for (int i = 0; i < 20000; ++i) {
+        const glm::mat4x3 turn = Turn(3.0f * random(engine), vector() + vec3(0, 0, 1e-3f));
+        vec3 scale;
+        for (int axis = 0; axis < 3; ++axis) scale[axis] = std::exp2(13.0f * random(engine));
+        if (i % 2 != 0) scale.x = -scale.x;
+        // Thin to 1 / 67 million, by a scale that no float mixes with others
+        glm::mat4x3 matrix = i % 3 == 0 ? Product(Scaling(scale), turn) : Product(turn, Scaling(scale));
+        matrix[3] = vector();
+        const PlacedTransform placed{matrix, 1e-9f * vector()};
+        EXPECT_FALSE(IsFlat(matrix)) << i;
+        EXPECT_EQ(WithThickness(placed, kCube), placed) << i;
+    }
+}
+
+TEST(FlatTransform, TheMeshLiesInThePlaneAndHasItsNormal) {
+    for (const Flat& flat : Flats())
+        for (const bool isMirrored : {false, true}) {
+            SCOPED_TRACE(flat.name);
+            ASSERT_TRUE(IsFlat(flat.matrix));
+            const auto shown = WithThickness(PlacedTransform{flat.matrix}, kCube, isMirrored);
+            ASSERT_TRUE(shown);
+            const glm::mat4x3& matrix = shown->matrix;
+            EXPECT_TRUE(CanInvert(matrix));
+            EXPECT_FALSE(IsFlat(matrix)) << "it would change again";
+            EXPECT_EQ(glm::determinant(glm::mat3(matrix)) < 0.0f, isMirrored);
+            const float size = glm::length(matrix[0]) + glm::length(matrix[1]) + glm::length(matrix[2]);
+            float thickness = 0.0f;
+            for (int corner = 0; corner < 8; ++corner) {
+                const vec3 at(corner & 1 ? 0.5f : -0.5f, corner & 2 ? 0.5f : -0.5f,
+                              corner & 4 ? 0.5f : -0.5f);
+                const vec3 before = flat.matrix * glm::vec4(at, 1), after = matrix * glm::vec4(at, 1);
+                EXPECT_LT(glm::distance(before, after), 3e-4f * size);
+                thickness = std::max(thickness, std::abs(glm::dot(after, flat.normal)));
+            }
+            EXPECT_GT(thickness, 1e-6f * size) << "rays tell the sides apart";
+            for (const vec3& normal : {vec3(0.3f, 0.2f, 1), vec3(-0.5f, 0.1f, -0.6f), vec3(0, 0.4f, 0.3f)})
+                EXPECT_GT(std::abs(glm::dot(NormalUnder(matrix, normal), flat.normal)), 0.9999f);
+            EXPECT_LT(thickness, (flat.isOblique ? 3e-4f : 1e-5f) * size);
+        }
+}
+
+// From (-1, 1, s) with s > 0 to s = 0.
+TEST(FlatTransform, TheFrontIsThatOfASmallScale) {
+    SceneData scene;
+    scene.meshes.resize(1);
+    scene.meshes[0].primitives.resize(1);
+    scene.meshes[0].primitives[0].bounds = kCube;
+    scene.nodes.resize(3);
+    scene.nodeOrder = {0, 1, 2};
+    scene.nodes[1].parent = 0;
+    scene.nodes[2].parent = 1;
+    scene.nodes[2].mesh = 0;
+    scene.instances = {{.mesh = 0, .node = 2}};
+    const auto normalAt = [&](float s) {
+        for (Node& node : scene.nodes)
+            for (int axis = 0; axis < 3; ++axis)
+                if (std::abs(node.scale[axis]) < 0.01f) node.scale[axis] = s;
+        UpdateWorldTransforms(scene);
+        return NormalUnder(scene.instances[0].objectToWorld, vec3(0.1f, 0.2f, 1.0f));
+    };
+    for (const vec3& outer : {vec3(1), vec3(-1, 1, 1), vec3(-1, -2, 1)})
+        for (const vec3& flat : {vec3(1, 1, 0), vec3(-1, 1, 0), vec3(1, -1, 0), vec3(-1, -1, 0)})
+            for (const vec3& inner : {vec3(1), vec3(1, 1, -1)}) {
+                scene.nodes[0].scale = outer;
+                scene.nodes[0].rotation = glm::angleAxis(0.9f, glm::normalize(vec3(1, 2, 3)));
+                scene.nodes[1].scale = flat;
+                scene.nodes[2].scale = inner;
+                scene.nodes[2].rotation = glm::angleAxis(0.4f, glm::normalize(vec3(2, -1, 1)));
+                const vec3 before = normalAt(1e-3f);
+                EXPECT_GT(glm::dot(normalAt(0.0f), before), 0.99f)
+                    << outer.x << outer.y << ' ' << flat.x << flat.y << ' ' << inner.z;
+                EXPECT_LT(glm::dot(normalAt(-1e-12f), before), -0.99f);
+            }
+}
+
+// A scale moves no light's direction, and none of a camera.
+TEST(FlatTransform, LightsAndCamerasOfFlatNodesKeepTheirDirections) {
+    SceneData scene;
+    scene.nodes.resize(1);
+    scene.nodeOrder = {0};
+    scene.nodes[0].rotation = glm::angleAxis(0.9f, glm::normalize(vec3(1, 2, 3)));
+    scene.lights = {Light{.name = "", .node = 0}};
+    scene.cameras = {Camera{.name = "", .node = 0}};
+    for (const vec3& scale : {vec3(1, 1, 0), vec3(-1, 2, 0), vec3(0, 1, 1), vec3(1, 0, -1)}) {
+        scene.nodes[0].scale = scale;
+        UpdateWorldTransforms(scene);
+        for (int axis = 0; axis < 3; ++axis) {
+            vec3 direction(0.0f);
+            direction[axis] = scale[axis] < 0.0f ? -1.0f : 1.0f;
+            direction = scene.nodes[0].rotation * direction;
+            for (const glm::mat4x3& placed : {scene.lights[0].lightToWorld, scene.cameras[0].cameraToWorld})
+                EXPECT_GT(glm::dot(glm::normalize(placed[axis]), direction), 0.9999f) << axis;
+        }
+    }
+}
+
+TEST(FlatTransform, AMeshFarFromItsOriginIsFlattenedIntoThePlane) {
+    const Bounds far{{-1, -1, 1e5f}, {1, 1, 1e5f + 2}};
+    const PlacedTransform placed{{vec3(1, 0, 0), vec3(0, 1, 0), vec3(0), vec3(3, 4, 1000)}, vec3(1e-5f)};
+    const auto shown = WithThickness(placed, far);
+    ASSERT_TRUE(shown);
+    for (const float z : {1e5f, 1e5f + 2}) {
+        const double place = glm::dmat3(shown->matrix)[2].z * double{z} + shown->Place().z;
+        EXPECT_NEAR(place, placed.Place().z, 3e-5);
+    }
+    EXPECT_EQ(shown->Place().x, placed.Place().x);
+}
+
+// As thick as the root of its area says, however far it reached along what is squeezed.
+TEST(FlatTransform, ATowerIsNoThickerThanACube) {
+    for (const float height : {0.01f, 1.0f, 1000.0f}) {
+        const auto shown =
+            WithThickness(PlacedTransform{Scaling({1, 1, 0})}, Bounds{{-1, -1, 0}, {1, 1, height}});
+        ASSERT_TRUE(shown);
+        const double thickness = double{shown->matrix[2].z} * double{height};
+        EXPECT_GT(thickness, 2.0 * kFlatThickness * 0.05);
+        EXPECT_LT(thickness, 2.0 * kFlatThickness * 1.01);
+    }
+}
+
+TEST(FlatTransform, NothingIsSeenOfWhatHasNoArea) {
+    const glm::mat4x3 turn = Turn(0.9f, {1, 2, 3}), other = Turn(0.5f, {2, -1, 1});
+    for (const vec3& scale :
+         {vec3(1, 0, 0), vec3(0, 1, 0), vec3(0), vec3(1, 1e-12f, 0), vec3(0, 1e-15f, 1e-15f)}) {
+        EXPECT_FALSE(WithThickness(PlacedTransform{Scaling(scale)}, kCube));
+        EXPECT_FALSE(WithThickness(PlacedTransform{Product(turn, Product(Scaling(scale), other))}, kCube));
+    }
+    glm::mat4x3 endless(1.0f);
+    endless[1].y = std::numeric_limits<float>::infinity();
+    EXPECT_FALSE(WithThickness(PlacedTransform{endless}, kCube));
+    endless[2] = vec3(0.0f);
+    EXPECT_FALSE(WithThickness(PlacedTransform{endless}, kCube));
+}
+
+// A card that a scale turns into a line, although the transform has an area.
+TEST(FlatTransform, ACardSeenFromItsEdgeStaysThin) {
+    const auto shown = WithThickness(PlacedTransform{Scaling({0, 1, 1})}, Bounds{{-1, -1, 0}, {1, 1, 0}});
+    ASSERT_TRUE(shown);
+    EXPECT_LT(std::abs(shown->matrix[0].x), 1e-8f);
+    EXPECT_TRUE(CanInvert(shown->matrix));
+}
+
+TEST(FlatTransform, MeanScaleIsOfTheDirectionsThatAreLeft) {
+    EXPECT_DOUBLE_EQ(MeanScale(Scaling({2, 4, 1})), 2.0);
+    EXPECT_DOUBLE_EQ(MeanScale(Scaling({-2, 8, 0})), 4.0);
+    EXPECT_NEAR(MeanScale(Product(Turn(0.4f, {1, 2, 3}), Scaling({2, 0, 8}))), 4.0, 1e-5);
+}
+
+}  // namespace
+}  // namespace raygraph::scene

@@ -1,0 +1,63 @@
+#include "tests/support/failing_files.h"
+
+#include <fcntl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdarg>
+
+namespace {
+
+raygraph::testing::FailingCalls failing;
+
+template <typename... Arguments>
+int CallUnless(int error, long call, Arguments... arguments) {
+    if (error != 0) {
+        errno = error;
+        return -1;
+    }
+    return static_cast<int>(syscall(call, arguments...));
+}
+
+}  // namespace
+
+namespace raygraph::testing {
+
+FailingFiles::FailingFiles(const FailingCalls& calls) {
+    failing = calls;
+}
+
+FailingFiles::~FailingFiles() {
+    failing = {};
+}
+
+}  // namespace raygraph::testing
+
+// In place of the C library's, also for libraries that are loaded with the program. They have its symbols and names of
+// their own, because its headers may declare more than functions.
+#pragma GCC visibility push(default)
+extern "C" {
+int ReplacedOpenat(int folder, const char* path, int flags, ...) __asm__("openat");
+int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* to,
+                   int flags) __asm__("linkat");
+int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) __asm__("renameat");
+}
+#pragma GCC visibility pop
+
+int ReplacedOpenat(int folder, const char* path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0;
+    va_end(arguments);
+    const bool isNameless = (flags & O_TMPFILE) == O_TMPFILE;
+    return CallUnless(isNameless ? failing.openNameless : 0, SYS_openat, folder, path, flags, mode);
+}
+
+int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* to, int flags) {
+    return CallUnless(failing.linkat, SYS_linkat, fromFolder, from, toFolder, to, flags);
+}
+
+int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) {
+    return CallUnless(failing.renameat, SYS_renameat2, fromFolder, from, toFolder, to, 0);
+}
