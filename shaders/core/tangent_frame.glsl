@@ -10,8 +10,10 @@ SHADING_BEGIN
 
 // The frame of a triangle with the edges e1 and e2 from its first vertex, along which the texture
 // coordinates change by uv1 and uv2, in the plane perpendicular to the unit vector n: the derivative of the
-// position by u. It is MikkTSpace's before that takes means over the triangles around a vertex. w is 0 where
-// the coordinates or the triangle give no direction.
+// position by u. It is MikkTSpace's before that takes means over the triangles around a vertex: the sign
+// comes from the coordinates alone, also where n is on the other side than the triangle's winding, so that a
+// map is read alike with stored tangents and without. w is 0 where the coordinates or the triangle give no
+// direction.
 INLINE vec4 TriangleTangent(vec3 e1, vec3 e2, vec2 uv1, vec2 uv2, vec3 n) {
     float area = uv1.x * uv2.y - uv1.y * uv2.x;
     vec3 along = uv2.y * e1 - uv1.y * e2;
@@ -24,9 +26,7 @@ INLINE vec4 TriangleTangent(vec3 e1, vec3 e2, vec2 uv1, vec2 uv2, vec3 n) {
     if (!(square > 1e-12f)) return vec4(0.0f);
     float side = area > 0.0f ? 1.0f : -1.0f;  // v runs downwards: of a positive area the image is mirrored
     along *= side * inversesqrt(square);
-    // A normal may be on either side of the triangle, whatever the order of its corners.
-    float facing = dot(n, cross(e1, e2)) < 0.0f ? -1.0f : 1.0f;
-    return vec4(along.x, along.y, along.z, -side * facing);
+    return vec4(along.x, along.y, along.z, -side);
 }
 
 // A frame about the unit vector n, turned and mirrored as the frame `to` of a triangle is against its frame

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
+#include "renderer/scene/deform.h"
 #include "renderer/scene/still_scene.h"
 #include "shaders/shared/trace_options.h"
 #include "tests/passes/gltf_square.h"
@@ -106,7 +107,10 @@ class MapFrames : public VulkanTest {
               {size * x.x, size * x.y, size * x.z, 0, size * y.x, size * y.y, size * y.z, 0, -size * mirror.x,
                -size * mirror.y, -size * mirror.z, 0, place.x, place.y, place.z, 1}}});
         scene::SceneData scene = Load(document);
-        if (isFrozen) scene::FreezePose(scene, {});
+        if (isFrozen)
+            scene::FreezePose(scene, {});
+        else
+            scene::DeformInstances(scene);
         render.scene.SetScene(std::move(scene));
         TraceSettings settings = LookAt({0, 0, 100.0f}, {0, 0, 0}, 1e-4f, 4);
         settings.scattering.brdf = BrdfModel::Gltf;
@@ -147,7 +151,7 @@ const Row kRows[] = {
     {"upside down by its scale, on mirrored coordinates", {.scale = {1.0, -2.0}}, {}, {.first = kMirrored}},
     {"another set and rotation and scale",
      {.set = 1, .rotation = 2.5, .scale = {-3.0, 0.5}},
-     {.rotation = 0.4},
+     {.rotation = -1.0},
      {.second = kSkewed}},
 };
 
@@ -309,6 +313,24 @@ TEST_F(MapFrames, DeformedMesh_TurnsTheFrameOfAnotherSet) {
     mesh["primitives"][0]["targets"] = {{{"POSITION", document.AddAccessor(moves, 3)}}};
     mesh["weights"] = {1};
     const glm::dvec3 normal = Bent(AxesOn(kMirrored, coat, alongX, alongY));
+    ExpectMirrored(document, normal, "on the device");
+    ExpectMirrored(document, normal, "on the host", true);
+}
+
+// A joint turns the square, which keeps the angle between the frames of its sets.
+TEST_F(MapFrames, SkinnedMesh_TurnsTheFrameOfAnotherSet) {
+    const Coordinates coat{.set = 1}, base;
+    GltfDocument document = File(Coated(coat, &base), {.second = kMirrored});
+    Json& attributes = document.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["JOINTS_0"] = document.AddAccessor<uint8_t>(std::vector<uint8_t>(16, 0), 4);
+    attributes["WEIGHTS_0"] =
+        document.AddAccessor<float>({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, 4);
+    const double angle = 0.8;
+    document.json["skins"] = {
+        {{"joints", {document.AddNode({{"rotation", {0, 0, std::sin(angle / 2), std::cos(angle / 2)}}})}}}};
+    document.json["nodes"][0]["skin"] = 0;
+    const glm::dvec2 x(std::cos(angle), std::sin(angle)), y(-x.y, x.x);
+    const glm::dvec3 normal = Bent(AxesOn(kMirrored, coat, 2.0 * x, 2.0 * y));
     ExpectMirrored(document, normal, "on the device");
     ExpectMirrored(document, normal, "on the host", true);
 }
