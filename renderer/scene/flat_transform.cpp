@@ -127,7 +127,7 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
     const double forRays = kObliqueThickness * ObliquityOf(squeezed);
     const double most = std::max(kMostThickness, forRays) * widths.s2;
     // Of a mesh that reaches far along what is squeezed, not so much that it would be seen
-    constexpr double kSeen = 4.0 * kObliqueThickness;
+    constexpr double kSeen = 2.0 * kObliqueThickness;
     const double size = sizes.along > 0.0 ? sizes.inPlane / sizes.along : 1.0;
     const double wanted = sizes.along > 0.0
                               ? std::max(kFlatThickness * size, std::min(forRays * widths.s2, kSeen * size))

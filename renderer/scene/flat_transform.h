@@ -21,10 +21,10 @@ namespace raygraph::scene {
 
 // The thickness that a flattened mesh gets, of the square root of the area of its box in the plane: the first
 // one where it is squeezed along one of its axes, up to the second one along other directions. Rays in its
-// space come from very far away along m, which costs digits of their other coordinates: where m is along no
-// axis, hits are off by 3e-8 of the distance over the thickness (root mean square), a fifth of a pixel of a
-// picture 4000 pixels wide.
-inline constexpr double kFlatThickness = 1.0 / 65536.0, kObliqueThickness = 1.0 / 2048.0;
+// space come from very far away along m, and all of their coordinates are rounded to a step of float there.
+// Along no axis hits are off by 6e-5 of their distance at the second thickness (root mean square): a tenth of
+// a pixel of a view of 60 degrees that is 1920 pixels wide.
+inline constexpr double kFlatThickness = 1.0 / 65536.0, kObliqueThickness = 1.0 / 1024.0;
 
 // True where s3 / s1 is below 2^-30, or where float cannot tell the sign of the determinant: where it is
 // less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.
