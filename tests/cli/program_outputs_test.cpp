@@ -172,7 +172,9 @@ TEST(ProgramOutputs, StdoutThatIsClosedIsAFailureAndNoOtherFile) {
     const ProgramResult result =
         RunPrepared(folder, std::string(kTiny) + "-o a.png", [] { close(STDOUT_FILENO); });
     EXPECT_EQ(result.exitCode, 1);
-    EXPECT_EQ(result.messages, "raygraph: stdout cannot be written: Bad file descriptor\n");
+    // Which write fails first, and so whether there is a reason, is the C library's choice.
+    EXPECT_EQ(result.messages.find("raygraph: stdout cannot be written"), 0u) << result.messages;
+    EXPECT_EQ(std::ranges::count(result.messages, '\n'), 1) << result.messages;
     EXPECT_EQ(BytesOf(folder / "a.png"), BytesOf(folder / "good.png"));
 }
 

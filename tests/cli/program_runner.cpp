@@ -7,6 +7,7 @@
 
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -24,6 +25,13 @@ namespace {
 std::string TextOf(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// In the child: the program takes signals as if a shell with a terminal had started it, also where the tests run in
+// the background of a script, which ignores some.
+void TakeSignals() {
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU, SIGXFSZ, SIGUSR1, SIGUSR2})
+        std::signal(number, SIG_DFL);
 }
 
 // In the child: becomes the program. Nothing may be allocated after fork(), so `words` come as pointers.
@@ -95,6 +103,7 @@ ProgramResult RunProgramBeside(
     const pid_t process = fork();
     if (process < 0) throw std::runtime_error("fork failed");
     if (process == 0) {
+        TakeSignals();
         Redirect(output.c_str(), STDOUT_FILENO);
         Redirect(messages.c_str(), STDERR_FILENO);
         if (prepare) prepare();
@@ -124,7 +133,10 @@ ProgramResult RunProgramOnTerminal(
     int terminal = -1;
     const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
     if (process < 0) throw std::runtime_error("forkpty failed");
-    if (process == 0) Become(folder, pointers);
+    if (process == 0) {
+        TakeSignals();
+        Become(folder, pointers);
+    }
     ProgramResult result;
     std::array<char, 4096> buffer{};
     for (;;) {

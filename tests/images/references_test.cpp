@@ -6,6 +6,7 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/images/reference_image.h"
+#include "tests/support/reference_assets.h"
 
 namespace raygraph::testing {
 
@@ -106,6 +107,7 @@ TEST_F(References, Trace_MetalInTheCornellBoxIsAsInCycles) {
 
 // Few samples see the sun in a mirror: it is in the mean, and in few blocks.
 TEST_F(References, Trace_MetalSpheresUnderAnEnvironmentMapAreAsInCycles) {
+    RAYGRAPH_SKIP_WITHOUT_ASSET_SCENES();
     const ReferenceImage reference = Read("spheres_metal_esplanade.exr");
     scene::SceneData data = scene::LoadGltf(assets / "references/scenes/spheres_metal.gltf");
     const passes::TraceSettings settings = ViewOf(data, 160, 32);

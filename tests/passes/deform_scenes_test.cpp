@@ -145,7 +145,7 @@ TEST_F(DeformTest, SceneThatDoesNotFitLeavesTheOldOneAndOneThatDoesCanBePosed) {
 }
 
 TEST_F(DeformTest, AWalkingFoxIsWhereTheCpuHasIt) {
-    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    RAYGRAPH_SKIP_WITHOUT_ASSET_SCENES();
     scene::SceneData fox = scene::LoadGltf(*test::ReferenceAssets() / "scenes/known/Fox.glb");
     uint32_t walk = 0;
     while (fox.animations.at(walk).name != "Walk") ++walk;

@@ -209,7 +209,7 @@ TEST(OwnLight, TheProjectsScenesWithALampKeepTheirLight) {
 }
 
 TEST(OwnLight, PublishedModelsAreLitOrNot) {
-    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    RAYGRAPH_SKIP_WITHOUT_ASSET_SCENES();
     const auto hasLight = [](const char* name) {
         return HasOwnLight(scene::LoadGltf(*test::ReferenceAssets() / "scenes" / name));
     };

@@ -20,3 +20,8 @@ inline std::optional<std::filesystem::path> ReferenceAssets() {
 // At the start of a test, or of a fixture's SetUp.
 #define RAYGRAPH_SKIP_WITHOUT_ASSETS() \
     if (!raygraph::test::ReferenceAssets()) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set"
+// The same for a test that reads scenes, which the packed tests leave out (tests/runner/pack_tests).
+#define RAYGRAPH_SKIP_WITHOUT_ASSET_SCENES()                                           \
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();                                                    \
+    if (!std::filesystem::is_directory(*raygraph::test::ReferenceAssets() / "scenes")) \
+    GTEST_SKIP() << "RAYGRAPH_ASSETS is a folder without scenes"
