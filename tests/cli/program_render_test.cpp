@@ -390,8 +390,7 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     const nlohmann::json& own = json.at("limit_path_own");
     EXPECT_NEAR(json.at("trace_efficiency_own").get<double>(), trace / own.at("mrays_per_s").get<double>(),
                 1e-6);
-    // The same paths, but where rounding decides about an edge: of 2,304, so many have a ray more or less
-    constexpr double kAtEdges = 23.0;
+    constexpr double kAtEdges = 23.0;  // of 2,304 paths, so many have a ray more or less by rounding
     EXPECT_NEAR(own.at("rays_per_sample").get<double>(),
                 json.at("limit_path").at("rays_per_sample").get<double>(), kAtEdges / (64.0 * 36.0));
     EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);
@@ -407,9 +406,8 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
         EXPECT_NEAR(recursion.at("loop_speedup"), recursion.at("recursive_ms").get<double>() / loop, 1e-6);
         EXPECT_NE(result.messages.find("recursion: loop "), std::string::npos) << result.messages;
     }
-    // The form that the renderer takes decides which passes trace.
     const nlohmann::json& medians = json.at("gpu_ms_median");
-    const char* tracing = medians.contains("Trace") ? "Trace" : "WaveFirst";
+    const char* tracing = medians.contains("Trace") ? "Trace" : "WaveFirst";  // by the form
     for (const char* pass : {tracing, "Accumulate", "Tonemap", "Limit", "LimitPath", "LambertLoop"})
         EXPECT_GT(medians.at(pass).get<double>(), 0.0) << pass;
 
