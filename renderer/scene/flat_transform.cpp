@@ -119,8 +119,9 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
     const Widths widths = WidthsOf(SquareOf(linear), area);
     if (!(widths.s2 > kLeastWidth * widths.s1)) return std::nullopt;
     // The cofactors are s1 s2 n m^T
-    const auto longest = std::ranges::max(
-        {0, 1, 2}, {}, [&](int column) { return glm::dot(cofactors[column], cofactors[column]); });
+    constexpr std::array kColumns{0, 1, 2};
+    const int longest = *std::ranges::max_element(
+        kColumns, {}, [&](int column) { return glm::dot(cofactors[column], cofactors[column]); });
     const glm::dvec3 normal = glm::normalize(cofactors[longest]);
     const glm::dvec3 squeezed = glm::normalize(normal * cofactors);
     const Sizes sizes = SizesOf(mesh, linear, squeezed);
