@@ -77,14 +77,14 @@ INLINE float LightProbability(LightSetRecord lights, LightContext context, uint 
 INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 u) {
     LightSample result = NoLightSample();
     SphericalTriangle seen = SphericalTriangleFrom(light, context.position);
-    if (!EmitsTowards(light, -seen.tilt)) return result;
+    if (!EmitsTowards(light, -seen.volume)) return result;
     TrianglePoint point = SampleTriangleLight(light, seen, context.position, u);
-    if (!(point.distance > 0.0f)) return result;
+    if (!(point.pdf > 0.0f)) return result;
     result.distance = point.distance;
     result.wi = point.wi;
     vec3 place = light.p0 + point.barycentrics.x * light.e1 + point.barycentrics.y * light.e2;
     result.target = OffsetRayOrigin(place, FacingNormal(light, seen), light.spotOffsetOrClearance);
-    result.pdf = TriangleDensity(seen, point.distance);
+    result.pdf = point.pdf;
     result.radiance = TriangleEmission(light, point.barycentrics, -result.wi);
     return result;
 }

@@ -1,41 +1,35 @@
-// Directions to a triangle: uniform in its solid angle, or by area where it looks too small for that, or
-// uniform in the half-space in which it is, of which some miss, where it looks too large or its corners are
-// too nearly on one line through the point. Point and triangle decide which, so that the density of a hit is
-// that of a sample.
+// Directions to a triangle: uniform in its solid angle, or by area where that angle is too small, too large
+// or too inexact. Point and triangle decide which, so that the density of a hit is that of a sample.
 #ifndef RAYGRAPH_LIGHTS_TRIANGLE_LIGHT_GLSL
 #define RAYGRAPH_LIGHTS_TRIANGLE_LIGHT_GLSL
 
-#include "core/frame.glsl"
 #include "core/warp.glsl"
 #include "lights/light_types.glsl"
 
 SHADING_BEGIN
 
-// The map by solid angle is exact enough in float between these, in steradians, and where determinant and
-// denominator, which have roundings of about 1e-7, have at least that sum of squares.
+// The map by solid angle is exact enough in float between these, in steradians.
 CONST float kMinTriangleSolidAngle = 3.0e-4f;
 CONST float kMaxTriangleSolidAngle = 6.2f;
-CONST float kMinTangentSquare = 1.0e-7f;
+// Squares of the tangent's two parts have an error of about 1e-14 times the sum of the terms that cancel in
+// them. This times that sum leaves the angle a relative error of some 1e-4.
+CONST float kMinTangentSquare = 2.0e-7f;
 
-// A triangle as seen from a point: unit vectors to its corners, in the order in which v0 and v2 are the
-// farthest apart, and the terms of the solid angle and its inversion. Where v0 and v2 are nearly opposite,
-// those terms are small in proportion to `sum`: so they are made of it, and not of cosines near -1, which
-// cancel.
+// A triangle as seen from a point.
 struct SphericalTriangle {
-    vec3 v0;
+    vec3 v0;  // unit vectors to its corners
     vec3 v1;
     vec3 v2;
-    vec3 sum;           // v0 + v2
-    float determinant;  // |v0 . (v1 x v2)|
-    float denominator;  // 1 + v0 . v1 + v1 . v2 + v2 . v0
-    float g;            // 1 + v0 . v1
-    float solidAngle;
-    float nearest;  // distance of the nearest corner, in meters
-    float tilt;     // cross(e1, e2) . unit vector to that corner: negative in front of the plane
+    float reach;    // (1 + v0 . v1) / length of (determinant, denominator): its angle is half the solid angle
+    float volume;   // (p0 - point) . cross(e1, e2), in cubic meters: negative in front of the plane
+    float density;  // 1 / solid angle; 0 where the triangle is sampled by area
 };
 
 // A. van Oosterom and J. Strackee 1983, "The Solid Angle of a Plane Triangle". The determinant is taken from
-// the edges, which keeps its digits where the triangle is small or seen at a grazing angle.
+// the edges, which keeps its digits where the triangle is small or seen at a grazing angle. The denominator,
+// 1 + v0 . v1 + v1 . v2 + v2 . v0, cancels where corners are seen in nearly opposite directions: there v1 and
+// v2 become the nearest two, v0 and v2 the farthest, and sums and differences of corners take the place of
+// cosines, so that what cancels is no larger than it must be.
 INLINE SphericalTriangle SphericalTriangleFrom(LightRecord light, vec3 position) {
     vec3 a = light.p0 - position;
     vec3 b = a + light.e1;
@@ -43,48 +37,55 @@ INLINE SphericalTriangle SphericalTriangleFrom(LightRecord light, vec3 position)
     float inverseA = inversesqrt(dot(a, a));
     float inverseB = inversesqrt(dot(b, b));
     float inverseC = inversesqrt(dot(c, c));
-    a *= inverseA;
-    b *= inverseB;
-    c *= inverseC;
     SphericalTriangle t;
-    // Of the nearest corner, which lies in the plane with the least rounding
+    // The nearest corner has the least rounding, and so lies nearest to the plane.
     float inverseNearest = max(inverseA, max(inverseB, inverseC));
-    vec3 toNearest = inverseA == inverseNearest ? a : (inverseB == inverseNearest ? b : c);
-    t.nearest = 1.0f / inverseNearest;
-    t.tilt = dot(cross(light.e1, light.e2), toNearest);
-    t.determinant = abs(t.tilt * inverseB) * inverseC * (inverseA * t.nearest);
+    vec3 nearest = inverseA == inverseNearest ? a : (inverseB == inverseNearest ? b : c);
+    t.volume = dot(cross(light.e1, light.e2), nearest);
+    float determinant = abs(t.volume * inverseA) * inverseB * inverseC;
 
-    float ab = dot(a, b);
-    float bc = dot(b, c);
-    float ca = dot(c, a);
-    bool isAB = ab < bc && ab < ca;
-    bool isBC = !isAB && bc < ca;
-    t.v0 = isAB ? b : (isBC ? c : a);
-    t.v1 = isAB ? c : (isBC ? a : b);
-    t.v2 = isAB ? a : (isBC ? b : c);
-    t.sum = t.v0 + t.v2;
-    t.denominator = dot(t.sum, 0.5f * t.sum + t.v1);
+    t.v0 = a * inverseA;
+    t.v1 = b * inverseB;
+    t.v2 = c * inverseC;
+    float ab = dot(t.v0, t.v1);
+    float bc = dot(t.v1, t.v2);
+    float ca = dot(t.v2, t.v0);
+    if (min(ab, min(bc, ca)) < 0.0f) {
+        bool isFarAB = ab < bc && ab < ca;
+        bool isFarBC = !isFarAB && bc < ca;
+        vec3 middle = isFarAB ? t.v2 : (isFarBC ? t.v0 : t.v1);
+        vec3 one = isFarAB ? t.v0 : (isFarBC ? t.v1 : t.v2);
+        vec3 other = isFarAB ? t.v1 : (isFarBC ? t.v2 : t.v0);
+        bool isOneNearer = dot(middle, one) > dot(middle, other);
+        t.v0 = isOneNearer ? other : one;
+        t.v1 = middle;
+        t.v2 = isOneNearer ? one : other;
+    }
+    vec3 sum02 = t.v0 + t.v2;
     vec3 sum01 = t.v0 + t.v1;
-    t.g = 0.5f * dot(sum01, sum01);
-    t.solidAngle = 2.0f * atan(t.determinant, t.denominator);
+    vec3 difference12 = t.v1 - t.v2;
+    float gained = 0.5f * dot(sum01, sum01);
+    float lost = 0.5f * dot(difference12, difference12);
+    float denominator = 0.5f * dot(sum02, sum02) + (gained - lost);
+    float square = determinant * determinant + denominator * denominator;
+    float solidAngle = 2.0f * atan(determinant, denominator);
+    // All comparisons fail where a corner is at the point itself (NaN).
+    bool isExact = solidAngle >= kMinTriangleSolidAngle && solidAngle <= kMaxTriangleSolidAngle &&
+                   square >= kMinTangentSquare * (gained + lost);
+    t.reach = gained * inversesqrt(square);
+    t.density = isExact ? 1.0f / solidAngle : 0.0f;
     return t;
-}
-
-// Else by area, as where a corner is at the point itself (NaN).
-INLINE bool IsSampledByDirection(SphericalTriangle t) { return t.solidAngle >= kMinTriangleSolidAngle; }
-
-// Else uniformly in the solid angle. Only for what is sampled by direction.
-INLINE bool IsSampledByHemisphere(SphericalTriangle t) {
-    return t.solidAngle > kMaxTriangleSolidAngle ||
-           t.determinant * t.determinant + t.denominator * t.denominator < kMinTangentSquare;
 }
 
 // J. Arvo 1995, "Stratified Sampling of Spherical Triangles", with the cut through the triangle found as in
 // C. Peters 2021, "BRDF Importance Sampling for Polygonal Lights": u.x chooses v, on the arc from v0 to v2,
-// such that (v0, v1, v) has the share u.x of the solid angle; u.y a point of the arc from v1 to v.
+// such that (v0, v1, v) has the share u.x of the solid angle; u.y a point of the arc from v1 to v. Peters'
+// terms in v0 are written as the sine of what is left of half the solid angle, which does not cancel.
 INLINE vec3 SampleSphericalTriangle(SphericalTriangle t, vec2 u) {
-    vec2 cs = CosSinTurn(u.x * t.solidAngle * kInv4Pi);  // of half the cut's solid angle
-    vec3 halfway = (cs.x * t.determinant - cs.y * t.denominator) * t.v0 + cs.y * t.g * t.sum;
+    float turn = kInv4Pi / t.density;  // half the solid angle, in turns
+    float left = CosSinTurn((1.0f - u.x) * turn).y;
+    float right = CosSinTurn(u.x * turn).y * t.reach;
+    vec3 halfway = left * t.v0 + right * (t.v0 + t.v2);
     vec3 v = -t.v0 + (2.0f * dot(t.v0, halfway) / dot(halfway, halfway)) * halfway;
     vec3 across = v - t.v1;
     float height = 0.5f * dot(across, across);  // 1 - cos of the arc
@@ -104,56 +105,49 @@ INLINE bool EmitsTowards(LightRecord light, float side) {
 // The unit normal on the side of the point.
 INLINE vec3 FacingNormal(LightRecord light, SphericalTriangle t) {
     vec3 normal = UnitOr(cross(light.e1, light.e2), vec3(0.0f, 0.0f, 1.0f));
-    return t.tilt < 0.0f ? normal : -normal;
+    return t.volume < 0.0f ? normal : -normal;
 }
 
-// Density per solid angle of a direction that meets the triangle at `distance`.
+// Density per solid angle of a direction that meets the triangle at `distance`. By area it is the squared
+// distance over area and cosine, which are those of the volume.
 INLINE float TriangleDensity(SphericalTriangle t, float distance) {
-    if (!IsSampledByDirection(t)) return 2.0f * distance * distance / abs(t.tilt * (t.nearest / distance));
-    return IsSampledByHemisphere(t) ? kInv2Pi : 1.0f / t.solidAngle;
+    if (t.density > 0.0f) return t.density;
+    return 2.0f * distance * distance / abs(t.volume / distance);
 }
 
-// Of a direction that a ray found; 0 where the triangle does not emit.
+// The density of a direction in which a ray met the triangle; 0 where the triangle does not emit.
 INLINE float TriangleLightPDF(LightRecord light, vec3 position, float distance) {
     SphericalTriangle t = SphericalTriangleFrom(light, position);
-    return EmitsTowards(light, -t.tilt) ? TriangleDensity(t, distance) : 0.0f;
+    return EmitsTowards(light, -t.volume) ? TriangleDensity(t, distance) : 0.0f;
 }
 
 struct TrianglePoint {
     vec2 barycentrics;  // weights of vertices 1 and 2
     vec3 wi;            // unit length
-    float distance;     // not above 0: a miss
+    float distance;     // in meters
+    float pdf;          // per solid angle; 0: no sample, by rounding
 };
 
-// Only for a triangle that emits towards the point.
+// `t` must be a triangle that emits towards the point.
 INLINE TrianglePoint SampleTriangleLight(LightRecord light, SphericalTriangle t, vec3 position, vec2 u) {
     TrianglePoint result;
     vec3 a = light.p0 - position;
-    if (!IsSampledByDirection(t)) {
+    if (t.density > 0.0f) {
+        result.wi = SampleSphericalTriangle(t, u);
+        // Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"
+        float facing = 1.0f / dot(result.wi, cross(light.e1, light.e2));
+        float b1 = clamp(dot(result.wi, cross(light.e2, a)) * facing, 0.0f, 1.0f);
+        float b2 = clamp(dot(result.wi, cross(a, light.e1)) * facing, 0.0f, 1.0f - b1);
+        result.barycentrics = vec2(b1, b2);
+        result.distance = t.volume * facing;
+    } else {
         vec3 weights = SampleUniformTriangle(u);
         result.barycentrics = vec2(weights.y, weights.z);
         vec3 way = a + weights.y * light.e1 + weights.z * light.e2;
         result.distance = length(way);
         result.wi = way / result.distance;
-        return result;
     }
-    vec3 normal = cross(light.e1, light.e2);
-    bool isByHemisphere = IsSampledByHemisphere(t);
-    if (isByHemisphere)
-        result.wi = FromLocal(FrameFromZ(-FacingNormal(light, t)), SampleUniformHemisphere(u));
-    else
-        result.wi = SampleSphericalTriangle(t, u);
-    // Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"
-    float facing = dot(result.wi, normal);
-    float b1 = dot(result.wi, cross(light.e2, a)) / facing;
-    float b2 = dot(result.wi, cross(a, light.e1)) / facing;
-    result.distance = t.nearest * (t.tilt / facing);
-    if (isByHemisphere) {
-        float b0 = dot(result.wi, cross(a + light.e1, a + light.e2)) / facing;
-        if (!(b0 >= 0.0f && b1 >= 0.0f && b2 >= 0.0f)) result.distance = 0.0f;
-    }
-    b1 = clamp(b1, 0.0f, 1.0f);
-    result.barycentrics = vec2(b1, clamp(b2, 0.0f, 1.0f - b1));
+    result.pdf = result.distance > 0.0f ? TriangleDensity(t, result.distance) : 0.0f;
     return result;
 }
 
