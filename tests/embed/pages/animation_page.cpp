@@ -1,0 +1,17 @@
+// The samples of docs/animation.md and docs/large-coordinates.md compile. The first names a file that is not
+// there, so they do not run.
+#include "animation_headers.h"  // as they stand on the page, with what they have to be enough for
+
+#include "renderer/scene/camera_view.h"
+
+namespace {
+
+[[maybe_unused]] void ShowAClip(GpuScene& gpuScene, double seconds) {
+#include "show_a_clip.inc"
+}
+
+[[maybe_unused]] void SetViewpoint(GpuScene& scene, const scene::CameraView& view) {
+#include "set_viewpoint.inc"
+}
+
+}  // namespace
