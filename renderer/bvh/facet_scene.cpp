@@ -20,7 +20,8 @@ Box BoxOf(const Facet& facet) {
     return box;
 }
 
-// Where an axis is 0 it is replaced by a number so small that quotients stay finite in a finite scene.
+// The reciprocal of the direction. A zero component is replaced by 1e-18, so that slab distances stay finite
+// for coordinates below 1e20.
 glm::vec3 Inverse(const glm::vec3& direction) {
     glm::vec3 inverse;
     for (int axis = 0; axis < 3; ++axis)
@@ -31,14 +32,14 @@ glm::vec3 Inverse(const glm::vec3& direction) {
 bool Meets(const Box& box, const glm::vec3& origin, const glm::vec3& inverse, float tMax) {
     const glm::vec3 a = (box.min - origin) * inverse, b = (box.max - origin) * inverse;
     const glm::vec3 low = glm::min(a, b), high = glm::max(a, b);
-    // The margin keeps flat boxes, and rays through edges that facets share
+    // The margin keeps hits in flat boxes, and on edges that facets share, in spite of rounding
     constexpr float kMargin = 1.0f + 1e-5f;
     const float near = std::max(std::max(low.x, low.y), std::max(low.z, 0.0f));
     const float far = std::min(std::min(high.x, high.y), high.z) * kMargin;
     return near <= far && near < tMax;
 }
 
-// Calls onLeaf(primitive) for each whose box is met before `tMax`, which the call may lower.
+// Calls onLeaf(primitive) for each primitive whose box the ray enters before `tMax`, which onLeaf may lower.
 template <typename OnLeaf>
 void Walk(const BinaryBvh& tree, const glm::vec3& origin, const glm::vec3& direction, const float& tMax,
           OnLeaf&& onLeaf) {
@@ -52,7 +53,7 @@ void Walk(const BinaryBvh& tree, const glm::vec3& origin, const glm::vec3& direc
             onLeaf(tree.order[node.left]);
             continue;
         }
-        // What was pushed last is visited first
+        // The nearer child is pushed last, so that it is visited first
         const bool isLeftNearer = glm::dot(tree.nodes[node.left].box.Center(), direction) <
                                   glm::dot(tree.nodes[node.right].box.Center(), direction);
         stack[count++] = isLeftNearer ? node.right : node.left;
@@ -60,11 +61,11 @@ void Walk(const BinaryBvh& tree, const glm::vec3& origin, const glm::vec3& direc
     }
 }
 
-// Moller and Trumbore 1997. The distance; negative where it misses.
+// Returns the distance of the hit, negative on a miss (Moller and Trumbore 1997).
 float Intersect(const Facet& facet, const glm::vec3& origin, const glm::vec3& direction) {
     const glm::vec3 e1 = facet.p1 - facet.p0, e2 = facet.p2 - facet.p0;
     const glm::vec3 p = glm::cross(direction, e2);
-    const float determinant = glm::dot(e1, p);  // positive: the front is seen
+    const float determinant = glm::dot(e1, p);  // positive: the ray meets the front
     if (determinant == 0.0f || (facet.isBackCulled && determinant < 0.0f)) return -1.0f;
     const glm::vec3 s = origin - facet.p0;
     const float u = glm::dot(s, p) / determinant;

@@ -1,5 +1,5 @@
-// Triangles of placed meshes, for a few thousand rays on the host. Threads: building uses threads of its own;
-// const calls from any thread.
+// FacetScene traces a few thousand rays on the host against triangles of placed meshes. Threads: the
+// constructor starts threads of its own; const calls may come from any thread.
 #pragma once
 
 #include <cstdint>
@@ -19,21 +19,22 @@ struct Facet {
 };
 
 struct FacetHit {
-    float t = 0.0f;  // in lengths of the ray's direction
+    float t = 0.0f;  // distance, in lengths of the ray's direction
     uint32_t instance = 0, facet = 0;
-    glm::vec3 normal{0.0f};  // of length 1, in the world, towards where the ray comes from
+    glm::vec3 normal{0.0f};  // unit length, in world space, on the side that the ray comes from
 };
 
 class FacetScene {
   public:
-    // Finite facets, by mesh, in object space. Instances whose transforms have no inverse are not hit.
+    // `meshes` has the finite facets of each mesh, in object space. Instances whose transforms have no
+    // inverse are never hit.
     FacetScene(std::vector<std::vector<Facet>> meshes, std::vector<BvhInstance> instances,
                uint32_t maxThreads = 0);
 
     // The nearest hit with t in (0, tMax).
     std::optional<FacetHit> Trace(const glm::vec3& origin, const glm::vec3& direction,
                                   float tMax = std::numeric_limits<float>::infinity()) const;
-    // Whether there is one.
+    // Whether any facet is hit with t in (0, tMax).
     bool IsOccluded(const glm::vec3& origin, const glm::vec3& direction, float tMax) const;
     const std::vector<Facet>& FacetsOf(uint32_t mesh) const { return m_meshes[mesh].facets; }
     const std::vector<BvhInstance>& Instances() const { return m_instances; }
@@ -49,8 +50,8 @@ class FacetScene {
 
     std::vector<Mesh> m_meshes;
     std::vector<BvhInstance> m_instances;
-    std::vector<uint32_t> m_hittable;     // instances, as m_tree has them
-    std::vector<glm::mat4x3> m_toObject;  // by place in m_hittable
+    std::vector<uint32_t> m_hittable;     // by primitive of m_tree: the index of the instance
+    std::vector<glm::mat4x3> m_toObject;  // by primitive of m_tree: from world to object space
     BinaryBvh m_tree;
     Box m_bounds;
 };
