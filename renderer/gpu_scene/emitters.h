@@ -35,11 +35,11 @@ struct FoundEmitters {
     std::vector<EmitterVariant> variants;
 };
 
-// Whether the areas of the mesh's triangles, as vectors along their normals, add up to less than a tenth of
-// their sizes: those of a closed mesh are 0 together.
+// True if the area vectors of the mesh's triangles add up to no more than a tenth of their total area. Those
+// of a closed mesh add up to zero.
 bool IsAboutClosed(const scene::Mesh& mesh);
 
-// By material: whether an animation changes how much it emits.
+// For each material, whether an animation changes its emission.
 std::vector<bool> AnimatedEmission(const scene::SceneData& scene);
 
 class EmitterFinder {
@@ -47,7 +47,7 @@ class EmitterFinder {
     // Refers to the materials, textures and images of `scene`, and to no mesh.
     explicit EmitterFinder(const scene::SceneData& scene);
 
-    // Whether Find may find some of the primitive's.
+    // Whether Find may find emitters among the primitive's triangles.
     bool MayEmit(const scene::Primitive& primitive) const;
 
     // The triangles whose material, or that of a variant, emits, has an emissive texture, or may be made to

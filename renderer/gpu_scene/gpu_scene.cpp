@@ -165,7 +165,7 @@ void GpuScene::SetTransforms(std::span<const uint32_t> instances,
     if (instances.size() != objectToWorld.size())
         throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} transforms for {} instances",
                         objectToWorld.size(), instances.size());
-    std::vector<scene::PlacedTransform> solid;  // with a thickness, where some are flat
+    std::vector<scene::PlacedTransform> solid;  // a copy in which flat ones are thick; empty: none is flat
     for (size_t i = 0; i < instances.size(); ++i) {
         m_impl->RequireInstance(instances[i]);
         const scene::PlacedTransform& transform = objectToWorld[i];

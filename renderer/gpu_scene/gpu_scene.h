@@ -105,8 +105,8 @@ struct SceneIds {
 struct EnvironmentSettings {
     glm::vec3 radiance{0.0f};  // constant radiance, or the factor on the map
     float rotation = 0.0f;     // radians about +y
-    // Without a map of SetEnvironmentMap, that of the scene (SceneData::environment) or the studio; black if
-    // there is neither.
+    // If SetEnvironmentMap has set no map, the scene's map (SceneData::environment) or the studio is used;
+    // without either the environment is black.
     bool usesScene = false;
     DefaultLight defaultLight = DefaultLight::Auto;  // for usesScene
 
@@ -305,8 +305,9 @@ class RAYGRAPH_API GpuScene {
     void SetViewpoint(const glm::dvec3& eye);
 
     // Instance indices are those of SceneData::instances. The translation is PlacedTransform::Place, added in
-    // double; a plain matrix has no rest. A flat one gets a thickness (renderer/scene/flat_transform.h).
-    // Error{Usage} out of range, and for a transform that is not finite or scales to nothing or to a line.
+    // double; a plain matrix has no rest. A flat transform is given a thickness (flat_transform.h). Throws
+    // Error{Usage} for an index out of range, and for a transform that is not finite or scales to nothing or
+    // to a line.
     void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
         SetTransforms({&instance, 1}, {&objectToWorld, 1});
     }
@@ -319,7 +320,7 @@ class RAYGRAPH_API GpuScene {
     void SetTransforms(std::span<const uint32_t> instances,
                        std::span<const scene::PlacedTransform> objectToWorld);
     bool HasInstance(uint32_t instance) const;  // not of one that was removed
-    // The current value, with its thickness if it is flat: setting it again changes nothing.
+    // The current transform, with its thickness if a flat one was set: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
     // --- Instances with Instance::isDeformed. Those that agree in mesh, skin and, with morph targets, node
     // share one deformed copy of the mesh. SetScene shows the pose that the scene has, in its nodes; from
@@ -394,13 +395,13 @@ class RAYGRAPH_API GpuScene {
     // is what the scene brings along, or the studio. Error{Usage} for values that are not finite, or negative
     // radiance.
     //
-    // DefaultLight::Auto is decided by what SetScene, Add and Stream bring, as own_light.h says; by any light
-    // of AddLight; and by any instance of a mesh of AddMesh that emits when it is added. Edits of what is
-    // there, and poses, decide nothing: the studio does not come or go with them.
+    // DefaultLight::Auto depends on what SetScene, Add and Stream load (see own_light.h), on lights of
+    // AddLight, and on instances of AddMesh meshes that emit when the instance is added. Later edits of
+    // these, and poses, never switch the studio on or off.
     void SetEnvironment(const EnvironmentSettings& settings);
     const EnvironmentSettings& Environment() const;
-    // The same with a defaultLight that says what is shown now: never Auto, and Studio only where that is the
-    // environment.
+    // Environment() with its defaultLight resolved to what is shown now: it is never Auto, and Studio only
+    // while the studio is the environment.
     EnvironmentSettings ShownEnvironment() const;
     // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
     // Stays when the scene is replaced, and counts instead of what a scene brings along.

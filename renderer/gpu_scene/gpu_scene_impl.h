@@ -183,7 +183,7 @@ struct GpuScene::Impl {
         areDrawsDue = areDrawNumbersDue = false;
     }
 
-    // Never Auto.
+    // Resolves the default light that is shown; never Auto.
     DefaultLight ShownDefault() const {
         if (hostEnvironment || !environment.usesScene) return DefaultLight::None;
         if (environment.defaultLight != DefaultLight::Auto) return environment.defaultLight;
@@ -337,13 +337,13 @@ struct GpuScene::Impl {
 
     EnvironmentSettings environment{.radiance = glm::vec3(1.0f), .usesScene = true};
     std::optional<EnvironmentOnDevice> hostEnvironment, sceneEnvironment;
-    std::optional<EnvironmentOnDevice> studio;  // from the first frame on that shows it
-    bool hadStudio = false;                     // the last frame
-    // What keeps DefaultLight::Auto from being the studio.
+    std::optional<EnvironmentOnDevice> studio;  // made by the first frame that shows it
+    bool hadStudio = false;                     // the last frame showed it
+    // The sources of light that keep DefaultLight::Auto from showing the studio.
     struct {
         bool isScene = false;
-        std::set<uint32_t> parts;              // by owner
-        std::set<uint32_t> instances, lights;  // of the host's own meshes; of AddLight
+        std::set<uint32_t> parts;              // owners of parts that bring light
+        std::set<uint32_t> instances, lights;  // those of emitting host meshes; those of AddLight
 
         bool IsAny() const { return isScene || !parts.empty() || !instances.empty() || !lights.empty(); }
     } lightSources;

@@ -34,7 +34,7 @@ struct HostMesh {
     HostStream positions{};  // vec3 float
     HostStream indices{};    // uint32, three a triangle, counter-clockwise seen from the front
     HostStream normals{};    // vec3 float, unit length
-    // vec4 float, as scene::Primitive::tangents; for materials that need them, the frame of all their maps
+    // vec4 float, as scene::Primitive::tangents; materials that need them read all their maps along these
     HostStream tangents{};
     HostStream uv0{};        // vec2 float
     HostStream uv1{};        // vec2 float

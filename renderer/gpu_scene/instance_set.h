@@ -61,7 +61,7 @@ class InstanceSet {
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
     uint32_t FirstPlacement(uint32_t index) const { return m_instances[index].firstPlacement; }
     uint32_t MeshOf(uint32_t index) const { return m_instances[index].mesh; }
-    // Of a mesh or copy, in object space.
+    // The bounding box of a mesh or of a deformed copy, in object space.
     const scene::Bounds& BoundsOf(uint32_t mesh) const { return m_meshes[mesh].bounds; }
     const scene::PlacedTransform& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
     // The transform of each of these instances; of one that is listed twice the last. On an Error nothing has

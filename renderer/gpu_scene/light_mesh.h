@@ -26,7 +26,7 @@ class LightMesh {
     // The two tables of a mesh, without offsets: see light_records.h.
     const std::vector<gpu::AliasEntry>& Alias() const { return m_alias; }
     uint32_t ActiveCount() const { return static_cast<uint32_t>(m_facets.size()); }
-    // Whether the placement is gpu::kLightOutward.
+    // Whether the light of a mesh that is placed so has the flag gpu::kLightOutward.
     bool IsOutward(const glm::mat4x3& objectToWorld) const { return IsBackInside(m_first, objectToWorld); }
 
     // Of all triangles together, as placed. The power is exact up to rounding, the cone too where only

@@ -77,7 +77,7 @@ bool HasTextureTransform(const gpu::MaterialRecord& material) {
 #undef RAYGRAPH_OR_IS_TRANSFORMED
 }
 
-// The sets of coordinates, as a mask of gpu::kTangents*, by which a material reads directions.
+// Mask of gpu::kTangents*: the texture coordinate sets by which the material reads its directional maps.
 uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
     const auto setOf = [](uint32_t texture) {
         if (texture == gpu::kNoTexture) return 0u;
@@ -89,7 +89,8 @@ uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
     return sets;
 }
 
-// Whether some material may read directions by another set than the one along which the tangents were made.
+// Whether some material may read a directional map by another texture coordinate set than that of the
+// tangents.
 bool MayNeedFrames(const SceneResources& resources) {
     uint32_t sets = 0;
     for (const uint32_t used : resources.usedMaterials)

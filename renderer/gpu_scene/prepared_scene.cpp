@@ -60,7 +60,8 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     for (std::future<void>& other : others) other.get();
 }
 
-// A host's own transforms may be flat; those that follow from nodes have their thickness.
+// Gives flat instances a thickness. Only those that a host placed lack it: those of nodes already have
+// theirs.
 void ThickenInstances(scene::SceneData& data) {
     for (scene::Instance& instance : data.instances) {
         if (!scene::IsFlat(instance.objectToWorld)) continue;

@@ -14,7 +14,7 @@ struct SceneContent {
     scene::SceneData data;           // its meshes are empty
     std::vector<PackedMesh> meshes;  // in the order of the data
     std::optional<DeformUpload> deform;
-    bool hasOwnLight = false;  // own_light.h; its environment does not count
+    bool hasOwnLight = false;  // see own_light.h; an environment does not count
 };
 
 }  // namespace raygraph

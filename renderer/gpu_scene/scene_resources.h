@@ -138,7 +138,7 @@ struct SceneResources {
     std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
     uint64_t geometryBytes = 0;
     bool hasVertexColors = false;  // some mesh has or had them: pipelines differ by it
-    uint32_t tangentSets = 0;      // gpu::kTangents* of all meshes that are or were there, likewise
+    uint32_t tangentSets = 0;      // gpu::kTangents* of all meshes that are or were there; likewise
 
   private:
     void CountParts(const MeshResources& mesh, int uses) noexcept;

@@ -11,7 +11,7 @@ namespace raygraph {
 
 namespace {
 
-// Whether a box of this extent (object space) is about as thin, once it is placed, as a flattened mesh is.
+// Whether a box of this extent in object space, once it is placed, is about as thin as a flattened mesh.
 bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent) {
     constexpr double kAbout = 4.0;
     const glm::dvec3 x = glm::dvec3(transform[0]) * double{extent.x},
@@ -23,7 +23,7 @@ bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent) {
     return volume <= kAbout * scene::kFlatThickness * area * std::sqrt(area);
 }
 
-// Twice a triangle's area and its inverse are finite and normal floats within these.
+// Within these bounds, twice a triangle's area and the reciprocal are finite and normal floats.
 constexpr double kMinArea = 1e-36, kMaxArea = 1e36;
 
 // Of the rays that end anywhere on a triangle, whose record has the world's p0, e1 and e2. RayClearance is
@@ -73,7 +73,7 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
 }
 
 double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance) {
-    const double area = glm::length(glm::dvec3(glm::cross(light.e1, light.e2)));  // twice
+    const double area = glm::length(glm::dvec3(glm::cross(light.e1, light.e2)));  // twice the area
     if (!(area >= kMinArea && area <= kMaxArea)) return 0.0;
     const double sides = (light.flags & gpu::kLightDoubleSided) != 0 ? 2.0 : 1.0;
     return sides * std::numbers::pi * 0.5 * area * Luminance(meanRadiance);

@@ -16,13 +16,14 @@ struct Emitter {
     bool isDoubleSided = false;   // double-sided: its back face emits, too
     glm::vec3 meanTexture{1.0f};  // of the emissive texture over the triangle; linear
     float error = 0.0f;           // of each coordinate, against those on the device
-    // The extent of its mesh in object space, if that is about closed and double-sided; else negative.
+    // Extent in object space of its mesh if that is closed (IsAboutClosed) and emits from double-sided
+    // triangles; else negative.
     glm::vec3 closedExtent{-1.0f};
 };
 
-// Whether light sampling leaves out the back of the emitter: it is the inside of a mesh that is flat, which
-// the other side of the mesh hides. A shadow ray would not find that out, because it ends before the
-// thickness of the mesh. Paths that hit the back all the same find all of its light.
+// Whether light sampling leaves out the emitter's back because it faces the inside of a closed mesh that is
+// flattened, where the opposite side of the mesh occludes it. Shadow rays cannot detect that, as they stop
+// short of the light by more than the thickness. Paths that hit the back anyway count its emission in full.
 bool IsBackInside(const Emitter& emitter, const glm::mat4x3& objectToWorld);
 
 // Luminance of a color.
