@@ -1,7 +1,7 @@
 // Program: the shaders of a pass with their bindings, and the pipeline created from them when it is
 // first needed.
 //
-// ProgramCache finds a pass's program again in every frame by all that was requested of it.
+// In every frame ProgramCache finds a pass's program again by comparing the whole of its request.
 // Interfaces come from reflection, so that a culled pass never creates a pipeline.
 #pragma once
 
@@ -61,7 +61,7 @@ struct ProgramRequest {
     rhi::Format depthFormat = rhi::Format::Undefined;
 
     bool operator==(const ProgramRequest&) const = default;
-    // Makes it equal to ProgramRequest{.kind = newKind}.
+    // Resets it to ProgramRequest{.kind = newKind}; the vectors keep their memory.
     void Clear(PassKind newKind);
     bool HasShaders() const;
     // All shaders of the request, ray generation, compute or vertex first; one may occur more than once.
@@ -145,7 +145,7 @@ class ProgramCache {
     void TakeComing(Program& program);
 
     rhi::Device& m_device;
-    std::vector<std::unique_ptr<Program>> m_programs;  // few, and of different requests
+    std::vector<std::unique_ptr<Program>> m_programs;  // few; no two requests are equal
     std::chrono::steady_clock::time_point m_frameEnd;
     double m_creationMs = 0.0;
     uint32_t m_pipelineCount = 0;

@@ -12,7 +12,8 @@ namespace raygraph {
 
 namespace {
 
-// All but the name: a field that is added to the description does not compile here until it is named.
+// All fields but the name. When the description gets a new field, this does not compile until it is listed
+// here.
 auto PartsOf(const rhi::SamplerDesc& desc) {
     const auto& [name, magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy] = desc;
     return std::tie(magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy);

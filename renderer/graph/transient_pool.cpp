@@ -12,7 +12,8 @@ namespace {
 // Resizing by drag requests a new size in every frame: discard the old ones from time to time.
 constexpr size_t kMaxKnown = 128;
 
-// All but the name: a field that is added to a description does not compile here until it is named.
+// All fields but the name. When a description gets a new field, this does not compile until it is listed
+// here.
 auto PartsOf(const rhi::TextureDesc& desc) {
     const auto& [name, extent, format, usage, mipLevels, layers] = desc;
     return std::tie(extent, format, usage, mipLevels, layers);
@@ -22,7 +23,7 @@ auto PartsOf(const rhi::BufferDesc& desc) {
     return std::tie(size, usage, memory, hasOwnMemory);
 }
 
-// True if an object of the one, with the name that debuggers show, serves for the other.
+// True if an object made for `a` also serves `b`, under the same name in debuggers.
 template <typename Desc>
 bool IsSame(const Desc& a, const Desc& b) {
     return PartsOf(a) == PartsOf(b) && a.name == b.name;
