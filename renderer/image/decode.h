@@ -11,7 +11,7 @@ namespace raygraph::image {
 // Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
 [[noreturn]] void Refuse(std::string_view name, std::string_view what);
 
-// The warning of a file that has all of its picture and not its end.
+// The warning for a file that has the whole picture but lacks its end.
 std::string EndIsMissing(std::string_view name);
 
 // Error{OutOfMemory} for a picture within the limits that does not fit the machine.

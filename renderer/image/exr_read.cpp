@@ -144,9 +144,9 @@ ExrAttributes ReadAttributes(const Imf::Header& header) {
     return attributes;
 }
 
-// From RGB of these chromaticities to linear Rec. 709, for row vectors as OpenEXR has them. The white points
-// are matched by the Bradford transform (K. M. Lam, "Metamerism and Colour Constancy", 1985; the matrix is
-// that of ICC.1), as OpenEXR matches them for ACES.
+// Returns the matrix from RGB of these chromaticities to linear Rec. 709, for row vectors as OpenEXR has
+// them. The white points are adapted by the Bradford transform (K. M. Lam, "Metamerism and Colour Constancy",
+// 1985; the matrix is that of ICC.1), as OpenEXR does for ACES.
 Imath::M33f ToRec709(const Imf::Chromaticities& from) {
     const auto linear = [](const Imath::M44f& m) {
         return Imath::M33f(m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2]);
@@ -164,14 +164,14 @@ Imath::M33f ToRec709(const Imf::Chromaticities& from) {
            linear(Imf::XYZtoRGB(rec709, 1.0f));
 }
 
-// Leaves every bit as it is where the file's colors are Rec. 709, as those of a file without the attribute
-// are.
+// Converts the colors to linear Rec. 709. It leaves every bit as it is if that is the file's color space,
+// which it also is without the attribute.
 void ConvertToRec709(ImageF& image, const Imf::Header& header, std::string_view name) {
     if (!Imf::hasChromaticities(header)) return;
     const Imf::Chromaticities& from = Imf::chromaticities(header);
     if (from == Imf::Chromaticities()) return;
     const Imath::M33f matrix = ToRec709(from);
-    constexpr float kMaxElement = 1e4f;  // of a matrix that has an inverse worth the name
+    constexpr float kMaxElement = 1e4f;  // beyond it the chromaticities are degenerate
     for (int i = 0; i < 9; ++i)
         if (!(std::abs(matrix[i / 3][i % 3]) <= kMaxElement))
             Refuse(name,
@@ -184,8 +184,8 @@ void ConvertToRec709(ImageF& image, const Imf::Header& header, std::string_view 
     }
 }
 
-// The whole picture that `part` is placed in by `window`: black, without alpha, where the part has no pixels.
-// The part is cut off where it lies outside of the picture.
+// Returns the picture in which `window` places `part`: black with alpha 0 where `part` has no pixels. Pixels
+// of `part` outside the picture are dropped.
 ImageF Placed(ImageF&& part, const ExrWindow& window, std::string_view name, const DecodeLimits& limits) {
     const int64_t width = window.pictureWidth, height = window.pictureHeight;
     if (window == ExrWindow{0, 0, part.width, part.height}) return std::move(part);
@@ -196,7 +196,7 @@ ImageF Placed(ImageF&& part, const ExrWindow& window, std::string_view name, con
     if (left >= right || top >= bottom)
         Refuse(name, Text("EXR: {} x {} pixels from {}, {} on are outside of its picture of {} x {}",
                           part.width, part.height, window.x, window.y, width, height));
-    // So that a few bytes do not become gigabytes
+    // The limit keeps a file of a few bytes from taking gigabytes of memory
     constexpr uint64_t kAlways = uint64_t{1} << 24, kPerPixel = 64;
     const uint64_t wanted = static_cast<uint64_t>(width * height);
     if (wanted > std::max(kAlways, kPerPixel * part.width * part.height))
@@ -245,7 +245,7 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
             image.rgba[i + 1] = image.rgba[i + 2] = image.rgba[i];
         }
         if (isRgb) ConvertToRec709(image, header, name);
-        // With the attribute the data window is the sphere, as ImfEnvmap.h says
+        // ImfEnvmap.h says that the data window of a file with the attribute is the whole sphere
         return isEnvmap ? image : Placed(std::move(image), reader.WindowInPicture(), name, limits);
     });
 }

@@ -41,8 +41,8 @@ struct Image8 {
     uint32_t width = 0, height = 0;
     std::vector<uint8_t> rgba;
     BlockLevels blocks = {};  // what the texels were decoded from, if that is blocks that GPUs read
-    // After decoding: what is wrong with the file and takes nothing from the picture. One line each, starting
-    // with the file's name.
+    // Set by decoding: defects of the file that leave the picture complete. Each is one line that starts with
+    // the file's name.
     std::vector<std::string> warnings = {};
 };
 
@@ -72,8 +72,8 @@ RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 // R = G = B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain formula (no
 // profile). Of textures with levels the largest is decoded, and blocks are kept as far as their levels are
 // there and whole; channels that a format of one or two lacks are 0. A
-// truncated or corrupt file is an error even where the decoder could invent the rest; of a PNG or a JPEG that
-// has all texels, the end may be missing, with a warning. Animated WebP, cube maps, arrays, volumes and
+// truncated or corrupt file is an error even where the decoder could invent the rest; a PNG or a JPEG that
+// has all texels may lack its end, with a warning. Animated WebP, cube maps, arrays, volumes and
 // premultiplied alpha are errors.
 RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,
                                  const DecodeLimits& limits = {});
@@ -86,9 +86,9 @@ struct Environment {
 // Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part, scan
 // lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in the
 // file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes 0
-// with a warning. The picture is the EXR's display window: black where the data window is smaller, cut off
-// where it is larger; with an envmap attribute it is the data window. Other chromaticities than those of Rec.
-// 709 are converted to these, white to white.
+// with a warning. An EXR's picture is its display window, black outside the data window; with an envmap
+// attribute it is the data window. Chromaticities other than those of Rec. 709 are converted to Rec. 709,
+// white to white.
 RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
                                          const DecodeLimits& limits = kEnvironmentLimits);
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,

@@ -64,7 +64,7 @@ class JpegReader {
         if (IsCmyk()) CmykToRgba(row, Width(), m_jpeg.saw_Adobe_marker != FALSE);
         return true;
     }
-    // The rest of the file, after the last row.
+    // Reads the rest of the file, after the last row.
     bool Finish() {
         if (setjmp(m_errors.jump) != 0) return false;
         const bool isWhole = HasAllScans();
@@ -72,7 +72,7 @@ class JpegReader {
         if (m_errors.isCutOff && !isWhole) ERREXIT(&m_jpeg, JERR_INPUT_EOF);
         return true;
     }
-    // After Finish: the file ends without saying so, and has all of the picture.
+    // Valid after Finish: whether the file lacks its end marker although it has the whole picture.
     bool IsCutOff() const { return m_errors.isCutOff; }
 
   private:
@@ -93,9 +93,9 @@ class JpegReader {
         jpeg->err->format_message(jpeg, reinterpret_cast<Errors*>(jpeg->err)->message);
         Jump(jpeg);
     }
-    // Every component has been in a scan, and every coefficient in one that makes it exact: what a sequential
-    // file lacks within a scan is met by OnMessage. Arithmetic coding leaves out zeros at the end of a scan,
-    // so that nobody knows whether any are missing.
+    // Whether every component has been in a scan, and every coefficient in one that makes it exact. Data that
+    // a sequential file lacks within a scan is an error of OnMessage. Arithmetic coding omits zeros at the
+    // end of a scan, so that missing ones cannot be told apart: it never has all scans.
     bool HasAllScans() const {
         if (m_jpeg.arith_code != FALSE) return false;
         for (int c = 0; c < m_jpeg.num_components; ++c) {
@@ -106,8 +106,8 @@ class JpegReader {
         return true;
     }
 
-    // Libjpeg invents pixels where data is missing: refuse that. Its other warnings leave the picture
-    // complete, as does an end that is missing after all scans, which libjpeg also puts there.
+    // Libjpeg invents pixels where data is missing, which is refused here. Its other warnings leave the
+    // picture complete, as does a missing end after all scans, for which libjpeg inserts an end marker.
     static void OnMessage(j_common_ptr jpeg, int level) {
         if (level >= 0) return;
         switch (jpeg->err->msg_code) {

@@ -40,7 +40,7 @@ class PngReader {
         return true;
     }
 
-    // The pixels as 8-bit RGBA into `rows`.
+    // Decodes the pixels as 8-bit RGBA into `rows`.
     bool ReadRows(png_bytepp rows) {
         if (setjmp(png_jmpbuf(m_png)) != 0) return false;
         png_set_scale_16(m_png);
@@ -54,13 +54,13 @@ class PngReader {
         return true;
     }
 
-    // The rest of the file, which may be cut off. False if something in it is broken.
+    // Reads the rest of the file, which may be cut off. False if something in it is broken.
     bool ReadEnd() {
         if (setjmp(png_jmpbuf(m_png)) != 0) return m_isCutOff;
         png_read_end(m_png, nullptr);
         return true;
     }
-    // The file ends before it says so.
+    // Whether the last read reached beyond the end of the file.
     bool IsCutOff() const { return m_isCutOff; }
 
   private:
