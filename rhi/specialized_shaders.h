@@ -27,8 +27,8 @@ class SpecializedShaders {
     using Words = std::shared_ptr<const std::vector<uint32_t>>;
 
     // `folder`: that of the pipeline cache; empty: nothing is kept on disk. `log` is told of files that are
-    // not what they should be, and of one that cannot be written. `version`: that of what specializes
-    // (SpecializerVersion); empty: nothing does.
+    // not what they should be, and of one that cannot be written. `version` is that of the specializer
+    // (SpecializerVersion); if it is empty, no shader is specialized.
     SpecializedShaders(const std::filesystem::path& folder, Log log, std::string version);
 
     // Null: the module has none of the values, or nothing is made of it; then it is used as it is. Throws
