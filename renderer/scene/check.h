@@ -23,11 +23,11 @@ RAYGRAPH_API void Check(const SceneData& scene, const std::string& subject = "sc
 RAYGRAPH_API void Check(const Material& material, const std::string& subject,
                         ErrorKind kind = ErrorKind::Usage);
 RAYGRAPH_API void Check(const Light& light, const std::string& subject, ErrorKind kind = ErrorKind::Usage);
-// The transform of a light that a host sets: finite, and with an inverse.
+// Checks the transform of a light that a host sets: it has to be finite and have an inverse.
 RAYGRAPH_API void CheckTransform(const PlacedTransform& transform, const std::string& subject,
                                  ErrorKind kind = ErrorKind::Usage);
-// The transform with which an instance of a mesh with this box is shown (WithThickness). It has to be finite,
-// and to scale neither to nothing nor to a line.
+// Returns the transform with which an instance of a mesh with these bounds is shown (WithThickness). Throws
+// if `transform` is not finite, or scales to nothing or to a line.
 RAYGRAPH_API PlacedTransform CheckedPlacement(const PlacedTransform& transform, const Bounds& mesh,
                                               const std::string& subject, ErrorKind kind = ErrorKind::Usage);
 

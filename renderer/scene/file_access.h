@@ -28,24 +28,24 @@ class RAYGRAPH_API DiskFileReader final : public FileReader {
     std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
 };
 
-// The relative path that a URI names, percent-decoded, with "." and ".." resolved as in RFC 3986: what begins
-// with "..", and nothing else, leads out of the folder that it is relative to. Throws Error{BadInput} when
-// the URI has a scheme or is absolute: the URI, quoted, and the reason.
+// Returns the relative path that a URI names, percent-decoded, with "." and ".." resolved as in RFC 3986: the
+// path leads out of its base folder if and only if it begins with "..". Throws Error{BadInput}, which quotes
+// the URI and gives the reason, if the URI has a scheme or is absolute.
 RAYGRAPH_API std::filesystem::path RelativePath(std::string_view uri);
 
-// The folder that a scene file stands in: relative URIs are looked up from there, and lead to files below it
-// or below the root and nowhere else.
+// The folder of a scene file. Relative URIs are resolved from there, and reach only files below it or below
+// the root.
 class RAYGRAPH_API ConfinedFolder {
   public:
-    // `reader` must outlive this object. `root`, usually a folder above: LoadOptions::root; "": the folder
-    // itself. Throws Error{Io} if one of them is no folder.
+    // `reader` must outlive this object. `root` is LoadOptions::root, usually a folder above `folder`; if it
+    // is empty, `folder` is the root. Throws Error{Io} if one of them is no folder.
     ConfinedFolder(const std::filesystem::path& folder, FileReader& reader,
                    const std::filesystem::path& root = {});
 
     // The bytes of the file that `uri` names (percent-encoded, relative). Throws Error{BadInput} when the URI
     // has a scheme, is absolute or leads out of the folder and the root, by ".." or through a symbolic link,
-    // and when the file cannot be read. What a ".." leads out to is not looked at. Message: the URI, quoted,
-    // and the reason; the caller puts its place before it.
+    // and when the file cannot be read. A path that leads out by ".." is refused without a look at the file
+    // system. The message is the quoted URI and the reason; the caller puts its place before it.
     std::vector<std::byte> Read(std::string_view uri, uint64_t maxBytes) const;
 
   private:

@@ -227,12 +227,12 @@ constexpr void ForEachMaterialField(Visit&& visit) {
     std::apply([&](const auto&... field) { (visit(field), ...); }, material_fields::kAll);
 }
 
-// Whether any picture shows the texture: none has a use for occlusion.
+// Whether pictures depend on the texture. None depends on occlusion.
 constexpr bool IsShown(TextureRef Material::*member) {
     return member != &Material::occlusionTexture;
 }
 
-// Calls visit(reference) for each texture that the material shows.
+// Calls visit(reference) for each texture of the material that pictures depend on.
 template <typename Visit>
 void ForEachShownTexture(const Material& material, Visit&& visit) {
     ForEachMaterialField([&](const auto& field) {

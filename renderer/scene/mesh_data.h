@@ -82,12 +82,12 @@ struct Primitive {
     // that of a variant, has a normal map, of its coat at least, or is anisotropic, and there are the texture
     // coordinates for them.
     std::vector<glm::vec4> tangents;
-    // 0 or 1: the tangents were made along uv0 or uv1, without a texture's transform, and a map that is read
-    // by other coordinates has another frame (shaders/core/tangent_frame.glsl). kNone: the tangents are
-    // given, and all maps of the primitive are read along them.
+    // The texture coordinate set, 0 or 1, along which the tangents were generated, without a texture's
+    // transform; a map that is read by other coordinates has another frame (shaders/core/tangent_frame.glsl).
+    // kNone: the tangents were given, and all maps of the primitive are read along them.
     uint32_t tangentTexCoord = kNone;
-    // Cosine and sine of the angle about the normal from the tangent to the one along the other set of
-    // texture coordinates. Empty: a map of that set has the frame of each triangle itself.
+    // By vertex: cosine and sine of the angle about the normal from the tangent to the tangent of the other
+    // texture coordinate set. Empty: maps of that set use the frame of each triangle.
     std::vector<glm::vec2> frameTurns;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;

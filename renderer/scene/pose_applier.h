@@ -49,11 +49,11 @@ class RAYGRAPH_API PoseApplier {
     // Sets the values of the pose, in the range of their fields, then what follows from the nodes:
     // transforms of instances, cameras and lights as UpdateWorldTransforms sets them, joint matrices,
     // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is scaled
-    // to nothing or to a line, or deformed beyond what is finite, is not seen (Instance::isCollapsed); the
-    // former keeps its last transform. `edited`: nodes whose local transform or visibility others have
-    // changed since the last call; what follows from that is set, too. Takes time by what has changed, and a
-    // little (some bytes are looked at) for each node, instance and property. Valid until the next call. No
-    // memory is allocated once the lists have grown.
+    // to nothing or to a line, or whose deformation is not finite, is not seen (Instance::isCollapsed); the
+    // former keeps its last transform. `edited` lists nodes whose local transform or visibility others have
+    // changed since the last call; what depends on these is updated, too. The time is proportional to what
+    // has changed, plus a few bytes read for each node, instance and property. The result is valid until the
+    // next call. No memory is allocated once the lists have grown.
     const PoseChanges& Apply(SceneData& scene, const Pose& pose, std::span<const uint32_t> edited = {});
 
     // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
@@ -95,7 +95,7 @@ class RAYGRAPH_API PoseApplier {
     std::vector<uint8_t> m_isMoved, m_isReweighted;  // by node, in this call
     std::vector<uint8_t> m_isMeshReweighted;         // by mesh
     std::vector<uint8_t> m_isNodeSeen, m_isInstanceSeen, m_isLightSeen;
-    std::vector<uint8_t> m_isSkinned, m_hasNoArea;  // by instance; the latter by its transform alone
+    std::vector<uint8_t> m_isSkinned, m_hasNoArea;  // by instance; m_hasNoArea depends on its transform alone
     // Copies of what is looked at of each in every call, so that few bytes are read.
     std::vector<uint32_t> m_parents;        // by node
     std::vector<uint32_t> m_instanceNodes;  // by instance

@@ -14,7 +14,7 @@
 //   - every vertex index of a primitive is below its vertex count;
 //   - the number of indices is a multiple of 3; of round primitives, twice that of radii, which are above 0;
 //   - every optional vertex stream is empty or exactly as long as `positions`;
-//   - every float is finite and in the range of its field, and an instance's transform leaves it an area;
+//   - every float is finite and in the range of its field, and no instance is scaled to nothing or to a line;
 //   - nodeOrder lists nodes after their parents;
 //   - a primitive's `variants` are empty, or ascend and end with kNone;
 //   - the bounds of a primitive are around its positions, and an image has all of its texels,
@@ -148,9 +148,9 @@ struct RAYGRAPH_API Material {
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
-    // The textures whose texels are directions of the tangent frame. The first one whose coordinates a
-    // primitive has chooses those along which its tangents are made. Highlights that are stretched without
-    // any texture need a frame, too: an absent texture, of the first set, then stands for them.
+    // The textures whose texels are directions in the tangent frame. A primitive's tangents are generated
+    // along the coordinates of the first of these whose set it has. Anisotropy without any such texture needs
+    // a frame, too: an absent texture that reads the first set then stands for it.
     std::vector<TextureRef> DirectionalTextures() const;
     bool IsAnisotropic() const { return anisotropyStrength > 0.0f; }
     // Emitted radiance before the texture. An unlit material emits its base color instead.
@@ -240,7 +240,7 @@ struct RAYGRAPH_API Node {
 // transform may mirror (negative determinant): the winding seen in world space is then
 // reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
 // the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
-// IsMirrored(). Where the scene's nodes are flat, the transform has a thickness (flat_transform.h). LoadGltf
+// IsMirrored(). If the scene's nodes are flat, the transform has a thickness (flat_transform.h). LoadGltf
 // leaves out a node whose mesh is scaled to nothing or to a line, with a warning.
 struct Instance {
     uint32_t mesh = 0;
@@ -251,8 +251,8 @@ struct Instance {
     // Its vertices are drawn deformed, by the skin and the weights of its node (renderer/scene/deform.h,
     // which says what objectToWorld then is). False: in their base shape, where the node is.
     bool isDeformed = false;
-    // It is not seen: scaled to nothing or to a line, and it may have another scale at another time.
-    // objectToWorld is then of another time, or some that has an inverse.
+    // The instance is not seen now, but may be at another time: it is scaled to nothing or to a line, or its
+    // deformation is not finite. If scaled so, objectToWorld is that of another time or any invertible one.
     bool isCollapsed = false;
 
     bool IsMirrored() const { return glm::determinant(glm::mat3(objectToWorld)) < 0.0f; }
@@ -357,8 +357,8 @@ RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene
 RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved. Of
-// deformed instances as renderer/scene/deform.h says, of flat ones as flat_transform.h. One that is collapsed
-// stays so as long as it is scaled to nothing or to a line.
+// deformed instances as renderer/scene/deform.h says, of flat ones as flat_transform.h does. A collapsed
+// instance stays collapsed as long as it is scaled to nothing or to a line.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
 // Whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
@@ -372,7 +372,7 @@ inline bool IsVisible(const std::vector<bool>& visibleNodes, const Instance& ins
     return !instance.isCollapsed && IsVisible(visibleNodes, instance.node);
 }
 
-// True if some placed and visible surface emits light; what is unlit emits its base color.
+// True if some placed and visible surface emits light; an unlit surface emits its base color.
 RAYGRAPH_API bool HasEmission(const SceneData& scene);
 // True if some light is visible.
 RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);

@@ -117,7 +117,7 @@ Primitive CopyBesideStreams(const Primitive& from) {
     return copy;
 }
 
-// A transform relative to a flat node would not lead back to the same place.
+// Whether instances can move with the node. Relative to a flat node no transform would restore their place.
 bool CanAttach(const PlacedTransform& node) {
     return !IsFlat(node.matrix) && CanInvert(node.matrix);
 }
