@@ -26,7 +26,7 @@ INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     return halfwaySquare > 1e-6f ? halfway * inversesqrt(halfwaySquare) : ng;
 }
 
-// `normal` of any length; of none no offset.
+// `normal` may have any length; a zero normal gives no offset.
 INLINE vec3 LiftToPlane(vec3 p, vec3 vertex, vec3 normal) {
     normal = UnitOr(normal, vec3(0.0f));
     return max(dot(vertex - p, normal), 0.0f) * normal;

@@ -26,16 +26,17 @@ vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
     return UnitOr(NormalToWorld(instance.objectToWorld, cross(e1, e2)), wo);
 }
 
-// Whether the transform leaves the axes of the coordinates as they are, but for their lengths.
+// Whether the transform keeps the directions of the coordinate axes: it only translates, or scales by
+// positive factors.
 bool KeepsAxes(mat3x2 transform) {
     return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
 }
 
-// The frame (core/tangent_frame.glsl) of a directional map (TEXTURE_OF) at a point of a geometry with
-// tangents, in object space; n is the interpolated normal, of any length. It is that of the stored tangents
-// where these were given for all maps, or were made along the set of coordinates by which the map is read.
-// Another set has smooth tangents, too, or else those of the triangle itself. A transform turns either within
-// the surface. e1 and e2 are the triangle's edges, as they are after deformation.
+// Returns the frame (core/tangent_frame.glsl), in object space, of a directional map (TEXTURE_OF) at a point
+// of a geometry with tangents; n is the interpolated normal, of any length. The stored tangents are the frame
+// if they were given for all maps, or made along the texture coordinate set by which the map is read. The
+// frame of the other set comes from frameTurns or else from the triangle. A texture transform turns it within
+// the surface. e1 and e2 are the triangle's edges after deformation.
 vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2,
                vec3 n) {
     vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
@@ -109,7 +110,7 @@ float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Tri
            SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle).y;
 }
 
-// Strength of the stretch of highlights, and its direction in the frame of StretchToWorld.
+// The direction in which highlights are stretched (xy, in the frame of StretchToWorld) and its strength (z).
 vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
     if (HasTraceFeature(kTraceTextures) && material.anisotropyTexture != kNoTexture) {
@@ -121,10 +122,10 @@ vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle tri
     return vec3(c * read.x - s * read.y, s * read.x + c * read.y, material.anisotropy * read.z);
 }
 
-// The direction of the stretch in world space, from the frame of the anisotropy texture, or without one of
-// the normal map. It lies in the surface as a scratch would: no inverse transpose. Meshes without tangents
-// have them around their y axis; cross(e1, e2) has the direction of their normal where they have no normals
-// either.
+// Returns the direction of the stretch in world space, from the frame of the anisotropy texture or, without
+// one, of the normal map. It is tangent to the surface, so no inverse transpose is needed. Meshes without
+// tangents use a tangent around their y axis; if they have no normals either, cross(e1, e2) is their
+// direction.
 vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
                     Triangle triangle, vec3 e1, vec3 e2, vec2 direction) {
     vec3 n = cross(e1, e2);

@@ -46,7 +46,7 @@ RAYGRAPH_CONSTANT uint kLightDoubleSided = 1u;  // the triangle emits from both 
 RAYGRAPH_CONSTANT uint kLightMirrored = 2u;
 RAYGRAPH_CONSTANT uint kLightProfile = 4u;  // the intensity of the point light is times that of a profile
 
-RAYGRAPH_CONSTANT uint kLightOutward = 8u;  // of a mesh: its triangles emit from their fronts alone
+RAYGRAPH_CONSTANT uint kLightOutward = 8u;  // the triangles of the mesh emit from their fronts alone
 
 // The rest of LightRecord::flags is the light's group: of a mesh that of its instance, of its triangles that
 // of their material, and a placed triangle is in the lower one that is not kLightGroupRest.

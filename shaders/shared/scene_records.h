@@ -68,9 +68,9 @@ struct CapsuleRecord {
     uint second;
 };
 
-// Values of GeometryRecord::tangentSet. Tangents that were made along a set of texture coordinates are the
-// frame of the maps that are read by this set, as it is; those that were given are the frame of all maps. The
-// values of the sets are bits, so that a mask can name several.
+// Values of GeometryRecord::tangentSet. Tangents that were made along a texture coordinate set are the frame
+// of maps that are read by this set without a transform; tangents that were given are the frame of all maps.
+// The values of the sets are bits, so that a mask can name several.
 RAYGRAPH_CONSTANT uint kTangentsOfAllMaps = 0u;
 RAYGRAPH_CONSTANT uint kTangentsOfFirstSet = 1u;
 RAYGRAPH_CONSTANT uint kTangentsOfSecondSet = 2u;
@@ -78,8 +78,8 @@ RAYGRAPH_CONSTANT uint kTangentsOfSecondSet = 2u;
 struct GeometryRecord {
     RAYGRAPH_ADDRESS normals;   // vec3
     RAYGRAPH_ADDRESS tangents;  // vec4
-    // vec2: cosine and sine of the angle about the normal from the tangent to that of the set of texture
-    // coordinates that tangentSet does not name; 0: maps of that set have the frame of the triangle
+    // vec2: cosine and sine of the angle about the normal from the tangent to the tangent of the set that
+    // tangentSet does not name; 0: maps of that set use the frame of each triangle
     RAYGRAPH_ADDRESS frameTurns;
     RAYGRAPH_ADDRESS uv0;     // vec2
     RAYGRAPH_ADDRESS uv1;     // vec2
