@@ -14,7 +14,7 @@ namespace {
 
 using namespace scene;
 
-// With a value of all that is hashed only where it is not at its default.
+// The scene sets everything that is hashed only if it is not at its default.
 SceneData OneOfEach() {
     SceneData scene;
     scene.meshes.resize(1);

@@ -138,7 +138,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"light", "studio", {"environment is the studio"}, "1.000000"},
         {"background", "1,2,3", {"environment", "environment is the scene's"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
-        {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // seen in the studio
+        {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // it tints the studio
     };
     for (const Change& change : kChanges) ExpectChange(change);
     // With a map, the tint applies to it, and the background is not used

@@ -18,7 +18,7 @@ struct Row {
     void (*change)(PictureSettings&);
 };
 
-// What has a meaning only beside another value has that.
+// Settings in which every field has an effect: fields that matter only with another value have that value.
 PictureSettings Plain() {
     PictureSettings settings;
     settings.crop = passes::Region{0, 0, 8, 8};
@@ -94,7 +94,7 @@ const Row kRows[] = {
     {"light-group", [](PictureSettings& s) { s.lightGroups[0].patterns = {"bulb"}; }},
 };
 
-// Of an enumeration one other value stands for all: that each has a text, the parser's tests show.
+// One other value stands for all of an enumeration; the parser's tests show that each has a text.
 template <typename Enum>
 int Number(Enum value) {
     return static_cast<int>(value);
@@ -111,7 +111,7 @@ auto FieldsOf(PictureSettings& settings) {
     auto& [kind, start, survival] = roulette;
     auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
     auto& [formKind, steps] = form;
-    // What no option changes is not recorded
+    // No option changes these, so they are not recorded
     auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels] = raster;
     return std::tuple(size, crop, Number(view), camera, scene, variant, at, clips, shutter, points, lines,
                       aperture, focusDistance, Number(sampler), seed, Number(brdf), Number(distribution),

@@ -76,7 +76,7 @@ TEST(ProgramRender, UnlitSurfacesAreNoDarkness) {
     EXPECT_EQ(messages({{"extensions", unlit}}).find("nothing emits light"), std::string::npos);
     const std::vector<float>& radiance = session::ReadRenderFile(folder / "a.exr").radiance;
     EXPECT_EQ(*std::ranges::max_element(radiance), 1.0f);
-    // Emission is not shown by what is unlit
+    // An unlit material shows its base color, not its emission
     EXPECT_NE(messages({{"extensions", unlit},
                         {"emissiveFactor", {1, 1, 1}},
                         {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}}})

@@ -1,4 +1,4 @@
-// --light: the studio, to the program. A device is needed.
+// Tests of --light, and of the studio in renders of the program. They need a device.
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -15,7 +15,8 @@ namespace {
 using test::ProgramResult;
 using test::RunProgram;
 
-// A white triangle and nothing else; with `emission`, a second one of a hundredth of its size that emits.
+// Writes a scene of one white triangle; with `hasEmission`, it has a second one of a hundredth of its size
+// that emits.
 void WriteTriangle(const test::TemporaryFolder& folder, const char* name, bool hasEmission) {
     nlohmann::json scene = nlohmann::json::parse(R"({"asset": {"version": "2.0"}, "scene": 0,
  "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
@@ -57,7 +58,7 @@ TEST(ProgramLight, AModelWithoutLightIsShownInTheStudioAndSaysSo) {
         const session::RenderFile dark = Render(folder, "model.gltf --size 8x8 --spp 1 --light none --quiet");
         EXPECT_EQ(dark.settings.at("light"), "none");
         EXPECT_EQ(dark.radiance[0], 0.0f);
-        // Turned, tinted, and left out, as a map
+        // The studio is turned, tinted and hidden as an environment map is
         const session::RenderFile tinted =
             Render(folder, "model.gltf --size 8x8 --spp 1 --env-tint 2,1,0 --env-rotation 0");
         EXPECT_FLOAT_EQ(tinted.radiance[0], 2.0f * render.radiance[0]);
@@ -74,7 +75,7 @@ TEST(ProgramLight, PartsOfAPictureAndOfItsSamplesAreInOneLight) {
     WriteTriangle(folder, "model.gltf", true);
     const std::string line = "model.gltf --size 32x32 --quiet ";
     const session::RenderFile whole = Render(folder, line + "--spp 3", "whole.exr");
-    // Nothing but the lamp is in this part, and nothing of it in the other
+    // The first part shows nothing but the lamp, the second nothing of it
     for (const auto& [x, y] : {std::pair(15, 16), std::pair(0, 0)}) {
         const session::RenderFile part =
             Render(folder, line + "--spp 3 --crop " + std::to_string(x) + "," + std::to_string(y) + ",1,1");
@@ -86,7 +87,7 @@ TEST(ProgramLight, PartsOfAPictureAndOfItsSamplesAreInOneLight) {
     ASSERT_EQ(RunProgram(folder, "merge first.exr rest.exr -o merged.exr --quiet").exitCode, 0);
     EXPECT_EQ(session::ReadRenderFile(folder / "merged.exr").radiance, whole.radiance);
     EXPECT_EQ(Render(folder, "model.gltf --resume first.exr --spp 3 --quiet").radiance, whole.radiance);
-    // Of another light they are not
+    // Files that were rendered in another light are refused
     const ProgramResult refused =
         RunProgram(folder, "render model.gltf --resume first.exr --spp 3 --light none");
     EXPECT_EQ(refused.exitCode, 2);

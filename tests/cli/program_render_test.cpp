@@ -390,7 +390,7 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     const nlohmann::json& own = json.at("limit_path_own");
     EXPECT_NEAR(json.at("trace_efficiency_own").get<double>(), trace / own.at("mrays_per_s").get<double>(),
                 1e-6);
-    constexpr double kAtEdges = 23.0;  // of 2,304 paths, so many have a ray more or less by rounding
+    constexpr double kAtEdges = 23.0;  // bound on paths, of 2,304, to which rounding gives a ray more or less
     EXPECT_NEAR(own.at("rays_per_sample").get<double>(),
                 json.at("limit_path").at("rays_per_sample").get<double>(), kAtEdges / (64.0 * 36.0));
     EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);

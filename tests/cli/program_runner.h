@@ -22,9 +22,9 @@ struct ProgramResult {
 // relative to; @cornell.gltf is a scene of the source tree. Its stdout and stderr are files: no terminal.
 ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line);
 
-// The same, while `meanwhile` is called again and again, at least once before the program's end is known, with
-// what stderr has so far. It may send signals to the process. `prepare` is called in the process, before it
-// becomes the program: it may change signals, limits and streams, and nothing else.
+// The same, while `meanwhile` is called again and again, at least once before the program's end is known,
+// with what stderr has so far. It may send signals to the process. `prepare` is called in the process before
+// it becomes the program, and may change only signals, limits and streams.
 ProgramResult RunProgramBeside(
     const TemporaryFolder& folder, std::string_view line,
     const std::function<void(pid_t process, const std::string& messages)>& meanwhile,

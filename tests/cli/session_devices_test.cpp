@@ -56,11 +56,12 @@ class SessionDevicesTest : public testing::VulkanTest {
     }
 };
 
-// The second of two processes, as it agrees with the first one on what is rendered. What comes after that ends.
+// The second of two processes, up to where it agrees with the first one on what is rendered: it then throws
+// Ended.
 class SecondProcess : public ProcessGroup {
   public:
     struct Ended {};
-    // What the first process says; none: this is the first one, and says it.
+    // `said` holds what the first process broadcasts; with `isFirst`, this is the first one and fills it.
     explicit SecondProcess(std::vector<std::byte>* said, bool isFirst = false)
         : m_said(*said), m_isFirst(isFirst) {}
 
@@ -100,7 +101,7 @@ TEST_F(SessionDevicesTest, AProcessWithAnotherSceneOrEnvironment_IsRefused) {
     const auto begin = [&](SceneInput&& input, bool isFirst) {
         SecondProcess group(&said, isFirst);
         SessionDesc desc = Everything();
-        desc.settings.light = DefaultLight::None;  // no choice of which processes tell each other
+        desc.settings.light = DefaultLight::None;  // the processes need not agree on a light
         desc.group = &group;
         const Session session(Device(), std::move(input), desc);
     };

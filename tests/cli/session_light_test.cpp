@@ -1,4 +1,4 @@
-// The studio as a session decides on it, records it, and takes it from a file. A device is needed.
+// Tests of how a session decides on the studio, records it, and takes it from a file. They need a device.
 #include "editor/session/default_light.h"
 #include "editor/session/light_color.h"
 #include "editor/session/merge.h"
@@ -86,7 +86,7 @@ TEST_F(SessionLightTest, AResumedRenderSaysWhetherThereIsAStudio) {
     for (const DefaultLight light : {DefaultLight::None, DefaultLight::Studio}) {
         ResumedRender first{"first.exr", Render(Dark(), Small(light))};
         SessionDesc desc = Resuming(first);
-        desc.settings.light = DefaultLight::Auto;  // as of a sequence
+        desc.settings.light = DefaultLight::Auto;  // as for the pictures of a sequence
         Session session(Device(), Dark(), desc);
         session.Run({.samples = 2});
         EXPECT_EQ(LightOf(session.Result().render), Name(light));
@@ -94,7 +94,7 @@ TEST_F(SessionLightTest, AResumedRenderSaysWhetherThereIsAStudio) {
         Session whole(Device(), Dark(), {.settings = all});
         whole.Run({.samples = 2});
         EXPECT_EQ(session.Result().render.radiance, whole.Result().render.radiance);
-        // The other is another picture
+        // A file that was rendered in the other light is refused
         const DefaultLight other = light == DefaultLight::None ? DefaultLight::Studio : DefaultLight::None;
         const ResumedRender unlike{"other.exr", Render(Dark(), Small(other))};
         ExpectError(
