@@ -1,4 +1,4 @@
-// What lights the scene that is open in the editor.
+// Tests of the light in which the editor shows the open scene.
 #include "editor/session/render_file.h"
 #include "renderer/image/image.h"
 #include "tests/editor/editor_test.h"

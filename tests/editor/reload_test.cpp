@@ -73,9 +73,9 @@ TEST(ReloadWhilePreparing, WaitsForNoPipelineThatIsBeingMade) {
     const auto isTracerComing = [&] {
         return work.view.Progress().isPreview && work.renderer.IsPreparingPipelines();
     };
-    editor.Frame(input, screen);  // the preview, with the pipeline that it needs
+    editor.Frame(input, screen);  // makes the pipeline that the preview needs
     ASSERT_TRUE(work.view.Progress().isPreview);
-    std::promise<void> mayBegin;  // the next pipeline
+    std::promise<void> mayBegin;  // holds back the next pipeline
     loader.Tell().beforeRayTracing = mayBegin.get_future().share();
     for (int frame = 0; frame < 1000 && !isTracerComing(); ++frame) editor.Frame(input, screen);
     ASSERT_TRUE(isTracerComing());
