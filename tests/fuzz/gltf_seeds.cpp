@@ -159,7 +159,7 @@ std::vector<Seed> GltfSeeds(std::string_view target) {
     rich["materials"][0]["extensions"] = Json::parse(test::kMaterialExtensions);
     add("rich", rich.dump());
     if (target != "gltf_container") {
-        // What is repaired: characters; and what is resolved: a path
+        // A name with broken characters is repaired, and a path with ".." is resolved
         std::string broken = rich.dump();
         broken.replace(broken.find("\"one\""), 5, "\"\\ud83d\xE9\n\\ud83d\\ude00\"");
         broken.replace(broken.find("./i.png"), 7, "x/../%2e/i.png");

@@ -111,7 +111,7 @@ std::vector<Seed> ImageSeeds() {
                                   std::span(pattern.rgba).first(64))},
     };
     std::ranges::move(Ktx2Seeds(), std::back_inserter(seeds));
-    // Without their ends
+    // The same PNG and JPEG files without their end markers
     for (size_t i = 0, count = seeds.size(); i < count; ++i) {
         const bool isPng = seeds[i].name.ends_with(".png");
         if (!isPng && !seeds[i].name.ends_with(".jpg")) continue;
@@ -155,7 +155,7 @@ std::vector<Seed> EnvironmentSeeds() {
                                                 .channels = {"Y", "A"},
                                                 .type = Imf::UINT},
                                                std::span(planes).first(2))});
-    // Parts of pictures: with a frame of black, beyond all sides, and outside of it
+    // Data windows that lie within the picture, reach beyond all of its sides, and lie outside of it
     for (const std::array<int, 4>& picture : {std::array{-3, -2, 20, 9}, {2, 1, 3, 3}, {50, 50, 60, 60}})
         seeds.push_back({"part" + std::to_string(picture[2]) + ".exr",
                          test::MakeExr({.width = kWidth, .height = kHeight, .picture = picture}, planes)});
