@@ -192,7 +192,7 @@ using rhi::BlendMode;
 using rhi::CullMode;
 using rhi::DepthCompare;
 using rhi::Topology;
-// Each changes the picture of DrawnWith.
+// Each row of kStates changes the picture that DrawnWith draws with kState.
 constexpr RasterState kState{.cull = CullMode::Back};
 const StateRow kStates[] = {
     {"strip", [](RasterState& s) { s.topology = Topology::TriangleStrip; }},
@@ -216,8 +216,8 @@ const StateRow kStates[] = {
 class RasterStates : public testing::VulkanTest {
   protected:
     static void AddShaders(Renderer& renderer) {
-        // Four triangles over one another: three that turn one way, the second behind the first and the third
-        // as near as that, and one that turns the other way
+        // Draws four overlapping triangles. The first three have the same winding; the second is behind the
+        // first, the third at the same depth as the first. The fourth has the opposite winding.
         renderer.AddShader("test/four.vert", CompileText("test/four.vert", R"(
 layout(location = 0) flat out vec4 color;
 const vec2 kCorners[3] = vec2[](vec2(-0.9), vec2(-0.9, 0.9), vec2(0.9, -0.9));
@@ -256,7 +256,7 @@ void main() { result = color; })"));
     }
 };
 
-// They would show one pipeline's picture twice if a part of the state were missing in what finds pipelines.
+// If pipelines were looked up without a part of the state, both passes would draw one pipeline's picture.
 TEST_F(RasterStates, PassesThatDifferInOnePartOfIt_DrawAsEachDoesAlone) {
     Renderer both(Device());
     AddShaders(both);

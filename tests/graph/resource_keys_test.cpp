@@ -1,4 +1,5 @@
-// Resources that frames share by their descriptions: one that differs in any part is another one.
+// Frames share resources by description: these tests show that a difference in any field gives another
+// resource.
 #include <algorithm>
 #include <memory>
 #include <tuple>
@@ -18,7 +19,7 @@ struct Row {
     void (*change)(Desc&);
 };
 
-// Calls `see` with each changed description; every field has to have been changed by a row.
+// Calls `see` with each changed description, and requires that the rows change every field.
 template <typename Desc, size_t N, typename Fields, typename See>
 void ForEachChange(const Desc& plain, const Row<Desc> (&table)[N], Fields fields, See see) {
     auto rows = testing::OptionRowsOf<Desc>(fields);
@@ -56,7 +57,7 @@ const Row<BufferDesc> kOfBuffers[] = {
     {"own memory", [](BufferDesc& d) { d.hasOwnMemory = true; }},
 };
 
-// Of a format and a usage one other value stands for all: they are numbers to whatever compares them.
+// One other value stands for all formats or usages, because they are compared as numbers.
 template <typename Enum>
 uint64_t Number(Enum value) {
     return static_cast<uint64_t>(value);
@@ -75,7 +76,7 @@ const BufferDesc kBuffer{.name = "plain", .size = 64};
 
 class TransientKeys : public testing::VulkanTest {
   protected:
-    // A block in which any of the table's resources fit.
+    // Reserves a block in which any resource of the tables fits.
     void Reserve(uint64_t frame) {
         rhi::MemoryRequirements block{.size = 1u << 20, .alignment = 1, .memoryTypeBits = ~0u};
         const auto fit = [&](const auto& desc) {
@@ -93,7 +94,8 @@ class TransientKeys : public testing::VulkanTest {
 
 class SamplerKeys : public ::testing::Test {
   protected:
-    // How many samplers there are after frames that have read a texture by each of these, one after another.
+    // Returns the number of samplers after frames that read a texture with each of `descs`, one after
+    // another.
     uint32_t SamplersAfter(const std::vector<rhi::SamplerDesc>& descs) {
         Renderer renderer(*m_device);
         renderer.AddShader("test/sample.comp", CompileText("test/sample.comp", R"(
@@ -168,7 +170,7 @@ void ExpectAnew(PersistentStore& store, const Desc& changed) {
 
 }  // namespace
 
-// Two textures of one place in memory that differ in a usage would else be one.
+// If a field were not compared, two textures at one place in memory that differ in it would be one object.
 TEST_F(TransientKeys, ADescriptionThatDiffersInAnyPart_IsOfAnotherObject) {
     uint64_t frame = 1;
     Reserve(frame);
@@ -182,7 +184,7 @@ TEST_F(TransientKeys, ADescriptionThatDiffersInAnyPart_IsOfAnotherObject) {
     ForEachChange(
         kBuffer, kOfBuffers, [](BufferDesc& s) { return FieldsOf(s); },
         [&](const BufferDesc& changed) {
-            if (changed.memory != kBuffer.memory) return;  // none of the block's
+            if (changed.memory != kBuffer.memory) return;  // it is not placed in the block
             EXPECT_NE(&pool.Place(changed, 0, ++frame), buffer);
         });
 }
