@@ -99,7 +99,8 @@ TEST(Environment, DataWindowMayLieAnywhere) {
     }
 }
 
-// Pixel (x, y) of the planes stands at (x + right, y + down) of a picture of that size; the rest is black.
+// Pixel (x, y) of the planes is at (x + right, y + down) in a picture of the size of desc.picture; the rest
+// is black.
 void ExpectPlaced(const ImageF& image, const std::vector<std::vector<float>>& planes, const ExrDesc& desc,
                   int right, int down) {
     const auto& box = *desc.picture;
@@ -132,7 +133,7 @@ TEST(Environment, OverscanIsCutOffAndNotLookedAt) {
     planes[1][0] = std::nanf("");
     const ExrDesc desc{.minX = -1, .minY = -2, .width = 8, .height = 6, .picture = {{0, 0, 3, 2}}};
     ExpectPlaced(DecodeEnvironment(MakeExr(desc, planes), "x.exr").image, planes, desc, -1, -2);
-    // Beyond one side, and short of the other
+    // The data window reaches beyond the left and the bottom, and leaves the right and the top black
     const ExrDesc both{.minX = -4, .minY = 1, .width = 8, .height = 6, .picture = {{0, 0, 7, 3}}};
     ExpectPlaced(DecodeEnvironment(MakeExr(both, planes), "x.exr").image, planes, both, -4, 1);
 }
@@ -153,7 +154,7 @@ TEST(Environment, PartThatCannotBePlacedIsRefused) {
 constexpr std::array<float, 8> kAces{0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.077f, 0.32168f, 0.33767f};
 
 TEST(Environment, OtherPrimariesAreConvertedToRec709) {
-    // A pixel of each primary, and white
+    // The picture has a pixel of each primary, and a white one
     const std::vector<std::vector<float>> planes = {{1, 0, 0, 2}, {0, 1, 0, 2}, {0, 0, 1, 2}};
     const Bytes bytes = MakeExr({.width = 4, .chromaticities = kAces}, planes);
     const Environment environment = DecodeEnvironment(bytes, "x.exr");
@@ -166,7 +167,7 @@ TEST(Environment, OtherPrimariesAreConvertedToRec709) {
         EXPECT_NEAR(environment.image.rgba[i], expected[i], 2e-5f) << i;
     ASSERT_EQ(environment.warnings.size(), 1u);
     EXPECT_EQ(environment.warnings[0], "x.exr: 6 negative values set to 0, the first at pixel (0, 0)");
-    // Within the gamut: rows of the same matrix
+    // A color within the gamut is converted by rows of the same matrix
     const std::vector<std::vector<float>> inside = {{0.5f}, {0.4f}, {0.3f}};
     const ImageF image = DecodeEnvironment(MakeExr({.chromaticities = kAces}, inside), "x.exr").image;
     EXPECT_NEAR(image.rgba[0], 0.5f * 2.521686f - 0.4f * 1.134131f - 0.3f * 0.387555f, 2e-5f);

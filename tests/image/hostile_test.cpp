@@ -117,7 +117,7 @@ void Decode(const Bytes& bytes, const std::string& name, const DecodeLimits& lim
 
 constexpr DecodeLimits kSmall{.maxWidth = 64, .maxHeight = 64, .maxPixels = 4096};
 
-// The first part of a PNG or a JPEG is read, with the texels of the whole and a warning.
+// Whether `prefix` of a PNG or a JPEG is read; if so, it has the texels of the whole file, and a warning.
 bool IsWhole(const Bytes& prefix, const Sample& sample) {
     if (!sample.name.ends_with(".png") && !sample.name.ends_with(".jpg")) return false;
     image::Image8 image;
@@ -132,7 +132,7 @@ bool IsWhole(const Bytes& prefix, const Sample& sample) {
     return true;
 }
 
-// Of a file that is cut off anywhere, no texel is invented.
+// The decoders invent no texel of a file that is cut off, wherever that is.
 TEST(Hostile, EveryTruncationIsRefusedUnlessAllTexelsAreThere) {
     std::map<std::string, size_t> cutOff;
     for (const Sample& sample : Samples()) {
@@ -149,7 +149,7 @@ TEST(Hostile, EveryTruncationIsRefusedUnlessAllTexelsAreThere) {
             if (testing::Test::HasFailure()) return;
         }
     }
-    // At least the two bytes of a JPEG's end, and the twelve of a PNG's
+    // A JPEG may lack at least the two bytes of its end marker, a PNG the twelve of its end chunk
     for (const char* jpeg : {"baseline.jpg", "progressive.jpg", "scans.jpg", "restarted.jpg", "cmyk.jpg"})
         EXPECT_GE(cutOff[jpeg], 2u) << jpeg;
     for (const char* png : {"rgba.png", "interlaced.png", "palette.png"}) EXPECT_GE(cutOff[png], 12u) << png;
