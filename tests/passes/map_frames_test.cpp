@@ -1,5 +1,5 @@
-// Directional maps of one surface, each along its own texture coordinates. The expected directions are those of
-// the image as it lies on the square, worked out here from its corners.
+// Each directional map of a surface is read along its own texture coordinates. The expected directions are
+// worked out here from the coordinates of a square's corners.
 #include <array>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
@@ -16,7 +16,7 @@ using passes::TraceSettings;
 
 namespace {
 
-// glTF's numbers of a map's coordinates: a set, scale and rotation of its transform.
+// The texture coordinates of a map in glTF: a set, and the scale and rotation of its transform.
 struct Coordinates {
     int set = 0;
     double rotation = 0.0;
@@ -31,7 +31,7 @@ struct Coordinates {
     }
 };
 
-// The four corners' coordinates in both sets, as Square has them.
+// The texture coordinates of the four corners in both sets, in the order of Square.
 struct Corners {
     std::vector<float> first = kUpright;
     std::vector<float> second = kUpright;
@@ -41,7 +41,7 @@ const std::vector<float> kQuarterTurn{1, 1, 1, 0, 0, 0, 0, 1};  // u to the bott
 const std::vector<float> kMirrored{1, 1, 0, 1, 0, 0, 1, 0};     // u to the left
 const std::vector<float> kSkewed{0.1f, 1.0f, 2.0f, 1.7f, 2.3f, 1.0f, 0.4f, 0.3f};
 
-// Where the image's right and top lie in the xy plane, as tangent frames have them: perpendicular.
+// The directions of the image's right and top in the xy plane, made perpendicular as in tangent frames.
 struct ImageAxes {
     glm::dvec3 right, top;
 };
@@ -50,9 +50,9 @@ ImageAxes AxesOn(const std::vector<float>& corners, const Coordinates& coordinat
     const auto at = [&](size_t corner) {
         const double c = std::cos(coordinates.rotation), s = std::sin(coordinates.rotation);
         const glm::dvec2 uv = coordinates.scale * glm::dvec2(corners[2 * corner], corners[2 * corner + 1]);
-        return glm::dvec2(c * uv.x + s * uv.y, -s * uv.x + c * uv.y);  // as KHR_texture_transform's example
+        return glm::dvec2(c * uv.x + s * uv.y, -s * uv.x + c * uv.y);  // example of KHR_texture_transform
     };
-    // From places to coordinates, and back
+    // These map coefficients along both edges to positions and to texture coordinates
     const glm::dmat2 places(alongX, alongY), uv(at(1) - at(0), at(3) - at(0));
     const glm::dmat2 toPlace = places * glm::inverse(uv);
     const glm::dvec2 right = glm::normalize(toPlace * glm::dvec2(1.0, 0.0));
@@ -61,7 +61,7 @@ ImageAxes AxesOn(const std::vector<float>& corners, const Coordinates& coordinat
     return {{right, 0.0}, {top, 0.0}};
 }
 
-// A texel that no turn and no mirroring leaves as it is, and the direction that it means.
+// A normal map texel that no rotation or reflection maps to itself, and the normal that it encodes.
 constexpr std::array<uint8_t, 4> kTilt{178, 102, 241, 255};
 glm::dvec3 Bent(const ImageAxes& axes) {
     const glm::dvec3 read = 2.0 * glm::dvec3(kTilt[0], kTilt[1], kTilt[2]) / 255.0 - glm::dvec3(1.0);
@@ -70,7 +70,7 @@ glm::dvec3 Bent(const ImageAxes& axes) {
 
 class MapFrames : public VulkanTest {
   protected:
-    // The file of a square with `material`, whose texture 0 is of kTilt.
+    // Returns the file of a square with `material`, whose texture 0 has the color kTilt.
     static GltfDocument File(const Json& material, const Corners& corners) {
         GltfDocument document;
         AddTexture(document, test::MakePng(2, 2, kTilt));
@@ -80,7 +80,8 @@ class MapFrames : public VulkanTest {
         return document;
     }
 
-    // A black body under a smooth coat that has a normal map, and with one of its own if `base` says so.
+    // Returns a black material under a smooth clear coat with a normal map; `base`, if given, is a normal map
+    // of the base.
     static Json Coated(const Coordinates& coat, const Coordinates* base) {
         Json material{{"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}, {"metallicFactor", 0}}},
                       {"extensions",
@@ -91,9 +92,9 @@ class MapFrames : public VulkanTest {
         return material;
     }
 
-    // The share of a lamp's radiance that a coat of that normal mirrors to a far viewer above the square. The
-    // lamp fills 3 degrees about where the mirror direction points: it is not seen if the normal is 2 degrees
-    // off. Around it, black.
+    // Returns the share of a lamp's radiance that a coat with this normal mirrors to a far viewer above the
+    // square. The lamp fills 3 degrees around the mirror direction, so that it is not seen if the normal is
+    // off by 2 degrees. All else is black.
     double Mirrored(GltfDocument document, const glm::dvec3& normal, bool isFrozen = false) {
         const glm::dvec3 mirror = 2.0 * normal.z * normal - glm::dvec3(0.0, 0.0, 1.0);
         const glm::dvec3 x = glm::normalize(glm::cross(glm::dvec3(0.1, 0.7, 0.3), -mirror));
@@ -168,7 +169,7 @@ TEST_F(MapFrames, ClearCoat_IsReadAlongItsOwnCoordinates) {
     }
 }
 
-// The base's map in the same rows: the coat's must not change how it is read.
+// The rows are the same: the coat's map must not change how the base's map is read.
 TEST_F(MapFrames, Base_IsReadAlongItsOwnCoordinates) {
     for (const Row& row : kRows) {
         const Corners& corners = row.corners;
@@ -178,7 +179,7 @@ TEST_F(MapFrames, Base_IsReadAlongItsOwnCoordinates) {
     }
 }
 
-// glTF: tangents of the file are the tangent space of the primitive, in which all its textures operate.
+// In glTF, a file's tangents are the tangent space of the primitive, in which all its textures operate.
 TEST_F(MapFrames, GivenTangents_AreTheFrameOfAllMaps) {
     const Coordinates coat{.set = 1, .rotation = 0.7}, base;
     GltfDocument document = File(Coated(coat, &base), {.second = kMirrored});
@@ -246,8 +247,8 @@ TEST_F(MapFrames, Variants_ReadTheirMapsAlongTheirOwnCoordinates) {
     ExpectNear(NormalSeen(), Bent(AxesOn(kQuarterTurn, {})), 2e-3f, "the variant's");
 }
 
-// A disc of few wedges around which the second set runs: its tangents change smoothly from wedge to wedge, and do
-// so too where those of the first set are the stored ones.
+// The second set runs around a disc of a few wedges. Its tangents change smoothly from wedge to wedge, also
+// if the stored tangents are those of the first set.
 TEST_F(MapFrames, SetThatRunsAroundADisc_IsSmoothAsTheOnlyOne) {
     constexpr int kWedges = 8;
     std::vector<float> positions, normals, flat, around;
@@ -263,7 +264,8 @@ TEST_F(MapFrames, SetThatRunsAroundADisc_IsSmoothAsTheOnlyOne) {
         }
     for (int i = 0; i < kWedges; ++i)
         for (const int corner : {0, 1, 3, 0, 3, 2}) indices.push_back(static_cast<uint16_t>(2 * i + corner));
-    // Own: the map along `around` alone. Else: as a variant of a material with a map along `flat`
+    // isOwn: the only map is read along `around`. Otherwise that is a variant of a material whose map is read
+    // along `flat`
     const auto seen = [&](bool isOwn) {
         GltfDocument document;
         AddTexture(document, test::MakePng(2, 2, kTilt));
@@ -302,7 +304,8 @@ TEST_F(MapFrames, DeformedMesh_TurnsTheFrameOfAnotherSet) {
     const Coordinates coat{.set = 1}, base;
     GltfDocument document = File(Coated(coat, &base), {.second = kMirrored});
     Json& mesh = document.json["meshes"][0];
-    // The corners go to +-(0.3, 1.5) -+ (0.9, -0.2): x along (1.2, 1.3), y along (-0.6, 1.7)
+    // The target moves the corners so that the edge along x becomes (1.2, 1.3), and the edge along y (-0.6,
+    // 1.7)
     const glm::dvec2 alongX(1.2, 1.3), alongY(-0.6, 1.7);
     std::vector<float> moves;
     for (const glm::dvec2& corner :
@@ -349,8 +352,8 @@ TEST_F(MapFrames, ScenesOfOneSet_HaveNoFeatureMore) {
     EXPECT_EQ(featuresOf(Coated(first, &second)), kTraceTextures | kTraceTextureTransforms);
 }
 
-// The tilt that a map says is one of the surface before its placement: relief that is stretched along the
-// surface is flatter, relief that is stretched along the normal is steeper.
+// A map encodes the tilt of the surface before it is placed: relief that is stretched along the surface gets
+// flatter, relief that is stretched along the normal gets steeper.
 TEST_F(MapFrames, ScaledNode_ScalesTheRelief) {
     const glm::dvec3 read = 2.0 * glm::dvec3(kTilt[0], kTilt[1], kTilt[2]) / 255.0 - glm::dvec3(1.0);
     for (const glm::dvec3& scale : {glm::dvec3(4.0, 1.0, 1.0), glm::dvec3(1.0, 1.0, 0.5), glm::dvec3(3.0)}) {

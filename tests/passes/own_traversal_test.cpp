@@ -177,7 +177,7 @@ TEST_P(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
 
 // Rays in the space of the mesh would overflow. In the scene's space all is near.
 TEST_P(OwnTraversal, AMeshThatReachesTooFarIsPlacedOrTheDrivers) {
-    // In the light of a sky, the places where rays leave the far mesh would show, which a float rounds to 1e6 m.
+    // A sky would light the far mesh, and show that float rounds the points where rays leave it to 1e6 m.
     render.scene.SetEnvironment({});
     scene::SceneData data = PlainThings();
     data.meshes.push_back(BoxMesh(2e18f, 1));

@@ -152,9 +152,9 @@ TEST_F(TraceAnisotropy, Trace_FilesHighlightLiesAsTheFileSays) {
     ExpectStretch(test::Load(document), Expected({0, 0, 1}, {std::cos(angle), std::sin(angle), 0.0}, 0.7));
 }
 
-// A texture of anisotropy is read along its own coordinates, also where a normal map has others: by a rotation or
-// by another set, which here are turned by 90 degrees, so that it looks as if anisotropyRotation turned it, and by
-// a set that is mirrored.
+// An anisotropy texture is read along its own coordinates even if a normal map has others. A rotation and a
+// second set, which here turn it by 90 degrees, have the effect of an anisotropyRotation; another set is
+// mirrored.
 TEST_F(TraceAnisotropy, TextureOfOtherCoordinatesThanTheNormalMap_HasAFrameOfItsOwn) {
     constexpr std::array<uint8_t, 4> kTilt{165, 140, 245, 255}, kBrush{240, 150, 255, 255};
     const glm::dvec3 normal =
@@ -187,10 +187,10 @@ TEST_F(TraceAnisotropy, TextureOfOtherCoordinatesThanTheNormalMap_HasAFrameOfIts
         ExpectStretch(file({{"texCoord", 0}}, quarter), expected(texel + quarter), isDrawn);
         const Json turned{{"extensions", {{"KHR_texture_transform", {{"rotation", quarter}}}}}};
         ExpectStretch(file(turned, 0.0), expected(texel - quarter), isDrawn);
-        // u to the bottom, v to the left
+        // u grows to the bottom, v to the left
         ExpectStretch(file({{"texCoord", 1}}, 0.0, {1, 1, 1, 0, 0, 0, 0, 1}), expected(texel - quarter),
                       isDrawn);
-        // u to the left, v to the bottom
+        // u grows to the left, v to the bottom
         ExpectStretch(file({{"texCoord", 1}}, 0.6, {1, 1, 0, 1, 0, 0, 1, 0}),
                       expected(std::numbers::pi - texel - 0.6), isDrawn);
     }

@@ -143,8 +143,8 @@ TEST_F(TracePrecision, Trace_LitQuadWhosePlaceCancelsDoesNotShadowItself) {
     }
 }
 
-// A lamp over a floor, of vertices of that size or of a node of that scale, seen from a distance of that size. A
-// power of two: the numbers have the same digits.
+// A lamp lights a floor. `size` scales the vertices or the nodes, and the distance of the camera. It is a
+// power of two, which leaves the digits of all numbers unchanged.
 TEST_F(TracePrecision, Trace_SceneOfAnySizeLooksTheSame) {
     const auto mean = [this](float size, bool isOfVertices) {
         scene::Mesh floor = QuadMesh(1.0f), lamp = QuadMesh(0.5f, 1);
