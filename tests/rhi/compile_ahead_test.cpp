@@ -96,7 +96,7 @@ TEST_F(CompileAheadTest, TheFirstExecutionFindsTheMachineCode) {
     const std::unique_ptr<Device> device =
         Device::Create({.log = log.Listener(LogLevel::Debug), .savePipelineCache = false});
     if (!device->Info()
-             .isLavapipe) {  // Its drivers compile when pipelines are made, and nothing is left to do.
+             .isLavapipe) {  // Other drivers compile when pipelines are made, and nothing is left to do.
         const std::vector<uint32_t> words = RayGen("7u");
         const RayTracingPipelineDesc desc = Desc(words);
         const RayTracingPipeline pipeline = CreateRayTracingPipeline(*device, desc);

@@ -29,7 +29,7 @@ struct Lies {
     // No lie, either: the modes of the acceleration structures that each command has built or updated.
     std::vector<std::vector<VkBuildAccelerationStructureModeKHR>> builds;
     uint32_t samplers = 0;                      // likewise: how many vkCreateSampler has made
-    uint64_t buildScratchBytes = 0;             // not 0: what builds of structures need, unless that is less
+    uint64_t buildScratchBytes = 0;             // not 0: builds of structures need at least so much
     VkResult waitResult = VK_SUCCESS;           // not VK_SUCCESS: vkWaitSemaphores fails so
     uint64_t maxStorageBufferRange = 0;         // not 0: the limit reads so
     std::shared_future<void> beforeRayTracing;  // valid: vkCreateRayTracingPipelinesKHR waits for it first

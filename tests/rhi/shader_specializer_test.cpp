@@ -188,7 +188,7 @@ class SpecializedShadersTest : public ::testing::Test {
         for (const auto& entry : fs::directory_iterator(folder / "shaders")) files.push_back(entry.path());
         return files;
     }
-    // The only file.
+    // Returns the only file, and expects that there is no other.
     fs::path File() {
         const std::vector<fs::path> files = Files();
         EXPECT_EQ(files.size(), 1u);
