@@ -52,9 +52,9 @@ Expect 'skipped-unexpectedly: A.Skips ' 'a skip that is not in the list fails'
 [[ $(wc -l <"$folder/processes") == 3 ]] || { echo "three processes, one for each that ended early and one: $(cat "$folder/processes")"; bad=1; }
 [[ $(wc -l <"$folder/out/results.txt") == 9 ]] || { echo "not a line a test in results.txt"; bad=1; }
 
-# What ends outside of any test: a program before its first one, one behind its last one though a test had failed, the
-# shell that keeps the results, and a program that does not even say what it has.
-Program() { # NAME LINES...: with the tests C.Fails and C.Passes
+# These end outside of any test: a program before its first test, one after its last test although a test had failed,
+# the shell that keeps the results, and a program that does not even list its tests.
+Program() { # NAME LINES...: writes a program with the tests C.Fails and C.Passes
     printf '#!/usr/bin/env bash\n[[ $1 != *list_tests ]] || { printf "C.\\n  Fails\\n  Passes\\n"; exit 0; }\n' >"$folder/$1"
     printf '%s\n' "${@:2}" >>"$folder/$1"
     chmod +x "$folder/$1"
