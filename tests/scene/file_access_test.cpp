@@ -44,7 +44,7 @@ TEST(FileAccess, FilesBesideTheSceneAreRead) {
     EXPECT_EQ(folder.reads.back(), folder.Path() / "deep/er/data.bin");
 }
 
-// What a URI that leads out is refused with.
+// Returns the message that refuses a URI that leads out.
 std::string Outside(const std::string& uri) {
     return '"' + uri +
            "\": leads out of the scene's folder; --root FOLDER allows what is below another folder";
@@ -59,7 +59,7 @@ TEST(FileAccess, DotsAreResolvedBeforeTheUriIsChecked) {
         EXPECT_EQ(folder.LoadError(WithBufferUri(uri)), "loaded") << uri;
     EXPECT_EQ(folder.LoadError(WithBufferUri("../" + name + "/own.bin")), "loaded") << "out, and in again";
     EXPECT_EQ(folder.reads.back(), folder.Path() / "own.bin");
-    // By the text of the URI: not where a link leads
+    // ".." is resolved in the text of the URI, not where a link leads
     const SceneFolder outside;
     outside.Write("inner/secret.bin", kPositions);
     outside.Write("own.bin", "none of the scene's");
@@ -130,7 +130,7 @@ class RootTest : public ::testing::Test {
         std::ofstream(path / file, std::ios::binary)
             .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     }
-    // Loads a scene that names the file by this URI: "loaded", or what is said of the URI.
+    // Loads a scene that names the file by this URI. Returns "loaded", or the message about the URI.
     std::string Load(const std::string& uri, const fs::path& root) const {
         Write("scene/scene.gltf", ToBytes(WithBufferUri(uri).Text()));
         try {
@@ -184,7 +184,7 @@ TEST_F(RootTest, SavedElsewhereNothingIsWrittenOutsideOfTheTarget) {
     const fs::path source = path / "scene/scene.gltf";
     const scene::LoadOptions options{.root = path};
     const scene::SceneData scene = scene::LoadGltf(source, options);
-    // Beside it the same file is there already
+    // A scene saved in the folder beside it reaches the same file
     fs::create_directory(path / "other");
     scene::SaveGltf(source, scene, path / "other/saved.gltf", options);
     EXPECT_EQ(scene::LoadGltf(path / "other/saved.gltf", options).instances.size(), 1u);

@@ -1,4 +1,4 @@
-// Transforms that squeeze a mesh into a plane: what they become so that devices can invert them.
+// Tests of transforms that flatten a mesh into a plane, and of the invertible ones that replace them.
 #include "renderer/scene/flat_transform.h"
 
 #include <gtest/gtest.h>
@@ -25,17 +25,17 @@ glm::mat4x3 Turn(float angle, const vec3& axis) {
     return glm::mat4x3(glm::mat3_cast(glm::angleAxis(angle, glm::normalize(axis))));
 }
 
-// In float, as nodes are composed.
+// The product in float, as the transforms of nodes are composed.
 glm::mat4x3 Product(const glm::mat4x3& a, const glm::mat4x3& b) {
     return Compose({a}, {b}).matrix;
 }
 
-// The transforms that flatten, and the normal of their planes.
+// A transform that flattens, and the normal of the plane.
 struct Flat {
     const char* name;
     glm::mat4x3 matrix;
     vec3 normal;
-    bool isOblique = false;  // none of the mesh's axes is squeezed
+    bool isOblique = false;  // the flattened direction is no axis of the mesh
 };
 std::vector<Flat> Flats() {
     const glm::mat4x3 turn = Turn(0.9f, {1, 2, 3}), other = Turn(0.5f, {2, -1, 1});
@@ -66,7 +66,8 @@ TEST(FlatTransform, WhatIsNotFlatKeepsItsBits) {
         vec3 scale;
         for (int axis = 0; axis < 3; ++axis) scale[axis] = std::exp2(13.0f * random(engine));
         if (i % 2 != 0) scale.x = -scale.x;
-        // Thin to 1 / 67 million, by a scale that no float mixes with others
+        // Axes differ by factors up to 2^26. The scale multiplies whole rows or columns, so that float loses
+        // no digits
         glm::mat4x3 matrix = i % 3 == 0 ? Product(Scaling(scale), turn) : Product(turn, Scaling(scale));
         matrix[3] = vector();
         const PlacedTransform placed{matrix, 1e-9f * vector()};
@@ -102,7 +103,7 @@ TEST(FlatTransform, TheMeshLiesInThePlaneAndHasItsNormal) {
         }
 }
 
-// From (-1, 1, s) with s > 0 to s = 0.
+// The scale goes from (-1, 1, s) with s > 0 to s = 0.
 TEST(FlatTransform, TheFrontIsThatOfASmallScale) {
     SceneData scene;
     scene.meshes.resize(1);
@@ -136,7 +137,7 @@ TEST(FlatTransform, TheFrontIsThatOfASmallScale) {
             }
 }
 
-// A scale moves no light's direction, and none of a camera.
+// A scale does not change the direction of a light or a camera.
 TEST(FlatTransform, LightsAndCamerasOfFlatNodesKeepTheirDirections) {
     SceneData scene;
     scene.nodes.resize(1);
@@ -169,7 +170,7 @@ TEST(FlatTransform, AMeshFarFromItsOriginIsFlattenedIntoThePlane) {
     EXPECT_EQ(shown->Place().x, placed.Place().x);
 }
 
-// As thick as the root of its area says, however far it reached along what is squeezed.
+// The thickness follows from the square root of the area, whatever the extent along the flattened direction.
 TEST(FlatTransform, ATowerIsNoThickerThanACube) {
     for (const float height : {0.01f, 1.0f, 1000.0f}) {
         const auto shown =
@@ -195,7 +196,7 @@ TEST(FlatTransform, NothingIsSeenOfWhatHasNoArea) {
     EXPECT_FALSE(WithThickness(PlacedTransform{endless}, kCube));
 }
 
-// A card that a scale turns into a line, although the transform has an area.
+// A scale turns the card into a line, although the transform has an area.
 TEST(FlatTransform, ACardSeenFromItsEdgeStaysThin) {
     const auto shown = WithThickness(PlacedTransform{Scaling({0, 1, 1})}, Bounds{{-1, -1, 0}, {1, 1, 0}});
     ASSERT_TRUE(shown);

@@ -64,7 +64,7 @@ TEST(HostileExtensions, ValuesOfOtherTypesAreRefusedWithTheirPlace) {
     const std::string start = "scene.gltf: materials[0].extensions.";
     for (const Json& extensions : {kAll, kGlossiness}) {
         ForEachPlace(extensions, "", [&](const std::string& pointer) {
-            if (pointer.find("thicknessTexture") != pointer.npos) return;  // which nothing reads
+            if (pointer.find("thicknessTexture") != pointer.npos) return;  // nothing reads it
             size_t refusedCount = 0;
             for (const Json& value : hostile) {
                 Json changed = extensions;

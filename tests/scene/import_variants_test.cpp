@@ -133,7 +133,7 @@ TEST(Variants, NormalMapOfOneHasTangents) {
     const scene::SceneData scene = Load(document);
     EXPECT_EQ(OnlyPrimitive(scene).tangents.size(), 3u);
     EXPECT_TRUE(scene.warnings.empty());
-    // Another one's is turned, which matters where it is read
+    // The normal map of another variant is turned, which only matters where it is read
     document.json["materials"][1]["normalTexture"] = {
         {"index", 0}, {"extensions", {{"KHR_texture_transform", {{"rotation", 1}}}}}};
     EXPECT_TRUE(Load(document).warnings.empty());

@@ -275,7 +275,7 @@ TEST(ImportTangents, AreMadeForTheTextureCoordinatesOfTheNormalMap) {
     EXPECT_EQ(OnlyPrimitive(second).tangents, std::vector<vec4>(3, vec4(-1, 0, 0, -1)));
 }
 
-// A transform may be edited and animated: it turns the frame where the map is read.
+// A transform may be edited or animated, so that it turns the frame where the map is read, not the tangents.
 TEST(ImportTangents, TransformOfTheNormalMap_ChoosesTheSetAndTurnsNothing) {
     GltfDocument document = QuadWithNormalMap(0);
     Json& map = document.json["materials"][0]["normalTexture"];
@@ -292,7 +292,7 @@ TEST(ImportTangents, TransformOfTheNormalMap_ChoosesTheSetAndTurnsNothing) {
     EXPECT_EQ(OnlyPrimitive(scene).tangentTexCoord, 1u);
 }
 
-// A map whose coordinates the primitive does not have says nothing of a frame; the next one does.
+// A map whose texture coordinates the primitive lacks determines no tangents; the next map does.
 TEST(ImportTangents, MapWithoutCoordinates_LeavesThemToTheNext) {
     GltfDocument document = QuadWithNormalMap(1);
     document.json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_1");
@@ -350,8 +350,8 @@ TEST(ImportTangents, GivenOnesAreNotUsedWithNormalsThatAreMade) {
     EXPECT_EQ(OnlyPrimitive(Load(document)).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
 }
 
-// What a coat is read by along the other set: the angle from the base's tangents to those of its own, where both
-// are made.
+// The map of a coat reads the other set: frameTurns has the angle from the base's tangents to those of that
+// set, if both are generated.
 TEST(ImportTangents, MapOfTheOtherSet_HasAnglesToTheFirst) {
     GltfDocument document = QuadWithNormalMap(0);
     Json& primitive = document.json["meshes"][0]["primitives"][0];
@@ -359,7 +359,7 @@ TEST(ImportTangents, MapOfTheOtherSet_HasAnglesToTheFirst) {
     coat = {{"clearcoatFactor", 1}, {"clearcoatNormalTexture", {{"index", 0}}}};
     EXPECT_TRUE(OnlyPrimitive(Load(document)).frameTurns.empty()) << "of the same set";
     coat["clearcoatNormalTexture"]["texCoord"] = 1;
-    // u of the second set grows to the top, v to the right
+    // u of the second set grows to the top, v grows to the right
     primitive["attributes"]["TEXCOORD_1"] = document.AddAccessor<float>({0, 0, 0, 1, 1, 0}, 2);
     const auto turned = [&] { return OnlyPrimitive(Load(document)).frameTurns; };
     EXPECT_EQ(turned(), std::vector<vec2>(3, vec2(0, 1)));

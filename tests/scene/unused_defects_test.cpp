@@ -1,5 +1,5 @@
-// What is wrong with data is an error where a picture depends on it, and else a warning. Nothing of either
-// reaches the scene: Check, which runs after loading, refuses what is not finite or out of range.
+// A defect in data is an error if a picture depends on the data, and otherwise a warning. No defect reaches
+// the scene: Check, which runs after loading, refuses values that are not finite or out of range.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ Json& Primitive(GltfDocument& document) {
     return document.json["meshes"][0]["primitives"][0];
 }
 
-// A triangle with tangents and two sets of texture coordinates, of which vertex 1 is not finite.
+// Returns a triangle with tangents and two texture coordinate sets, which are not finite at vertex 1.
 GltfDocument WithBrokenStreams() {
     GltfDocument document;
     Json& attributes = document.AddTriangle()["attributes"];
@@ -38,7 +38,7 @@ void AddTexture(GltfDocument& document) {
     document.Add("textures", {{"source", 0}});
 }
 
-// What loading says of the streams, with this material.
+// Returns the message of loading these streams with this material.
 std::string WithMaterial(const Json& material) {
     GltfDocument document = WithBrokenStreams();
     AddTexture(document);
@@ -48,7 +48,7 @@ std::string WithMaterial(const Json& material) {
 
 TEST(UnusedDefects, StreamsThatNoMaterialReadsMayBeBroken) {
     const scene::SceneData scene = Load(WithBrokenStreams());
-    // In the order in which they are read; one line for all
+    // Warnings come in the order of reading, one line for each kind
     EXPECT_THAT(
         scene.warnings,
         ElementsAre(
@@ -74,7 +74,7 @@ TEST(UnusedDefects, StreamsThatAMaterialReadsMayNot) {
               uv1);
     EXPECT_EQ(WithMaterial({{"extensions", {{"KHR_materials_anisotropy", {{"anisotropyStrength", 1}}}}}}),
               tangent);
-    // A normal map is read by its coordinates, and along the tangents
+    // A normal map depends on its texture coordinates and on the tangents
     EXPECT_EQ(WithMaterial({{"normalTexture", at(1)}}), uv1);
 }
 
@@ -99,7 +99,7 @@ TEST(UnusedDefects, MaterialOfAVariantCountsToo) {
     EXPECT_EQ(LoadError(document), "scene.gltf: accessors[4]: element 1 is not finite");
 }
 
-// Four vertices in the accessors, of which triangles name three: all but number `unused`.
+// Returns accessors with four vertices, of which the triangle names three: all but number `unused`.
 GltfDocument WithUnusedVertex(uint16_t unused) {
     GltfDocument document;
     std::vector<float> positions, normals;
@@ -126,7 +126,7 @@ TEST(UnusedDefects, VertexThatNoIndexNamesMayBeBroken) {
         EXPECT_EQ(scene.warnings[0],
                   "scene.gltf: accessors[0]: element " + std::to_string(unused) +
                       " is not finite, and no picture depends on it; replaced (and 1 more)");
-        // Bounds are those of the triangle: they frame the picture
+        // The bounds are those of the triangle alone, because they frame the picture
         EXPECT_EQ(scene.bounds.min.x, 5.0f);
         EXPECT_EQ(scene.bounds.max.x, 6.0f);
         EXPECT_EQ(scene.bounds.min.z, 2.0f);
@@ -213,7 +213,8 @@ TEST(UnusedDefects, KeysThatAreNotFiniteLeaveTheirChannelsOut) {
     EXPECT_TRUE(scene.animations[1].channels.empty());
 }
 
-// Images of a triangle: what its base color and its occlusion read, and what no primitive's material does.
+// The URIs of images: those that the triangle's base color and occlusion read, and one that no used material
+// reads.
 struct Images {
     const char *base, *occlusion, *unreferenced;
 };
@@ -256,7 +257,7 @@ TEST_F(UnusedImages, MissingOrBrokenOnesAreAWarning) {
 TEST_F(UnusedImages, ThoseThatAPictureShowsAreAnError) {
     EXPECT_EQ(folder.LoadError(WithImages({"gone.png", "ok.png", "ok.png"})),
               "scene.gltf: images[0].uri: \"gone.png\": No such file or directory");
-    // Occlusion beside roughness in one image
+    // One image has occlusion and roughness, which pictures depend on
     GltfDocument shared = WithImages({"ok.png", "gone.png", "ok.png"});
     shared.json["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"]["index"] = 1;
     EXPECT_EQ(folder.LoadError(shared), "scene.gltf: images[1].uri: \"gone.png\": No such file or directory");
@@ -267,7 +268,7 @@ TEST_F(UnusedImages, ThoseThatAPictureShowsAreAnError) {
     Primitive(chosen)["extensions"]["KHR_materials_variants"]["mappings"] = {
         {{"material", 1}, {"variants", {0}}}};
     EXPECT_THAT(folder.LoadError(chosen), HasSubstr("images[2] \"no.png\": is of an unknown format"));
-    // A mesh that no node places shows nothing
+    // A mesh that no node places is not shown
     GltfDocument apart = WithImages({"ok.png", "ok.png", "no.png"});
     Json other = Primitive(apart);
     other["material"] = 1;
@@ -319,7 +320,7 @@ TEST(UnusedDefects, NamesAndNumbersThatNothingReadsAreLeftOut) {
     EXPECT_EQ(scene.cameras[0].aspectRatio, 0.0f);
 }
 
-// A triangle whose node has the name that the JSON text says between the quotes.
+// Returns a triangle whose node has the name that the JSON text gives between the quotes.
 std::string Named(std::string_view name) {
     GltfDocument document;
     document.AddTriangle();
