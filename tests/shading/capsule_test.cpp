@@ -148,8 +148,7 @@ TEST(Capsule, ATangentRayMissesAndARayJustBelowHits) {
     EXPECT_LT(IntersectCapsule(capsule, vec3(-4.0f, 1.001f, 0.0f), vec3(1.0f, 0.0f, 0.0f)).leave, 0.0f);
 }
 
-// A small sphere far away, where the difference of squares of the textbook has no digit of it left.
-// By a power of two, which keeps all digits: from grains of 1e-12 m to planets.
+// The sizes are powers of two, which keep all digits. They reach from grains of 1e-12 m to planets.
 TEST(Capsule, HitsAndNormalsAreTheSameInAllSizes) {
     std::mt19937 generator(9);
     int hitCount = 0;
@@ -173,6 +172,7 @@ TEST(Capsule, HitsAndNormalsAreTheSameInAllSizes) {
     EXPECT_GT(hitCount, 1000);
 }
 
+// The textbook's difference of squares keeps no digit of a small sphere far away.
 TEST(Capsule, ASmallSphereFarAwayIsHitAtItsSize) {
     std::mt19937 generator(2);
     int hits = 0;

@@ -179,7 +179,7 @@ TEST(RayCone, CurvatureIsThatOfTheSurfaceOfTheNormals) {
         return normalize(vec3(normal(generator), normal(generator), normal(generator)));
     };
     for (int i = 0; i < 1000; ++i) {
-        // Of a room, a grain, a planet's orbit
+        // The radii are about 1, 2^-40 and 2^40: a room, a grain, a planet's orbit
         const float radius = std::exp2(3.0f * normal(generator) + (i % 3 == 0   ? 0.0f
                                                                    : i % 3 == 1 ? -40.0f
                                                                                 : 40.0f));

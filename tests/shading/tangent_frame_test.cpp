@@ -1,4 +1,4 @@
-// Frames of triangles along their texture coordinates, and how they turn smooth ones.
+// Tests of triangles' frames along their texture coordinates, and of how they turn smooth frames.
 #include "core/tangent_frame.glsl"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@ class Random {
   public:
     float Number() { return m_number(m_engine); }
     vec3 Direction() { return normalize(vec3(Number(), Number(), Number())); }
-    // An affine map of the coordinates to space, at most 70 degrees from a right angle.
+    // Returns an affine map from texture coordinates to space whose axes are at most 70 degrees from a right
+    // angle.
     Plane NextPlane() {
         for (;;) {
             Plane plane;
@@ -30,7 +31,7 @@ class Random {
             if (std::abs(sine) > 0.34f) return plane;
         }
     }
-    // Two edges in texture coordinates, of a triangle that is no sliver.
+    // Returns two edges, in texture coordinates, of a triangle that is no sliver.
     glm::mat2 Edges() {
         for (;;) {
             const glm::mat2 edges(Number(), Number(), Number(), Number());
@@ -49,7 +50,7 @@ vec3 Xyz(const vec4& v) {
 
 }  // namespace
 
-// Triangles of an affine map, whatever their corners and the unit of the coordinates.
+// All triangles of an affine map have one frame, whatever their corners and the unit of the coordinates.
 TEST(TangentFrame, TriangleTangent_LiesAlongUAndSaysWhereTheImagesTopIs) {
     Random random;
     for (int trial = 0; trial < 20'000; ++trial) {
@@ -58,11 +59,11 @@ TEST(TangentFrame, TriangleTangent_LiesAlongUAndSaysWhereTheImagesTopIs) {
         const float unit = std::exp2(8.0f * random.Number());
         const vec3 e1 = uv[0].x * plane.alongU + uv[0].y * plane.alongV;
         const vec3 e2 = uv[1].x * plane.alongU + uv[1].y * plane.alongV;
-        if (dot(cross(e1, e2), plane.n) < 0.0f) plane.n = -plane.n;  // on the side of the winding
+        if (dot(cross(e1, e2), plane.n) < 0.0f) plane.n = -plane.n;  // n is on the front, as the winding says
         const vec4 tangent = TriangleTangent(e1, e2, unit * uv[0], unit * uv[1], plane.n);
         ASSERT_NEAR(dot(Xyz(tangent), normalize(plane.alongU)), 1.0f, 1e-4f);
         ASSERT_NEAR(dot(Xyz(tangent), plane.n), 0.0f, 1e-5f);
-        // v runs downwards
+        // v points downwards
         ASSERT_LT(dot(tangent.w * cross(plane.n, Xyz(tangent)), plane.alongV), 0.0f);
         ASSERT_EQ(std::abs(tangent.w), 1.0f);
         // MikkTSpace's sign is that of the coordinates, whatever side the normal is on
@@ -87,8 +88,8 @@ TEST(TangentFrame, TriangleTangent_IsNoneWithoutAreaOrDirection) {
     EXPECT_EQ(TriangleTangent(x, y, vec2(1, 0), vec2(0, 1), x), vec4(0.0f)) << "u grows along the normal";
 }
 
-// The frame of a triangle becomes exactly its other frame; one that is turned against the first is turned
-// against the second by as much, about the normal, and mirrored with it.
+// The triangle's frame is turned exactly into its other frame. A frame that is turned about the normal
+// relative to the first is turned by as much relative to the second, and mirrored with it.
 TEST(TangentFrame, TurnTangent_TurnsAsTheTrianglesFramesAreTurned) {
     Random random;
     for (int trial = 0; trial < 20'000; ++trial) {
@@ -99,7 +100,7 @@ TEST(TangentFrame, TurnTangent_TurnsAsTheTrianglesFramesAreTurned) {
         const vec4 to = TriangleTangent(edge(0), edge(1), linear * uv[0], linear * uv[1], plane.n);
         ASSERT_EQ(to.w, determinant(linear) < 0.0f ? -from.w : from.w);
         ASSERT_LT(length(TurnTangent(from, from, to, plane.n) - to), 1e-5f);
-        // 0.3 radians about n
+        // Turns a tangent by 0.3 radians about n
         const auto turned = [&](const vec4& tangent) {
             const vec3 t = std::cos(0.3f) * Xyz(tangent) + std::sin(0.3f) * cross(plane.n, Xyz(tangent));
             return vec4(t.x, t.y, t.z, tangent.w);
