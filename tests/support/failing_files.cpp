@@ -34,8 +34,8 @@ FailingFiles::~FailingFiles() {
 
 }  // namespace raygraph::testing
 
-// In place of the C library's, also for libraries that are loaded with the program. They have its symbols and names of
-// their own, because its headers may declare more than functions.
+// These replace the C library's functions, also for libraries that are loaded with the program. They have its
+// symbols but names of their own, because its headers may declare more than functions.
 #pragma GCC visibility push(default)
 extern "C" {
 int ReplacedOpenat(int folder, const char* path, int flags, ...) __asm__("openat");

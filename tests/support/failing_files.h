@@ -1,4 +1,4 @@
-// File systems that lack something: calls of the program that links this fail on demand.
+// Simulates file systems without some operation: calls of the program that links this fail on demand.
 #pragma once
 
 namespace raygraph::testing {
@@ -9,7 +9,7 @@ struct FailingCalls {
     int linkat = 0, renameat = 0;
 };
 
-// While it lives, these calls of all threads fail. One at a time.
+// While an object lives, these calls fail in all threads. At most one object may exist.
 class FailingFiles {
   public:
     explicit FailingFiles(const FailingCalls& calls);

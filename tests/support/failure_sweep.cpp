@@ -78,7 +78,7 @@ void Start(SweptScenario& steps) {
     steps.push_back({"open",
                      [](SweptWorld& world) {
                          scene::SceneData data = Load();
-                         // The camera stays as well where the scene does.
+                         // The camera changes only if the scene does
                          const scene::CameraView view = scene::ChooseView(data, "", 1.0f);
                          world.scene->SetScene(std::move(data));
                          world.camera = view;

@@ -20,7 +20,7 @@ inline std::optional<std::filesystem::path> ReferenceAssets() {
 // At the start of a test, or of a fixture's SetUp.
 #define RAYGRAPH_SKIP_WITHOUT_ASSETS() \
     if (!raygraph::test::ReferenceAssets()) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set"
-// The same for a test that reads scenes, which the packed tests leave out (tests/runner/pack_tests).
+// The same for tests that read scenes: the packed assets have none (tests/runner/pack_tests).
 #define RAYGRAPH_SKIP_WITHOUT_ASSET_SCENES()                                           \
     RAYGRAPH_SKIP_WITHOUT_ASSETS();                                                    \
     if (!std::filesystem::is_directory(*raygraph::test::ReferenceAssets() / "scenes")) \
