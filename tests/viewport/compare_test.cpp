@@ -192,14 +192,14 @@ TEST_F(Compare, Viewport_MakesAMapAnewOnlyWhenItsPicturesChange) {
     viewed.viewport.SetShow(show);
     EXPECT_TRUE(isMade());
     EXPECT_FALSE(isMade());
-    // Other pictures of as many samples
+    // The map is made anew for other pictures with the same number of samples
     viewed.viewport.SetBudget({.maxSamples = 1, .maxRasterSamples = 1, .settleMs = 0.0});
     for (const float x : {0.1f, 0.2f}) {
         scene::CameraView camera = InsideBoxes();
         camera.eye.x += x;
         viewed.viewport.SetCamera(camera);
         EXPECT_TRUE(isMade());
-        isMade();  // how fine the new picture is, is known by the next frame
+        isMade();  // how fine the new picture is becomes known in the next frame
         EXPECT_FALSE(isMade());
     }
 }

@@ -47,8 +47,8 @@ class ViewportEndurance : public VulkanTest {
         return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 #endif
     }
-    // Of a frame of that view after two of another one, or of the same one. The device is idle before, so that
-    // what both kinds of frames find to take back is the same.
+    // Returns the time of a frame of `view` after two frames of `viewBefore`, which may be the same. The
+    // device is idle before it, so that both kinds of frames find the same resources to take back.
     double FrameSeconds(View view, View viewBefore) {
         viewed.viewport.SetView(viewBefore);
         viewed.RenderFrames(2);
@@ -58,7 +58,7 @@ class ViewportEndurance : public VulkanTest {
         Device().WaitFor(viewed.viewport.RenderFrame());
         return ProcessSeconds() - before;
     }
-    // What is made for frames: pipelines, and bytes of device memory.
+    // Returns what frames have made: the number of pipelines, and bytes of device memory.
     std::pair<uint32_t, uint64_t> Made() {
         Device().WaitIdle();
         viewed.viewport.RenderFrame();  // takes back what the device has done with
@@ -66,11 +66,11 @@ class ViewportEndurance : public VulkanTest {
         return {viewed.renderer.PipelineCount(), Device().Memory().usedBytes};
     }
 
-    // Those that the last frame executed, a line each.
+    // Returns the passes that the last frame executed, one on each line.
     std::string Passes() {
         std::istringstream plan(viewed.renderer.DescribePlan());
         std::string passes, line;
-        std::getline(plan, line);  // counts, barriers among them
+        std::getline(plan, line);  // skips the counts, which include barriers
         while (std::getline(plan, line))
             if (!line.empty() && std::isdigit(static_cast<unsigned char>(line[0]))) passes += line + "\n";
         return passes;
@@ -100,8 +100,8 @@ class ViewportEndurance : public VulkanTest {
 
 TEST_F(ViewportEndurance, Toggle_TheFirstFrameCostsNoMoreThanOneWithoutAToggle) {
     constexpr int kToggles = 20;
-    viewed.viewport.SetBudget({.maxRasterSamples = 0});  // no view stops
-    for (int toggle = 0; toggle < 4; ++toggle) {         // pipelines and textures are made
+    viewed.viewport.SetBudget({.maxRasterSamples = 0});  // no view stops rendering
+    for (int toggle = 0; toggle < 4; ++toggle) {         // makes pipelines and textures
         FrameSeconds(View::Raster, View::PathTraced);
         FrameSeconds(View::PathTraced, View::Raster);
     }
@@ -116,8 +116,8 @@ TEST_F(ViewportEndurance, Toggle_TheFirstFrameCostsNoMoreThanOneWithoutAToggle) 
             toggled.seconds.push_back(FrameSeconds(view, other));
             ASSERT_EQ(Passes(), passes) << "a toggle adds none";
         }
-        // What a toggle made anew would cost more than the fifth of a frame, or is seen in its plan. The rest is
-        // what medians of so many vary by, at four standard errors.
+        // Whatever a toggle made anew would cost more than a fifth of a frame, or show in the plan. The noise
+        // is four standard errors of the difference between the medians.
         const double noise = 4.0 * std::hypot(toggled.ErrorOfMedian(), steady.ErrorOfMedian());
         EXPECT_LT(toggled.Median(), 1.2 * steady.Median() + noise) << Name(view);
         RecordProperty(std::string("ratio of ") + Name(view),

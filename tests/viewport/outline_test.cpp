@@ -159,7 +159,7 @@ TEST_F(OutlinedViewport, LineFollowsCameraTransformAndSize) {
     EXPECT_EQ(DifferentPixels(Frame()), 0u);
 }
 
-// Whatever of the scene may move the line has it drawn again, and nothing else does.
+// The line is drawn again after every change of the scene that may move it, and after no other.
 TEST_F(OutlinedViewport, LineFollowsEveryChangeOfTheSceneThatMayMoveIt) {
     scene::SceneData data = Boxes();
     scene::Mesh& inner = data.meshes[1];
