@@ -41,7 +41,7 @@ uint32_t AddDefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& s
     return kNone;
 }
 
-// By mesh.
+// For each mesh, whether a node of the scene places it.
 std::vector<bool> PlacedMeshes(const SceneData& scene, size_t meshCount) {
     std::vector<bool> isPlaced(meshCount, false);
     for (const uint32_t node : scene.nodeOrder)

@@ -46,7 +46,8 @@ struct LoadOptions {
     PointsAndLines pointsAndLines = {};
     // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
-    // A folder below which the scene may name files, too, as "../textures/wood.png"; "": only below its own.
+    // The scene may also name files below this folder, as "../textures/wood.png"; "": only those below its
+    // own.
     std::filesystem::path root = {};
     FileReader* reader = nullptr;  // nullptr: the disk.
     // Images are decoded on so many threads, which end before the call does; 0: as many as there are cores.
@@ -58,9 +59,9 @@ struct LoadOptions {
 
 // Loads a scene. Throws raygraph::Error, one line each:
 //   Io           the scene file itself cannot be read, or the root is no folder;
-//   BadInput     the file is malformed or hostile, requires an unsupported extension, or names a file that is
-//                missing or outside its folder: "scene.gltf: accessors[3].count: 12 elements exceed
-//                bufferViews[1] (64 bytes)";
+//   BadInput     the file is malformed or hostile, requires an unsupported extension, or uses a file that is
+//                missing or outside its folder and the root: "scene.gltf: accessors[3].count: 12 elements
+//                exceed bufferViews[1] (64 bytes)";
 //   Usage        there is no scene `options.scene`;
 //   OutOfMemory  host memory is exhausted.
 // Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:

@@ -31,7 +31,8 @@ void Require(const fs::path& path, const std::error_code& error) {
     if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(path.string(), 1024), error.message());
 }
 
-// Whether the file is there with this content. Error{Io} if it has another, which is not ours to replace.
+// Whether the file exists with this content. Throws Error{Io} if it has other content, as it is not ours to
+// replace.
 bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
@@ -98,8 +99,8 @@ bool LeadsOut(const std::string& uri) {
     return *RelativePath(uri).begin() == "..";
 }
 
-// Puts a file that the scene names by `uri` to `to / uri`; a file's name may not make it one that programs
-// read without being asked. Nothing is written outside of `to`: there the file has to be already.
+// Writes `bytes`, a file that the scene names by `uri`, to `to / uri`. Hidden files are refused, as programs
+// may read them without being asked. Outside of `to` nothing is written: a file there has to exist already.
 void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::path& to) {
     const fs::path relative = RelativePath(uri);
     if (LeadsOut(uri)) {

@@ -30,8 +30,8 @@ namespace raygraph::scene {
 // put beside it as NAME.bin. What `buffers` and `images` name is copied into the target's folder, as far as
 // it is not there: buffers, images that were read, others that are of a known format. What extensions name
 // by a `uri` of their own is not. A file of the same name and other content is never overwritten, and a
-// hidden one (".name") never made; nor is one outside of the target's folder ("../name"), where it has to be
-// already. All files appear whole or not at all, the scene file last.
+// hidden one (".name") never made. Nothing is written outside of the target's folder ("../name"): such a file
+// has to exist already. All files appear whole or not at all, the scene file last.
 //
 // A light that several nodes share and that only some of them have edited becomes two, a default material
 // that was edited becomes one of the file's.
@@ -39,8 +39,7 @@ namespace raygraph::scene {
 // Throws raygraph::Error, one line each:
 //   Io        a file cannot be read or written, or the target's folder has another file of a name;
 //   BadInput  `source` cannot be loaded (any more), is not what `edited` was made of, or names a hidden file
-// or
-//             one outside of its folder that would have to be copied;
+//             or one outside of its folder that would have to be copied;
 //   Usage     the target's extension is neither, `options.scene` does not exist, something was edited that
 //             is refused, or a material's extras that are no object would have to hold its priority.
 RAYGRAPH_API void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
