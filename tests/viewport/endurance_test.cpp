@@ -61,7 +61,7 @@ class ViewportEndurance : public VulkanTest {
     // Returns what frames have made: the number of pipelines, and bytes of device memory.
     std::pair<uint32_t, uint64_t> Made() {
         Device().WaitIdle();
-        viewed.viewport.RenderFrame();  // takes back what the device has done with
+        viewed.viewport.RenderFrame();  // takes back resources that the device no longer uses
         Device().WaitIdle();
         return {viewed.renderer.PipelineCount(), Device().Memory().usedBytes};
     }
