@@ -101,7 +101,8 @@ double CornerFormFactor(double a, double b) {
 }
 
 TEST(Irradiance, QuadGivesItsFormFactorTimesPi) {
-    // Over (-1..2) x (-0.5..1), facing down; the diagonal, an edge of both triangles, is above the place
+    // The quad covers (-1..2) x (-0.5..1) and faces down; its diagonal, an edge of both triangles, is above
+    // the origin
     for (const float height : {1e-3f, 0.05f, 0.5f, 2.0f, 100.0f}) {
         testLights = {};
         AddQuad(vec3(-1, -0.5f, height), vec3(0, 1.5f, 0), vec3(3, 0, 0), vec3(2.0f));
@@ -114,7 +115,7 @@ TEST(Irradiance, QuadGivesItsFormFactorTimesPi) {
     }
 }
 
-// Lamps of 1e-12 m and of 1e10 m light like those of 1 m.
+// Lamps from 1e-12 m to 1e12 m in size give the same irradiance as a lamp of 1 m.
 TEST(Irradiance, OfAQuadIsTheSameInAllSizes) {
     for (const float size : {0x1p-40f, 0x1p-30f, 0x1p32f, 0x1p40f}) {
         testLights = {};

@@ -1,5 +1,6 @@
-// A triangle light from 1e-7 to 1e3 times its size away: above its middle, its edges and its corners, and
-// beside it. What is sampled, what is found and closed forms in double agree.
+// Tests of a triangle light seen from 1e-7 to 1e3 times its size away: above its middle, its edges and its
+// corners, and from beside it. Sampled light, light that rays find, and closed forms in double precision
+// agree.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +24,7 @@ constexpr double kTolerance = 1e-3;
 struct View {
     std::string name;
     LightRecord light{};    // seen from the origin
-    double rounding = 0.0;  // of what is seen, relative, by that of coordinates along no axis
+    double rounding = 0.0;  // relative error of what is seen, by rounded coordinates
     bool isSliver = false;
 };
 
@@ -31,7 +32,7 @@ double Turn(dvec2 a, dvec2 b) {
     return a.x * b.y - a.y * b.x;
 }
 
-// A triangle as seen from the origin, in double. Its record is taken as exact.
+// A triangle as seen from the origin, in double precision. The light's record is taken as exact.
 class Seen {
   public:
     explicit Seen(const LightRecord& light)
@@ -61,7 +62,7 @@ class Seen {
     double NearestCorner() const {
         return std::min({glm::length(m_corners[0]), glm::length(m_corners[1]), glm::length(m_corners[2])});
     }
-    // Azimuths about the normal in which all of the triangle is seen.
+    // The triangle is seen only in azimuths about the normal between these.
     double Low() const { return m_low; }
     double High() const { return m_high; }
     double AzimuthOf(dvec3 direction) const {
@@ -69,7 +70,8 @@ class Seen {
         return m_low + std::fmod(azimuth - m_low + 4.0 * M_PI, 2.0 * M_PI);
     }
 
-    // The cosines to the normal of the directions of an azimuth that meet the triangle; false: none do.
+    // Gives the range of cosines to the normal of those directions of an azimuth that meet the triangle.
+    // Returns false if none do.
     bool Cosines(double azimuth, double& least, double& most) const {
         const dvec2 d(std::cos(azimuth), std::sin(azimuth));
         double near = 0.0, far = std::numeric_limits<double>::infinity();
@@ -91,7 +93,8 @@ class Seen {
         return Cosines(AzimuthOf(direction), least, most) && cosine >= least && cosine <= most;
     }
 
-    // On the parallel plane through the origin: Lambert 1760, "Photometria"; by quadrature where that cancels.
+    // Returns the irradiance on the parallel plane through the origin by Lambert's formula ("Photometria",
+    // 1760), or by quadrature where its terms cancel.
     double Irradiance() const {
         double sum = 0.0;
         for (int i = 0; i < 3; ++i) {
@@ -112,7 +115,7 @@ class Seen {
 
   private:
     dvec3 m_corners[3];
-    dvec2 m_flat[3];  // in the plane, from the foot of the origin
+    dvec2 m_flat[3];  // in the plane, relative to the origin's projection
     dvec3 m_normal, m_x{0.0}, m_y{0.0};
     double m_height = 0.0, m_low = -M_PI, m_high = M_PI;
     bool m_isInside = true;
@@ -121,13 +124,13 @@ class Seen {
 struct Shape {
     const char* name;
     dvec2 corners[3];
-    bool isAlongAxis[3];  // the edge from corner i to the next
+    bool isAlongAxis[3];  // whether the edge from corner i to the next is
     bool isSliver = false;
 };
 
 constexpr int kLeastExponent = -7, kGreatestExponent = 3;
 
-// All views of a shape whose plane is turned or not, at 10^exponent of its size.
+// Adds all views of a shape, in a turned plane or not, from 10^exponent times its size away.
 void AddViews(const Shape& shape, bool isTurned, int exponent, std::vector<View>& views) {
     const dvec3 z = isTurned ? glm::normalize(dvec3(0.3, -0.5, 0.8)) : dvec3(0, 0, 1);
     const dvec3 x = isTurned ? glm::normalize(glm::cross(dvec3(0.2, 0.9, 0.1), z)) : dvec3(1, 0, 0);
@@ -147,7 +150,8 @@ void AddViews(const Shape& shape, bool isTurned, int exponent, std::vector<View>
         view.light.flags = kLightDoubleSided;
         views.push_back(view);
     };
-    // A rounding of a corner turns the plane of an edge that is near, or moves the one that is seen edge-on
+    // Rounding of a corner turns the plane through the origin and a near edge, or moves the triangle's plane
+    // if it is seen edge-on
     const auto nearby = [&](bool isExact) { return isExact ? 0.0 : 2e-8 / r; };
     add("middle", (c[0] + c[1] + c[2]) / 3.0, r, 0.0);
     for (int i = 0; i < 3; ++i) {
@@ -182,7 +186,7 @@ bool IsByAngle(const SphericalTriangle& t) {
     return t.density > 0.0f;
 }
 
-// Cells of azimuth and of the cosine to the normal, by which solid angles are exact.
+// Directions are counted in cells of azimuth and of cosine to the normal, whose solid angles are exact.
 constexpr int kTurns = 16, kRings = 8, kSteps = 250;
 
 struct Cells {
@@ -227,7 +231,7 @@ TEST(TriangleLightRange, SampledDirectionsFollowTheDensityOfFoundOnes) {
     for (const View& view : views) {
         const SphericalTriangle t = SphericalTriangleFrom(view.light, vec3(0.0f));
         const Seen seen(view.light);
-        // From farther off a sliver is in too few azimuths for these cells.
+        // A sliver that is farther away covers too few azimuths for these cells
         const bool isFar = seen.NearestCorner() > (view.isSliver ? 0.05 : 0.5);
         if (!IsByAngle(t) || view.rounding > 1e-2 || isFar) continue;
         ++count;
@@ -258,8 +262,8 @@ TEST(TriangleLightRange, SampledDirectionsFollowTheDensityOfFoundOnes) {
     EXPECT_GT(count, 100);
 }
 
-// A lamp of 1 m by some millimeters is sampled by its solid angle from as near as its own width, where points
-// chosen by area would almost all be too far off to give light.
+// A lamp 1 m long and 1 mm to 10 cm wide is sampled by solid angle from as near as its width. Points chosen
+// by area would almost all be too far away to contribute.
 TEST(TriangleLightRange, LongLampsAreSampledWellFromNear) {
     constexpr uint kCount = 1u << 14;
     testLights = {};
@@ -288,8 +292,9 @@ TEST(TriangleLightRange, LongLampsAreSampledWellFromNear) {
         }
 }
 
-// By light sampling alone where the integrand is the cosine, and with light that cosine-distributed rays find,
-// each weighted by the balance heuristic with the density that LightPDF gives it: in all views.
+// The irradiance of all views is estimated by light sampling and cosine-distributed rays, weighted by the
+// balance heuristic with the density of TriangleLightPDF. Where the light is sampled by solid angle, light
+// sampling alone is checked, too.
 TEST(TriangleLightRange, IrradianceIsLamberts) {
     constexpr uint kCount = 1u << 14;
     testLights = {};
