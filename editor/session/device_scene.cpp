@@ -38,7 +38,8 @@ GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
         .textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
         .textureBudget = settings.textureBudget,
         .hasWideTrees = settings.traversal != passes::Traversal::Driver && settings.view == View::PathTraced,
-        .prefersOneWideLevel = !settings.at,  // nothing moves
+        .prefersOneWideLevel = !settings.at,                    // nothing moves
+        .measuresLight = settings.light == DefaultLight::Auto,  // a session has decided it
         .lightRule = LightRule::Always};
 }
 

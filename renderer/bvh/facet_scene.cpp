@@ -1,6 +1,7 @@
 #include "renderer/bvh/facet_scene.h"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace raygraph {
@@ -61,8 +62,10 @@ void Walk(const BinaryBvh& tree, const glm::vec3& origin, const glm::vec3& direc
     }
 }
 
-// Returns the distance of the hit, negative on a miss (Moller and Trumbore 1997).
-float Intersect(const Facet& facet, const glm::vec3& origin, const glm::vec3& direction) {
+// Returns the distance of the hit, negative on a miss (Moller and Trumbore 1997). Sets the barycentric
+// coordinates of p1 and p2 on a hit.
+float Intersect(const Facet& facet, const glm::vec3& origin, const glm::vec3& direction,
+                glm::vec2& barycentrics) {
     const glm::vec3 e1 = facet.p1 - facet.p0, e2 = facet.p2 - facet.p0;
     const glm::vec3 p = glm::cross(direction, e2);
     const float determinant = glm::dot(e1, p);  // positive: the ray meets the front
@@ -72,14 +75,15 @@ float Intersect(const Facet& facet, const glm::vec3& origin, const glm::vec3& di
     const glm::vec3 q = glm::cross(s, e1);
     const float v = glm::dot(direction, q) / determinant;
     if (!(u >= 0.0f && v >= 0.0f && u + v <= 1.0f)) return -1.0f;
+    barycentrics = {u, v};
     return glm::dot(e2, q) / determinant;
 }
 
 }  // namespace
 
 FacetScene::FacetScene(std::vector<std::vector<Facet>> meshes, std::vector<BvhInstance> instances,
-                       uint32_t maxThreads)
-    : m_instances(std::move(instances)) {
+                       uint32_t maxThreads, FacetTest test)
+    : m_instances(std::move(instances)), m_test(std::move(test)) {
     for (std::vector<Facet>& facets : meshes) {
         std::vector<Box> boxes;
         boxes.reserve(facets.size());
@@ -118,9 +122,11 @@ std::optional<FacetHit> FacetScene::Find(const glm::vec3& origin, const glm::vec
         const Mesh& mesh = m_meshes[m_instances[instance].mesh];
         const glm::vec3 from = toObject * glm::vec4(origin, 1.0f), along = glm::mat3(toObject) * direction;
         Walk(mesh.tree, from, along, tMax, [&](uint32_t facet) {
-            const float t = Intersect(mesh.facets[facet], from, along);
+            glm::vec2 barycentrics(0.0f);
+            const float t = Intersect(mesh.facets[facet], from, along, barycentrics);
             if (!(t > 0.0f && t < tMax)) return;
-            hit = FacetHit{.t = t, .instance = instance, .facet = facet};
+            if (mesh.facets[facet].isTested && m_test && !m_test(instance, facet, barycentrics)) return;
+            hit = FacetHit{.t = t, .instance = instance, .facet = facet, .barycentrics = barycentrics};
             place = candidate;
             tMax = isAny ? 0.0f : t;
         });
@@ -133,9 +139,8 @@ std::optional<FacetHit> FacetScene::Find(const glm::vec3& origin, const glm::vec
     return hit;
 }
 
-std::optional<FacetHit> FacetScene::Trace(const glm::vec3& origin, const glm::vec3& direction,
-                                          float tMax) const {
-    return Find<false>(origin, direction, tMax);
+std::optional<FacetHit> FacetScene::Trace(const glm::vec3& origin, const glm::vec3& direction) const {
+    return Find<false>(origin, direction, std::numeric_limits<float>::infinity());
 }
 
 bool FacetScene::IsOccluded(const glm::vec3& origin, const glm::vec3& direction, float tMax) const {

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "base/check.h"
+#include "renderer/gpu_scene/texel_lookup.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph {
@@ -16,18 +17,6 @@ namespace {
 constexpr uint32_t kFewTriangles = 1024, kManyCuts = 32, kFewCuts = 6;
 // Replaces an estimate of 0 where the texture is not black: a light must not lose all its importance.
 constexpr float kMinMean = 1e-4f;
-
-float DecodeSrgb(uint8_t value) {
-    static const std::array<float, 256> kTable = [] {
-        std::array<float, 256> table{};
-        for (size_t i = 0; i < table.size(); ++i) {
-            const double v = static_cast<double>(i) / 255.0;
-            table[i] = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-        }
-        return table;
-    }();
-    return kTable[value];
-}
 
 bool IsEmission(const scene::AnimationTarget& target) {
     if (target.property != scene::AnimatedProperty::MaterialField) return false;
@@ -40,13 +29,13 @@ bool IsEmission(const scene::AnimationTarget& target) {
     return isEmission;
 }
 
-// The texel at coordinate x of the repeated texture.
-uint32_t Wrap(int64_t x, uint32_t size, scene::WrapMode mode) {
-    const auto n = static_cast<int64_t>(size);
-    if (mode == scene::WrapMode::ClampToEdge) return static_cast<uint32_t>(std::clamp<int64_t>(x, 0, n - 1));
-    const int64_t period = mode == scene::WrapMode::Repeat ? n : 2 * n;
-    const int64_t within = (x % period + period) % period;
-    return static_cast<uint32_t>(within < n ? within : period - 1 - within);
+// By material: whether an animation changes how much it emits.
+std::vector<bool> AnimatedEmission(const scene::SceneData& scene) {
+    std::vector<bool> isAnimated(scene.materials.size());
+    for (const scene::Animation& animation : scene.animations)
+        for (const scene::AnimationChannel& channel : animation.channels)
+            if (IsEmission(channel.target)) isAnimated[channel.target.object] = true;
+    return isAnimated;
 }
 
 // The texels along one axis, as two ranges, that a sampler may read for coordinates between low and high.
@@ -59,36 +48,14 @@ std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scen
     if (!(begin > -kFar && last < kFar)) return {all, none};
     const bool isClamped = mode == scene::WrapMode::ClampToEdge;
     if (!isClamped && last - begin + 1.0 >= size) return {all, none};
-    const uint32_t a = Wrap(static_cast<int64_t>(begin), size, mode);
-    const uint32_t b = Wrap(static_cast<int64_t>(last), size, mode);
+    const uint32_t a = WrapTexel(static_cast<int64_t>(begin), size, mode);
+    const uint32_t b = WrapTexel(static_cast<int64_t>(last), size, mode);
     const double fold = std::floor(last / size);  // the edge crossed, if one is
     if (isClamped || std::floor(begin / size) == fold)
         return {glm::uvec2(std::min(a, b), std::max(a, b) + 1), none};
     if (mode == scene::WrapMode::Repeat) return {glm::uvec2(0, b + 1), glm::uvec2(a, size)};
     const bool isAtZero = std::fmod(fold, 2.0) == 0.0;
     return {isAtZero ? glm::uvec2(0, std::max(a, b) + 1) : glm::uvec2(std::min(a, b), size), none};
-}
-
-glm::vec3 Texel(const scene::ImageData& image, uint32_t x, uint32_t y, bool isSrgb) {
-    const uint8_t* rgba = &image.rgba[4 * (size_t{y} * image.width + x)];
-    glm::vec3 color;
-    for (int c = 0; c < 3; ++c)
-        color[c] = isSrgb ? DecodeSrgb(rgba[c]) : static_cast<float>(rgba[c]) / 255.0f;
-    return color;
-}
-
-// As the sampler reads it, without mip levels; nearest filters are treated as linear ones.
-glm::vec3 Lookup(const scene::Texture& texture, const scene::ImageData& image, glm::vec2 uv) {
-    const double x = double{uv.x} * image.width - 0.5, y = double{uv.y} * image.height - 0.5;
-    if (!(std::abs(x) < 1e15 && std::abs(y) < 1e15)) return glm::vec3(0.0f);
-    const auto column = static_cast<int64_t>(std::floor(x)), row = static_cast<int64_t>(std::floor(y));
-    const auto at = [&](int64_t dx, int64_t dy) {
-        return Texel(image, Wrap(column + dx, image.width, texture.sampler.wrapU),
-                     Wrap(row + dy, image.height, texture.sampler.wrapV),
-                     texture.colorSpace == scene::ColorSpace::Srgb);
-    };
-    const auto shareX = static_cast<float>(x - std::floor(x)), shareY = static_cast<float>(y - std::floor(y));
-    return glm::mix(glm::mix(at(0, 0), at(1, 0), shareX), glm::mix(at(0, 1), at(1, 1), shareX), shareY);
 }
 
 }  // namespace
@@ -138,7 +105,8 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
         wanted < static_cast<float>(maxCuts) ? std::max(static_cast<uint32_t>(wanted), 2u) : maxCuts;
     glm::vec3 sum(0.0f);
     const auto add = [&](float i, float j) {
-        sum += Lookup(texture, image, uv[0] + (i * (uv[1] - uv[0]) + j * (uv[2] - uv[0])) / float(cuts));
+        sum += glm::vec3(
+            LookUp(texture, image, uv[0] + (i * (uv[1] - uv[0]) + j * (uv[2] - uv[0])) / float(cuts)));
     };
     for (uint32_t i = 0; i < cuts; ++i)
         for (uint32_t j = 0; i + j < cuts; ++j) {
@@ -146,14 +114,6 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
             if (i + j + 1 < cuts) add(float(i) + 2.0f / 3.0f, float(j) + 2.0f / 3.0f);
         }
     return glm::max(sum / float(cuts * cuts), glm::vec3(kMinMean));
-}
-
-std::vector<bool> AnimatedEmission(const scene::SceneData& scene) {
-    std::vector<bool> isAnimated(scene.materials.size());
-    for (const scene::Animation& animation : scene.animations)
-        for (const scene::AnimationChannel& channel : animation.channels)
-            if (IsEmission(channel.target)) isAnimated[channel.target.object] = true;
-    return isAnimated;
 }
 
 EmitterFinder::EmitterFinder(const scene::SceneData& scene)

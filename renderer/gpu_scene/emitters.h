@@ -39,9 +39,6 @@ struct FoundEmitters {
 // of a closed mesh add up to zero.
 bool IsAboutClosed(const scene::Mesh& mesh);
 
-// For each material, whether an animation changes its emission.
-std::vector<bool> AnimatedEmission(const scene::SceneData& scene);
-
 class EmitterFinder {
   public:
     // Refers to the materials, textures and images of `scene`, and to no mesh.

@@ -63,8 +63,7 @@ struct GpuScene::Impl {
     PrepareSettings Preparing() const {
         return {.hasWideTrees = desc.hasWideTrees,
                 .prefersOneWideLevel = desc.prefersOneWideLevel,
-                .measuresLight = environment.usesScene && environment.defaultLight == DefaultLight::Auto &&
-                                 !hostEnvironment};
+                .measuresLight = desc.measuresLight};
     }
     TextureUploadSettings TextureSettings(uint64_t budget) const {
         return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};

@@ -10,6 +10,7 @@
 
 #include "renderer/bvh/facet_scene.h"
 #include "renderer/gpu_scene/emitters.h"
+#include "renderer/gpu_scene/surface_glow.h"
 #include "renderer/scene/camera_view.h"
 
 namespace raygraph {
@@ -17,25 +18,16 @@ namespace raygraph {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
+// What of a scene's surfaces must be visible in its own light at least, for that to count.
+constexpr double kLeastShare = 0.25;
+// Visible is what has this luminance: six stops below middle gray, which is all but black in a picture at
+// exposure 0.
+constexpr double kLeastLuminance = 0.18 / 64.0;
 constexpr float kReflectance = 0.5f;
 constexpr size_t kMaxCameras = 8;
 constexpr uint32_t kPointsAcross = 32;  // of a view, where there is one
 constexpr uint32_t kPaths = 16;
 constexpr float kAspect = 16.0f / 9.0f;
-
-bool MayShine(const scene::SceneData& scene) {
-    if (scene.lights.empty()) return false;
-    for (const scene::Animation& animation : scene.animations)
-        for (const scene::AnimationChannel& channel : animation.channels)
-            if (channel.target.property == scene::AnimatedProperty::LightField ||
-                channel.target.property == scene::AnimatedProperty::Visibility)
-                return true;
-    const std::vector<bool> visible = scene::VisibleNodes(scene);
-    return std::ranges::any_of(scene.lights, [&](const scene::Light& light) {
-        return scene::IsVisible(visible, light.node) && light.intensity > 0.0f &&
-               light.color != glm::vec3(0.0f);
-    });
-}
 
 // Numbers in [0, 1) that are the same everywhere.
 class Random {
@@ -46,50 +38,16 @@ class Random {
     std::mt19937 m_engine;
 };
 
-// What a surface shows without being lit, as luminance.
-struct Glow {
-    float luminance = 0.0f;
-    bool isLight = false;  // of what emits; an unlit surface is none
-};
-
-// The twelve triangles of a square bar around each capsule, or of a cube around a sphere.
-void AppendBars(const scene::Primitive& primitive, std::vector<Facet>& facets) {
-    for (size_t i = 0; i < primitive.radii.size(); ++i) {
-        const glm::vec3 a = primitive.positions[primitive.indices[2 * i]];
-        const glm::vec3 b = primitive.positions[primitive.indices[2 * i + 1]];
-        const float radius = primitive.radii[i], length = glm::distance(a, b);
-        const glm::vec3 axis = length > 0.0f ? (b - a) / length : glm::vec3(0.0f, 0.0f, 1.0f);
-        const glm::vec3 other = std::abs(axis.x) < 0.5f ? glm::vec3(1.0f, 0.0f, 0.0f) : glm::vec3(0, 1, 0);
-        const glm::vec3 u = radius * glm::normalize(glm::cross(axis, other)), v = glm::cross(axis, u);
-        glm::vec3 corners[8];
-        for (uint32_t c = 0; c < 8; ++c)
-            corners[c] = ((c & 4u) != 0 ? b + radius * axis : a - radius * axis) + ((c & 1u) != 0 ? u : -u) +
-                         ((c & 2u) != 0 ? v : -v);
-        constexpr uint8_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                          {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-        for (const auto& face : kFaces) {
-            facets.push_back({corners[face[0]], corners[face[1]], corners[face[2]]});
-            facets.push_back({corners[face[0]], corners[face[2]], corners[face[3]]});
-        }
-    }
-}
-
 class Measurement {
   public:
-    Measurement(const scene::SceneData& scene, uint32_t maxThreads)
-        : m_data(scene), m_center(scene.bounds.IsEmpty() ? glm::vec3(0.0f) : scene.bounds.Center()) {
-        const std::vector<bool> animated = AnimatedEmission(scene);
-        m_radiances.resize(scene.materials.size());
-        for (size_t i = 0; i < m_radiances.size(); ++i) {
-            const scene::Material& material = scene.materials[i];
-            m_radiances[i] = static_cast<float>(Luminance(material.EmittedRadiance()));
-            if (animated[i]) m_radiances[i] = std::max(m_radiances[i], 1.0f);
-        }
+    // `glow` is that of the scene.
+    Measurement(const scene::SceneData& scene, SurfaceGlow& glow, uint32_t maxThreads)
+        : m_data(scene),
+          m_glow(glow),
+          m_center(scene.bounds.IsEmpty() ? glm::vec3(0.0f) : scene.bounds.Center()) {
         Collect(maxThreads);
     }
 
-    // None: no surface shows anything by itself.
-    bool IsDark() const { return !m_facets; }
     bool IsLit() {
         double shown = 0.0, seen = 0.0;
         const size_t cameras = std::min(m_data.cameras.size(), kMaxCameras);
@@ -105,89 +63,73 @@ class Measurement {
             Look(scene::ViewOfBounds({box.min, box.max}, kAspect), glm::dvec3(0.0), kPointsAcross, shown,
                  seen);
         }
-        return seen > 0.0 && shown >= kOwnLightShare * seen;
+        return seen > 0.0 && shown >= kLeastShare * seen;
     }
 
   private:
-    bool ShowsItself(const scene::Primitive& primitive) const {
-        return m_radiances[primitive.material] > 0.0f || m_data.materials[primitive.material].isUnlit;
+    // What is hidden in the pose that the scene has, and glows when an animation shows it, counts as shown.
+    std::vector<BvhInstance> Placed() const {
+        const std::vector<bool> visible = scene::VisibleNodes(m_data);
+        std::vector<BvhInstance> instances;
+        for (const scene::Instance& instance : m_data.instances) {
+            const bool isShown = scene::IsVisible(visible, instance) ||
+                                 (scene::IsVisible(m_glow.Pose().visibleNodes, instance) &&
+                                  m_glow.MayGlow(m_data.meshes[instance.mesh]));
+            if (!isShown) continue;
+            const scene::PlacedTransform placed{instance.objectToWorld, instance.translationRest};
+            instances.push_back({instance.mesh, placed.RelativeTo(m_center)});
+        }
+        return instances;
     }
 
     void Collect(uint32_t maxThreads) {
-        const std::vector<bool> visible = scene::VisibleNodes(m_data);
-        std::vector<bool> isPlaced(m_data.meshes.size());
-        std::vector<BvhInstance> instances;
-        bool showsSomething = false;
-        for (const scene::Instance& instance : m_data.instances) {
-            if (!scene::IsVisible(visible, instance)) continue;
-            isPlaced[instance.mesh] = true;
-            const scene::PlacedTransform placed{instance.objectToWorld, instance.translationRest};
-            instances.push_back({instance.mesh, placed.RelativeTo(m_center)});
-            showsSomething |= std::ranges::any_of(m_data.meshes[instance.mesh].primitives,
-                                                  [&](const auto& p) { return ShowsItself(p); });
-        }
-        if (!showsSomething) return;
-        m_glows.resize(m_data.meshes.size());
-        m_weights.resize(m_data.meshes.size());
+        std::vector<BvhInstance> instances = Placed();
         std::vector<std::vector<Facet>> meshes(m_data.meshes.size());
+        m_weights.resize(meshes.size());
+        std::vector<glm::dmat3> squares(meshes.size(), glm::dmat3(0.0));  // sums of weight n n^T
+        std::vector<bool> isAdded(meshes.size());
         EmitterFinder finder(m_data);
-        for (uint32_t i = 0; i < meshes.size(); ++i) {
-            if (!isPlaced[i]) continue;
-            for (const scene::Primitive& primitive : m_data.meshes[i].primitives)
-                Append(primitive, finder, meshes[i], m_glows[i]);
+        for (const BvhInstance& instance : instances) {
+            if (isAdded[instance.mesh]) continue;
+            isAdded[instance.mesh] = true;
+            std::vector<Facet>& facets = meshes[instance.mesh];
+            facets = m_glow.AddMesh(instance.mesh);
+            const std::vector<float> means = m_glow.EmittedMeans(instance.mesh, facets.size(), finder);
             double sum = 0.0;
-            for (size_t f = 0; f < meshes[i].size(); ++f) {
-                const Facet& facet = meshes[i][f];
-                if (m_glows[i][f].isLight)
-                    sum += double{m_glows[i][f].luminance} *
-                           glm::length(glm::dvec3(glm::cross(facet.p1 - facet.p0, facet.p2 - facet.p0)));
-                m_weights[i].push_back(sum);
+            for (size_t f = 0; f < facets.size(); ++f) {
+                const Facet& facet = facets[f];
+                const glm::dvec3 across(glm::cross(facet.p1 - facet.p0, facet.p2 - facet.p0));
+                const double area = glm::length(across), weight = double{means[f]} * area;
+                if (weight > 0.0)
+                    squares[instance.mesh] += weight / (area * area) * glm::outerProduct(across, across);
+                sum += weight;
+                m_weights[instance.mesh].push_back(sum);
             }
         }
         double sum = 0.0;
         for (const BvhInstance& instance : instances) {
-            const double scale =
-                std::cbrt(std::abs(glm::determinant(glm::dmat3(glm::mat3(instance.objectToWorld)))));
-            const std::vector<double>& weights = m_weights[instance.mesh];
-            sum += weights.empty() ? 0.0 : weights.back() * scale * scale;
+            sum += PlacedPower(instance.objectToWorld, m_weights[instance.mesh], squares[instance.mesh]);
             m_weightsOfInstances.push_back(sum);
         }
-        m_facets.emplace(std::move(meshes), std::move(instances), maxThreads);
+        const auto isThere = [this](uint32_t instance, uint32_t facet, const glm::vec2& barycentrics) {
+            const float opacity = m_glow.OpacityAt(m_facets->Instances()[instance].mesh, facet, barycentrics);
+            // No number is drawn where there is nothing to decide
+            return opacity > 0.0f && (opacity >= 1.0f || m_random.Next() < opacity);
+        };
+        m_facets.emplace(std::move(meshes), std::move(instances), maxThreads, isThere);
         m_clearance = 1e-5f * glm::length(m_facets->Bounds().max - m_facets->Bounds().min);
     }
 
-    void Append(const scene::Primitive& primitive, EmitterFinder& finder, std::vector<Facet>& facets,
-                std::vector<Glow>& glows) const {
-        const scene::Material& material = m_data.materials[primitive.material];
-        const float radiance = m_radiances[primitive.material];
-        const bool isClear = material.IsTransmissive() || material.alphaMode == scene::AlphaMode::Blend;
-        if (isClear && !ShowsItself(primitive)) return;
-        const size_t first = facets.size();
-        Glow glow{.luminance = radiance, .isLight = radiance > 0.0f};
-        // An unlit surface shows its base color, dark or not: light would not change it
-        if (material.isUnlit) glow.luminance = static_cast<float>(kOwnLightLuminance);
-        if (primitive.IsRound()) {
-            AppendBars(primitive, facets);
-            glows.resize(facets.size(), glow);
-            return;
-        }
-        const auto corner = [&](size_t i) { return primitive.positions[primitive.indices[i]]; };
-        for (size_t i = 0; i + 2 < primitive.indices.size(); i += 3)
-            facets.push_back({corner(i), corner(i + 1), corner(i + 2), material.IsBackCulled()});
-        glows.resize(facets.size(), glow);
-        if (!glow.isLight || !material.emissiveTexture.IsPresent()) return;
-        for (size_t i = first; i < glows.size(); ++i) glows[i] = {};
-        const GroupTriangles triangles{.positions = primitive.positions,
-                                       .indices = primitive.indices,
-                                       .geometries = {},
-                                       .originals = {},
-                                       .firstVertices = {0}};
-        const scene::Primitive* const only = &primitive;
-        glm::vec3 factor = material.EmittedRadiance();
-        if (Luminance(factor) < radiance) factor = glm::vec3(radiance);  // an animation makes it that
-        for (const Emitter& emitter : finder.Find(triangles, {&only, 1}, material.isDoubleSided).emitters)
-            glows[first + emitter.primitive] = {static_cast<float>(Luminance(factor * emitter.meanTexture)),
-                                                true};
+    // The power of a placed mesh, from the sums of those of its facets. Areas along normals n are scaled by |C
+    // n|, with C the cofactors of the transform. Taken together that is the root of its mean square, which is
+    // exact for a mesh that is plane and for a uniform scale.
+    static double PlacedPower(const glm::mat4x3& objectToWorld, const std::vector<double>& sums,
+                              const glm::dmat3& squares) {
+        if (sums.empty() || !(sums.back() > 0.0)) return 0.0;
+        const glm::dmat3 m{glm::mat3(objectToWorld)};
+        const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
+        const glm::dmat3 scaled = cofactors * squares * glm::transpose(cofactors);
+        return std::sqrt(sums.back() * std::max(0.0, scaled[0][0] + scaled[1][1] + scaled[2][2]));
     }
 
     // An estimate, from one point of one light, of what a white surface with this normal scatters. Its mean
@@ -224,8 +166,9 @@ class Measurement {
         float sent = -mirrored * glm::dot(across, d);
         if (!facet.isBackCulled) sent = std::abs(sent);
         if (!(received > 0.0f && sent > 0.0f)) return 0.0f;
-        if (m_facets->IsOccluded(point, d, 1.0f - 1e-3f)) return 0.0f;
-        const float luminance = m_glows[instance.mesh][f].luminance;
+        const float luminance =
+            m_glow.LuminanceAt(instance.mesh, f, {u, v}) * m_glow.OpacityAt(instance.mesh, f, {u, v});
+        if (!(luminance > 0.0f) || m_facets->IsOccluded(point, d, 1.0f - 1e-3f)) return 0.0f;
         return static_cast<float>(luminance * 0.5 * sent * received /
                                   (double{square} * square * kPi * chance));
     }
@@ -239,12 +182,16 @@ class Measurement {
         return length > 1e-3f ? direction / length : normal;
     }
 
-    const Glow& GlowOf(const FacetHit& hit) const {
-        return m_glows[m_facets->Instances()[hit.instance].mesh][hit.facet];
+    float LuminanceOf(const FacetHit& hit) const {
+        return m_glow.LuminanceAt(MeshOf(hit), hit.facet, hit.barycentrics);
     }
+    uint32_t MeshOf(const FacetHit& hit) const { return m_facets->Instances()[hit.instance].mesh; }
+    bool IsUnlit(const FacetHit& hit) const { return m_glow.IsUnlit(MeshOf(hit), hit.facet); }
 
     bool IsVisible(const FacetHit& hit, const glm::vec3& point) {
-        if (GlowOf(hit).luminance >= static_cast<float>(kOwnLightLuminance)) return true;
+        const double shown = LuminanceOf(hit);
+        if (shown >= kLeastLuminance) return true;
+        if (IsUnlit(hit)) return false;
         const glm::vec3 start = point + m_clearance * hit.normal;
         // Either way finds all lights that shine there: small ones best the first, those among many that are
         // near best the second
@@ -254,11 +201,12 @@ class Measurement {
             const glm::vec3 direction = ScatteredFrom(hit.normal);
             const std::optional<FacetHit> next = m_facets->Trace(start, direction);
             if (!next) continue;
-            found += kReflectance * GlowOf(*next).luminance;
+            found += kReflectance * LuminanceOf(*next);
+            if (IsUnlit(*next)) continue;
             const glm::vec3 there = start + next->t * direction + m_clearance * next->normal;
             scattered += kReflectance * kReflectance * DirectLight(there, next->normal);
         }
-        return (std::max(sampled, found) + scattered) / kPaths >= kOwnLightLuminance;
+        return shown + (std::max(sampled, found) + scattered) / kPaths >= kLeastLuminance;
     }
 
     // `origin`: of the facets, in the space of the view.
@@ -282,11 +230,10 @@ class Measurement {
     }
 
     const scene::SceneData& m_data;
-    glm::dvec3 m_center;             // of the facets' coordinates
-    std::vector<float> m_radiances;  // luminance that materials emit, before the texture
+    SurfaceGlow& m_glow;
+    glm::dvec3 m_center;  // of the facets' coordinates
     std::optional<FacetScene> m_facets;
-    float m_clearance = 0.0f;                // from a surface to where rays begin
-    std::vector<std::vector<Glow>> m_glows;  // by mesh and facet
+    float m_clearance = 0.0f;  // from a surface to where rays begin
     // Sums of the powers of lights, up to each: by mesh and facet, and of all lights of instances.
     std::vector<std::vector<double>> m_weights;
     std::vector<double> m_weightsOfInstances;
@@ -295,10 +242,14 @@ class Measurement {
 
 }  // namespace
 
+bool MayHaveOwnLight(const scene::SceneData& scene) {
+    return SurfaceGlow(scene).IsAny();
+}
+
 bool HasOwnLight(const scene::SceneData& scene, uint32_t maxThreads) {
-    if (MayShine(scene)) return true;
-    Measurement measurement(scene, maxThreads);
-    return !measurement.IsDark() && measurement.IsLit();
+    SurfaceGlow glow(scene);
+    if (glow.Pose().hasLight) return true;
+    return glow.IsAny() && Measurement(scene, glow, maxThreads).IsLit();
 }
 
 }  // namespace raygraph

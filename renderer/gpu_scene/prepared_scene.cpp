@@ -91,8 +91,8 @@ PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& set
 void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& settings) {
     m_content = std::make_unique<SceneContent>();
     ThickenInstances(data);
-    m_content->hasOwnLight = settings.measuresLight ? HasOwnLight(data, settings.maxThreads)
-                                                    : !data.lights.empty() || scene::HasEmission(data);
+    m_content->hasOwnLight =
+        settings.measuresLight ? HasOwnLight(data, settings.maxThreads) : MayHaveOwnLight(data);
     if (std::ranges::any_of(data.instances, &scene::Instance::isDeformed)) m_content->deform.emplace(data);
     m_content->data = std::move(data);
     try {

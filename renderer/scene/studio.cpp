@@ -23,7 +23,7 @@ struct SoftBox {
     double radiance;               // in its middle, before StudioMap scales everything
 };
 
-// What is brighter than the backdrop begins 25 degrees above the horizon, where level cameras do not see it.
+// All but the fill is more than 20 degrees above the horizon, where level cameras do not see it.
 constexpr SoftBox kKey{-22.0, 46.0, 0.62, 0.38, 0.55, 8.0};
 constexpr SoftBox kFill{98.0, 14.0, 1.0, 0.75, 1.0, 1.2};
 constexpr SoftBox kBackRim{158.0, 58.0, 0.5, 0.2, 0.6, 5.0};

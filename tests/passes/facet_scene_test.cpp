@@ -29,7 +29,7 @@ TEST(FacetScene, FindsTheNearestOfAllTriangles) {
     for (const gpu::BenchRay& ray : rays) {
         const ExactHit exact = TraceExactly(scene, ray);
         if (exact.isDoubtful) continue;
-        const std::optional<FacetHit> hit = facets.Trace(ray.origin, ray.direction, ray.tMax);
+        const std::optional<FacetHit> hit = facets.Trace(ray.origin, ray.direction);
         EXPECT_EQ(facets.IsOccluded(ray.origin, ray.direction, ray.tMax), exact.t >= 0.0);
         ASSERT_EQ(hit.has_value(), exact.t >= 0.0);
         if (!hit) continue;
@@ -63,6 +63,27 @@ TEST(FacetScene, RaysPassThroughCulledBacksAndAMirrorKeepsTheFront) {
         EXPECT_FALSE(culled.IsOccluded(below, up, 10.0f));
         EXPECT_TRUE(FacetsOf(scene).Trace(below, up));
     }
+}
+
+TEST(FacetScene, ATestDecidesWhichRaysPassThrough) {
+    // Three triangles one behind the other, of which the first two are tested
+    std::vector<Facet> facets;
+    for (const float z : {2.0f, 1.0f, 0.0f}) facets.push_back({{-1, -1, z}, {3, -1, z}, {-1, 3, z}});
+    facets[0].isTested = facets[1].isTested = true;
+    const auto isThere = [](uint32_t, uint32_t facet, const glm::vec2& barycentrics) {
+        return facet == 1 && barycentrics.x > 0.3f && barycentrics.y < 0.3f;
+    };
+    const FacetScene scene({facets}, {{}}, 1, isThere);
+    const auto hit = [&](float x, float y) { return scene.Trace({x, y, 5}, {0, 0, -1}); };
+    ASSERT_TRUE(hit(0.5f, -0.5f));
+    EXPECT_EQ(hit(0.5f, -0.5f)->facet, 1u);
+    EXPECT_NEAR(hit(0.5f, -0.5f)->barycentrics.x, 0.375f, 1e-6f);
+    EXPECT_NEAR(hit(0.5f, -0.5f)->barycentrics.y, 0.125f, 1e-6f);
+    ASSERT_TRUE(hit(0.0f, 0.5f));
+    EXPECT_EQ(hit(0.0f, 0.5f)->facet, 2u);
+    EXPECT_TRUE(scene.IsOccluded({0.5f, -0.5f, 5}, {0, 0, -1}, 4.5f));
+    EXPECT_FALSE(scene.IsOccluded({0.0f, 0.5f, 5}, {0, 0, -1}, 4.5f));
+    EXPECT_EQ(FacetScene({facets}, {{}}).Trace({0.5f, 0.5f, 5}, {0, 0, -1})->facet, 0u);
 }
 
 TEST(FacetScene, WhatHasNoInverseOrNoFacetsIsNotHit) {

@@ -2,6 +2,7 @@
 #include "renderer/scene/studio.h"
 
 #include <cmath>
+#include <functional>
 
 #include "renderer/gpu_scene/prepared_scene.h"
 #include "tests/passes/scene_parts.h"
@@ -114,6 +115,43 @@ TEST_F(StudioTest, WhatTheHostSaysCounts) {
     EXPECT_TRUE(HasStudio(scene)) << "it is asked for";
 }
 
+TEST_F(StudioTest, ItDoesNotDependOnTheOrderOfCalls) {
+    // A box, of which a small part glows: anything that emits would count as light, if it were not measured
+    const auto withLogo = [] {
+        return SceneOf({BoxMesh(1.0f, 0), QuadMesh(0.05f, 1)},
+                       {Lambert(kGray), Lambert(kGray, glm::vec3(1.0f))},
+                       {glm::mat4x3(1.0f), Translation({0, 0, 1.05f})});
+    };
+    const EnvironmentSettings open{.radiance = glm::vec3(1.0f), .usesScene = true};
+    const image::ImageF map{1, 1, {0.5f, 0.5f, 0.5f, 1.0f}};
+    const std::vector<std::function<void()>> others = {
+        [&] { scene.SetEnvironment({}); },
+        [&] { scene.SetEnvironment({.usesScene = true, .defaultLight = DefaultLight::None}); },
+        [&] { scene.SetEnvironment({.usesScene = true, .defaultLight = DefaultLight::Studio}); },
+        [&] { scene.SetEnvironmentMap(map); }};
+    for (const auto& setAnother : others) {
+        for (const bool isLit : {false, true}) {
+            setAnother();
+            scene.SetScene(isLit ? LitFloor() : withLogo());
+            scene.RemoveEnvironmentMap();
+            scene.SetEnvironment(open);
+            EXPECT_EQ(HasStudio(scene), !isLit) << "the environment is set after the scene";
+            setAnother();
+            scene.RemoveEnvironmentMap();
+            scene.SetEnvironment(open);
+            scene.SetScene(isLit ? LitFloor() : withLogo());
+            EXPECT_EQ(HasStudio(scene), !isLit) << "the environment is set before the scene";
+        }
+        scene.SetScene({});
+        setAnother();
+        const AddedPart part = scene.Add(withLogo());
+        scene.RemoveEnvironmentMap();
+        scene.SetEnvironment(open);
+        EXPECT_TRUE(HasStudio(scene)) << "the environment is set after a part";
+        scene.Remove(part);
+    }
+}
+
 TEST_F(StudioTest, TintRotationAndWhatIsSeenAreThoseOfAMap) {
     passes::TraceSettings settings = Framed({}, 8);
     const auto corner = [&] { return render.Render(settings, 1).mean.At(0, 0); };
@@ -211,6 +249,22 @@ TEST(StudioMap, IsGrayFiniteAndWithoutSharpEdges) {
         }
     EXPECT_LT(steepest, 0.3f * brightest);
     EXPECT_LT(brightest, 20.0f);
+}
+
+TEST(StudioMap, ItsKeyAndRimLightsAreAboveWhatLevelCamerasSee) {
+    const image::ImageF map = scene::StudioMap();
+    const auto at = [&](uint32_t x, uint32_t y) { return map.rgba[4 * (size_t{y} * map.width + x)]; };
+    float brightest = 0.0f, low = 0.0f;
+    for (uint32_t y = 0; y < map.height; ++y)
+        for (uint32_t x = 0; x < map.width; ++x) {
+            const float elevation = 90.0f - 180.0f * (float(y) + 0.5f) / float(map.height);
+            brightest = std::max(brightest, at(x, y));
+            if (elevation < 20.0f) low = std::max(low, at(x, y));
+            // The fill comes from +x, the middle column; the half to the left of it has the backdrop alone
+            const bool isAtFill = x > map.width / 4 && x < 3 * map.width / 4;
+            if (elevation < 20.0f && !isAtFill) EXPECT_LE(at(x, y), at(0, map.height / 2) * 1.01f);
+        }
+    EXPECT_LT(low, 0.25f * brightest);
 }
 
 }  // namespace

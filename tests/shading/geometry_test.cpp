@@ -301,6 +301,17 @@ TEST(Equirect, RotationTurnsTheEnvironmentCounterClockwiseSeenFromAbove) {
     EXPECT_LT(length(DirectionFromEquirect(vec2(0.5f, 0.5f), quarter) - vec3(0.0f, 0.0f, -1.0f)), 1e-6f);
 }
 
+TEST(Equirect, AQuarterTurnIsTheDefinitionOfOpenExr) {
+    // ImfEnvmap.h: longitudes go from pi at the left to -pi; 0 is +z, and pi/2 is +x
+    for (const float u : {0.05f, 0.25f, 0.5f, 0.6f, 0.75f, 0.9f}) {
+        const double longitude = M_PI * (1.0 - 2.0 * double{u});
+        const vec3 defined(static_cast<float>(std::sin(longitude)), 0.0f,
+                           static_cast<float>(std::cos(longitude)));
+        EXPECT_LT(length(DirectionFromEquirect(vec2(u, 0.5f), static_cast<float>(-M_PI / 2.0)) - defined),
+                  1e-6f);
+    }
+}
+
 TEST(Equirect, DirectionsSurviveTheRoundTrip) {
     std::mt19937 generator(4);
     for (int i = 0; i < 100'000; ++i) {

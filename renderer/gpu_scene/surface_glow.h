@@ -1,0 +1,58 @@
+// What surfaces show by themselves, without being lit: emission, and the base color of unlit ones; and which
+// rays pass through them. It is read at points, on the host, for what own_light.h measures. Threads: const
+// calls from any thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "renderer/bvh/facet_scene.h"
+#include "renderer/gpu_scene/brightest_pose.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph {
+
+class EmitterFinder;
+
+class SurfaceGlow {
+  public:
+    // Refers to the scene, which keeps its vertices and texels.
+    explicit SurfaceGlow(const scene::SceneData& scene);
+
+    // Whether anything shines in the brightest pose (brightest_pose.h), textures taken as white: a punctual
+    // light, or a placed surface that is visible then.
+    bool IsAny() const;
+    const BrightestPose& Pose() const { return m_pose; }
+    bool MayGlow(const scene::Mesh& mesh) const;
+
+    // The mesh's triangles, and square bars as round primitives, each of 12 facets. Transmissive surfaces that
+    // do not glow are left out. Facets whose alpha counts are tested.
+    std::vector<Facet> AddMesh(uint32_t mesh);
+
+    // Of an added mesh: the luminance that a point of the facet shows, in the brightest pose.
+    float LuminanceAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
+    // The share of rays that the point stops, in the pose that the scene has.
+    float OpacityAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
+    bool IsUnlit(uint32_t mesh, uint32_t facet) const;
+    // By facet of an added mesh: the luminance that it emits, which is its mean of a texture; 0 of unlit ones.
+    std::vector<float> EmittedMeans(uint32_t mesh, size_t facetCount, EmitterFinder& finder) const;
+
+  private:
+    struct Place {
+        const scene::Primitive* primitive = nullptr;
+        uint32_t vertices[3]{};
+        glm::vec3 weights{0.0f};
+    };
+    Place At(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
+    const scene::Primitive& PrimitiveOf(uint32_t mesh, uint32_t facet, uint32_t& first) const;
+    glm::vec4 Read(const scene::TextureRef& reference, const Place& place) const;
+    glm::vec4 BaseTexture(const scene::Material& material, const Place& place) const;
+    bool MayGlow(const scene::Primitive& primitive) const;
+
+    const scene::SceneData& m_scene;
+    BrightestPose m_pose;
+    std::vector<std::vector<uint32_t>> m_firstFacets;  // by mesh and primitive, and the end
+};
+
+}  // namespace raygraph
