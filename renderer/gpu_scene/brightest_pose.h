@@ -1,5 +1,5 @@
-// What a scene makes shine in the pose that it has, or may make shine as its animations play. Threads: a pure
-// function, for any thread.
+// FindBrightestPose finds what shines in the pose that a scene has, or may shine as its animations play.
+// Threads: a pure function, for any thread.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,8 +9,8 @@
 
 namespace raygraph {
 
-// Each value is the greatest, by component, of that of the pose and of all keys of animations: those of
-// different animations may come together.
+// Each value is the greatest, by component, of the pose and of all keys of all animations, as if these came
+// together.
 struct BrightestPose {
     std::vector<bool> visibleNodes;      // as scene::VisibleNodes has them
     std::vector<glm::vec3> emission;     // of each material: EmittedRadiance

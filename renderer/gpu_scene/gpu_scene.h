@@ -217,9 +217,9 @@ struct GpuSceneDesc {
     // triangles of meshes stay on the host. Once there are more, the frame in which they come builds the
     // trees of all meshes, and there are two levels from then on.
     bool prefersOneWideLevel = false;
-    // Of scenes and parts that come as SceneData, as PrepareSettings::measuresLight of those that are prepared:
-    // what DefaultLight::Auto is does not depend on when the environment is set. False saves the measurement
-    // for a host that never shows it.
+    // PrepareSettings::measuresLight of scenes and parts that come as SceneData. It does not follow the
+    // environment, so that DefaultLight::Auto is the same whenever that is set. False saves the measurement
+    // for a host that never shows the studio.
     bool measuresLight = true;
     TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     LightRule lightRule = LightRule::Decay;

@@ -120,9 +120,9 @@ class Measurement {
         m_clearance = 1e-5f * glm::length(m_facets->Bounds().max - m_facets->Bounds().min);
     }
 
-    // The power of a placed mesh, from the sums of those of its facets. Areas along normals n are scaled by |C
-    // n|, with C the cofactors of the transform. Taken together that is the root of its mean square, which is
-    // exact for a mesh that is plane and for a uniform scale.
+    // Returns the power of a placed mesh, from the sums of the powers of its facets. A transform scales an
+    // area with the normal n by |C n|, where C are its cofactors. The mesh as a whole is scaled by the root
+    // of the mean square of that, which is exact for a mesh that is plane and for a uniform scale.
     static double PlacedPower(const glm::mat4x3& objectToWorld, const std::vector<double>& sums,
                               const glm::dmat3& squares) {
         if (sums.empty() || !(sums.back() > 0.0)) return 0.0;

@@ -22,27 +22,27 @@ RAYGRAPH_CHOICE(DefaultLight, RAYGRAPH_DEFAULT_LIGHTS)
 
 // True for a scene with
 //   - a punctual light that shines, or that an animation makes shine;
-//   - emission or unlit surfaces that light it: of what cameras see of its surfaces, a quarter or more has a
-//     luminance of .18 / 64 at least, six stops below middle gray, because it emits that, is unlit and has
-//     that color, or is reached by light of such surfaces.
+//   - emission or unlit surfaces that light it: a quarter or more of the surface points that cameras see
+//     have a luminance of .18 / 64 at least, six stops below middle gray, because they emit it, are unlit and
+//     have that color, or are reached by light of such surfaces.
 // The environment that the scene brings along does not count.
 //
 // The cameras are those of the scene, eight at most, or if they see no surface the one that frames it
-// (ViewOfBounds). They see a thousand points; each point takes 16 paths of two bounces. Surfaces are taken as
-// gray ones that reflect half of the light, and unlit ones as not reflecting any. Emission, unlit colors and
-// alpha are those of the textures and vertex colors at each point: a ray passes where a mask has a hole, and
-// through the share of a blended surface that is transparent. Transmissive surfaces are taken as if they were
-// not there, unless they emit; round primitives as square bars; deformed meshes in their base shape. What an
-// animation changes of emission, of unlit colors and of the visibility of what glows is taken at its
-// brightest (brightest_pose.h). So the answer is a property of the scene, in the pose that it has: it does not
-// depend on a picture's camera, size, crop, samples or seed, nor on a device.
+// (ViewOfBounds). They see a thousand points; each point takes 16 paths of two bounces. Surfaces are taken
+// as gray ones that reflect half of the light, and unlit ones as not reflecting any. Emission, unlit colors
+// and alpha are those of the textures and vertex colors at each point: a ray passes where a mask has a hole,
+// and through the share of a blended surface that is transparent. Transmissive surfaces are taken as if they
+// were not there, unless they emit; round primitives as square bars; deformed meshes in their base shape.
+// What an animation changes of emission, of unlit colors and of the visibility of what glows is taken at its
+// brightest (brightest_pose.h). So the answer is a property of the scene, in the pose that it has: it does
+// not depend on the camera, size, crop, samples or seed of a picture, nor on a device.
 //
 // A scene without emission and unlit surfaces takes no time. Others cost a tree over the triangles of the
 // meshes that are placed, and some 50,000 rays.
 RAYGRAPH_API bool HasOwnLight(const scene::SceneData& scene, uint32_t maxThreads = 0);
 
-// Whether the scene has any light at all, however little: what HasOwnLight measures if this is true. Textures
-// are taken as white. False: without an environment the scene is black. It takes no time.
+// True if the scene has any light at all, however little, where textures are taken as white. It takes no
+// time. HasOwnLight measures a scene only if this is true.
 RAYGRAPH_API bool MayHaveOwnLight(const scene::SceneData& scene);
 
 }  // namespace raygraph

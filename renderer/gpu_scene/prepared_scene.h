@@ -29,8 +29,8 @@ struct PrepareSettings {
     bool hasWideTrees = false;
     // For GpuSceneDesc::prefersOneWideLevel: leaves those out that it does without.
     bool prefersOneWideLevel = false;
-    // For DefaultLight::Auto. True: it is measured whether the scene lights itself (HasOwnLight), which builds
-    // trees over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
+    // For DefaultLight::Auto. True: HasOwnLight measures whether the scene lights itself, which builds trees
+    // over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
     bool measuresLight = true;
 };
 

@@ -1,6 +1,6 @@
-// What surfaces show by themselves, without being lit: emission, and the base color of unlit ones; and which
-// rays pass through them. It is read at points, on the host, for what own_light.h measures. Threads: const
-// calls from any thread.
+// SurfaceGlow reads what surfaces show by themselves, without being lit: their emission, and the base color
+// of unlit ones; and which rays pass through them. It does so at single points, on the host, for the
+// measurement of own_light.h. Threads: const calls may come from any thread.
 #pragma once
 
 #include <cstdint>
@@ -20,22 +20,22 @@ class SurfaceGlow {
     // Refers to the scene, which keeps its vertices and texels.
     explicit SurfaceGlow(const scene::SceneData& scene);
 
-    // Whether anything shines in the brightest pose (brightest_pose.h), textures taken as white: a punctual
-    // light, or a placed surface that is visible then.
+    // True if anything shines in the brightest pose (brightest_pose.h), where textures are taken as white: a
+    // punctual light, or a placed surface that is visible then.
     bool IsAny() const;
     const BrightestPose& Pose() const { return m_pose; }
     bool MayGlow(const scene::Mesh& mesh) const;
 
-    // The mesh's triangles, and square bars as round primitives, each of 12 facets. Transmissive surfaces that
-    // do not glow are left out. Facets whose alpha counts are tested.
+    // Returns the triangles of the mesh, and 12 facets for each round primitive, which is taken as a square
+    // bar. Transmissive surfaces that do not glow are left out. Facets whose alpha counts are tested.
     std::vector<Facet> AddMesh(uint32_t mesh);
 
-    // Of an added mesh: the luminance that a point of the facet shows, in the brightest pose.
+    // The luminance that a point of an added mesh shows in the brightest pose.
     float LuminanceAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
     // The share of rays that the point stops, in the pose that the scene has.
     float OpacityAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
     bool IsUnlit(uint32_t mesh, uint32_t facet) const;
-    // By facet of an added mesh: the luminance that it emits, which is its mean of a texture; 0 of unlit ones.
+    // For each facet of an added mesh, the mean of the luminance that it emits; unlit ones emit none.
     std::vector<float> EmittedMeans(uint32_t mesh, size_t facetCount, EmitterFinder& finder) const;
 
   private:

@@ -1,4 +1,4 @@
-// Texels of a scene's textures, read on the host as samplers read them. Threads: pure functions.
+// These functions read textures of a scene on the host as samplers read them. Threads: pure functions.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace raygraph {
 
-// The texel that coordinate `x` of the endless texture shows, of `size` in a row.
+// Returns which of the `size` texels in a row is at coordinate `x` of the endless texture.
 uint32_t WrapTexel(int64_t x, uint32_t size, scene::WrapMode mode);
 
-// The color at `uv`, decoded to linear values, and alpha. It is interpolated between the four nearest texels
-// of the largest level, also where the sampler's filter is Nearest. It is 0 where `uv` is not finite or beyond
-// 1e15 texels. `image` is that of the texture, and has its texels.
+// Returns the color at `uv`, decoded to linear values, and alpha. Both are interpolated between the four
+// nearest texels of the largest level, also where the filter of the sampler is Nearest. They are 0 where
+// `uv` is not finite or beyond 1e15 texels. `image` belongs to the texture, and has its texels.
 glm::vec4 LookUp(const scene::Texture& texture, const scene::ImageData& image, const glm::vec2& uv);
 
 }  // namespace raygraph
