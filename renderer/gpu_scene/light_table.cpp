@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "renderer/gpu_scene/alias_table.h"
+#include "renderer/scene/linear_map.h"
 
 namespace raygraph {
 
@@ -180,7 +181,7 @@ void LightTable::SetPlacement(const LightScene& scene, uint32_t index, bool isRe
     uint32_t shining = 0;
     if (const uint32_t mesh = m_meshOf[placement.group]; mesh != kNoMesh) {
         LightBounds& bounds = m_meshBounds[index] = m_meshes[mesh].Placed(instance.objectToWorld);
-        const bool isMirrored = glm::determinant(glm::mat3(instance.objectToWorld)) < 0.0f;
+        const bool isMirrored = scene::IsMirrored(instance.objectToWorld);
         const gpu::LightRecord record{
             .kind = gpu::kLightMesh,
             .flags = (isMirrored ? gpu::kLightMirrored : 0u) |

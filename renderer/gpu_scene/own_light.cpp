@@ -12,6 +12,7 @@
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/surface_glow.h"
 #include "renderer/scene/camera_view.h"
+#include "renderer/scene/linear_map.h"
 
 namespace raygraph {
 
@@ -160,7 +161,7 @@ class Measurement {
         const float square = glm::dot(d, d);
         const double chance = probability(m_weightsOfInstances, i) * probability(m_weights[instance.mesh], f);
         if (!(square > 0.0f) || !(chance > 0.0)) return 0.0f;
-        const float mirrored = glm::determinant(glm::mat3(instance.objectToWorld)) < 0.0f ? -1.0f : 1.0f;
+        const float mirrored = scene::IsMirrored(instance.objectToWorld) ? -1.0f : 1.0f;
         // Twice the area times both cosines times the square of the distance
         const float received = glm::dot(normal, d);
         float sent = -mirrored * glm::dot(across, d);

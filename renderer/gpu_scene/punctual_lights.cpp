@@ -6,6 +6,7 @@
 
 #include <glm/gtc/quaternion.hpp>
 #include "renderer/gpu_scene/triangle_lights.h"
+#include "renderer/scene/linear_map.h"
 
 namespace raygraph {
 
@@ -62,7 +63,7 @@ void PutProfile(gpu::LightRecord& record, const scene::Light& light, const Profi
     const glm::dmat3 axes(x, glm::cross(z, x), z);
     const glm::dquat toProfile = glm::normalize(glm::conjugate(glm::quat_cast(axes)));
     record.flags |= gpu::kLightProfile;
-    if (glm::determinant(glm::mat3(light.lightToWorld)) < 0.0f) record.flags |= gpu::kLightMirrored;
+    if (scene::IsMirrored(light.lightToWorld)) record.flags |= gpu::kLightMirrored;
     record.e1 = glm::dvec3(toProfile.x, toProfile.y, toProfile.z);
     record.spotScale = static_cast<float>(toProfile.w);
     record.primitive = profiles.firstWords[light.profile];

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "renderer/scene/flat_transform.h"
+#include "renderer/scene/linear_map.h"
 #include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
@@ -58,7 +59,7 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
     const glm::vec3 p0 = linear * glm::dvec3(emitter.p0) + glm::dvec3(objectToWorld[3]);
     const glm::vec3 e1 = linear * (glm::dvec3(emitter.p1) - glm::dvec3(emitter.p0));
     const glm::vec3 e2 = linear * (glm::dvec3(emitter.p2) - glm::dvec3(emitter.p0));
-    const bool isMirrored = glm::determinant(glm::mat3(objectToWorld)) < 0.0f;
+    const bool isMirrored = scene::IsMirrored(objectToWorld);
     const bool isDoubleSided = emitter.isDoubleSided && !IsBackInside(emitter, objectToWorld);
     return {.p0 = p0,
             .kind = gpu::kLightTriangle,

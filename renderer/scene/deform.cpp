@@ -6,17 +6,13 @@
 
 #include "base/check.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/linear_map.h"
 #include "renderer/scene/split_place.h"
 #include "renderer/scene/triangles.h"
 #include "shaders/shared/unit_vector.h"
 
 namespace raygraph::scene {
 namespace {
-
-// Of the columns a, b, c of a matrix; the determinant times the inverse transpose.
-glm::mat3 Cofactors(const glm::mat3& m) {
-    return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
-}
 
 // A stream's element; 0 of one that is absent.
 template <typename Vector>

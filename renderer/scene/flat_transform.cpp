@@ -5,26 +5,23 @@
 #include <cmath>
 
 #include "renderer/scene/check.h"
+#include "renderer/scene/linear_map.h"
 #include "renderer/scene/split_place.h"
 
 namespace raygraph::scene {
 namespace {
 
 constexpr double kLeastRatio = 0x1p-30;
-constexpr double kLeastDeterminant = 0x1p-21;  // several roundings of float
-constexpr double kLeastWidth = 0x1p-18;        // s2 / s1 of what is no line
-// Of s2: the vertex normals of a thin mesh are within this of the plane's, at 45 degrees.
+constexpr double kLeastDeterminant = 0x1p-21;  // is several roundings of float
+constexpr double kLeastWidth = 0x1p-18;        // is s2 / s1, below which a mesh is a line
+// s3 is at most this share of s2: vertex normals that were at 45 degrees are then within it of the plane's.
 constexpr double kMostThickness = 0x1p-12;
-
-glm::dmat3 Cofactors(const glm::dmat3& m) {
-    return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
-}
 
 double SquareOf(const glm::dmat3& m) {
     return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
 }
 
-// With s3 = 0, the squares of the matrix and of its cofactors are s1^2 + s2^2 and s1^2 s2^2.
+// Where s3 is 0, the squares of the matrix and of its cofactors are s1^2 + s2^2 and s1^2 s2^2.
 struct Widths {
     double s1 = 0.0, s2 = 0.0;
 };
@@ -49,7 +46,7 @@ bool IsSurelySolid(const glm::mat4x3& m) {
     return std::isnormal(least) && determinant * determinant >= least;
 }
 
-// As `flat`, and with s3 = thickness along the normal.
+// The result is `flat`, but that its s3, along the normal, is `thickness`.
 glm::mat4x3 Thickened(const glm::mat4x3& flat, const glm::dvec3& normal, const glm::dvec3& squeezed,
                       double thickness) {
     const double s3 = glm::dot(normal, glm::dmat3(flat) * squeezed);
@@ -66,7 +63,8 @@ double ObliquityOf(const glm::dvec3& unit) {
     return std::sqrt(std::max(glm::dot(unit, unit) - cosine * cosine, 0.0));
 }
 
-// In the plane, the square root of the area of the box; `along` the squeezed direction, its extent.
+// inPlane is the square root of the area that the box has in the plane, `along` the box's extent in the
+// squeezed direction.
 struct Sizes {
     double inPlane = 0.0, along = 0.0;
 };
@@ -79,19 +77,15 @@ Sizes SizesOf(const Bounds& mesh, const glm::dmat3& linear, const glm::dvec3& sq
     return {std::sqrt(sides[1] * sides[2]), glm::dot(glm::abs(squeezed), extent)};
 }
 
-bool IsMirrored(const glm::mat4x3& local) {
-    return glm::determinant(glm::dmat3(local)) < 0.0;
-}
-
-bool IsMirrored(const Node& node) {
+bool IsNodeMirrored(const Node& node) {
     if (node.matrix) return IsMirrored(*node.matrix);
     return (node.scale.x < 0.0f) != ((node.scale.y < 0.0f) != (node.scale.z < 0.0f));
 }
 
-// By the product of the signs of its scales and of those above it, where 0 counts as positive.
+// The product of the signs of its scales and of those above it tells, where 0 counts as positive.
 bool IsMirroredAt(const SceneData& scene, uint32_t node) {
     bool isMirrored = false;
-    for (; node != kNone; node = scene.nodes[node].parent) isMirrored ^= IsMirrored(scene.nodes[node]);
+    for (; node != kNone; node = scene.nodes[node].parent) isMirrored ^= IsNodeMirrored(scene.nodes[node]);
     return isMirrored;
 }
 
@@ -127,13 +121,13 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
     const Sizes sizes = SizesOf(mesh, linear, squeezed);
     const double forRays = kObliqueThickness * ObliquityOf(squeezed);
     const double most = std::max(kMostThickness, forRays) * widths.s2;
-    // Of a mesh that reaches far along what is squeezed, not so much that it would be seen
+    // A mesh that reaches far along what is squeezed does not become so thick that it would be seen
     constexpr double kSeen = 2.0 * kObliqueThickness;
     const double size = sizes.along > 0.0 ? sizes.inPlane / sizes.along : 1.0;
     const double wanted = sizes.along > 0.0
                               ? std::max(kFlatThickness * size, std::min(forRays * widths.s2, kSeen * size))
                               : most;
-    // As thick as it takes to tell its sides; a mesh without area in the plane stays as thin as that
+    // It is as thick as it takes to tell its sides; a mesh without area in the plane stays as thin as that
     const double thickness = std::clamp(wanted, kLeastRatio * widths.s1, most);
     const double side = isMirrored ? -1.0 : 1.0;
     PlacedTransform shown{Thickened(placed.matrix, normal, squeezed, side * thickness), placed.rest};

@@ -1,5 +1,7 @@
 #include "renderer/scene/transform_parts.h"
 
+#include "renderer/scene/linear_map.h"
+
 namespace raygraph::scene {
 namespace {
 
@@ -36,7 +38,7 @@ std::optional<TransformParts> PartsOf(const glm::mat4x3& local, const Node& own)
         if (IsNear(Matrix(parts), local)) return parts;
     }
     glm::vec3 scale(glm::length(local[0]), glm::length(local[1]), glm::length(local[2]));
-    if (glm::determinant(glm::mat3(local)) < 0.0f) scale.x = -scale.x;
+    if (IsMirrored(local)) scale.x = -scale.x;
     for (int i = 0; i < 3; ++i)
         if (scale[i] == 0.0f) return std::nullopt;
     parts.scale = scale;

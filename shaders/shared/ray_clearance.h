@@ -31,10 +31,10 @@ RAYGRAPH_CONSTANT float kRoundoff = 6.0e-8f;
 // In such units. A device takes a ray into object space by an inverse of the transform that it made in float:
 // of a million random transforms the worst is off by 5.5 times the sizes of the sums' terms.
 RAYGRAPH_CONSTANT float kInverseRoundings = 6.0f;
-// Likewise the intersection test, of the triangle's extent.
+// In the same units and of the triangle's extent: the error of the intersection test.
 RAYGRAPH_CONSTANT float kIntersectionRoundings = 8.0f;
-// The error of the test grows as a triangle becomes a sliver. Limited to this: slivers would offset rays
-// farther than they are wide.
+// The error of the test grows as a triangle becomes a sliver. It is limited to this: slivers would offset
+// rays farther than they are wide.
 RAYGRAPH_CONSTANT float kMaxSliver = 64.0f;
 
 // The terms of cross(a, b), added up whatever their signs; none of a and b is negative.
@@ -44,6 +44,15 @@ RAYGRAPH_INLINE vec3 CrossOfSizes(vec3 a, vec3 b) {
 
 RAYGRAPH_INLINE float SumOfSizes(vec3 v) {
     return abs(v.x) + abs(v.y) + abs(v.z);
+}
+
+// The error of the intersection test along the normal of a triangle with these edges, in roundings and times
+// the length of normal = cross(e1, e2). The weights of the vertices have errors, which move a hit in the
+// plane by a share of the edges, and so along each ray that is not at a right angle to the plane.
+RAYGRAPH_INLINE float TestError(vec3 e1, vec3 e2, vec3 normal) {
+    vec3 extent1 = abs(e1), extent2 = abs(e2), extent = max(extent1, extent2);
+    float sliver = min(SumOfSizes(CrossOfSizes(extent1, extent2)), kMaxSliver * SumOfSizes(normal));
+    return kIntersectionRoundings * max(extent.x, max(extent.y, extent.z)) * sliver;
 }
 
 // The triangle has the vertices p0, p0 + e1 and p0 + e2 in object space; linear and translation place it; p
@@ -68,19 +77,20 @@ RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 
     vec3 position = x * p.x + y * p.y + z * p.z + translation;
     vec3 worldError = 3.0f * placed + 2.0f * abs(position);
     vec3 sizes = abs(position) + abs(translation);
-    // sizeN times the matrix of the inverse's terms, whose rows are CrossOfSizes of two columns,
-    // times `sizes`
+    // inverseError is sizeN times the matrix of the inverse's terms, whose rows are CrossOfSizes of two
+    // columns, times `sizes`
     vec3 ofX = CrossOfSizes(sizeX, sizes), ofY = CrossOfSizes(sizeY, sizes);
     float inverseError = dot(sizeZ, sizeN.x * ofY + sizeN.y * ofX) + sizeN.z * dot(sizeY, ofX);
-    vec3 extent1 = abs(e1), extent2 = abs(e2), extent = max(extent1, extent2);
-    vec3 objectError = 2.0f * max(abs(p0), max(abs(p0 + e1), abs(p0 + e2))) + 3.0f * extent;
-    float sliver = min(SumOfSizes(CrossOfSizes(extent1, extent2)), kMaxSliver * SumOfSizes(normal));
-    float testError = kIntersectionRoundings * max(extent.x, max(extent.y, extent.z)) * sliver;
+    vec3 objectError = 2.0f * max(abs(p0), max(abs(p0 + e1), abs(p0 + e2))) + 3.0f * max(abs(e1), abs(e2));
     float determinant = abs(dot(x, yz));
+    // The ray meets the triangle in object space or, in a tree of one level, in the world. Neither error
+    // bounds the other: a transform that squeezes an axis carries the first one over as next to nothing.
+    float testError = max(determinant * TestError(e1, e2, normal),
+                          TestError(x * e1.x + y * e1.y + z * e1.z, x * e2.x + y * e2.y + z * e2.z, across));
     float bound = dot(abs(across), worldError) + kInverseRoundings * inverseError +
-                  determinant * (dot(sizeN, objectError) + testError);
-    // A triangle without area has no plane: in whichever direction it is left. A choice, not a branch:
-    // devices would fetch nothing of the surface until all of this is done
+                  determinant * dot(sizeN, objectError) + testError;
+    // A triangle without area has no plane: a ray may leave it in any direction. This is a choice, not a
+    // branch: devices would fetch nothing of the surface until all of this is done
     float inAnyDirection = SumOfSizes(worldError) + kInverseRoundings * SumOfSizes(sizes);
     float inverse = InverseLength(across);
     return kRoundoff * (inverse > 0.0f ? bound * inverse : inAnyDirection);

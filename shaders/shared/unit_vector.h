@@ -6,6 +6,7 @@
 
 #ifdef __cplusplus
 
+#include <cstdint>
 #include <glm/glm.hpp>
 
 namespace raygraph::gpu {
@@ -16,20 +17,23 @@ using glm::inversesqrt;
 using glm::max;
 using glm::uintBitsToFloat;
 using glm::vec3;
+using uint = uint32_t;
 #define RAYGRAPH_INLINE inline
 #else
 #define RAYGRAPH_INLINE
 #endif
 
-// 1 / length; 0 where v has no direction: it is zero, has a NaN, or a component of 2^127 or more. A power of
-// two brings the largest component to between 1 and 2 first. Products with it are exact: where v may be
-// squared as it is, the bits are those of inversesqrt(dot(v, v)).
+// 1 / length; 0 where v has no direction: it is zero or denormal, it has a NaN, or a component of 2^127 or
+// more. (Of denormal ones 1 / length may be infinite, and devices may take them for zero.) A power of two
+// brings the largest component to between 1 and 2 first. Products with it are exact: where v may be squared
+// as it is, the bits are those of inversesqrt(dot(v, v)).
 RAYGRAPH_INLINE float InverseLength(vec3 v) {
     float largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
-    float scale = uintBitsToFloat(0x7f000000u - (floatBitsToUint(largest) & 0x7f800000u));
+    uint exponent = floatBitsToUint(largest) & 0x7f800000u;
+    float scale = uintBitsToFloat(0x7f000000u - exponent);
     v *= scale;
     float square = dot(v, v);
-    return square > 0.0f && square < 16.0f ? scale * inversesqrt(square) : 0.0f;
+    return exponent != 0u && square > 0.0f && square < 16.0f ? scale * inversesqrt(square) : 0.0f;
 }
 
 // `otherwise` where v has no direction.

@@ -1,10 +1,10 @@
 // Meshes that their nodes scale to a plane: seen, shaded and shining as the plane that they are, by every
 // traversal and in the raster view.
 #include <cmath>
-#include <glm/gtc/quaternion.hpp>
 
 #include "passes/raster.h"
 #include "tests/passes/deforming_scene.h"
+#include "tests/passes/flat_nodes.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
@@ -19,52 +19,6 @@ using passes::Traversal;
 namespace {
 
 constexpr vec3 kColor{0.25f, 0.5f, 0.75f};
-
-scene::Node Scaled(const vec3& scale, const glm::quat& rotation = glm::quat(1, 0, 0, 0)) {
-    scene::Node node;
-    node.scale = scale;
-    node.rotation = rotation;
-    return node;
-}
-
-// Nodes, each below the one before it, the last with the mesh; and the normal of the plane that they leave.
-struct Chain {
-    const char* name;
-    std::vector<scene::Node> nodes;
-    vec3 normal;
-};
-std::vector<Chain> Chains() {
-    const glm::quat turn = glm::angleAxis(0.9f, glm::normalize(vec3(1, 2, 3)));
-    const glm::quat other = glm::angleAxis(0.5f, glm::normalize(vec3(2, -1, 1)));
-    const vec3 turned = turn * vec3(0, 0, 1);
-    scene::Node singular;  // no axis of it is 0
-    singular.matrix = glm::mat4x3(vec3(1, 0, 0), vec3(0, 1, 0), vec3(0.5f, 0.5f, 0), vec3(0));
-    return {
-        {"a scale of 0", {Scaled({1, 1, 0})}, {0, 0, 1}},
-        {"mirrored", {Scaled({-1, 1, 0})}, {0, 0, 1}},
-        {"by a parent", {Scaled({1, 1, 0}), Scaled(vec3(1), other)}, {0, 0, 1}},
-        {"between turns", {Scaled(vec3(1), turn), Scaled({1.5f, 1, 0}), Scaled({1, 0.7f, 1}, other)}, turned},
-        {"almost 0, between turns",
-         {Scaled(vec3(1), turn), Scaled({1, 1, 1e-12f}), Scaled(vec3(1), other)},
-         turned},
-        {"a matrix", {singular}, {0, 0, 1}}};
-}
-
-scene::SceneData Under(std::vector<scene::Node> chain, scene::Mesh mesh, const scene::Material& material,
-                       const vec3& at = vec3(0.0f)) {
-    scene::SceneData scene = SceneOf({std::move(mesh)}, {material});
-    scene.nodes = std::move(chain);
-    for (uint32_t i = 0; i < scene.nodes.size(); ++i) {
-        if (i > 0) scene.nodes[i].parent = i - 1;
-        scene.nodeOrder.push_back(i);
-    }
-    scene.nodes[0].translation = at;
-    scene.nodes.back().mesh = 0;
-    scene.instances[0].node = static_cast<uint32_t>(scene.nodes.size() - 1);
-    scene.instances[0].isCollapsed = true;  // unless it is seen, as a file that scales it may say
-    scene::UpdateWorldTransforms(scene);
-    return scene;
-}
 
 // Adds a mesh without a node, and its material.
 void Add(scene::SceneData& scene, scene::Mesh mesh, const scene::Material& material,
@@ -132,6 +86,46 @@ INSTANTIATE_TEST_SUITE_P(Traversals, FlatNodes, ::testing::Values(0u, 1u, 2u),
                          [](const auto& of) { return kTraversals[of.param]; });
 
 }  // namespace
+
+// By the sun, whose shadow rays are slanted, and by light from everywhere, from which paths come back: neither
+// side of what is flat shadows the other one or itself. A plate in its place shows the same.
+TEST_P(FlatNodes, LitMeshesAreAsBrightAsAPlate) {
+    constexpr float kAlbedo = 0.5f, kSlope = 1.2f;
+    const double sunlit = double{kAlbedo} / M_PI / std::sqrt(1.0 + double{kSlope} * double{kSlope});
+    std::vector<Chain> chains = Chains();
+    chains.push_back({"a plate", {Scaled(vec3(1))}, {0, 0, 1}});
+    for (const Chain& chain : chains) {
+        const bool isPlate = &chain == &chains.back();
+        std::vector<scene::Mesh> meshes{isPlate ? QuadMesh(0.5f) : BoxMesh(0.5f)};
+        if (!isPlate) meshes.push_back(SphereMesh(0.5f, 24));
+        for (const scene::Mesh& mesh : meshes)
+            for (const float side : {1.0f, -1.0f}) {
+                SCOPED_TRACE(chain.name);
+                SCOPED_TRACE(&mesh == &meshes[0] ? "box" : "sphere");
+                const vec3 normal = side * chain.normal;
+                const auto expect = [&](TraceSettings settings, double expected) {
+                    settings.biases.maxDepth = 4;
+                    const FloatImage seen = render.TraceOnce(settings);
+                    for (uint32_t y = 21; y < 27; ++y)
+                        for (uint32_t x = 21; x < 27; ++x)
+                            EXPECT_NEAR(double{seen.At(x, y).y}, expected, 1e-3 * expected);
+                };
+                scene::SceneData scene = Under(chain.nodes, mesh, Lambert(vec3(kAlbedo)));
+                scene::Light& sun = scene.lights.emplace_back();
+                sun.type = scene::LightType::Directional;
+                const vec3 across = glm::normalize(glm::cross(normal, vec3(0.3f, 0.5f, 0.8f)));
+                sun.lightToWorld[2] = glm::normalize(normal + kSlope * across);  // towards it
+                render.scene.SetScene(std::move(scene));
+                expect(Along(-normal), sunlit);
+                render.scene.SetScene(Under(chain.nodes, mesh, Lambert(vec3(kAlbedo))));
+                render.scene.SetEnvironment({.radiance = vec3(1.0f)});
+                TraceSettings settings = Along(-normal);
+                settings.lights.isOn = false;
+                expect(settings, double{kAlbedo});
+                render.scene.SetEnvironment({});
+            }
+    }
+}
 
 // Both sides of the box come to lie in one plane.
 TEST_P(FlatNodes, ABoxIsSeenFromBothSidesInItsColor) {

@@ -4,53 +4,14 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <functional>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
 #include "renderer/bvh/wide_bvh.h"
 #include "renderer/bvh/wide_scene.h"
+#include "tests/shading/wide_traversal.h"
 #include "tests/support/triangle_soup.h"
-
-namespace raygraph::shading {
-namespace {
-
-thread_local const WideScene* s_scene = nullptr;
-thread_local glm::uvec2 s_stack[gpu::kWideStackSize];
-thread_local std::function<bool(const gpu::WideHit&, bool isBack, bool isAny)> s_isAccepted;
-
-template <typename T>
-glm::uvec4 WordOf(const std::vector<T>& records, uint32_t at) {
-    glm::uvec4 word;
-    std::memcpy(&word, reinterpret_cast<const std::byte*>(records.data()) + 16 * size_t{at}, 16);
-    return word;
-}
-glm::uvec4 WideNodeWord(uint32_t at) {
-    return WordOf(s_scene->nodes, at);
-}
-glm::uvec4 WideTriangleWord(uint32_t at) {
-    return WordOf(s_scene->triangles, at);
-}
-glm::uvec4 WideInstanceWord(uint32_t at) {
-    return WordOf(s_scene->instances, at);
-}
-void PushGroup(uint32_t at, glm::uvec2 group) {
-    ASSERT_LT(at, gpu::kWideStackSize);
-    s_stack[at] = group;
-}
-glm::uvec2 GroupAt(uint32_t at) {
-    return s_stack[at];
-}
-bool IsAccepted(const gpu::WideHit& hit, bool isBack, bool isAny) {
-    return s_isAccepted(hit, isBack, isAny);
-}
-
-}  // namespace
-}  // namespace raygraph::shading
-
-#include "scene/wide_bvh.glsl"
 
 namespace raygraph {
 namespace {
@@ -174,13 +135,6 @@ TEST(WideBvh, WithoutPrimitivesIsOneEmptyNode) {
     const WideBvh tree = CollapseToWide(BuildBinaryBvh({}));
     ASSERT_EQ(tree.nodes.size(), 1u);
     for (uint32_t slot = 0; slot < gpu::kWideChildren; ++slot) EXPECT_EQ(WideMeta(tree.nodes[0], slot), 0u);
-}
-
-gpu::WideHit Traverse(const WideScene& scene, const gpu::BenchRay& ray, bool isAny) {
-    shading::s_scene = &scene;
-    gpu::WideCounts counts{};
-    const bool hasOneLevel = scene.instances.size() == 1;
-    return shading::TraverseWide(ray.origin, ray.direction, ray.tMax, isAny, hasOneLevel, counts);
 }
 
 class WideLevels : public ::testing::TestWithParam<uint32_t> {
