@@ -7,18 +7,14 @@
 
 #include "base/check.h"
 #include "base/os/file.h"
+#include "base/os/last_error.h"
 #include "base/os/new_file.h"
 #include "base/text.h"
 
 namespace raygraph {
 namespace {
 
-constexpr int kMaxLinkCount = 40;  // As Linux has it.
-
-// What stdio's functions leave behind.
-std::error_code LastError() {
-    return {errno != 0 ? errno : EIO, std::generic_category()};
-}
+constexpr int kMaxLinkCount = 40;  // Linux follows as many.
 
 // The name cannot be given to a new file, which says nothing of what is written to the old one.
 bool IsOfTheName(const std::error_code& error) {
@@ -33,8 +29,7 @@ bool IsOfTheName(const std::error_code& error) {
 AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
     std::error_code error;
     // Before links are followed: that of an open pipe, such as /dev/stdout, leads to no path
-    const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
-    m_isInPlace = std::filesystem::is_character_file(existing) || std::filesystem::is_fifo(existing);
+    m_isInPlace = IsStream(m_target);
     if (!m_isInPlace) {
         FollowLinks();
         OpenToReplace();
@@ -48,6 +43,12 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
 }
 
 AtomicFile::~AtomicFile() = default;
+
+bool AtomicFile::IsStream(const std::filesystem::path& target) {
+    std::error_code none;  // A target that cannot be looked at is no stream.
+    const std::filesystem::file_status existing = std::filesystem::status(target, none);
+    return std::filesystem::is_character_file(existing) || std::filesystem::is_fifo(existing);
+}
 
 // Link by link, so that a link to a file that does not exist yet is followed too.
 void AtomicFile::FollowLinks() {
@@ -66,6 +67,8 @@ void AtomicFile::OpenToReplace() {
     std::error_code error;
     const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
     const bool isThere = std::filesystem::exists(existing);
+    if (std::filesystem::is_directory(existing))
+        throw MakeError(ErrorKind::Io, "{}: cannot write: it is a folder", m_target.string());
     if (isThere && !std::filesystem::is_regular_file(existing))
         throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", m_target.string());
     // Such as a name that is too long
@@ -97,7 +100,7 @@ std::FILE* AtomicFile::Stream() const {
 
 void AtomicFile::Write(std::span<const std::byte> bytes) {
     errno = 0;
-    if (std::fwrite(bytes.data(), 1, bytes.size(), Stream()) != bytes.size()) FailToWrite(LastError());
+    if (std::fwrite(bytes.data(), 1, bytes.size(), Stream()) != bytes.size()) FailToWrite(os::LastError());
 }
 
 uint64_t AtomicFile::Position() const {
@@ -117,7 +120,7 @@ void AtomicFile::Seek(uint64_t position) {
 void AtomicFile::Commit() {
     errno = 0;
     if (m_writeError) Fail("cannot write", m_writeError);
-    if (std::ferror(Stream()) != 0) Fail("cannot write", LastError());
+    if (std::ferror(Stream()) != 0) Fail("cannot write", os::LastError());
     std::error_code error;
     m_file->Close(error);
     if (error) Fail("cannot write", error);
@@ -128,8 +131,16 @@ void AtomicFile::Commit() {
         if (error && !m_isInPlace) Fail("cannot replace", error);
     }
     if (m_isInPlace) m_file->CopyTo(m_target, error);
+    if (error == std::errc::timed_out && IsStream(m_target))
+        throw MakeError(ErrorKind::Io, "{}: cannot write: nobody reads the pipe", m_target.string());
     if (error) Fail("cannot write", error);
     m_file.reset();
+}
+
+std::string InPlaceNote(const std::filesystem::path& target) {
+    const AtomicFile probe(target);  // It is dropped without Commit.
+    if (probe.WhyInPlace().empty()) return {};
+    return Text("written in place, because it cannot be replaced: {}", probe.WhyInPlace());
 }
 
 }  // namespace raygraph

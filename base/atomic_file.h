@@ -25,8 +25,9 @@ class NewFile;
 //
 // The constructor fails where Commit() would, but for a disk that is full by then: one that only makes sure
 // of that leaves no trace. A target that cannot be replaced but written to (WhyInPlace) is written in place
-// by Commit(), and so are devices and pipes; a folder is refused. Every failure is Error{Io} naming the
-// target and the system's reason. One object is for one thread at a time.
+// by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for the
+// reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the target
+// and the system's reason. One object is for one thread at a time.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -37,6 +38,9 @@ class RAYGRAPH_API AtomicFile {
     // The reason for which a regular file is not replaced as a whole, such as that it is mounted by itself;
     // "": it is. Commit() then overwrites it, and a crash within that leaves a part.
     const std::string& WhyInPlace() const { return m_whyInPlace; }
+
+    // A device or a pipe, which gets content after content: it is never replaced, and keeps nothing.
+    static bool IsStream(const std::filesystem::path& target);
 
     void Write(std::span<const std::byte> bytes);
     // Positions are in bytes from the start of the file.
@@ -62,5 +66,9 @@ class RAYGRAPH_API AtomicFile {
     std::error_code m_writeError;  // of the first write that failed
     std::string m_whyInPlace;
 };
+
+// Throws what the constructor of AtomicFile would for this target. Else, says of a file that would not be
+// replaced as a whole that it is "written in place", and why; "": nothing is to be said. Leaves no trace.
+RAYGRAPH_API std::string InPlaceNote(const std::filesystem::path& target);
 
 }  // namespace raygraph

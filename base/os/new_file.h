@@ -30,15 +30,19 @@ class NewFile {
 
     // Waits until all is on the disk, and closes the stream.
     void Close(std::error_code& error);
-    // Both after Close. Gives the file a name in its folder, in place of whatever has it.
+    // Both after Close. Gives the file a name in its folder, in place of whatever has it, at once: where the
+    // system gives none to a file without a name, a copy that has one takes its place.
     void Publish(const std::filesystem::path& name, std::error_code& error);
-    // Copies the content into a regular file, which is created if there is none, a device or a pipe that has
-    // a reader. A regular file has a part of the content until this returns, and where this fails.
+    // Copies the content into a regular file, which is created if there is none, a device or a pipe. A
+    // regular file has a part of the content until this returns, and where this fails. A pipe without a
+    // reader is waited for, half a minute, and then is an error, std::errc::timed_out. A reader may take its
+    // time, but a process that is asked to end (SignalWatch) waits only two seconds more for either.
     void CopyTo(const std::filesystem::path& target, std::error_code& error) const;
 
   private:
     bool OpenNamed(std::error_code& error);
-    bool Link(const std::string& name) const;
+    std::error_code Link(const std::string& name) const;
+    bool CopyToNamed(std::error_code& error);
 
     int m_folder = -1;
     int m_descriptor = -1;  // It holds the lock, and outlives the stream.
@@ -46,11 +50,13 @@ class NewFile {
     std::FILE* m_stream = nullptr;
 };
 
-// Why Publish could not replace this file, which exists: the reason for which the system would refuse to
-// remove it, or that it is mounted by itself. Nothing is changed for that.
+// Why Publish could not replace this file, which exists, as far as its status, that of its folder and the
+// rights of this process tell: such as that it is a folder, mounted by itself, immutable, or of another user
+// in a folder of all. Nothing is changed, or tried, for that.
 std::error_code RefusalToReplace(const std::filesystem::path& file);
 
-// Why CopyTo could not write to this file, device or pipe, which exists. A pipe may lack its reader for now.
+// Why CopyTo could not write to this file, device or pipe, which exists. A device or a pipe is not opened: a
+// pipe may lack its reader for now.
 std::error_code RefusalToWrite(const std::filesystem::path& file);
 
 }  // namespace raygraph::os

@@ -23,12 +23,10 @@ image::Image8 ToImage(const Readback& texels, bool isSwapped) {
     return picture;
 }
 
-// "", or what to say of a file that will not be replaced as a whole. Errors as of AtomicFile.
-std::string InPlaceNote(const std::filesystem::path& file) {
-    const AtomicFile probe(file);
-    return probe.WhyInPlace().empty()
-               ? std::string()
-               : Text(", in place, because it cannot be replaced: {}", probe.WhyInPlace());
+// What the line of a saved file says beside its name. Errors are as of AtomicFile.
+std::string NoteFor(const std::filesystem::path& file) {
+    const std::string note = InPlaceNote(file);
+    return note.empty() ? note : ", " + note;
 }
 
 }  // namespace
@@ -183,9 +181,9 @@ void Editor::FinishSaving() {
     std::erase_if(m_saving, [&](const Saving& saving) {
         if (!saving.texels.IsReady()) return false;
         WriteBeside([this, saving]() -> Worker::Finish {
-            const std::string note = InPlaceNote(saving.file);
+            const std::string note = NoteFor(saving.file);
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            return [this, text = "saved " + saving.file.string() + note] { NoteSaved(text); };
+            return [this, text = Text("saved {}{}", saving.file.string(), note)] { NoteSaved(text); };
         });
         return true;
     });
@@ -199,7 +197,7 @@ void Editor::FinishSaving() {
                 shown.input.hash = content.hash;
                 const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
                 const image::ExrThreads threads;
-                const std::string note = InPlaceNote(saving.file);
+                const std::string note = NoteFor(saving.file);
                 session::WriteRenderFile(saving.file, render, log);
                 return [this, content,
                         text = Text("saved {}, {} samples{}", saving.file.string(),

@@ -129,7 +129,7 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
 ExitCode Deliver(const BenchArguments& arguments, const Json& json, ProgramLog& log) {
     const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     PrintLine(line);
-    OutputWriter outputs([&](std::string_view why) { log.Fail(why); });
+    OutputWriter outputs([&](const auto&, std::string_view why) { log.Fail(why); });
     if (!arguments.json.empty())
         outputs.Write(arguments.json, [&] { WriteTextFile(arguments.json, line + "\n"); });
     return outputs.Result();
@@ -158,7 +158,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         const std::vector<std::byte> bytes = AsInput([&] { return ReadFile(arguments.compare); });
         stored.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     }
-    CheckWritable(FilesOf(arguments), console.log);
+    CheckWritable(FilesOf(arguments), console.log.ForLibraries());
     PictureSettings settings = SettingsFrom(arguments.given, BenchDefaults());
 
     const Log log = console.log.ForLibraries();

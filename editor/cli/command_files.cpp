@@ -2,6 +2,9 @@
 
 #include <set>
 
+#include "editor/cli/log_levels.h"
+#include "editor/cli/outputs.h"
+
 namespace raygraph::cli {
 
 namespace {
@@ -73,18 +76,14 @@ CommandFiles FilesOf(const EditArguments& arguments) {
             .replacing = {}};
 }
 
-std::vector<std::string> CheckWritable(const CommandFiles& files) {
-    const std::vector<std::string> warnings = CheckWritable(files.outputs, files.inputs);
-    if (files.updated.empty()) return warnings;
+void CheckWritable(const CommandFiles& files, const Log& log) {
+    for (const std::string& warning : CheckOutputs(files.outputs, files.inputs))
+        log.Send(LogLevel::Warning, kProgramCategory, warning);
+    if (files.updated.empty()) return;
     const std::set<std::filesystem::path> replacing(files.replacing.begin(), files.replacing.end());
     Paths others = files.outputs;
     std::erase_if(others, [&](const std::filesystem::path& output) { return replacing.contains(output); });
-    CheckWritable(others, files.updated);
-    return warnings;
-}
-
-void CheckWritable(const CommandFiles& files, ProgramLog& log) {
-    for (const std::string& warning : CheckWritable(files)) log.Warn(warning);
+    CheckOutputs(others, files.updated);
 }
 
 std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const PictureName& name) {

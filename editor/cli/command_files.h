@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "base/log.h"
 #include "editor/cli/arguments.h"
 #include "editor/cli/picture_list.h"
-#include "editor/cli/program_log.h"
 
 namespace raygraph::cli {
 
@@ -28,9 +28,8 @@ CommandFiles FilesOf(const GraphArguments& arguments);
 CommandFiles FilesOf(const MergeArguments& arguments);
 CommandFiles FilesOf(const EditArguments& arguments);
 
-// CheckWritable for all outputs. The second one says its warnings.
-std::vector<std::string> CheckWritable(const CommandFiles& files);
-void CheckWritable(const CommandFiles& files, ProgramLog& log);
+// CheckOutputs for all outputs. `log` gets its warnings.
+void CheckWritable(const CommandFiles& files, const Log& log);
 
 // The pictures that `render` writes: those that are given; if there is none, the file that is resumed, else
 // kDefaultPicture, or kDefaultFrames where there are frames. As they are named for one picture.

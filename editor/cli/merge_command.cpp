@@ -13,7 +13,7 @@ namespace raygraph::cli {
 
 ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
-    CheckWritable(FilesOf(arguments), console.log);
+    CheckWritable(FilesOf(arguments), log);
     const image::ExrThreads threads;
     // One after another: a job array may have made more of them than memory holds
     Merger merger;
@@ -25,7 +25,7 @@ ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     }
     const size_t count = arguments.inputs.size();
     const RenderFile merged = merger.Take();
-    OutputWriter outputs([&](std::string_view why) { console.log.Fail(why); });
+    OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
     outputs.Write(arguments.output, [&] { WriteRenderFile(arguments.output, merged, log); });
     if (!arguments.report.empty()) {
         report.output = DescribePart({arguments.output.string(), merged});

@@ -7,7 +7,7 @@
 namespace raygraph::cli {
 
 bool OutputWriter::Write(const std::filesystem::path& file, const std::function<void()>& write) {
-    const ExitCode code = Guarded([&](const char* why) { m_say(why); },
+    const ExitCode code = Guarded([&](const char* why) { m_say(file, why); },
                                   [&] {
                                       write();
                                       return ExitCode::Done;

@@ -12,8 +12,9 @@ namespace raygraph::cli {
 
 class OutputWriter {
   public:
-    // `say` is given the line for each output that fails.
-    explicit OutputWriter(std::function<void(std::string_view)> say) : m_say(std::move(say)) {}
+    // `say` is given each output that fails, and the line for it, which names it.
+    using Say = std::function<void(const std::filesystem::path& file, std::string_view why)>;
+    explicit OutputWriter(Say say) : m_say(std::move(say)) {}
 
     // Calls `write`, which throws if it fails. Returns whether it did not.
     bool Write(const std::filesystem::path& file, const std::function<void()>& write);
@@ -25,7 +26,7 @@ class OutputWriter {
     ExitCode Result() const { return m_result; }
 
   private:
-    std::function<void(std::string_view)> m_say;
+    Say m_say;
     std::vector<std::filesystem::path> m_written;
     ExitCode m_result = ExitCode::Done;
 };

@@ -60,8 +60,8 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
                                          std::vector<std::string_view>(kTexts.size()), kTexts.size()));
 }
 
-std::vector<std::string> CheckWritable(std::span<const std::filesystem::path> paths,
-                                       std::span<const std::filesystem::path> inputs) {
+std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> paths,
+                                      std::span<const std::filesystem::path> inputs) {
     std::vector<std::string> warnings;
     CanonicalNames readNames, names;
     std::unordered_set<std::string> seen, read;
@@ -75,24 +75,21 @@ std::vector<std::string> CheckWritable(std::span<const std::filesystem::path> pa
         // What can be created beside one file can be created beside the next
         if (name.isNewNeighbor) continue;
         CheckFolder(path);
-        const AtomicFile probe(path);  // dropped without Commit
-        if (!probe.WhyInPlace().empty())
-            warnings.push_back(Text("{} is written in place, because it cannot be replaced: {}",
-                                    path.string(), probe.WhyInPlace()));
+        if (const std::string note = InPlaceNote(path); !note.empty())
+            warnings.push_back(Text("{} is {}", path.string(), note));
     }
     return warnings;
 }
 
 void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesystem::path> outputs,
                   std::span<const std::filesystem::path> inputs) {
-    std::error_code ignored;  // a file that does not exist is one to be created
-    if (std::filesystem::is_character_file(log, ignored) || std::filesystem::is_fifo(log, ignored)) return;
+    if (AtomicFile::IsStream(log)) return;
     CanonicalNames names;
     const std::string itself = names.Of(log).text;
     for (const std::filesystem::path& output : outputs)
         if (names.Of(output).text == itself)
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", log.string());
-    CheckWritable({&log, 1}, inputs);
+    CheckOutputs({&log, 1}, inputs);
 }
 
 }  // namespace raygraph::cli

@@ -34,9 +34,10 @@ OutputFile ParseOutput(const std::filesystem::path& path);
 
 // Throws unless every path can be written, as AtomicFile will: Error{Io} with the reason why not,
 // Error{Usage} when a path is named twice or is one of the files that are read (`inputs`; one that does not
-// exist is no conflict). Leaves no trace. Returns a warning for each file that is not replaced as a whole.
-std::vector<std::string> CheckWritable(std::span<const std::filesystem::path> paths,
-                                       std::span<const std::filesystem::path> inputs);
+// exist is no conflict). Leaves no trace, and opens no device and no pipe. Returns a warning for each file
+// that is not replaced as a whole.
+std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> paths,
+                                      std::span<const std::filesystem::path> inputs);
 
 // The same for the log of a command that writes `outputs` and reads `inputs`. It is appended to from the
 // start, so this comes before it is opened. A device or a pipe is always taken.

@@ -115,7 +115,7 @@ RenderJob SharedJob(const RenderArguments& arguments, Console& console, ProcessG
     RenderJob job;
     std::string text;
     if (group->IsRoot()) {
-        CheckWritable(FilesOf(arguments), console.log);
+        CheckWritable(FilesOf(arguments), console.log.ForLibraries());
         job = PlanJob(arguments, log);
         text = JobText(job);
     }
@@ -146,7 +146,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     }
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
-    if (group == nullptr) CheckWritable(FilesOf(arguments), console.log);
+    if (group == nullptr) CheckWritable(FilesOf(arguments), console.log.ForLibraries());
     const Log log = console.log.ForLibraries();
     RenderJob job = SharedJob(arguments, console, group);
     Pictures pictures(arguments, job, console, group);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/atomic_file.h"
 #include "base/text.h"
 #include "editor/cli/bias_text.h"
 #include "editor/cli/command_files.h"
@@ -32,6 +33,12 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
     for (const auto& [bias, light] : result.removed) line += ", " + Describe(bias, light);
     line += ", on " + render.device;
     return deviceCount > 1 ? line + Text(", {} devices", deviceCount) : line;
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    return list;
 }
 
 // Two runs, one after the other, as one.
@@ -67,16 +74,19 @@ Rendering::Rendering(const RenderArguments& arguments, const RenderJob& job,
 void Rendering::RenderPicture(const PlannedPicture& picture) {
     const uint32_t before = m_session.SampleCount();
     m_sinceSave = {};
-    m_isSaved = true;
+    m_notSaved.clear();
     const RunSummary run = Run(picture, before);
     if (m_group != nullptr) {
         // What is invalid in any process is not written
         if (!m_group->IsRoot()) m_console.log.RequireValid();
         m_group->Sum(0);
-        if (!m_group->IsRoot()) return;
+        if (!m_group->IsRoot()) {
+            m_isSaved = true;  // as far as this process knows
+            return;
+        }
     }
     if (!m_session.HasResult() && m_isTerminated) {
-        m_isCutShort = true;
+        m_isCutShort = m_isSaved = true;  // all samples that there are, are in the resumed file
         m_console.log.Warn("stopped while albedo and normals were restored; nothing was written");
         return;
     }
@@ -164,13 +174,8 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     }
     m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
 
-    // What cannot be written now may be written the next time: the samples are not given up for it
-    OutputWriter outputs([&](std::string_view why) {
-        if (isEnd)
-            m_console.log.Fail(why);
-        else
-            m_console.log.Warn(Text("not saved, rendering goes on: {}", why));
-    });
+    OutputWriter outputs(
+        [&](const std::filesystem::path& file, std::string_view why) { SayNotWritten(file, why, isEnd); });
     const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
     const std::filesystem::path resumed =
         m_arguments.resume.empty() ? std::filesystem::path() : Named(m_arguments.resume, planned.name);
@@ -178,17 +183,28 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     // What can be gone on with comes first
     const auto rank = [&](const OutputFile& picture) {
         if (picture.path == resumed) return 0;
+        if (AtomicFile::IsStream(picture.path)) return 3;
         return picture.kind == OutputKind::Exr ? 1 : 2;
     };
     std::vector<OutputFile> ordered = pictures;
     std::ranges::stable_sort(ordered, {}, rank);
+    const bool isResumable = WhyNotResumable(result.render).empty();
+    bool isAnyToResume = false;
+    std::vector<std::string> toResume;
     std::optional<image::ExrThreads> threads(std::in_place);
-    for (const OutputFile& picture : ordered)
-        outputs.Write(picture.path, [&] {
+    for (const OutputFile& picture : ordered) {
+        const bool isStream = AtomicFile::IsStream(picture.path);
+        if (isStream && !isEnd) continue;  // its reader takes the first end for the end of all
+        const bool isToResume = isResumable && !isStream && picture.kind == OutputKind::Exr;
+        isAnyToResume |= isToResume;
+        const bool isWritten = outputs.Write(picture.path, [&] {
             if (hasNewSamples || picture.path != resumed) WritePicture(picture, result.render);
         });
+        if (isWritten) m_notSaved.erase(picture.path);
+        if (isWritten && isToResume) toResume.push_back(picture.path.string());
+    }
     threads.reset();
-    m_isSaved = outputs.HasWritten(ordered.front().path);
+    if (isAnyToResume ? !toResume.empty() : !outputs.Written().empty()) m_isSaved = true;
     std::vector<std::filesystem::path> files;
     for (const OutputFile& picture : pictures) files.push_back(picture.path);
     if (!m_arguments.report.empty() && isEnd) {
@@ -200,11 +216,13 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         });
     }
     std::erase_if(files, [&](const std::filesystem::path& file) { return !outputs.HasWritten(file); });
-    if (isEnd) Warn(run, outputs.Result() == ExitCode::Done);
+    const std::string saved = toResume.empty() ? "" : "resumable .exr saved: " + Joined(toResume);
+    if (isEnd)
+        Warn(run, saved.empty() && outputs.Result() == ExitCode::Done ? "what there is was written" : saved);
     if (!files.empty()) progress.ShowWritten(planned.label, files);
     if (!isEnd) {
-        if (m_isSaved)
-            Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "saved after {} samples",
+        if (!saved.empty())
+            Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "{}, {} samples", saved,
                 m_session.SampleCount());
         return;
     }
@@ -214,11 +232,21 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size()));
 }
 
-void Rendering::Warn(const RunSummary& run, bool isWritten) {
+void Rendering::SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd) {
+    // What cannot be written now may be written the next time: the samples are not given up for it
+    std::string& known = m_notSaved[file];
+    if (isEnd)
+        m_console.log.Fail(why);
+    else if (known != why)
+        m_console.log.Warn(Text("not saved, rendering goes on: {}", why));
+    known = why;
+}
+
+void Rendering::Warn(const RunSummary& run, const std::string& outcome) {
     if (run.wasStopped) {
         std::string text = Text("stopped after {}", m_session.SampleCount());
         if (m_job.samplesWanted) text += Text(" of {}", *m_job.samplesWanted);
-        m_console.log.Warn(text + (isWritten ? " samples; what there is was written" : " samples"));
+        m_console.log.Warn(text + " samples" + (outcome.empty() ? "" : "; " + outcome));
     }
     if (const uint64_t count = m_session.NonFiniteSamples(); count > 0)
         m_console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,

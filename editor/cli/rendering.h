@@ -1,8 +1,11 @@
 // Renders pictures of one session and writes their files, while rendering, too.
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/os/signals.h"
@@ -22,8 +25,9 @@ class Rendering {
               Session& session, os::SignalWatch& signals, Console& console, ProcessGroup* group);
 
     // The picture that the session has begun, until it is complete or the program is asked to end. Its files
-    // are written, each on its own, in a group by the root: first the one that can be gone on with. One that
-    // cannot be written is said, and is part of Result().
+    // are written, each on its own, in a group by the root: first the one that can be gone on with, last
+    // devices and pipes, to which no checkpoint is written. One that cannot be written is said, and is part
+    // of Result().
     void RenderPicture(const PlannedPicture& picture);
 
     // The program was asked to end; the picture may have been completed all the same.
@@ -32,7 +36,8 @@ class Rendering {
     bool IsAskedToEnd();
     bool IsCutShort() const { return m_isCutShort; }      // the last picture
     bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
-    // The first file of the last picture was written.
+    // A render that can be gone on with was saved, now or by a checkpoint, for any of the pictures, whatever
+    // else could not be written. Where none is asked for (no .exr, or one without sums), it is any picture.
     bool IsSaved() const { return m_isSaved; }
     // Done, or the status for the first output of a picture that could not be written. In a group, the
     // root's.
@@ -46,7 +51,10 @@ class Rendering {
     // Writes all files as of now. `summary`: of the run so far.
     void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd);
     void WritePicture(const OutputFile& picture, const RenderFile& render);
-    void Warn(const RunSummary& run, bool isWritten);
+    // Says that a file cannot be written. Before the end, once for each reason.
+    void SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd);
+    // `outcome`: "", or what was written, for a run that was stopped.
+    void Warn(const RunSummary& run, const std::string& outcome);
 
     const RenderArguments& m_arguments;
     const RenderJob& m_job;
@@ -56,7 +64,8 @@ class Rendering {
     Console& m_console;
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
-    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false, m_isSaved = true;
+    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false, m_isSaved = false;
+    std::map<std::filesystem::path, std::string> m_notSaved;  // why the last checkpoint lacks the file
     ExitCode m_result = ExitCode::Done;
 };
 

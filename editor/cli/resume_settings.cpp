@@ -11,10 +11,15 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
         throw MakeError(ErrorKind::Usage, "--{} {}: {} was rendered with {}", option, given,
                         resumed.path.string(), Printable(has));
     };
-    const SettingTexts inFile = Texts(SettingsFrom(render.settings));
-    for (const auto& [name, text] : arguments.given)
-        if (const std::string& has = inFile.at(name); has != text)
-            refuse(name, text, has.empty() ? "the default" : has);
+    SettingTexts inFile = Texts(SettingsFrom(render.settings));
+    for (const auto& [name, text] : arguments.given) {
+        std::string& has = inFile.at(name);
+        // What is left open is what was decided for the render
+        if (has == text || IsOpen(name, text)) continue;
+        // A file from before there was a choice does not say; the session knows what it was
+        if (!IsOpen(name, has)) refuse(name, text, has.empty() ? "the default" : has);
+        has = text;
+    }
 
     const SampleRange range = render.samples.front();
     if (arguments.shard && !arguments.frames && *arguments.sampleOffset != range.first)

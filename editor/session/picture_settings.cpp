@@ -31,13 +31,6 @@ SettingTexts AllTexts(const SettingTexts& given) {
     return texts;
 }
 
-// What was left open may have become any.
-bool IsOpen(const std::string& setting, const std::string& text) {
-    return (setting == kFormSetting && text == kOpenForm) ||
-           (setting == kTraversalSetting && text == kOpenTraversal) ||
-           (setting == kLightSetting && text == kOpenLight);
-}
-
 // One of a choice. `field` gives it of settings: [](auto& settings) -> auto& { ... }.
 template <typename Field>
 PictureSetting Choice(const char* name, const char* operand, const std::string& what, Field field) {
@@ -427,6 +420,12 @@ std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
         return Text("{}: {} against {}", setting.name, quoted(inA), quoted(inB));
     }
     return {};
+}
+
+bool IsOpen(std::string_view setting, std::string_view text) {
+    return (setting == kFormSetting && text == kOpenForm) ||
+           (setting == kTraversalSetting && text == kOpenTraversal) ||
+           (setting == kLightSetting && text == kOpenLight);
 }
 
 std::string AtText(const std::optional<double>& at) {

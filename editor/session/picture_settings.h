@@ -105,6 +105,10 @@ RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const Pictu
 // lacks has its default there, and the driver's traversal.
 RAYGRAPH_API std::string FirstDifference(const SettingTexts& a, const SettingTexts& b);
 
+// Whether this text leaves the setting to the session (kFormSetting and the others): it contradicts none that
+// the session may have decided for.
+RAYGRAPH_API bool IsOpen(std::string_view setting, std::string_view text);
+
 // A time as the setting `at` has it; "" for none.
 RAYGRAPH_API std::string AtText(const std::optional<double>& at);
 

@@ -6,27 +6,29 @@
 
 namespace raygraph::session {
 
-void RequireResumable(const ResumedRender& resumed) {
-    const RenderFile& render = resumed.render;
-    const auto refuse = [&](const std::string& why) {
-        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path.string(), why);
-    };
-    if (const std::string flaw = FirstFlaw(render); !flaw.empty()) refuse(flaw);
+std::string WhyNotResumable(const RenderFile& render) {
+    if (std::string flaw = FirstFlaw(render); !flaw.empty()) return flaw;
     if (render.sceneHash.empty())
-        refuse("it was saved by the editor, whose scene may have had edits that are in no file");
+        return "it was saved by the editor, whose scene may have had edits that are in no file";
     const View view = SettingsFrom(render.settings).view;
-    if (view != View::PathTraced) refuse(std::string("it shows the view ") + Name(view));
+    if (view != View::PathTraced) return std::string("it shows the view ") + Name(view);
     if (render.samples.size() != 1)
-        refuse(Text("it was merged from separate sample ranges, {}", ToText(render.samples)));
-    if (render.variance.empty()) refuse("it has no channel variance.R");
+        return Text("it was merged from separate sample ranges, {}", ToText(render.samples));
+    if (render.variance.empty()) return "it has no channel variance.R";
     if (render.adaptive && render.adaptive->wanted.empty())
-        refuse("it lacks what its pixels are still to get: there is no channel samples.wanted");
+        return "it lacks what its pixels are still to get: there is no channel samples.wanted";
     // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
     const AovSet tracedAgain = render.adaptive ? AovSet{} : AovSet{Aov::Albedo, Aov::Normal};
     const std::string missing = FirstMissingChannel(render, tracedAgain);
     if (!missing.empty())
-        refuse(Text("it lacks sums of samples: there is no channel {}{}", missing,
-                    render.sums.radiance.IsEmpty() ? kHalfHint : ""));
+        return Text("it lacks sums of samples: there is no channel {}{}", missing,
+                    render.sums.radiance.IsEmpty() ? kHalfHint : "");
+    return {};
+}
+
+void RequireResumable(const ResumedRender& resumed) {
+    if (const std::string why = WhyNotResumable(resumed.render); !why.empty())
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path.string(), why);
 }
 
 bool IsComplete(const RenderFile& render, const StopRule& rule) {

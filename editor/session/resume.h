@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "base/api.h"
 #include "editor/session/render_file.h"
@@ -14,8 +15,11 @@ struct ResumedRender {
     RenderFile render;
 };
 
-// Error{BadInput} naming the path unless it is a path-traced render with variance, sums and one unbroken
-// range of samples, of a scene that is in a file, and its planes have its size.
+// Why no render can go on with this one: "" where it is a path-traced render with variance, sums and one
+// unbroken range of samples, of a scene that is in a file, and its planes have its size.
+RAYGRAPH_API std::string WhyNotResumable(const RenderFile& render);
+
+// Error{BadInput} naming the path where there is such a reason.
 RAYGRAPH_API void RequireResumable(const ResumedRender& resumed);
 
 // Whether a run by this rule of samples and error would have nothing left to do.

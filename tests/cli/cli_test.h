@@ -3,34 +3,22 @@
 
 #include <gtest/gtest.h>
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/error.h"
 #include "editor/session/render_file.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
-
-// The Error that `run` throws; none if it throws none.
-template <typename Run>
-std::optional<Error> ErrorOf(Run&& run) {
-    try {
-        run();
-    } catch (const Error& error) {
-        return error;
-    }
-    return std::nullopt;
-}
 
 // Expects an Error of this kind whose one-line message holds all of these texts.
 template <typename Run, typename... Texts>
 void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
-    const std::optional<Error> error = ErrorOf(run);
-    ASSERT_TRUE(error) << "nothing was thrown";
-    const std::string message = error->what();
-    EXPECT_EQ(static_cast<int>(error->Kind()), static_cast<int>(kind)) << message;
+    const Error error = testing::ErrorOf(run);
+    const std::string message = error.what();
+    EXPECT_EQ(static_cast<int>(error.Kind()), static_cast<int>(kind)) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     for (const std::string& text : {std::string(texts)...})
         EXPECT_NE(message.find(text), std::string::npos) << message << "\n  lacks " << text;

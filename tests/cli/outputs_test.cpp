@@ -11,21 +11,20 @@
 #include "tests/cli/cli_test.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::cli {
 namespace {
 
-using Paths = std::vector<std::filesystem::path>;
+using test::FileCount;
 
-size_t FileCount(const std::filesystem::path& folder) {
-    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
-}
+using Paths = std::vector<std::filesystem::path>;
 
 TEST(Outputs, CheckingLeavesNoTrace) {
     const test::TemporaryFolder folder;
     const std::filesystem::path old = folder.Path() / "old.png";
     std::ofstream(old) << "old";
-    CheckWritable(Paths{folder.Path() / "new.png", old}, {});
+    CheckOutputs(Paths{folder.Path() / "new.png", old}, {});
     EXPECT_EQ(FileCount(folder.Path()), 1u);
     EXPECT_EQ(std::filesystem::file_size(old), 3u);
 }
@@ -37,7 +36,7 @@ TEST(Outputs, ANameThatIsTooLongIsRefusedBeforeTheWork) {
     name.insert(0, 300, 'a');
     const Paths paths{folder.Path() / "a.png", folder.Path() / name};
     test::ExpectError(
-        ErrorKind::Io, [&] { CheckWritable(paths, {}); }, "cannot write: File name too long");
+        ErrorKind::Io, [&] { CheckOutputs(paths, {}); }, "cannot write: File name too long");
 }
 
 // As /dev/stdout, and what a shell makes of >(program).
@@ -45,18 +44,20 @@ TEST(Outputs, DevicesAndPipesAreTakenWithoutTouchingThem) {
     const test::TemporaryFolder folder;
     const std::filesystem::path pipe = folder.Path() / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    EXPECT_TRUE(CheckWritable(Paths{"/dev/null", pipe}, {}).empty());
+    EXPECT_TRUE(CheckOutputs(Paths{"/dev/null", pipe}, {}).empty());
 }
 
 TEST(Outputs, OneThatCannotBeWrittenKeepsNoOther) {
     std::vector<std::string> said;
-    OutputWriter outputs([&](std::string_view why) { said.emplace_back(why); });
+    OutputWriter outputs([&](const std::filesystem::path& file, std::string_view why) {
+        said.push_back(file.string() + ": " + std::string(why));
+    });
     EXPECT_TRUE(outputs.Write("a", [] {}));
-    EXPECT_FALSE(outputs.Write("b", [] { throw Error(ErrorKind::Io, "b: the disk is full"); }));
+    EXPECT_FALSE(outputs.Write("b", [] { throw Error(ErrorKind::Io, "the disk is full"); }));
     EXPECT_FALSE(outputs.Write("c", [] { throw std::bad_alloc(); }));
     EXPECT_TRUE(outputs.Write("d", [] {}));
     EXPECT_EQ(outputs.Written(), (Paths{"a", "d"}));
-    EXPECT_EQ(said, (std::vector<std::string>{"b: the disk is full", "out of memory"}));
+    EXPECT_EQ(said, (std::vector<std::string>{"b: the disk is full", "c: out of memory"}));
     EXPECT_EQ(outputs.Result(), ExitCode::Failure) << "that of the first";
 }
 
@@ -64,14 +65,14 @@ TEST(Outputs, AMissingFolderIsNamed) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder.Path() / "none" / "a.png";
     test::ExpectError(
-        ErrorKind::Io, [&] { CheckWritable(Paths{path}, {}); }, path.string(), "no folder");
+        ErrorKind::Io, [&] { CheckOutputs(Paths{path}, {}); }, path.string(), "no folder");
 }
 
 TEST(Outputs, AFolderIsNoOutput) {
     const test::TemporaryFolder folder;
     std::filesystem::create_directory(folder.Path() / "a.png");
     test::ExpectError(
-        ErrorKind::Io, [&] { CheckWritable(Paths{folder.Path() / "a.png"}, {}); }, "a.png");
+        ErrorKind::Io, [&] { CheckOutputs(Paths{folder.Path() / "a.png"}, {}); }, "a.png");
 }
 
 TEST(Outputs, AFolderThatIsClosedToUsIsRefused) {
@@ -80,7 +81,7 @@ TEST(Outputs, AFolderThatIsClosedToUsIsRefused) {
     std::filesystem::permissions(folder.Path(),
                                  std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
     test::ExpectError(
-        ErrorKind::Io, [&] { CheckWritable(Paths{folder.Path() / "a.png"}, {}); }, "a.png");
+        ErrorKind::Io, [&] { CheckOutputs(Paths{folder.Path() / "a.png"}, {}); }, "a.png");
 }
 
 TEST(Outputs, OneFileUnderTwoNamesIsRefused) {
@@ -88,7 +89,7 @@ TEST(Outputs, OneFileUnderTwoNamesIsRefused) {
     test::ExpectError(
         ErrorKind::Usage,
         [&] {
-            CheckWritable(Paths{folder.Path() / "a.png", folder.Path() / "." / "a.png"}, {});
+            CheckOutputs(Paths{folder.Path() / "a.png", folder.Path() / "." / "a.png"}, {});
         },
         "twice");
 }
@@ -99,7 +100,7 @@ TEST(Outputs, AnInputIsNotOverwritten) {
     std::ofstream(sky) << "x";
     std::filesystem::create_symlink(sky, folder.Path() / "link.hdr");
     test::ExpectError(
-        ErrorKind::Usage, [&] { CheckWritable(Paths{folder.Path() / "link.hdr"}, Paths{sky}); }, "link.hdr",
+        ErrorKind::Usage, [&] { CheckOutputs(Paths{folder.Path() / "link.hdr"}, Paths{sky}); }, "link.hdr",
         "read");
 }
 
@@ -117,10 +118,10 @@ TEST(Outputs, OneOfASequenceIsRefusedAsItWouldBeAlone) {
     const std::filesystem::path input = folder.Path() / "scene.gltf";
     std::ofstream(input) << "x";
     std::ofstream(paths[3]) << "old";
-    EXPECT_EQ(testing::ErrorTextOf([&] { CheckWritable(paths, Paths{input}); }), "accepted");
+    EXPECT_EQ(testing::ErrorTextOf([&] { CheckOutputs(paths, Paths{input}); }), "accepted");
     const auto refused = [&](ErrorKind kind, const std::string& what) {
         test::ExpectError(
-            kind, [&] { CheckWritable(paths, Paths{input}); }, what);
+            kind, [&] { CheckOutputs(paths, Paths{input}); }, what);
         std::filesystem::remove(paths[7]);
     };
     std::filesystem::create_symlink(paths[3], paths[7]);
@@ -130,7 +131,7 @@ TEST(Outputs, OneOfASequenceIsRefusedAsItWouldBeAlone) {
     std::filesystem::create_symlink(folder.Path() / "none" / "f.png", paths[7]);
     refused(ErrorKind::Io, "cannot create a file in its folder");
     std::filesystem::create_directory(paths[7]);
-    refused(ErrorKind::Io, "f.7.png: cannot write: it is not a regular file");
+    refused(ErrorKind::Io, "f.7.png: cannot write: it is a folder");
     EXPECT_EQ(FileCount(folder.Path()), 2u);
 }
 
@@ -141,7 +142,7 @@ TEST(Outputs, OneFolderUnderTwoNamesIsOne) {
     Paths paths = Sequence(folder.Path() / "a", 3);
     paths.push_back(folder.Path() / "b" / "f.1.png");
     test::ExpectError(
-        ErrorKind::Usage, [&] { CheckWritable(paths, {}); }, "b/f.1.png is to be written twice");
+        ErrorKind::Usage, [&] { CheckOutputs(paths, {}); }, "b/f.1.png is to be written twice");
     test::ExpectError(
         ErrorKind::Usage, [&] { CheckLogFile(paths.back(), Paths{paths[1]}, {}); },
         "b/f.1.png is to be written twice");
@@ -153,7 +154,7 @@ TEST(Outputs, ALongSequenceIsCheckedInAFractionOfASecond) {
     const test::TemporaryFolder folder;
     const Paths paths = Sequence(folder.Path(), 100'000);
     const auto start = std::chrono::steady_clock::now();
-    CheckWritable(paths, {});
+    CheckOutputs(paths, {});
     CheckLogFile(folder.Path() / "log", paths, {});
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     RecordProperty("seconds", std::to_string(taken.count()));

@@ -1,10 +1,9 @@
 // Several cameras in one run. A device is needed.
-#include <fstream>
-#include <iterator>
 
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph {
 namespace {
@@ -12,13 +11,9 @@ namespace {
 using test::ProgramResult;
 using test::RunProgram;
 using test::TemporaryFolder;
+using test::TextOf;
 
 constexpr const char* kAbove = "'0 1 3.2 0 1 0 0 1 0 30'";
-
-std::string BytesOf(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void RunWell(const TemporaryFolder& folder, const std::string& line) {
     const ProgramResult result = RunProgram(folder, line);
@@ -33,12 +28,11 @@ TEST(ProgramCamera, SeveralHaveTheBytesThatEachHasByItself) {
     RunWell(folder, options + "--camera camera -o a.exr -o a.png");
     RunWell(folder, options + "--camera " + kAbove + " -o b.exr -o b.png");
     for (const char* kind : {".exr", ".png"}) {
-        EXPECT_EQ(BytesOf(folder / (std::string("of_camera") + kind)),
-                  BytesOf(folder / (std::string("a") + kind)));
-        EXPECT_EQ(BytesOf(folder / (std::string("of_1") + kind)),
-                  BytesOf(folder / (std::string("b") + kind)));
+        EXPECT_EQ(TextOf(folder / (std::string("of_camera") + kind)),
+                  TextOf(folder / (std::string("a") + kind)));
+        EXPECT_EQ(TextOf(folder / (std::string("of_1") + kind)), TextOf(folder / (std::string("b") + kind)));
     }
-    EXPECT_NE(BytesOf(folder / "a.png"), BytesOf(folder / "b.png"));
+    EXPECT_NE(TextOf(folder / "a.png"), TextOf(folder / "b.png"));
     EXPECT_TRUE(std::filesystem::exists(folder / "of_camera.json"));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 10);
 }
@@ -53,9 +47,9 @@ TEST(ProgramCamera, EachIsRenderedInEachFrame) {
     EXPECT_NE(result.messages.find(R"("picture":"frame 2 of 2, camera 1 of 2")"), std::string::npos)
         << result.messages;
     RunWell(folder, options + "--at 0.04 --camera " + kAbove + " -o whole.exr");
-    EXPECT_EQ(BytesOf(folder / "1.01.exr"), BytesOf(folder / "whole.exr"));
+    EXPECT_EQ(TextOf(folder / "1.01.exr"), TextOf(folder / "whole.exr"));
     RunWell(folder, options + "--at 0.04 --camera 0 -o whole.exr");
-    EXPECT_EQ(BytesOf(folder / "0.01.exr"), BytesOf(folder / "whole.exr"));
+    EXPECT_EQ(TextOf(folder / "0.01.exr"), TextOf(folder / "whole.exr"));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 5);
     // All four are there: the same line again has nothing to do
     const ProgramResult again = RunProgram(folder, line);
@@ -70,13 +64,13 @@ TEST(ProgramCamera, OneThatIsMissingIsRenderedAlone) {
     const std::string line = std::string("render @cornell.gltf --size 8x8 --spp 2 --camera 0 --camera ") +
                              kAbove + " -o {camera}.exr --checkpoint 60 --resume {camera}.exr";
     RunWell(folder, line);
-    const std::string first = BytesOf(folder / "0.exr"), second = BytesOf(folder / "1.exr");
+    const std::string first = TextOf(folder / "0.exr"), second = TextOf(folder / "1.exr");
     EXPECT_NE(second, first);
     for (const char* missing : {"0.exr", "1.exr"}) {
         std::filesystem::remove(folder / missing);
         RunWell(folder, line);
-        EXPECT_EQ(BytesOf(folder / "0.exr"), first) << "without " << missing;
-        EXPECT_EQ(BytesOf(folder / "1.exr"), second) << "without " << missing;
+        EXPECT_EQ(TextOf(folder / "0.exr"), first) << "without " << missing;
+        EXPECT_EQ(TextOf(folder / "1.exr"), second) << "without " << missing;
     }
 }
 

@@ -2,13 +2,13 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph {
 namespace {
@@ -17,12 +17,7 @@ using test::ProgramResult;
 using test::RunProgram;
 using test::RunProgramBeside;
 using test::TemporaryFolder;
-
-// Complete files are the same bytes: they hold no times.
-std::string BytesOf(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
+using test::TextOf;
 
 std::string RunWell(const TemporaryFolder& folder, const std::string& line) {
     const ProgramResult result = RunProgram(folder, line);
@@ -73,8 +68,8 @@ TEST(ProgramCheckpoint, TheSameLineAfterAKillGivesTheBitsOfOneRun) {
         ASSERT_LT(saved, samples);
         EXPECT_NE(RunWell(folder, line).find(Text("{} of them new", samples - saved)), std::string::npos);
         RunWell(folder, options + "-o whole.exr -o whole.png");
-        EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
-        EXPECT_EQ(BytesOf(folder / "a.png"), BytesOf(folder / "whole.png"));
+        EXPECT_EQ(TextOf(folder / "a.exr"), TextOf(folder / "whole.exr"));
+        EXPECT_EQ(TextOf(folder / "a.png"), TextOf(folder / "whole.png"));
         return;
     }
 }
@@ -93,11 +88,11 @@ TEST(ProgramCheckpoint, WhoIsToldToEndSavesAndSaysTryAgain) {
             << told.messages;
         EXPECT_TRUE(std::filesystem::exists(folder / "a.json"));
         RunWell(folder, Text("{}--spp {} -o whole.exr -o whole.png", kSmall, samples));
-        EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
-        EXPECT_EQ(BytesOf(folder / "a.png"), BytesOf(folder / "whole.png"));
+        EXPECT_EQ(TextOf(folder / "a.exr"), TextOf(folder / "whole.exr"));
+        EXPECT_EQ(TextOf(folder / "a.png"), TextOf(folder / "whole.png"));
         RunWell(folder, Text("render @cornell.gltf --resume a.exr --spp {}", samples + 3));
         RunWell(folder, Text("{}--spp {} -o whole.exr", kSmall, samples + 3));
-        EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+        EXPECT_EQ(TextOf(folder / "a.exr"), TextOf(folder / "whole.exr"));
     }
 }
 
@@ -123,7 +118,7 @@ TEST(ProgramCheckpoint, ASaveOnDemandDoesNotEndTheRender) {
     EXPECT_GT(samples, saved);
     for (const auto& [name, count] : {std::pair{"saved.exr", saved}, std::pair{"a.exr", samples}}) {
         RunWell(folder, Text("{}--spp {} -o whole.exr", kSmall, count));
-        EXPECT_EQ(BytesOf(folder / name), BytesOf(folder / "whole.exr")) << name;
+        EXPECT_EQ(TextOf(folder / name), TextOf(folder / "whole.exr")) << name;
     }
 }
 
@@ -153,7 +148,7 @@ TEST(ProgramCheckpoint, ATimeLimitIsOfAllThatIsRenderedBetweenCheckpoints) {
                                             "-o a.exr --report a.json --progress json");
     ASSERT_EQ(result.exitCode, 0) << result.messages;
     EXPECT_GT(TimesWritten(result.messages), 2u) << result.messages;
-    const auto report = nlohmann::json::parse(BytesOf(folder / "a.json"));
+    const auto report = nlohmann::json::parse(TextOf(folder / "a.json"));
     EXPECT_GE(report.at("timings_ms").at("render"), 1500.0);
     EXPECT_EQ(report.at("samples"), SamplesIn(folder / "a.exr"));
     EXPECT_EQ(report.at("stopped"), false);
@@ -196,7 +191,7 @@ TEST(ProgramCheckpoint, ACompleteFileIsLeftAsItIs) {
     const TemporaryFolder folder;
     const std::string line = std::string(kSmall) + "--spp 4 --checkpoint 60 --resume a.exr -o a.exr -o a.png";
     RunWell(folder, line);
-    const std::string exr = BytesOf(folder / "a.exr");
+    const std::string exr = TextOf(folder / "a.exr");
     const auto old = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
     for (const char* name : {"a.exr", "a.png"}) std::filesystem::last_write_time(folder / name, old);
     const ProgramResult again = RunProgram(folder, line);
@@ -208,18 +203,18 @@ TEST(ProgramCheckpoint, ACompleteFileIsLeftAsItIs) {
     EXPECT_EQ(RunWell(folder, line + " --quiet"), "");
 
     // Of the same samples is a picture that is of an earlier checkpoint, or that nobody has asked for before
-    const std::string png = BytesOf(folder / "a.png");
+    const std::string png = TextOf(folder / "a.png");
     std::ofstream(folder / "a.png") << "of fewer samples";
     std::filesystem::last_write_time(folder / "a.png", old - std::chrono::seconds(1));
     const std::string said = RunWell(folder, line + " -o b.png");
     EXPECT_NE(said.find("4 samples a pixel, 0 of them new"), std::string::npos) << said;
-    for (const char* name : {"a.png", "b.png"}) EXPECT_EQ(BytesOf(folder / name), png) << name;
+    for (const char* name : {"a.png", "b.png"}) EXPECT_EQ(TextOf(folder / name), png) << name;
     EXPECT_EQ(std::filesystem::last_write_time(folder / "a.exr"), old);
-    EXPECT_EQ(BytesOf(folder / "a.exr"), exr);
+    EXPECT_EQ(TextOf(folder / "a.exr"), exr);
 
     RunWell(folder, std::string(kSmall) + "--spp 6 --checkpoint 60 --resume a.exr -o a.exr -o a.png");
     RunWell(folder, std::string(kSmall) + "--spp 6 -o whole.exr");
-    EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+    EXPECT_EQ(TextOf(folder / "a.exr"), TextOf(folder / "whole.exr"));
 }
 
 TEST(ProgramCheckpoint, WhileItLoadsATerminatedRenderEndsAtOnce) {
@@ -235,7 +230,7 @@ TEST(ProgramCheckpoint, WhileItLoadsATerminatedRenderEndsAtOnce) {
                 kill(process, SIGTERM);
             });
         EXPECT_EQ(result.exitCode, 75);
-        if (BytesOf(folder / "a.exr") != "old") continue;
+        if (TextOf(folder / "a.exr") != "old") continue;
         EXPECT_EQ(result.messages.find("stopped after"), std::string::npos) << result.messages;
         EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 1);
         return;
@@ -256,7 +251,7 @@ TEST(ProgramCheckpoint, OfASequenceWhatIsThereIsNotRenderedAgain) {
     EXPECT_NE(said.find("6 samples a pixel, 4 of them new"), std::string::npos) << said;
     EXPECT_EQ(std::filesystem::last_write_time(folder / "f.0.exr"), old);
     for (const char* name : {"f.0.exr", "f.1.exr", "f.2.exr"})
-        EXPECT_EQ(BytesOf(folder / name), BytesOf(whole / name)) << name;
+        EXPECT_EQ(TextOf(folder / name), TextOf(whole / name)) << name;
 }
 
 // As without it: of a sequence, half would be of the old options.
@@ -307,7 +302,7 @@ TEST(ProgramCheckpoint, ARenderToAnErrorEndsAtTheSameSample) {
     }
     RunWell(folder, line);
     EXPECT_EQ(SamplesIn(folder / "a.exr"), wanted);
-    EXPECT_EQ(BytesOf(folder / "a.exr"), BytesOf(folder / "whole.exr"));
+    EXPECT_EQ(TextOf(folder / "a.exr"), TextOf(folder / "whole.exr"));
     EXPECT_EQ(RunWell(folder, line), Text("a.exr is complete: {} samples a pixel\n", wanted));
 }
 
@@ -324,16 +319,16 @@ TEST(ProgramCheckpoint, WhatCannotBeSavedOrGoneOnWithIsRefused) {
     EXPECT_TRUE(std::filesystem::is_empty(folder.Path()));
 
     RunWell(folder, std::string(kSmall) + "--spp 2 -o a.exr");
-    const std::string before = BytesOf(folder / "a.exr");
+    const std::string before = TextOf(folder / "a.exr");
     const std::string again = "--checkpoint 1 --resume a.exr -o a.exr --spp 8 ";
     ExpectRefused(folder, again + "--seed 4", 2, "--seed 4: a.exr was rendered with 0");
     const ProgramResult other = RunProgram(folder, "render @furnace_row.gltf " + again + "--size 16x16");
     EXPECT_EQ(other.exitCode, 4) << other.messages;
     EXPECT_NE(other.messages.find("a.exr cannot be resumed"), std::string::npos) << other.messages;
-    EXPECT_EQ(BytesOf(folder / "a.exr"), before);
+    EXPECT_EQ(TextOf(folder / "a.exr"), before);
     std::ofstream(folder / "a.exr") << "no render";
     ExpectRefused(folder, again, 4, "a.exr");
-    EXPECT_EQ(BytesOf(folder / "a.exr"), "no render");
+    EXPECT_EQ(TextOf(folder / "a.exr"), "no render");
 }
 
 }  // namespace

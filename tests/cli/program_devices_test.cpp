@@ -1,11 +1,10 @@
 // Renders on several devices: the one of the tests, opened more than once. A device is needed.
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph {
 namespace {
@@ -13,11 +12,7 @@ namespace {
 using test::ProgramResult;
 using test::RunProgram;
 using test::TemporaryFolder;
-
-std::string BytesOf(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
+using test::TextOf;
 
 // The first index in the list of `info --devices` that is of a suitable device.
 std::string SuitableIndex() {
@@ -38,13 +33,13 @@ TEST(ProgramDevices, TwoGiveTheBytesOfOne) {
     const ProgramResult two =
         RunProgram(folder, options + "-o two.exr -o two.png --report two.json --devices " + list);
     ASSERT_EQ(two.exitCode, 0) << two.messages;
-    EXPECT_EQ(BytesOf(folder / "two.exr"), BytesOf(folder / "one.exr"));
-    EXPECT_EQ(BytesOf(folder / "two.png"), BytesOf(folder / "one.png"));
+    EXPECT_EQ(TextOf(folder / "two.exr"), TextOf(folder / "one.exr"));
+    EXPECT_EQ(TextOf(folder / "two.png"), TextOf(folder / "one.png"));
     EXPECT_NE(two.output.find(", 2 devices\n"), std::string::npos) << two.output;
     EXPECT_EQ(one.output.find(" devices"), std::string::npos) << one.output;
 
-    const auto ofOne = nlohmann::json::parse(BytesOf(folder / "one.json")),
-               ofTwo = nlohmann::json::parse(BytesOf(folder / "two.json"));
+    const auto ofOne = nlohmann::json::parse(TextOf(folder / "one.json")),
+               ofTwo = nlohmann::json::parse(TextOf(folder / "two.json"));
     const std::string name = ofOne.at("device").at("name");
     EXPECT_EQ(ofOne.at("devices"), nlohmann::json({name}));
     EXPECT_EQ(ofTwo.at("devices"), nlohmann::json({name, name}));
@@ -57,7 +52,7 @@ TEST(ProgramDevices, AllAreThoseOfTheBestKind) {
     const ProgramResult result =
         RunProgram(folder, "render @cornell.gltf --size 8x8 --spp 2 -o a.exr --report a.json --devices all");
     ASSERT_EQ(result.exitCode, 0) << result.messages;
-    const auto report = nlohmann::json::parse(BytesOf(folder / "a.json"));
+    const auto report = nlohmann::json::parse(TextOf(folder / "a.json"));
     ASSERT_GE(report.at("devices").size(), 1u);
     for (const auto& name : report.at("devices")) EXPECT_EQ(name, report.at("device").at("name"));
 }

@@ -126,7 +126,7 @@ TEST(ProgramHostileFiles, RootAllowsFilesBelowAnotherFolder) {
     }
     const test::ProgramResult none = test::RunProgram(folder, "info scenes/a.gltf --root gone");
     EXPECT_EQ(none.exitCode, 4);
-    EXPECT_EQ(none.messages, "raygraph: gone: No such file or directory\n");
+    EXPECT_EQ(none.messages, "raygraph: --root: \"gone\": No such file or directory\n");
     EXPECT_EQ(test::RunProgram(folder, "info --devices --root .").messages,
               "raygraph: --root is of a scene file, and --devices lists none\n");
 }

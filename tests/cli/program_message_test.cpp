@@ -1,11 +1,11 @@
 // Messages of every command, as its user sees them. A device is needed.
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph {
 namespace {
@@ -14,6 +14,7 @@ using test::EnvironmentVariable;
 using test::ProgramResult;
 using test::RunProgram;
 using test::SceneFile;
+using test::TextOf;
 
 void ExpectHas(const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << text << "\n  lacks " << part;
@@ -21,12 +22,6 @@ void ExpectHas(const std::string& text, const std::string& part) {
 
 void ExpectLacks(const std::string& text, const std::string& part) {
     EXPECT_EQ(text.find(part), std::string::npos) << text << "\n  has " << part;
-}
-
-std::string TextOf(const std::filesystem::path& path) {
-    std::stringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
 }
 
 // Where the folder for pipeline caches should be, there is a file: the device warns.

@@ -9,23 +9,17 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 
 #include "tests/cli/cli_test.h"
 #include "tests/support/source_file.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::test {
 
 namespace {
-
-std::string TextOf(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 // In the child: the program takes signals as if a shell with a terminal had started it, also where the tests run in
 // the background of a script, which ignores some.

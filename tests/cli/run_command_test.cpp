@@ -152,22 +152,22 @@ TEST(CommandFiles, InputsAreNotWrittenButUpdatedOnesMayBe) {
     bench.scene = bench.environment = scene;
     bench.compare = old;
     bench.json = folder.Path() / "new.json";
-    CheckWritable(FilesOf(bench));
+    CheckWritable(FilesOf(bench), {});
     // The stored run has other scenes, too, and would be gone when this one is slower
     bench.json = old;
     const auto expectRefused = [&] {
         test::ExpectError(
-            ErrorKind::Usage, [&] { CheckWritable(FilesOf(bench)); }, "to be read and to be written");
+            ErrorKind::Usage, [&] { CheckWritable(FilesOf(bench), {}); }, "to be read and to be written");
     };
     expectRefused();
     bench.compare.clear();
-    CheckWritable(FilesOf(bench));
+    CheckWritable(FilesOf(bench), {});
     bench.environment = old;
     expectRefused();
     MergeArguments merge;
     merge.inputs = {old};
     merge.output = old;
-    CheckWritable(FilesOf(merge));
+    CheckWritable(FilesOf(merge), {});
 }
 
 TEST(CommandFiles, ResumedRenderIsReplacedByARenderAlone) {
@@ -176,12 +176,12 @@ TEST(CommandFiles, ResumedRenderIsReplacedByARenderAlone) {
     for (const std::filesystem::path& file : {old, named}) std::ofstream(file) << "render";
     RenderArguments render;
     render.resume = old;
-    CheckWritable(FilesOf(render));
+    CheckWritable(FilesOf(render), {});
     render.outputs = {{old, OutputKind::Exr}, {named, OutputKind::Png}};
-    CheckWritable(FilesOf(render));
+    CheckWritable(FilesOf(render), {});
     const auto expectRefused = [&] {
         test::ExpectError(
-            ErrorKind::Usage, [&] { CheckWritable(FilesOf(render)); }, render.resume.string(),
+            ErrorKind::Usage, [&] { CheckWritable(FilesOf(render), {}); }, render.resume.string(),
             "to be read and to be written");
     };
     render.resume = named;  // whatever its name

@@ -36,11 +36,10 @@ void ExpectMessage(const std::string& line, const std::string& message) {
     const std::vector<std::string> words = test::Words("raygraph " + line);
     std::vector<const char*> pointers;
     for (const std::string& word : words) pointers.push_back(word.c_str());
-    const std::optional<Error> error =
-        test::ErrorOf([&] { ParseArguments(static_cast<int>(pointers.size()), pointers.data()); });
-    ASSERT_TRUE(error) << line;
-    EXPECT_EQ(error->Kind(), ErrorKind::Usage);
-    EXPECT_EQ(std::string(error->what()), message);
+    const Error error =
+        testing::ErrorOf([&] { ParseArguments(static_cast<int>(pointers.size()), pointers.data()); });
+    EXPECT_EQ(error.Kind(), ErrorKind::Usage) << line;
+    EXPECT_EQ(std::string(error.what()), message);
 }
 
 TEST(Suggestion, StandsInTheMessage) {

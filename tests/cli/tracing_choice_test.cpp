@@ -2,13 +2,13 @@
 #include "editor/session/tracing_choice.h"
 
 #include <fstream>
-#include <sstream>
 
 #include "editor/session/form_text.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::session {
@@ -17,12 +17,7 @@ namespace {
 
 using passes::IntegratorForm;
 using test::ExpectError;
-
-std::string TextOf(const std::filesystem::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
-    return text.str();
-}
+using test::TextOf;
 
 std::string Found(const ChoiceMemory& memory, std::string_view key) {
     return memory.Find(key).value_or("none");

@@ -11,13 +11,16 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 #include "base/atomic_file.h"
+#include "base/os/signals.h"
 #include "tests/image/image_files.h"
-#include "tests/image/text_files.h"
 #include "tests/support/failing_files.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::test {
 namespace {
@@ -38,10 +41,6 @@ TEST(AtomicFile, PipeGetsTheContentAsAWhole) {
     const TemporaryFolder folder;
     const fs::path pipe = folder / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    {
-        AtomicFile unread(pipe);
-        EXPECT_NE(IoError([&] { unread.Commit(); }).find("No such device or address"), std::string::npos);
-    }
     AtomicFile file(pipe);
     file.Write(ToBytes("....text"));
     file.Seek(0);
@@ -52,6 +51,50 @@ TEST(AtomicFile, PipeGetsTheContentAsAWhole) {
     text.resize(static_cast<size_t>(std::max<ssize_t>(read(reader, text.data(), text.size()), 0)));
     close(reader);
     EXPECT_EQ(text, "1234text");
+    EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+TEST(AtomicFile, ReaderOfAPipeMayComeLateAndTakeItsTime) {
+    const TemporaryFolder folder;
+    const fs::path pipe = folder / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    // It is more than a pipe holds
+    const std::string content(300'000, 'x');
+    std::string text;
+    std::thread reader([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        std::ifstream stream(pipe, std::ios::binary);
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        text.assign(std::istreambuf_iterator<char>(stream), {});
+    });
+    AtomicFile file(pipe);
+    file.Write(ToBytes(content));
+    const std::string said = IoError([&] { file.Commit(); });
+    if (said != "accepted") close(open(pipe.c_str(), O_WRONLY | O_NONBLOCK));  // or the reader waits forever
+    reader.join();
+    EXPECT_EQ(said, "accepted");
+    EXPECT_EQ(text.size(), content.size());
+    EXPECT_EQ(text, content);
+}
+
+// Else it would be killed for it, and nobody would know what it has saved.
+TEST(AtomicFile, ProcessThatIsAskedToEndWaitsForNoReader) {
+    const TemporaryFolder folder;
+    const fs::path pipe = folder / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    os::SignalWatch watch([] {});
+    watch.StartNoting();
+    std::raise(SIGTERM);
+    const auto refused = [&] {
+        AtomicFile file(pipe);
+        file.Write(ToBytes(std::string(300'000, 'x')));
+        return IoError([&] { file.Commit(); });
+    };
+    const std::string unread = pipe.string() + ": cannot write: nobody reads the pipe";
+    EXPECT_EQ(refused(), unread) << "there is no reader";
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+    EXPECT_EQ(refused(), unread) << "it does not read";
+    close(reader);
 }
 
 // What `work` returns in a process of its own, "" if that is killed.
@@ -89,6 +132,22 @@ std::string ReplaceInChild(const fs::path& path) {
 
 constexpr uid_t kNobody = 65534;
 
+// Root may replace everything; this is about a user who owns nothing but the folder.
+TEST(AtomicFile, OwnerOfASharedFolderReplacesFilesOfOthers) {
+    if (geteuid() != 0) GTEST_SKIP() << "files of another user are made by root";
+    const TemporaryFolder folder;
+    const fs::path path = folder / "out.txt";
+    Put(path, "old text");
+    ASSERT_EQ(chmod(folder.Path().c_str(), 01777), 0);
+    ASSERT_EQ(chown(folder.Path().c_str(), kNobody, kNobody), 0);
+    EXPECT_EQ(InChild([&]() -> std::string {
+                  if (setgid(kNobody) != 0 || setuid(kNobody) != 0) return "still root";
+                  return ReplaceInChild(path);
+              }),
+              "written, ");
+    EXPECT_EQ(TextOf(path), "new");
+}
+
 TEST(AtomicFile, FileOfAnotherUserInASharedFolderIsRefusedOrWrittenInPlace) {
     if (geteuid() != 0) GTEST_SKIP() << "files of another user are made by root";
     const TemporaryFolder folder;
@@ -103,15 +162,15 @@ TEST(AtomicFile, FileOfAnotherUserInASharedFolderIsRefusedOrWrittenInPlace) {
     };
     ASSERT_EQ(chmod(path.c_str(), 0644), 0);
     EXPECT_EQ(replaceAsNobody(), path.string() + ": cannot replace: Operation not permitted");
-    EXPECT_EQ(Text(path), "old text");
+    EXPECT_EQ(TextOf(path), "old text");
     ASSERT_EQ(chmod(path.c_str(), 0666), 0);
     EXPECT_EQ(replaceAsNobody(), "written, Operation not permitted");
-    EXPECT_EQ(Text(path), "new");
+    EXPECT_EQ(TextOf(path), "new");
     // Nor does the folder take new files
     ASSERT_EQ(chmod(folder.Path().c_str(), 0755), 0);
     Put(path, "old text");
     EXPECT_EQ(replaceAsNobody(), "written, Permission denied");
-    EXPECT_EQ(Text(path), "new");
+    EXPECT_EQ(TextOf(path), "new");
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
@@ -127,7 +186,7 @@ TEST(AtomicFile, FileThatIsMountedByItselfIsWrittenInPlace) {
     });
     if (said == "not allowed") GTEST_SKIP() << "mounting is not allowed here";
     EXPECT_EQ(said, "written, Device or resource busy");
-    EXPECT_EQ(Text(path), "new");
+    EXPECT_EQ(TextOf(path), "new");
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
@@ -145,7 +204,7 @@ TEST(AtomicFile, FileThatMayNotChangeIsRefused) {
     flags = 0;
     EXPECT_EQ(ioctl(descriptor, FS_IOC_SETFLAGS, &flags), 0);
     close(descriptor);
-    EXPECT_EQ(Text(path), "old");
+    EXPECT_EQ(TextOf(path), "old");
 }
 
 // Where the system does not say beforehand that a name is taken for good.
@@ -160,22 +219,46 @@ TEST(AtomicFile, FileThatTurnsOutToBeIrreplaceableIsWrittenInPlace) {
             file.Write(ToBytes("new"));
             file.Commit();
         }
-        EXPECT_EQ(Text(path), "new");
+        EXPECT_EQ(TextOf(path), "new");
         EXPECT_EQ(FileCount(folder.Path()), 1u);
     }
 }
 
-// As on a file system without links, where a file without a name never gets one.
-TEST(AtomicFile, FileThatCannotBeLinkedIsWrittenInPlace) {
-    const TemporaryFolder folder;
-    const testing::FailingFiles failing({.linkat = EPERM});
-    for (const std::string text : {"new text", "newer"}) {
-        AtomicFile file(folder / "out.txt");
-        file.Write(ToBytes(text));
-        file.Commit();
-        EXPECT_EQ(Text(folder / "out.txt"), text);
-        EXPECT_EQ(FileCount(folder.Path()), 1u);
+// As where /proc is out of sight, links are restricted, or the file system has none: a file without a name
+// never gets one. Whoever has the old file open keeps the whole of it.
+TEST(AtomicFile, FileThatCannotBeLinkedReplacesTheTargetAtOnceAllTheSame) {
+    for (const int error : {EPERM, EACCES, ENOENT, EXDEV, EOPNOTSUPP}) {
+        const TemporaryFolder folder;
+        const fs::path path = folder / "out.txt";
+        const testing::FailingFiles failing({.linkat = error});
+        for (const std::string text : {"new text", "newer"}) {
+            std::ifstream before(path, std::ios::binary);
+            const bool isThere = before.is_open();
+            AtomicFile file(path);
+            file.Write(ToBytes(text));
+            file.Commit();
+            EXPECT_EQ(file.WhyInPlace(), "");
+            EXPECT_EQ(TextOf(path), text) << error;
+            EXPECT_EQ(FileCount(folder.Path()), 1u) << error;
+            const std::string ofOld(std::istreambuf_iterator<char>(before), {});
+            EXPECT_EQ(ofOld, isThere ? "new text" : "") << error;
+            ASSERT_EQ(chmod(path.c_str(), 0640), 0);
+        }
+        EXPECT_EQ(fs::status(path).permissions(), fs::perms(0640)) << error;
     }
+}
+
+TEST(AtomicFile, FileThatCanBeNeitherLinkedNorRenamedIsWrittenInPlace) {
+    const TemporaryFolder folder;
+    Put(folder / "out.txt", "old text");
+    const testing::FailingFiles failing({.linkat = EPERM, .renameat = EBUSY});
+    {
+        AtomicFile file(folder / "out.txt");
+        file.Write(ToBytes("new"));
+        file.Commit();
+    }
+    EXPECT_EQ(TextOf(folder / "out.txt"), "new");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
 TEST(AtomicFile, FailureToRenameForAnotherReasonLeavesTheOldFile) {
@@ -189,7 +272,7 @@ TEST(AtomicFile, FailureToRenameForAnotherReasonLeavesTheOldFile) {
         EXPECT_EQ(IoError([&] { file.Commit(); }),
                   path.string() + ": cannot replace: No space left on device");
     }
-    EXPECT_EQ(Text(path), "old");
+    EXPECT_EQ(TextOf(path), "old");
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
@@ -201,7 +284,7 @@ TEST(AtomicFile, FileSystemWithoutNamelessFilesGetsTheSame) {
         EXPECT_EQ(FileCount(folder.Path()), text == "new" ? 1u : 2u) << "it has a name meanwhile";
         file.Write(ToBytes(text));
         file.Commit();
-        EXPECT_EQ(Text(folder / "out.txt"), text);
+        EXPECT_EQ(TextOf(folder / "out.txt"), text);
         EXPECT_EQ(FileCount(folder.Path()), 1u);
     }
 }
@@ -239,7 +322,7 @@ TEST(AtomicFile, FileThatIsBeingWrittenIsNotTakenForALeftOne) {
     EXPECT_EQ(ReplaceInChild(folder / "b.txt"), "written, ");
     ours.Write(ToBytes("ours"));
     ours.Commit();
-    EXPECT_EQ(Text(folder / "a.txt"), "ours");
+    EXPECT_EQ(TextOf(folder / "a.txt"), "ours");
     EXPECT_EQ(FileCount(folder.Path()), 2u);
 }
 

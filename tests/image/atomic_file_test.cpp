@@ -12,8 +12,8 @@
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/image/image_files.h"
-#include "tests/image/text_files.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::test {
 namespace {
@@ -44,9 +44,9 @@ TEST(AtomicFile, Commit_ReplacesTheTargetAndLeavesNothingElse) {
     Put(folder / "out.txt", "old");
     AtomicFile file(folder / "out.txt");
     file.Write(ToBytes("new text"));
-    EXPECT_EQ(Text(folder / "out.txt"), "old");
+    EXPECT_EQ(TextOf(folder / "out.txt"), "old");
     file.Commit();
-    EXPECT_EQ(Text(folder / "out.txt"), "new text");
+    EXPECT_EQ(TextOf(folder / "out.txt"), "new text");
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
@@ -57,7 +57,7 @@ TEST(AtomicFile, WithoutCommitTheTargetIsUntouched) {
         AtomicFile file(folder / "out.txt");
         file.Write(ToBytes("new text"));
     }
-    EXPECT_EQ(Text(folder / "out.txt"), "old");
+    EXPECT_EQ(TextOf(folder / "out.txt"), "old");
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
@@ -69,7 +69,7 @@ TEST(AtomicFile, Seek_OverwritesEarlierBytes) {
     file.Write(ToBytes("1234"));
     EXPECT_EQ(file.Position(), 4u);
     file.Commit();
-    EXPECT_EQ(Text(folder / "out.txt"), "1234text");
+    EXPECT_EQ(TextOf(folder / "out.txt"), "1234text");
 }
 
 TEST(AtomicFile, TwoWritersOfOneTargetDoNotMix) {
@@ -84,7 +84,7 @@ TEST(AtomicFile, TwoWritersOfOneTargetDoNotMix) {
     std::thread other(write, 'b');
     write('a');
     other.join();
-    const std::string text = Text(folder / "out.txt");
+    const std::string text = TextOf(folder / "out.txt");
     EXPECT_EQ(text, std::string(1000, text.at(0)));
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
@@ -109,7 +109,7 @@ TEST(AtomicFile, SymbolicLinkIsFollowedAndStaysALink) {
     file.Write(ToBytes("new"));
     file.Commit();
     EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
-    EXPECT_EQ(Text(folder / "real/file.txt"), "new");
+    EXPECT_EQ(TextOf(folder / "real/file.txt"), "new");
 }
 
 TEST(AtomicFile, LinkToNothingYetIsFollowedAndALoopIsRefused) {
@@ -121,7 +121,7 @@ TEST(AtomicFile, LinkToNothingYetIsFollowedAndALoopIsRefused) {
     file.Write(ToBytes("new"));
     file.Commit();
     EXPECT_TRUE(fs::is_symlink(folder / "first.txt"));
-    EXPECT_EQ(Text(folder / "real/file.txt"), "new");
+    EXPECT_EQ(TextOf(folder / "real/file.txt"), "new");
 
     fs::create_symlink("loop.txt", folder / "loop.txt");
     EXPECT_NE(IoError([&] { AtomicFile loop(folder / "loop.txt"); }).find("cannot follow the link"),
@@ -136,7 +136,7 @@ TEST(AtomicFile, BareFileNameIsWrittenToTheCurrentFolder) {
     file.Write(ToBytes("here"));
     file.Commit();
     fs::current_path(before);
-    EXPECT_EQ(Text(folder / "bare.txt"), "here");
+    EXPECT_EQ(TextOf(folder / "bare.txt"), "here");
 }
 
 TEST(AtomicFile, MissingFolderIsNamedWithTheReason) {
@@ -148,7 +148,8 @@ TEST(AtomicFile, MissingFolderIsNamedWithTheReason) {
 
 TEST(AtomicFile, FoldersAreRefused) {
     const TemporaryFolder folder;
-    EXPECT_NE(IoError([&] { AtomicFile file(folder.Path()); }).find("not a regular file"), std::string::npos);
+    EXPECT_EQ(IoError([&] { AtomicFile file(folder.Path()); }),
+              folder.Path().string() + ": cannot write: it is a folder");
 }
 
 TEST(AtomicFile, NameThatCannotBeIsRefusedAndTheLongestIsTaken) {
@@ -161,7 +162,7 @@ TEST(AtomicFile, NameThatCannotBeIsRefusedAndTheLongestIsTaken) {
         AtomicFile file(longest);
         file.Write(ToBytes(text));
         file.Commit();
-        EXPECT_EQ(Text(longest), text);
+        EXPECT_EQ(TextOf(longest), text);
     }
 }
 
@@ -177,7 +178,7 @@ TEST(AtomicFile, LongestPathIsTaken) {
     AtomicFile file(path);
     file.Write(ToBytes("text"));
     file.Commit();
-    EXPECT_EQ(Text(path), "text");
+    EXPECT_EQ(TextOf(path), "text");
 }
 
 // Every writer, on a disk that fills up: early, in the middle, and at the last byte.
@@ -203,7 +204,7 @@ TEST(Writers, AFailingWriteLeavesTheOldFileAndNoOther) {
         for (const auto limit : {rlim_t{0}, rlim_t{10000}, static_cast<rlim_t>(size - 1)}) {
             const FileSizeLimit full(limit);
             EXPECT_TRUE(IoError([&] { write(path); }).starts_with(path.string() + ": cannot write"));
-            EXPECT_EQ(Text(path), "old");
+            EXPECT_EQ(TextOf(path), "old");
             EXPECT_EQ(FileCount(folder.Path()), 1u);
         }
     }

@@ -23,21 +23,20 @@
 #include "base/os/process.h"
 #include "base/os/signals.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::os {
 namespace {
 
 using Path = std::filesystem::path;
+using test::FileCount;
+using test::TextOf;
 
 class OsFile : public ::testing::Test {
   protected:
     Path Write(const char* name, const std::string& text) const {
         std::ofstream(folder.Path() / name, std::ios::binary) << text;
         return folder.Path() / name;
-    }
-    static std::string TextOf(const Path& path) {
-        std::ifstream file(path, std::ios::binary);
-        return {std::istreambuf_iterator<char>(file), {}};
     }
     std::error_code error;
     test::TemporaryFolder folder;
@@ -86,10 +85,6 @@ TEST_F(OsFile, WhatIsNoRegularFileHasNoSizeAndDoesNotBlock) {
     std::array<std::byte, 4> bytes{};
     EXPECT_EQ(isFolder.Read(bytes, error), 0u);
     EXPECT_TRUE(error) << "a folder cannot be read";
-}
-
-size_t FileCount(const Path& folder) {
-    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
 }
 
 TEST_F(OsFile, NewOneIsSeenOnceItIsPublishedAndGoneIfItIsNot) {
@@ -151,6 +146,11 @@ TEST_F(OsFile, AskingWhetherItCanBeReplacedLeavesIt) {
     EXPECT_EQ(TextOf(path), "text");
     EXPECT_FALSE(RefusalToWrite("/dev/null"));
     EXPECT_EQ(RefusalToWrite(folder / "none"), std::errc::no_such_file_or_directory);
+    // Which is empty, and may have come in place of a file since that was looked at
+    std::filesystem::create_directory(folder / "b");
+    EXPECT_EQ(RefusalToReplace(folder / "b"), std::errc::is_a_directory);
+    EXPECT_TRUE(std::filesystem::is_directory(folder / "b"));
+    EXPECT_FALSE(RefusalToReplace(folder / "none"));
 }
 
 TEST_F(OsFile, StreamsWithoutPositionsReportThat) {

@@ -6,15 +6,9 @@
 
 #include <cerrno>
 
+#include "base/os/last_error.h"
+
 namespace raygraph::os {
-
-namespace {
-
-std::error_code LastError() {
-    return {errno, std::generic_category()};
-}
-
-}  // namespace
 
 InputFile::InputFile(const std::filesystem::path& path, Links links, std::error_code& error) {
     // O_NONBLOCK means nothing to a regular file

@@ -2,13 +2,18 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <linux/capability.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <ctime>
 #include <mutex>
 #include <set>
@@ -17,6 +22,8 @@
 #include <utility>
 
 #include "base/os/file.h"
+#include "base/os/last_error.h"
+#include "base/os/signals.h"
 #include "base/text.h"
 
 namespace raygraph::os {
@@ -27,10 +34,6 @@ constexpr std::string_view kPrefix = ".raygraph-", kSuffix = ".tmp";
 constexpr time_t kSecondsUntilAbandoned = 24 * 60 * 60;
 // Opening neither blocks, nor makes a terminal the process's own.
 constexpr int kQuietly = O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
-
-std::error_code LastError() {
-    return {errno, std::generic_category()};
-}
 
 // It is the same for all containers of a computer, and another one after each start; "" where it is not
 // known.
@@ -100,9 +103,64 @@ void RemoveAbandoned(int folder, const std::string& path) {
     closedir(list);
 }
 
-// All of the content, from the start of both.
+// The reader of a pipe is waited for, but not forever: nobody may be there to end the wait. Between being
+// asked to end and being killed, a process has little time.
+class Patience {
+  public:
+    // `isPatient`: nothing but being asked to end limits it.
+    bool IsOver(bool isPatient) {
+        const Clock::time_point now = Clock::now();
+        if (!IsAskedToEnd()) return !isPatient && now >= m_start + kForAReader;
+        m_asked = std::min(m_asked, now);
+        return now >= m_asked + kAtTheEnd;
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::chrono::seconds kForAReader{30}, kAtTheEnd{2};
+
+    Clock::time_point m_start = Clock::now();
+    Clock::time_point m_asked = m_start + std::chrono::hours(24 * 365);  // It was not seen to be asked yet.
+};
+
+bool IsPipe(const char* path) {
+    struct stat status {};
+    return stat(path, &status) == 0 && S_ISFIFO(status.st_mode);
+}
+
+// Opens a file, a device or a pipe for CopyTo. Returns -1 and leaves errno if it cannot be opened: ETIMEDOUT
+// for a pipe without a reader. A blocking call would wait for the reader through all signals but those that
+// kill.
+int OpenTarget(const char* target) {
+    for (Patience patience;; poll(nullptr, 0, 20)) {
+        // A file of another user in a shared folder may be opened, but not by a call that might create it
+        int to = open(target, O_WRONLY | kQuietly);
+        if (to < 0 && errno == ENOENT) to = open(target, O_WRONLY | O_CREAT | O_EXCL | kQuietly, 0666);
+        if (to >= 0 || errno != ENXIO) return to;
+        if (!IsPipe(target)) {
+            errno = ENXIO;
+            return -1;
+        }
+        if (patience.IsOver(false)) {
+            errno = ETIMEDOUT;
+            return -1;
+        }
+    }
+}
+
+// Waits until the reader of a pipe makes room. A reader that has come may take its time.
+bool WaitForRoom(int pipe, Patience& patience) {
+    pollfd room{.fd = pipe, .events = POLLOUT, .revents = 0};
+    poll(&room, 1, 100);
+    if (!patience.IsOver(true)) return true;
+    errno = ETIMEDOUT;
+    return false;
+}
+
+// Copies all of the content, from the start of both.
 bool CopyContent(int from, int to) {
     std::array<char, 1 << 16> buffer;
+    Patience patience;
     for (off_t at = 0;;) {
         ssize_t count = pread(from, buffer.data(), buffer.size(), at);
         if (count < 0 && errno == EINTR) continue;
@@ -111,7 +169,9 @@ bool CopyContent(int from, int to) {
         for (const char* rest = buffer.data(); count > 0;) {
             const ssize_t written = write(to, rest, static_cast<size_t>(count));
             if (written < 0 && errno == EINTR) continue;
+            if (written < 0 && errno == EAGAIN && WaitForRoom(to, patience)) continue;
             if (written < 0) return false;
+            patience = {};
             rest += written;
             count -= written;
         }
@@ -120,6 +180,14 @@ bool CopyContent(int from, int to) {
 
 bool SyncToDisk(int descriptor) {
     return fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS;  // such as a pipe
+}
+
+// Whether this process may do with files of others what their owners may.
+bool MayActAsOwner() {
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> sets{};
+    return syscall(SYS_capget, &header, sets.data()) == 0 &&
+           (sets[CAP_TO_INDEX(CAP_FOWNER)].effective & CAP_TO_MASK(CAP_FOWNER)) != 0;
 }
 
 }  // namespace
@@ -180,19 +248,44 @@ void NewFile::Close(std::error_code& error) {
     if (!isClosed && !error) error = LastError();
 }
 
-bool NewFile::Link(const std::string& name) const {
-    return linkat(AT_FDCWD, PathOf(m_descriptor).c_str(), m_folder, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+std::error_code NewFile::Link(const std::string& name) const {
+    const bool isDone =
+        linkat(AT_FDCWD, PathOf(m_descriptor).c_str(), m_folder, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+    return isDone ? std::error_code() : LastError();
+}
+
+// /proc may be out of sight by now, links may be restricted, or the file system may know none.
+bool NewFile::CopyToNamed(std::error_code& error) {
+    const int nameless = std::exchange(m_descriptor, -1);
+    struct stat status {};
+    bool isDone = OpenNamed(error);
+    if (isDone) {
+        isDone = fstat(nameless, &status) == 0 && CopyContent(nameless, m_descriptor);
+        // As in the constructor
+        if (isDone) (void)!fchmod(m_descriptor, status.st_mode & 07777);
+        isDone = isDone && SyncToDisk(m_descriptor);
+        error = isDone ? std::error_code() : LastError();
+    }
+    if (!isDone && !m_name.empty()) unlinkat(m_folder, std::exchange(m_name, {}).c_str(), 0);
+    const int done = isDone ? nameless : std::exchange(m_descriptor, nameless);
+    if (done >= 0) close(done);
+    return isDone;
 }
 
 void NewFile::Publish(const std::filesystem::path& name, std::error_code& error) {
     error.clear();
     if (m_name.empty()) {
-        if (Link(name)) return;
+        error = Link(name);
+        if (!error) return;
         // A link replaces nothing. The file has its name for the time of one rename.
-        while (errno == EEXIST && m_name.empty())
-            if (std::string own = TemporaryName(); Link(own)) m_name = std::move(own);
+        while (error == std::errc::file_exists) {
+            std::string own = TemporaryName();
+            error = Link(own);
+            if (!error) m_name = std::move(own);
+        }
+        if (error && !CopyToNamed(error)) return;
     }
-    if (m_name.empty() || renameat(m_folder, m_name.c_str(), m_folder, name.c_str()) != 0)
+    if (renameat(m_folder, m_name.c_str(), m_folder, name.c_str()) != 0)
         error = LastError();
     else
         m_name.clear();
@@ -200,14 +293,10 @@ void NewFile::Publish(const std::filesystem::path& name, std::error_code& error)
 
 void NewFile::CopyTo(const std::filesystem::path& target, std::error_code& error) const {
     error.clear();
-    // A file of another user in a shared folder may be opened, but not by a call that might create it
-    int to = open(target.c_str(), O_WRONLY | kQuietly);
-    if (to < 0 && errno == ENOENT) to = open(target.c_str(), O_WRONLY | O_CREAT | O_EXCL | kQuietly, 0666);
+    const int to = OpenTarget(target.c_str());
     struct stat source {
     }, status{};
     bool isDone = to >= 0 && fstat(m_descriptor, &source) == 0 && fstat(to, &status) == 0;
-    // From here on, a pipe may wait for its reader
-    isDone = isDone && fcntl(to, F_SETFL, fcntl(to, F_GETFL) & ~O_NONBLOCK) == 0;
     isDone = isDone && CopyContent(m_descriptor, to);
     isDone = isDone && (!S_ISREG(status.st_mode) || ftruncate(to, source.st_size) == 0) && SyncToDisk(to);
     if (!isDone) error = LastError();
@@ -215,13 +304,25 @@ void NewFile::CopyTo(const std::filesystem::path& target, std::error_code& error
 }
 
 std::error_code RefusalToReplace(const std::filesystem::path& file) {
-    struct statx status {};
-    if (statx(AT_FDCWD, file.c_str(), AT_SYMLINK_NOFOLLOW, 0, &status) == 0 &&
-        (status.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
+    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    constexpr unsigned kWanted = STATX_TYPE | STATX_MODE | STATX_UID;
+    struct statx its {
+    }, ofFolder{};
+    if (statx(AT_FDCWD, file.c_str(), AT_SYMLINK_NOFOLLOW, kWanted, &its) != 0 ||
+        statx(AT_FDCWD, folder.c_str(), 0, kWanted, &ofFolder) != 0)
+        return errno == ENOENT ? std::error_code() : LastError();
+    if (S_ISDIR(its.stx_mode)) return std::make_error_code(std::errc::is_a_directory);
+    if ((its.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
         return std::make_error_code(std::errc::device_or_resource_busy);
-    // Whether the file may be removed is asked before it is found to be no folder, so nothing is ever removed
-    if (rmdir(file.c_str()) == 0 || errno == ENOTDIR || errno == ENOENT) return {};
-    return LastError();
+    constexpr uint64_t kFixed = STATX_ATTR_IMMUTABLE | STATX_ATTR_APPEND;
+    const bool isFixed = ((its.stx_attributes | ofFolder.stx_attributes) & kFixed) != 0;
+    const uid_t user = geteuid();
+    const bool isOfOthers =
+        (ofFolder.stx_mode & S_ISVTX) != 0 && its.stx_uid != user && ofFolder.stx_uid != user;
+    if (isFixed || (isOfOthers && !MayActAsOwner()))
+        return std::make_error_code(std::errc::operation_not_permitted);
+    if (faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return LastError();
+    return {};
 }
 
 std::error_code RefusalToWrite(const std::filesystem::path& file) {

@@ -65,6 +65,7 @@ void SignalWatch::StartNoting() {
 
 SignalWatch::~SignalWatch() {
     for (const auto& [signal, before] : m_before->handled) sigaction(signal, &before, nullptr);
+    isInterrupted = isTerminated = false;
 }
 
 bool SignalWatch::IsInterrupted() const {
@@ -81,6 +82,10 @@ bool SignalWatch::IsSaveRequested() const {
 
 void SignalWatch::ForgetSave() {
     isSaveRequested.store(false, std::memory_order_relaxed);
+}
+
+bool IsAskedToEnd() {
+    return isInterrupted.load(std::memory_order_relaxed) || isTerminated.load(std::memory_order_relaxed);
 }
 
 }  // namespace raygraph::os

@@ -1,4 +1,4 @@
-// Small files of text that tests of writing put, read and count.
+// Small files that tests of writing put, read as texts and count.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +18,8 @@ inline void Put(const fs::path& path, std::string_view text) {
     std::ofstream(path) << text;
 }
 
-inline std::string Text(const fs::path& path) {
-    std::ifstream file(path);
+inline std::string TextOf(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
