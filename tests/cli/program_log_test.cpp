@@ -133,10 +133,10 @@ TEST(ProgramLog, FullDiskIsOneLine) {
 }
 
 TEST(ProgramLog, FullDiskIsOneLineForTheErrorThatEndsTheProgramToo) {
-    testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStderr();
     const std::string text =
         Written({.logFile = "/dev/full"}, nullptr, [](ProgramLog& log) { log.Fail("a.gltf: is broken"); });
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
     EXPECT_TRUE(text.starts_with("raygraph: a.gltf: is broken\nraygraph: warning: the log is not complete: "))
         << text;
     EXPECT_EQ(std::ranges::count(text, '\n'), 2) << text;

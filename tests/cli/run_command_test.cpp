@@ -37,9 +37,9 @@ struct Ended {
 
 template <typename Command>
 Ended EndOf(Command&& command) {
-    testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStderr();
     const ExitCode code = RunCommand(InfoArguments{}, command);
-    return {code, testing::internal::GetCapturedStderr()};
+    return {code, ::testing::internal::GetCapturedStderr()};
 }
 
 TEST(RunCommand, StatusIsTheCommandsOrThatOfItsError) {
