@@ -37,9 +37,9 @@ void EnvironmentFields(Workspace& work) {
         ImGui::TextDisabled("sky: %s; drop an .hdr or .exr", isStudio                ? "studio"
                                                              : environment.usesScene ? "the scene's"
                                                                                      : "one color");
-        bool hasStudio = isStudio;
-        if (ImGui::Checkbox("studio", &hasStudio))
-            work.UseLight(hasStudio ? DefaultLight::Studio : DefaultLight::None);
+        DefaultLight light = work.Light();
+        Choose("studio", light);
+        if (light != work.Light()) work.UseLight(light);
     } else {
         ImGui::TextUnformatted(file.c_str());
         ImGui::SameLine();

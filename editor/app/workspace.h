@@ -65,6 +65,7 @@ class Workspace {
     // What lights the open scene, and scenes that are opened, where there is no map: what each brings along,
     // or the studio as this says.
     void UseLight(DefaultLight light);
+    DefaultLight Light() const { return m_defaultLight; }  // as it was last said
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
     // Whether the open scene brings along an environment, which is shown where there is no file.

@@ -98,7 +98,7 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     CLI::App* graph = app.add_subcommand("graph", "Show the plan of a frame: passes, barriers, memory");
     AddScene(*graph, arguments.scene)->required();
     AddSettings(*graph, arguments.given,
-                {"size", "camera", "scene", "variant", "at", "clips", "points", "lines"});
+                {"size", "camera", "scene", "variant", "at", "clips", "points", "lines", "light"});
     AddRoot(*graph, arguments.root);
     CLI::Option* dot = graph->add_flag("--dot", arguments.isDot, "As Graphviz");
     graph->add_flag("--json", arguments.isJson, "As JSON")->excludes(dot);

@@ -170,7 +170,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .root = arguments.root,
                                                    .environment = arguments.environment,
                                                    .log = log});
-    RequireMapFor(arguments.given, input, settings.light);
+    RequireMapFor(arguments.given, input, settings.light, "--env");
     const std::unique_ptr<rhi::Device> device =
         OpenDevice({.select = arguments.device, .capturesStatistics = arguments.isListingPipelines}, log);
     if (arguments.isTraversal) return RunTraversal(arguments, input, settings, *device, console);

@@ -10,8 +10,8 @@
 namespace raygraph::cli {
 
 // Error{Usage} for options of an environment map where neither --env nor the scene has one, and `light`, as
-// it was decided, is not the studio.
-void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light);
+// it was decided, is not the studio. The line names `needs`, the options that give one.
+void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light, const char* needs);
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png. In a group
 // of processes each calls it with the same arguments, and the root writes. Returns TryAgain if it was asked
 // to end by more than Ctrl-C and has saved what there is, Failure (in a group, on the root) if an output of a

@@ -173,7 +173,7 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap) {
             if (isGiven) Refuse(Text("{} and --light studio exclude each other", option));
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option) && given.contains("background"))
-            Refuse(Text("--{} is of a map, which --background replaces", option));
+            Refuse(Text("--{} is of a map or the studio, which --background replaces", option));
 }
 
 }  // namespace raygraph::cli

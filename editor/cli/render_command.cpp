@@ -35,9 +35,10 @@ void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& inp
         background ? *background != std::array<float, 3>{}
                    : input.data.environment.IsPresent() || job.settings.light == DefaultLight::Studio;
     if (!hasSky && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
-        log.Warn(input.file +
-                 ": nothing emits light, the picture will be black; give --env FILE or "
-                 "--background R,G,B");
+        log.Warn(
+            Text("{}: nothing emits light, the picture will be black; give --light studio, --env FILE or "
+                 "{}--background R,G,B",
+                 input.file, background ? "another " : ""));
 }
 
 // Every picture, one after the other, in the scene that is on the devices already.
@@ -127,12 +128,13 @@ RenderJob SharedJob(const RenderArguments& arguments, Console& console, ProcessG
 
 }  // namespace
 
-void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light) {
+void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLight light,
+                   const char* needs) {
     if (!input.environmentFile.empty() || input.data.environment.IsPresent()) return;
     if (light == DefaultLight::Studio) return;
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option))
-            throw MakeError(ErrorKind::Usage, "--{} is of a map: it needs --env; {} has none", option,
+            throw MakeError(ErrorKind::Usage, "--{} is of a map: it needs {}; {} has none", option, needs,
                             input.file);
 }
 
@@ -171,8 +173,9 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     threads.reset();
     settings.light = ChooseLight(input, settings, pictures.Resumed(), group);
     if (settings.light == DefaultLight::Studio)
-        Say(log, LogLevel::Info, log_category::kScene, "{} is lit by the built-in studio", input.file);
-    if (pictures.Resumed() == nullptr) RequireMapFor(arguments.given, input, settings.light);
+        Say(log, LogLevel::Info, log_category::kScene, "{} is lit by the studio", input.file);
+    if (pictures.Resumed() == nullptr)
+        RequireMapFor(arguments.given, input, settings.light, "--env or --light studio");
     WarnOfDarkness(console.log, job, input);
     const std::vector<std::unique_ptr<rhi::Device>> devices = OpenDevices(arguments, group, log);
     std::vector<rhi::Device*> used;

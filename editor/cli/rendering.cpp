@@ -31,6 +31,9 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
     if (arguments.error && result.statistics.relativeError)
         line += ", relative error " + ToText(static_cast<float>(*result.statistics.relativeError));
     for (const auto& [bias, light] : result.removed) line += ", " + Describe(bias, light);
+    if (const auto light = render.settings.find(kLightSetting);
+        light != render.settings.end() && light->second == Name(DefaultLight::Studio))
+        line += ", lit by the studio";
     line += ", on " + render.device;
     return deviceCount > 1 ? line + Text(", {} devices", deviceCount) : line;
 }

@@ -38,7 +38,12 @@ double AreaOf(const scene::Primitive& primitive, const glm::dmat3& toWorld) {
     double area = 0.0;
     const auto at = [&](size_t i) { return toWorld * glm::dvec3(primitive.positions[primitive.indices[i]]); };
     if (primitive.IsRound()) {
-        const double scale = std::cbrt(std::abs(glm::determinant(toWorld)));
+        // The root of the mean square of what areas are scaled by, over all directions of their normals: of a
+        // sphere that is flattened, too, whose volume is next to nothing
+        const glm::dvec3 *axes = &toWorld[0], yz = glm::cross(axes[1], axes[2]),
+                         zx = glm::cross(axes[2], axes[0]), xy = glm::cross(axes[0], axes[1]);
+        const double scale =
+            std::sqrt(std::sqrt((glm::dot(yz, yz) + glm::dot(zx, zx) + glm::dot(xy, xy)) / 3.0));
         for (size_t i = 0; i + 1 < primitive.indices.size(); i += 2) {
             const double radius = scale * double{primitive.radii[i / 2]};
             area += 2.0 * kPi * radius * (2.0 * radius + glm::length(at(i + 1) - at(i)));

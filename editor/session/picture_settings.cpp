@@ -321,16 +321,16 @@ const std::vector<PictureSetting>& Table() {
              settings.focusDistance = static_cast<float>(ParseNumber(text, 0.0, 1e9));
          },
          [](const PictureSettings& settings) { return ToText(settings.focusDistance); }},
-        {"env-rotation", "DEG", "Turns the environment map about +y ({})",
+        {"env-rotation", "DEG", "Turns the environment map, or the studio, about +y ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentRotation); }},
         Choice(
             kLightSetting.data(), "LIGHT",
-            "The built-in studio as the environment, where neither a map nor a background is given",
+            "Whether a built-in studio is the environment, where neither a map nor a background is given",
             [](auto& settings) -> auto& { return settings.light; }),
-        {"env-tint", "R,G,B", "Factor on the radiance of the environment map ({})",
+        {"env-tint", "R,G,B", "Factor on the radiance of the environment map, or of the studio ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentTint = ParseRadiance(text);
          },

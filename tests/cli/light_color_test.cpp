@@ -51,6 +51,22 @@ TEST(LightColor, OfSurfaces) {
     EXPECT_FALSE(LightColor(input, {})) << "a picture, and no lamp";
 }
 
+TEST(LightColor, OfRoundPrimitivesThatAreScaled) {
+    SceneInput input = Square();
+    scene::Primitive& sphere = input.data.meshes[0].primitives[0];
+    sphere.positions = {{0, 0, 0}};
+    sphere.indices = {0, 0};
+    sphere.radii = {0.5f};
+    sphere.bounds = {{-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}};
+    const PictureSettings dark{.light = DefaultLight::None};
+    ExpectColor(LightColor(input, dark), pi * 4.0 * pi * 1.5 * 1.5 * glm::dvec3(1, 2, 4));
+    // Flattened to a disc it has two sides, of 2 pi r^2 together
+    input.data.instances[0].objectToWorld[2] = {0, 0, 1e-4f};
+    const std::optional<glm::dvec3> disc = LightColor(input, dark);
+    ASSERT_TRUE(disc);
+    EXPECT_NEAR(disc->x, pi * 2.0 * pi * 1.5 * 1.5, 0.2 * pi * 2.0 * pi * 1.5 * 1.5);
+}
+
 TEST(LightColor, WhatIsHiddenDoesNotShine) {
     SceneInput input = Square();
     const PictureSettings dark{.light = DefaultLight::None};

@@ -40,6 +40,8 @@ TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
         EXPECT_EQ(result.exitCode, 0) << result.messages;
         EXPECT_EQ(result.messages.find("nothing emits light") != std::string::npos, !messages.empty())
             << result.messages;
+        EXPECT_EQ(result.messages.find("--light studio") != std::string::npos, !messages.empty())
+            << result.messages;
         return session::ReadRenderFile(folder / "a.exr").radiance[0];
     };
     EXPECT_NEAR(corner(""), 0.25f, 1e-6f);
@@ -55,7 +57,8 @@ TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
     EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").radiance[0], 0.0f);
     const ProgramResult refused = RunProgram(folder, "render plain.gltf --light none --env-tint 1,1,1");
     EXPECT_EQ(refused.exitCode, 2);
-    EXPECT_NE(refused.messages.find("--env-tint is of a map: it needs --env; plain.gltf has none"),
+    EXPECT_NE(refused.messages.find(
+                  "--env-tint is of a map: it needs --env or --light studio; plain.gltf has none"),
               std::string::npos)
         << refused.messages;
 }

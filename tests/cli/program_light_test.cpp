@@ -125,6 +125,36 @@ TEST(ProgramLight, WhatWasDecidedForOneSceneIsNoSettingOfAnother) {
               "none");
 }
 
+TEST(ProgramLight, TheSummarySaysThatTheStudioLightsThePicture) {
+    const test::TemporaryFolder folder;
+    WriteTriangle(folder, "model.gltf", false);
+    const auto summary = [&](const std::string& options) {
+        const ProgramResult result =
+            RunProgram(folder, "render model.gltf --size 8x8 --spp 1 -o a.exr " + options);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        return result.output;
+    };
+    EXPECT_NE(summary("").find(", lit by the studio, on "), std::string::npos) << summary("");
+    EXPECT_EQ(summary("--background 1,1,1").find("studio"), std::string::npos);
+    const ProgramResult dark =
+        RunProgram(folder, "render model.gltf --size 8x8 --spp 1 -o a.exr --light none");
+    EXPECT_EQ(dark.output.find("studio"), std::string::npos);
+    EXPECT_NE(dark.messages.find("the picture will be black; give --light studio"), std::string::npos)
+        << dark.messages;
+}
+
+TEST(ProgramLight, GraphTakesItLikeOtherOptionsOfThePicture) {
+    const test::TemporaryFolder folder;
+    WriteTriangle(folder, "model.gltf", false);
+    for (const char* light : {"auto", "studio", "none"}) {
+        const ProgramResult result =
+            RunProgram(folder, "graph model.gltf --size 8x8 --light " + std::string(light));
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        EXPECT_NE(result.output.find("environmentMap"), std::string::npos) << result.output;
+    }
+    EXPECT_EQ(RunProgram(folder, "graph model.gltf --light lamp").exitCode, 2);
+}
+
 TEST(ProgramLight, OptionsThatContradictItAreRefused) {
     const test::TemporaryFolder folder;
     WriteTriangle(folder, "model.gltf", false);
@@ -138,6 +168,8 @@ TEST(ProgramLight, OptionsThatContradictItAreRefused) {
             "--background and --light studio exclude each other");
     refuses("render model.gltf --light studio --env sky.hdr", "--env and --light studio exclude each other");
     refuses("edit model.gltf --light studio --env sky.hdr", "--env and --light studio exclude each other");
+    refuses("render model.gltf --background 0,0,0 --env-tint 1,1,1",
+            "--env-tint is of a map or the studio, which --background replaces");
     refuses("render model.gltf --light lamp", "lamp");
     refuses("render model.gltf --view normals --light none", "there is no light for --light");
 }

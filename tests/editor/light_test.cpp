@@ -41,6 +41,19 @@ TEST_F(LightTest, TheStudioIsTurnedOnAndOffForScenesToCome) {
     EXPECT_TRUE(HasStudio()) << "it is asked for";
 }
 
+TEST_F(LightTest, AllThreeChoicesAreThereInWhateverOrder) {
+    EXPECT_EQ(editor.Work().Light(), DefaultLight::Auto);
+    for (const DefaultLight before : {DefaultLight::None, DefaultLight::Studio}) {
+        editor.Work().UseLight(before);
+        Play(Open("furnace_sphere.gltf"));
+        editor.Work().UseLight(DefaultLight::Auto);
+        EXPECT_EQ(editor.Work().Light(), DefaultLight::Auto);
+        EXPECT_TRUE(HasStudio());
+        Play(Open("cornell.gltf"));
+        EXPECT_FALSE(HasStudio()) << "the scene has a lamp";
+    }
+}
+
 TEST_F(LightTest, AMapTakesItsPlaceUntilItIsRemoved) {
     Play(Open("furnace_sphere.gltf"));
     image::WriteHdr(folder.Path() / "sky.hdr", {2, 1, std::vector<float>(8, 0.5f)});
