@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
+#include "base/counted.h"
 #include "base/text.h"
+#include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/gltf_draco.h"
 #include "renderer/scene/gltf_meshes.h"
@@ -90,7 +93,8 @@ class PrimitiveDecoder {
             primitive.normals = Stream<glm::vec3>(Attribute::Normal, vertices);
             const size_t lost = NormalizeNormals(primitive.normals, primitive.positions, primitive.indices);
             if (lost > 0) WarnLost("NORMAL", lost, "taken from the triangles around them");
-            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, UsedIf(m_use.tangents, vertices));
+            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, UsedIf(m_use.tangents, vertices),
+                                                   glm::vec4(1.0f, 0.0f, 0.0f, 1.0f));
             const size_t lostTangents = NormalizeTangents(primitive.tangents, primitive.normals);
             if (lostTangents > 0) WarnLost("TANGENT", lostTangents, "made perpendicular to the normal");
         }
@@ -112,9 +116,9 @@ class PrimitiveDecoder {
         std::vector<uint32_t> indices = Indices();
         const size_t count = SegmentCount(m_layout.mode, indices.size());
         if (m_layout.mode == PrimitiveMode::Lines && indices.size() % 2 != 0)
-            m_context.Warn(
-                m_layout.where, "leftover point",
-                Text("{} vertices make no whole number of segments, the last is left out", indices.size()));
+            m_context.Warn(m_layout.where, "leftover point",
+                           Text("{} no whole number of segments, the last is left out",
+                                Counted(indices.size(), "vertex makes", "vertices make")));
         m_context.ChargeGeometry(m_layout.where, count * (2 * sizeof(uint32_t) + sizeof(float)));
         primitive.indices = SegmentList(m_layout.mode, indices);
         std::vector<uint32_t> chosen;
@@ -154,8 +158,9 @@ class PrimitiveDecoder {
             indices = m_reader.ReadIndices(m_layout.indices, where);
             for (size_t i = 0; i < indices.size(); ++i)
                 if (indices[i] >= m_layout.vertexCount)
-                    m_context.Fail(where, Text("accessors[{}] element {} is {}, but POSITION has {} elements",
-                                               m_layout.indices, i, indices[i], m_layout.vertexCount));
+                    m_context.Fail(
+                        where, Text("accessors[{}] element {} is {}, but POSITION has {}", m_layout.indices,
+                                    i, indices[i], Counted(m_layout.vertexCount, "element")));
         }
         return indices;
     }
@@ -166,9 +171,9 @@ class PrimitiveDecoder {
         const size_t count = indices.size();
         const bool isList = m_layout.mode == PrimitiveMode::Triangles;
         if (count < 3 || (isList && count % 3 != 0))
-            m_context.Warn(
-                m_layout.where, "leftover",
-                Text("{} vertices make no whole number of triangles, the rest is left out", count));
+            m_context.Warn(m_layout.where, "leftover",
+                           Text("{} no whole number of triangles, the rest is left out",
+                                Counted(count, "vertex makes", "vertices make")));
         if (!isList) m_context.ChargeGeometry(m_layout.where, count * 3 * sizeof(uint32_t));
         return TriangleList(m_layout.mode, std::move(indices));
     }
@@ -207,8 +212,13 @@ class PrimitiveDecoder {
         const bool hasOthers = std::ranges::any_of(m_maps, [&](const TextureRef& map) {
             return map.texCoord != first->texCoord && hasCoordinates(map);
         });
-        // Morph targets without displacements of tangents turn the image, but not the tangents
-        if (!hasOthers || !primitive.targets.empty()) return;
+        if (!primitive.targets.empty()) {
+            constexpr uint64_t kBytesAVertex = 160;  // The moved shape, and working tables.
+            m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * kBytesAVertex);
+            for (MorphTarget& target : primitive.targets) MoveTangentsBy(target, primitive);
+            return;  // Targets change the angles between the sets: other maps have the frame of the triangle.
+        }
+        if (!hasOthers) return;
         const std::vector<glm::vec4> others = TangentsAlong(primitive, 1 - primitive.tangentTexCoord);
         primitive.frameTurns.reserve(others.size());
         for (size_t i = 0; i < others.size(); ++i) {
@@ -216,6 +226,30 @@ class PrimitiveDecoder {
             primitive.frameTurns.emplace_back(glm::dot(from, to),
                                               glm::dot(primitive.normals[i], glm::cross(from, to)));
         }
+    }
+
+    // Targets turn the image with the surface, and tangents that were made along it with the image.
+    void MoveTangentsBy(MorphTarget& target, const Primitive& primitive) {
+        if (target.positions.empty() && target.normals.empty()) return;
+        m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
+        std::vector<glm::vec3> positions = primitive.positions, normals = primitive.normals;
+        for (size_t i = 0; i < target.positions.size(); ++i) positions[i] += target.positions[i];
+        if (primitive.hasFlatNormals) {
+            normals = FlatNormals(positions);
+        } else if (!target.normals.empty()) {
+            for (size_t i = 0; i < normals.size(); ++i) {
+                const glm::vec3 moved = normals[i] + target.normals[i];
+                const float length = glm::length(moved);
+                if (length > 1e-6f && std::isfinite(length)) normals[i] = moved / length;
+            }
+        }
+        const auto isFinite = [](const glm::vec3& position) { return IsFinite(position); };
+        if (!std::ranges::all_of(positions, isFinite)) return;  // Such a pose is not shown.
+        target.tangents =
+            MoveTangents({primitive.positions, primitive.normals}, {positions, normals}, primitive.tangents,
+                         primitive.tangentTexCoord == 1 ? primitive.uv1 : primitive.uv0, primitive.indices);
+        const auto isZero = [](const glm::vec3& move) { return move == glm::vec3(0.0f); };
+        if (std::ranges::all_of(target.tangents, isZero)) target.tangents = {};
     }
 
     // Splits the vertices where several tangents along a set of texture coordinates meet.
@@ -266,11 +300,15 @@ class PrimitiveDecoder {
         }
         if (count > 0)
             m_context.Warn(m_layout.where, "color",
-                           Text("{} COLOR_0 values are outside 0 to 1, put into it", count));
+                           Text("{} outside 0 to 1, put into it",
+                                Counted(count, "COLOR_0 value is", "COLOR_0 values are")));
     }
 
     void WarnLost(const char* what, size_t count, const char* remedy) {
-        m_context.Warn(m_layout.where, what, Text("{} {} values have no length, {}", count, what, remedy));
+        m_context.Warn(
+            m_layout.where, what,
+            Text("{} no length, {}", Counted(count, Text("{} value has", what), Text("{} values have", what)),
+                 remedy));
     }
 
     GltfContext& m_context;

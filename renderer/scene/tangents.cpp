@@ -41,6 +41,58 @@ struct Face {
     bool isDegenerate = false;  // Two corners in one place: no part in grouping.
 };
 
+Face Measure(const std::array<dvec3, 3>& p, const std::array<dvec2, 3>& uv) {
+    Face face;
+    face.isDegenerate = p[0] == p[1] || p[1] == p[2] || p[2] == p[0];
+    // Solves p - p0 = (u - u0) tangent + (v - v0) bitangent for the two edges
+    const dvec2 a = uv[1] - uv[0], b = uv[2] - uv[0];
+    const double area = a.x * b.y - a.y * b.x;
+    const dvec3 tangent = b.y * (p[1] - p[0]) - a.y * (p[2] - p[0]);
+    const dvec3 bitangent = a.x * (p[2] - p[0]) - b.x * (p[1] - p[0]);
+    if (area == 0.0 || tangent == dvec3(0.0) || bitangent == dvec3(0.0)) return face;
+    face.isNeutral = false;
+    face.isMirrored = area > 0.0;  // v runs downwards.
+    face.tangent = Normalized(area < 0.0 ? -tangent : tangent);
+    return face;
+}
+
+// What a face adds to the tangent of a vertex with this normal, to which two of its edges lead: its own
+// tangent in the plane perpendicular to the normal, weighted by its angle, measured in that plane.
+dvec3 Share(const Face& face, const dvec3& normal, const dvec3& edge, const dvec3& otherEdge) {
+    const dvec3 a = Tangential(edge, normal), b = Tangential(otherEdge, normal);
+    return std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)) * Tangential(face.tangent, normal);
+}
+
+// By vertex, the first of those that have equal bits. -0 counts as +0.
+template <size_t Count>
+std::vector<uint32_t> FirstOfEqual(size_t vertexCount, const auto& valuesOf) {
+    struct Entry {
+        std::array<uint32_t, Count> bits;
+        uint32_t vertex;
+        auto operator<=>(const Entry&) const = default;
+    };
+    std::vector<Entry> entries(vertexCount);
+    for (uint32_t i = 0; i < entries.size(); ++i) {
+        const std::array<float, Count> values = valuesOf(i);
+        for (size_t k = 0; k < Count; ++k)  // -0 + 0 is +0
+            entries[i].bits[k] = std::bit_cast<uint32_t>(values[k] + 0.0f);
+        entries[i].vertex = i;
+    }
+    std::sort(entries.begin(), entries.end());
+    std::vector<uint32_t> firsts(vertexCount);
+    uint32_t first = 0;
+    for (size_t i = 0; i < entries.size(); ++i) {
+        if (i == 0 || entries[i].bits != entries[i - 1].bits) first = entries[i].vertex;
+        firsts[entries[i].vertex] = first;
+    }
+    return firsts;
+}
+
+// Zero where the mean has none: one of no length, or along the normal.
+dvec3 DirectionOf(const dvec3& mean, const dvec3& normal) {
+    return glm::length(mean) > 1e-12 ? Tangential(mean, normal) : dvec3(0.0);
+}
+
 class TangentGenerator {
   public:
     TangentGenerator(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
@@ -64,44 +116,18 @@ class TangentGenerator {
 
     // m_welded: by vertex, the first of those equal to it in position, normal and uv.
     void Weld() {
-        struct Entry {
-            std::array<uint32_t, 8> bits;
-            uint32_t vertex;
-            auto operator<=>(const Entry&) const = default;
-        };
-        std::vector<Entry> entries(m_positions.size());
-        for (uint32_t i = 0; i < entries.size(); ++i) {
+        m_welded = FirstOfEqual<8>(m_positions.size(), [this](uint32_t i) {
             const glm::vec3 &p = m_positions[i], &n = m_normals[i];
-            const std::array<float, 8> values{p.x, p.y, p.z, n.x, n.y, n.z, m_uv[i].x, m_uv[i].y};
-            for (size_t k = 0; k < values.size(); ++k)  // -0 + 0 is +0
-                entries[i].bits[k] = std::bit_cast<uint32_t>(values[k] + 0.0f);
-            entries[i].vertex = i;
-        }
-        std::sort(entries.begin(), entries.end());
-        m_welded.resize(entries.size());
-        uint32_t first = 0;
-        for (size_t i = 0; i < entries.size(); ++i) {
-            if (i == 0 || entries[i].bits != entries[i - 1].bits) first = entries[i].vertex;
-            m_welded[entries[i].vertex] = first;
-        }
+            return std::array{p.x, p.y, p.z, n.x, n.y, n.z, m_uv[i].x, m_uv[i].y};
+        });
     }
     uint32_t Welded(uint32_t corner) const { return m_welded[m_indices[corner]]; }
 
     void MeasureFaces() {
         m_faces.resize(m_indices.size() / 3);
         for (uint32_t corner = 0; corner < CornerCount(); corner += 3) {
-            Face& face = m_faces[FaceOf(corner)];
-            const dvec3 p0 = Position(corner), p1 = Position(corner + 1), p2 = Position(corner + 2);
-            face.isDegenerate = p0 == p1 || p1 == p2 || p2 == p0;
-            // Solves p - p0 = (u - u0) tangent + (v - v0) bitangent for the two edges
-            const dvec2 a = Uv(corner + 1) - Uv(corner), b = Uv(corner + 2) - Uv(corner);
-            const double area = a.x * b.y - a.y * b.x;
-            const dvec3 tangent = b.y * (p1 - p0) - a.y * (p2 - p0);
-            const dvec3 bitangent = a.x * (p2 - p0) - b.x * (p1 - p0);
-            if (area == 0.0 || tangent == dvec3(0.0) || bitangent == dvec3(0.0)) continue;
-            face.isNeutral = false;
-            face.isMirrored = area > 0.0;  // v runs downwards.
-            face.tangent = Normalized(area < 0.0 ? -tangent : tangent);
+            m_faces[FaceOf(corner)] = Measure({Position(corner), Position(corner + 1), Position(corner + 2)},
+                                              {Uv(corner), Uv(corner + 1), Uv(corner + 2)});
         }
     }
 
@@ -173,8 +199,7 @@ class TangentGenerator {
         }
     }
 
-    // Of corners of one group: their faces' tangents in the plane perpendicular to the normal, weighted by
-    // the faces' angles at the vertex, measured in that plane.
+    // The mean of the tangents of corners of one group.
     glm::vec4 MeanTangent(std::span<const uint32_t> corners) const {
         const dvec3 normal = m_normals[m_indices[corners[0]]];
         dvec3 sum(0.0);
@@ -182,18 +207,15 @@ class TangentGenerator {
             const Face& face = m_faces[FaceOf(corner)];
             if (face.isNeutral) continue;
             const dvec3 p = Position(corner);
-            const dvec3 a = Tangential(Position(Next(corner)) - p, normal);
-            const dvec3 b = Tangential(Position(Previous(corner)) - p, normal);
-            sum += std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)) * Tangential(face.tangent, normal);
+            sum += Share(face, normal, Position(Next(corner)) - p, Position(Previous(corner)) - p);
         }
         return Tangent(sum, normal, m_faces[FaceOf(corners[0])].isMirrored ? -1.0f : 1.0f);
     }
 
     // Where the mean has no direction, some perpendicular to the normal.
     static glm::vec4 Tangent(const dvec3& mean, const dvec3& normal, float sign) {
-        const dvec3 direction = Tangential(mean, normal);
-        const bool hasDirection = glm::length(mean) > 1e-12 && direction != dvec3(0.0);
-        return {hasDirection ? glm::vec3(direction) : Perpendicular(glm::vec3(normal)), sign};
+        const dvec3 direction = DirectionOf(mean, normal);
+        return {direction != dvec3(0.0) ? glm::vec3(direction) : Perpendicular(glm::vec3(normal)), sign};
     }
 
     // A degenerate face's corners get the group of another triangle at the same vertex.
@@ -262,6 +284,35 @@ TangentMesh GenerateTangents(std::span<const glm::vec3> positions, std::span<con
     RG_CHECK_EQ(uv.size(), positions.size());
     RG_CHECK_EQ(indices.size() % 3, 0u);
     return TangentGenerator(positions, normals, uv, indices).Generate();
+}
+
+std::vector<glm::vec3> MoveTangents(const TangentShape& rest, const TangentShape& moved,
+                                    std::span<const glm::vec4> tangents, std::span<const glm::vec2> uv,
+                                    std::span<const uint32_t> indices) {
+    // A group is the vertices that are one at rest and have one tangent.
+    const std::vector<uint32_t> groupOf = FirstOfEqual<12>(rest.positions.size(), [&](uint32_t i) {
+        const glm::vec3 &p = rest.positions[i], &n = rest.normals[i];
+        const glm::vec4& t = tangents[i];
+        return std::array{p.x, p.y, p.z, n.x, n.y, n.z, uv[i].x, uv[i].y, t.x, t.y, t.z, t.w};
+    });
+    std::vector<dvec3> sums(groupOf.size(), dvec3(0.0));
+    const auto position = [&](uint32_t corner) { return dvec3(moved.positions[indices[corner]]); };
+    const auto coordinates = [&](uint32_t corner) { return dvec2(uv[indices[corner]]); };
+    for (uint32_t first = 0; first + 2 < indices.size(); first += 3) {
+        const Face face = Measure({position(first), position(first + 1), position(first + 2)},
+                                  {coordinates(first), coordinates(first + 1), coordinates(first + 2)});
+        if (face.isNeutral) continue;
+        for (uint32_t corner = first; corner < first + 3; ++corner)
+            sums[groupOf[indices[corner]]] +=
+                Share(face, moved.normals[indices[corner]], position(Next(corner)) - position(corner),
+                      position(Previous(corner)) - position(corner));
+    }
+    std::vector<glm::vec3> moves(groupOf.size(), glm::vec3(0.0f));
+    for (size_t i = 0; i < moves.size(); ++i) {
+        const dvec3 direction = DirectionOf(sums[groupOf[i]], moved.normals[i]);
+        if (direction != dvec3(0.0)) moves[i] = glm::vec3(direction - dvec3(glm::vec3(tangents[i])));
+    }
+    return moves;
 }
 
 }  // namespace raygraph::scene

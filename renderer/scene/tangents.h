@@ -30,4 +30,19 @@ struct TangentMesh {
 TangentMesh GenerateTangents(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
                              std::span<const glm::vec2> uv, std::span<const uint32_t> indices);
 
+// A triangle list in one shape. Streams are of one length and finite, normals of unit length.
+struct TangentShape {
+    std::span<const glm::vec3> positions;
+    std::span<const glm::vec3> normals;
+};
+
+// Returns, by vertex, how its tangent moves from the shape at rest, for which GenerateTangents made
+// `tangents` and split the vertices, to another one. Which triangles form a group stays as it is at rest.
+// Where the image has no direction in the moved shape, the tangent stays.
+//
+// Time: n log n in the number of vertices.
+std::vector<glm::vec3> MoveTangents(const TangentShape& rest, const TangentShape& moved,
+                                    std::span<const glm::vec4> tangents, std::span<const glm::vec2> uv,
+                                    std::span<const uint32_t> indices);
+
 }  // namespace raygraph::scene

@@ -299,8 +299,8 @@ TEST_F(MapFrames, SetThatRunsAroundADisc_IsSmoothAsTheOnlyOne) {
     EXPECT_GT(count, 1000u);
 }
 
-// A morph target turns and skews the square; a map of another set follows it.
-TEST_F(MapFrames, DeformedMesh_TurnsTheFrameOfAnotherSet) {
+// A morph target turns and skews the square; maps of either set follow it, along tangents that were made.
+TEST_F(MapFrames, DeformedMesh_TurnsTheFramesOfBothSets) {
     const Coordinates coat{.set = 1}, base;
     GltfDocument document = File(Coated(coat, &base), {.second = kMirrored});
     Json& mesh = document.json["meshes"][0];
@@ -315,9 +315,13 @@ TEST_F(MapFrames, DeformedMesh_TurnsTheFrameOfAnotherSet) {
     }
     mesh["primitives"][0]["targets"] = {{{"POSITION", document.AddAccessor(moves, 3)}}};
     mesh["weights"] = {1};
-    const glm::dvec3 normal = Bent(AxesOn(kMirrored, coat, alongX, alongY));
-    ExpectMirrored(document, normal, "on the device");
-    ExpectMirrored(document, normal, "on the host", true);
+    const glm::dvec3 ofCoat = Bent(AxesOn(kMirrored, coat, alongX, alongY));
+    const glm::dvec3 ofBase = Bent(AxesOn(kUpright, base, alongX, alongY));
+    for (const bool isFrozen : {false, true}) {
+        SCOPED_TRACE(isFrozen ? "on the host" : "on the device");
+        ExpectMirrored(document, ofCoat, "coat", isFrozen);
+        ExpectNear(NormalSeen(), ofBase, 2e-3f, "base");
+    }
 }
 
 // A joint turns the square, which keeps the angle between the frames of its sets.
