@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "base/atomic_file.h"
+#include "base/counted.h"
 #include "base/extension.h"
 #include "base/text.h"
 #include "editor/app/editor.h"
@@ -200,8 +201,8 @@ void Editor::FinishSaving() {
                 const std::string note = NoteFor(saving.file);
                 session::WriteRenderFile(saving.file, render, log);
                 return [this, content,
-                        text = Text("saved {}, {} samples{}", saving.file.string(),
-                                    SampleCount(render.samples), note)] {
+                        text = Text("saved {}, {}{}", saving.file.string(),
+                                    Counted(SampleCount(render.samples), "sample"), note)] {
                     m_work.document.Know(content);
                     NoteSaved(text);
                 };

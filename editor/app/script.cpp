@@ -99,132 +99,136 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
     const auto requireAnimations = [&] {
         if (editor.Work().timeline.IsEmpty()) Fail(line, "the scene has no animations");
     };
-    std::visit(Overloaded{[&](const SetSize& command) {
-                              m_input.extent = command.extent;
-                              frame();
-                          },
-                          [&](const SetScale& command) {
-                              m_input.scale = command.scale;
-                              frame();
-                          },
-                          [&](const DropFile& command) {
-                              m_input.dropped.push_back(command.file);
-                              frame();
-                          },
-                          [&](const CloseWindow&) {
-                              m_input.isClosing = true;
-                              frame();
-                              frame();  // with what it asks
-                          },
-                          [&](const PressKey& command) {
-                              m_input.isControl = command.isControl;
-                              m_input.isShift = command.isShift;
-                              m_input.pressed.push_back(command.key);
-                              m_input.keys[static_cast<size_t>(command.key)] = true;
-                              frame();
-                              m_input.keys[static_cast<size_t>(command.key)] = false;
-                              m_input.isControl = m_input.isShift = false;
-                              frame();
-                          },
-                          [&](const MoveMouse& command) {
-                              m_input.mouse = command.place;
-                              frame();
-                          },
-                          [&](const HoldButton& command) {
-                              bool& isHeld = m_input.buttons[static_cast<size_t>(command.button)];
-                              if (command.isDown) {
-                                  isHeld = true;
-                                  frame();
-                              }
-                              for (int i = 0; i < kDragSteps && command.isDragged; ++i) {
-                                  m_input.mouse += command.way / float(kDragSteps);
-                                  frame();
-                              }
-                              if (command.isUp) {
-                                  isHeld = false;
-                                  frame();
-                              }
-                          },
-                          [&](const TurnWheel& command) {
-                              m_input.wheel = command.notches;
-                              frame();
-                          },
-                          [&](const TypeText& command) {
-                              m_input.text = command.text;
-                              frame();
-                          },
-                          [&](const PassFrames& command) {
-                              for (uint32_t i = 0; i < command.count; ++i) frame();
-                          },
-                          [&](const WaitUntilDone&) { until("done", [&] { return !editor.IsBusy(); }); },
-                          [&](const WaitForSamples& command) {
-                              until("there", [&] { return HasSamples(editor.Work().view, command.count); });
-                          },
-                          [&](const SaveShown& command) {
-                              const uint64_t before = editor.SavedCount();
-                              if (command.isWindow)
-                                  editor.SaveWindow(command.file);
-                              else
-                                  editor.SavePicture(command.file);
-                              until("saved", [&] { return !editor.IsBusy(); });
-                              // That the file is there does not say so: it may be an old one
-                              if (editor.SavedCount() == before) Fail(line, editor.Work().message);
-                          },
-                          [&](const SetBudget& command) {
-                              viewport::BudgetSettings budget = editor.Work().view.Budget();
-                              budget.frameMs = command.frameMs;
-                              editor.Work().view.SetBudget(budget);
-                          },
-                          [&](const UseConfigFolder& command) {
-                              editor.UseConfig(command.folder);
-                              frame();
-                          },
-                          [&](const SaveSceneFile& command) {
-                              if (!editor.SaveScene(command.file)) Fail(line, editor.Work().message);
-                              frame();
-                          },
-                          [&](const ShowView& command) {
-                              editor.Work().view.SetView(command.view);
-                              frame();
-                          },
-                          [&](const ShowVariant& command) {
-                              Workspace& work = editor.Work();
-                              const scene::SceneData& scene = work.document.Scene();
-                              const std::string choice = command.choice == kNoVariant ? "" : command.choice;
-                              orFail([&] { work.ShowVariant(FindVariant(scene, choice)); });
-                              frame();
-                          },
-                          [&](const PlayFor& command) {
-                              requireAnimations();
-                              PlayAnimation(command.seconds, editor, screen);
-                          },
-                          [&](const ShowTime& command) {
-                              requireAnimations();
-                              editor.Work().timeline.Seek(command.seconds);
-                              frame();
-                          },
-                          [&](const StopPlaying&) {
-                              editor.Work().timeline.Stop();
-                              frame();
-                          },
-                          [&](const ChooseClips& command) {
-                              Workspace& work = editor.Work();
-                              const scene::SceneData& scene = work.document.Scene();
-                              orFail([&] { work.timeline.Choose(FindClips(scene, command.list, 0.0)); });
-                              frame();
-                          },
-                          [&](const SetBaseColor& command) {
-                              Workspace& work = editor.Work();
-                              if (!work.selectedMaterial) Fail(line, "no material is selected");
-                              scene::Material material =
-                                  work.document.Scene().materials[*work.selectedMaterial];
-                              material.baseColorFactor = glm::vec4(command.color, 1.0f);
-                              work.Apply(MaterialEdit{*work.selectedMaterial, material});
-                              work.document.Settle();
-                              frame();
-                          },
-                          [&](const Expectation& expected) { Expect(line, expected, editor); }},
-               line.command);
+    std::visit(
+        Overloaded{[&](const SetSize& command) {
+                       m_input.extent = command.extent;
+                       frame();
+                   },
+                   [&](const SetScale& command) {
+                       m_input.scale = command.scale;
+                       frame();
+                   },
+                   [&](const DropFile& command) {
+                       m_input.dropped.push_back(command.file);
+                       frame();
+                   },
+                   [&](const CloseWindow&) {
+                       m_input.isClosing = true;
+                       frame();
+                       frame();  // with what it asks
+                   },
+                   [&](const PressKey& command) {
+                       m_input.isControl = command.isControl;
+                       m_input.isShift = command.isShift;
+                       m_input.pressed.push_back(command.key);
+                       m_input.keys[static_cast<size_t>(command.key)] = true;
+                       frame();
+                       m_input.keys[static_cast<size_t>(command.key)] = false;
+                       m_input.isControl = m_input.isShift = false;
+                       frame();
+                   },
+                   [&](const MoveMouse& command) {
+                       m_input.mouse = command.place;
+                       frame();
+                   },
+                   [&](const HoldButton& command) {
+                       bool& isHeld = m_input.buttons[static_cast<size_t>(command.button)];
+                       if (command.isDown) {
+                           isHeld = true;
+                           frame();
+                       }
+                       for (int i = 0; i < kDragSteps && command.isDragged; ++i) {
+                           m_input.mouse += command.way / float(kDragSteps);
+                           frame();
+                       }
+                       if (command.isUp) {
+                           isHeld = false;
+                           frame();
+                       }
+                   },
+                   [&](const TurnWheel& command) {
+                       m_input.wheel = command.notches;
+                       frame();
+                   },
+                   [&](const TypeText& command) {
+                       m_input.text = command.text;
+                       frame();
+                   },
+                   [&](const PassFrames& command) {
+                       for (uint32_t i = 0; i < command.count; ++i) frame();
+                   },
+                   [&](const WaitUntilDone&) { until("done", [&] { return !editor.IsBusy(); }); },
+                   [&](const WaitForSamples& command) {
+                       until("there", [&] { return HasSamples(editor.Work().view, command.count); });
+                   },
+                   [&](const SaveShown& command) {
+                       const uint64_t before = editor.SavedCount();
+                       if (command.isWindow)
+                           editor.SaveWindow(command.file);
+                       else
+                           editor.SavePicture(command.file);
+                       until("saved", [&] { return !editor.IsBusy(); });
+                       // That the file is there does not say so: it may be an old one
+                       if (editor.SavedCount() == before) Fail(line, editor.Work().message);
+                   },
+                   [&](const SetBudget& command) {
+                       viewport::BudgetSettings budget = editor.Work().view.Budget();
+                       budget.frameMs = command.frameMs;
+                       editor.Work().view.SetBudget(budget);
+                   },
+                   [&](const UseConfigFolder& command) {
+                       editor.UseConfig(command.folder);
+                       frame();
+                   },
+                   [&](const SaveSceneFile& command) {
+                       if (!editor.SaveScene(command.file)) Fail(line, editor.Work().message);
+                       frame();
+                   },
+                   [&](const ShowView& command) {
+                       editor.Work().view.SetView(command.view);
+                       frame();
+                   },
+                   [&](const ShowVariant& command) {
+                       Workspace& work = editor.Work();
+                       const scene::SceneData& scene = work.document.Scene();
+                       const std::string choice = command.choice == kNoVariant ? "" : command.choice;
+                       orFail([&] { work.ShowVariant(FindVariant(scene, choice)); });
+                       frame();
+                   },
+                   [&](const PlayFor& command) {
+                       requireAnimations();
+                       PlayAnimation(command.seconds, editor, screen);
+                   },
+                   [&](const ShowTime& command) {
+                       requireAnimations();
+                       editor.Work().timeline.Seek(command.seconds);
+                       frame();
+                   },
+                   [&](const StopPlaying&) {
+                       editor.Work().timeline.Stop();
+                       frame();
+                   },
+                   [&](const ChooseClips& command) {
+                       Workspace& work = editor.Work();
+                       const scene::SceneData& scene = work.document.Scene();
+                       orFail([&] {
+                           const std::vector<scene::ClipState> clips = FindClips(scene, command.list, 0.0);
+                           RequirePlayable(scene, clips);
+                           work.timeline.Choose(clips);
+                       });
+                       frame();
+                   },
+                   [&](const SetBaseColor& command) {
+                       Workspace& work = editor.Work();
+                       if (!work.selectedMaterial) Fail(line, "no material is selected");
+                       scene::Material material = work.document.Scene().materials[*work.selectedMaterial];
+                       material.baseColorFactor = glm::vec4(command.color, 1.0f);
+                       work.Apply(MaterialEdit{*work.selectedMaterial, material});
+                       work.document.Settle();
+                       frame();
+                   },
+                   [&](const Expectation& expected) { Expect(line, expected, editor); }},
+        line.command);
 }
 
 void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor& editor) const {

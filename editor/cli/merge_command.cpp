@@ -1,4 +1,5 @@
 // raygraph merge
+#include "base/counted.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -33,8 +34,8 @@ ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     }
     if (arguments.isQuiet) return outputs.Result();
     for (const std::filesystem::path& file : outputs.Written()) PrintLine(file.string());
-    PrintLine(Text("{} samples a pixel ({}) from {} {}", SampleCount(merged.samples), ToText(merged.samples),
-                   count, count == 1 ? "render" : "renders"));
+    PrintLine(Text("{} a pixel ({}) from {}", Counted(SampleCount(merged.samples), "sample"),
+                   ToText(merged.samples), Counted(count, "render")));
     return outputs.Result();
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/counted.h"
 #include "base/os/signals.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
@@ -96,8 +97,8 @@ class Pictures {
     }
     void SayComplete() const {
         if (!m_arguments.isQuiet)
-            PrintLine(Text("{} is complete: {} samples a pixel", m_resumed->path.string(),
-                           SampleCount(m_resumed->render.samples)));
+            PrintLine(Text("{} is complete: {} a pixel", m_resumed->path.string(),
+                           Counted(SampleCount(m_resumed->render.samples), "sample")));
     }
 
     const RenderArguments& m_arguments;

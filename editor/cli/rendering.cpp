@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/atomic_file.h"
+#include "base/counted.h"
 #include "base/text.h"
 #include "editor/cli/bias_text.h"
 #include "editor/cli/command_files.h"
@@ -225,8 +226,8 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     if (!files.empty()) progress.ShowWritten(planned.label, files);
     if (!isEnd) {
         if (!saved.empty())
-            Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "{}, {} samples", saved,
-                m_session.SampleCount());
+            Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "{}, {}", saved,
+                Counted(m_session.SampleCount(), "sample"));
         return;
     }
     if (m_result == ExitCode::Done) m_result = outputs.Result();

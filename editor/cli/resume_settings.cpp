@@ -1,5 +1,6 @@
 #include "editor/cli/resume_settings.h"
 
+#include "base/counted.h"
 #include "base/printable.h"
 #include "base/text.h"
 
@@ -34,8 +35,8 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
             refuse("aov", ListOf(asked), ListOf(has));
     if (arguments.checkpointMinutes) return settings;  // the same command may start a render and end it
     if (arguments.samples && *arguments.samples <= range.count)
-        throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {} samples; give the total to reach",
-                        *arguments.samples, resumed.path.string(), range.count);
+        throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {}; give the total to reach",
+                        *arguments.samples, resumed.path.string(), Counted(range.count, "sample"));
     if (!arguments.samples && !arguments.seconds && !arguments.error)
         throw MakeError(ErrorKind::Usage,
                         "--resume needs --spp (the total to reach; {} holds {}), --time or --error",

@@ -192,7 +192,7 @@ class ContentHasher {
     }
     // With its name, by which options may choose.
     void Add(const scene::Animation& animation) {
-        const auto& [name, samplers, channels, duration] = animation;
+        const auto& [name, samplers, channels, duration, defect] = animation;
         AddAll(name, samplers, channels);
     }
     void Add(const image::ImageF& image) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/counted.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -102,9 +103,9 @@ inline image::ExrWindow WindowOf(const PictureSettings& settings) {
 // `done`: "read" or "written".
 inline void SayHow(const Log& log, const std::filesystem::path& path, const RenderFile& render,
                    const char* done, const Stopwatch& watch) {
-    Say(log, LogLevel::Info, log_category::kScene, "{}: {} samples of {} pixels {} in {}",
-        Printable(path.filename().string()), SampleCount(render.samples), ToText(render.size), done,
-        DurationText(watch.Seconds()));
+    Say(log, LogLevel::Info, log_category::kScene, "{}: {} of {} pixels {} in {}",
+        Printable(path.filename().string()), Counted(SampleCount(render.samples), "sample"),
+        ToText(render.size), done, DurationText(watch.Seconds()));
 }
 
 }  // namespace raygraph::session

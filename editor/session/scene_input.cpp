@@ -72,11 +72,13 @@ void RequireRoot(const std::filesystem::path& root) {
 void CheckClips(const scene::SceneData& data, const InputOptions& options) {
     if (!options.isAnimated && !options.clips.empty())
         throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
+    std::vector<scene::ClipState> clips;
     try {
-        if (options.isAnimated) std::ignore = scene::FindClips(data, options.clips, 0.0);
+        if (options.isAnimated) clips = scene::FindClips(data, options.clips, 0.0);
     } catch (const Error& error) {
         throw SettingError(error.Kind(), Text("clips: {}", error.what()));
     }
+    scene::RequirePlayable(data, clips);
 }
 
 }  // namespace

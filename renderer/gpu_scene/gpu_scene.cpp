@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "base/counted.h"
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
@@ -153,9 +154,9 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
         device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
     RefreshStatistics();
     if (statistics.instanceCount > 0)
-        Say(device.Log(), LogLevel::Info, log_category::kScene,
-            "{} triangles in {} instances are uploaded in {}", statistics.trianglesPlaced,
-            statistics.instanceCount, DurationText(watch.Seconds()));
+        Say(device.Log(), LogLevel::Info, log_category::kScene, "uploaded in {}: {} in {}",
+            DurationText(watch.Seconds()), Counted(statistics.trianglesPlaced, "triangle"),
+            Counted(statistics.instanceCount, "instance"));
 }
 
 void GpuScene::SetTransforms(std::span<const uint32_t> instances,
@@ -163,8 +164,8 @@ void GpuScene::SetTransforms(std::span<const uint32_t> instances,
     m_impl->RequireNoFrame("SetTransform");
     InstanceSet& set = *m_impl->instances;
     if (instances.size() != objectToWorld.size())
-        throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} transforms for {} instances",
-                        objectToWorld.size(), instances.size());
+        throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} for {}",
+                        Counted(objectToWorld.size(), "transform"), Counted(instances.size(), "instance"));
     std::vector<scene::PlacedTransform> solid;  // a copy in which flat ones are thick; empty: none is flat
     for (size_t i = 0; i < instances.size(); ++i) {
         m_impl->RequireInstance(instances[i]);

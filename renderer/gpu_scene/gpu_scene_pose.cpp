@@ -1,6 +1,7 @@
 // Poses of a GpuScene: what the setters of gpu_scene.cpp do, for all that an animation has changed.
 #include <numeric>
 
+#include "base/counted.h"
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
@@ -23,8 +24,8 @@ void GpuScene::Impl::RequireWeights(const char* call, uint32_t instance, size_t 
     if (!deform)
         throw MakeError(ErrorKind::Usage, "GpuScene: {}: instance {} is not deformed", call, instance);
     if (count != deform->WeightCount(instance))
-        throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} weights for instance {}, which has {}", call,
-                        count, instance, deform->WeightCount(instance));
+        throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} for instance {}, which has {}", call,
+                        Counted(count, "weight"), instance, deform->WeightCount(instance));
 }
 
 void GpuScene::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {

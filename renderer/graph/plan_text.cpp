@@ -1,5 +1,6 @@
 #include "renderer/graph/plan_text.h"
 
+#include "base/counted.h"
 #include "base/text.h"
 
 #include <algorithm>
@@ -15,10 +16,6 @@ namespace {
 std::string Padded(std::string text, size_t width) {
     text.append(text.size() < width ? width - text.size() : 1, ' ');
     return text;
-}
-
-std::string Counted(size_t count, const char* noun, const char* plural) {
-    return Text("{} {}", count, count == 1 ? noun : plural);
 }
 
 // "ComputeShader write"; reads that nothing has to be made available for have no access.

@@ -74,6 +74,9 @@ struct Animation {
     std::vector<AnimationSampler> samplers;
     std::vector<AnimationChannel> channels;  // No two of the same target.
     float duration = 0.0f;                   // Seconds: the last time of all samplers; 0 without any.
+    // What LoadGltf found wrong with the keys of something that pictures show: one line with the file, the
+    // place and the value. Such an animation cannot be played (RequirePlayable in pose.h). Empty: nothing is.
+    std::string defect = {};
 };
 
 // The joints that deform a mesh, each a node. Which nodes have it says Node::skin.

@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 #include <type_traits>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/scene/check_subject.h"
 #include "renderer/scene/flat_transform.h"
@@ -135,8 +136,8 @@ void CheckVariants(const Primitive& primitive, const SceneData& scene, const Sub
 
 void CheckRadii(const Primitive& primitive, const Subject& subject) {
     if (primitive.indices.size() != 2 * primitive.radii.size())
-        subject.Fail(Text("{} indices of {} round primitives, must be two each", primitive.indices.size(),
-                          primitive.radii.size()));
+        subject.Fail(Text("{} of {}, must be two each", Counted(primitive.indices.size(), "index", "indices"),
+                          Counted(primitive.radii.size(), "round primitive")));
     for (size_t i = 0; i < primitive.radii.size(); ++i)
         if (!(primitive.radii[i] >= kMinRadius && primitive.radii[i] <= kMaxRadius))
             subject.Fail(Text("radii[{}] is {:.6g}, must be {:.6g} to {:.6g}", i, primitive.radii[i],
@@ -160,11 +161,12 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     if (primitive.IsRound())
         CheckRadii(primitive, subject);
     else if (primitive.indices.size() % 3 != 0)
-        subject.Fail(Text("{} indices are no whole triangles", primitive.indices.size()));
+        subject.Fail(
+            Text("{} no whole triangles", Counted(primitive.indices.size(), "index is", "indices are")));
     for (size_t i = 0; i < primitive.indices.size(); ++i)
         if (primitive.indices[i] >= vertexCount)
-            subject.Fail(
-                Text("indices[{}] is {}, there are {} positions", i, primitive.indices[i], vertexCount));
+            subject.Fail(Text("indices[{}] is {}, but positions has {}", i, primitive.indices[i],
+                              Counted(vertexCount, "element")));
     subject.RequireIndex("material", primitive.material, materialCount);
     const Bounds bounds = primitive.IsRound() ? RoundBounds(primitive) : BoundsOf(primitive.positions);
     if (bounds.IsEmpty()) return;
@@ -185,7 +187,8 @@ void CheckImage(const ImageData& image, const Subject& subject) {
     uint32_t width = image.width, height = image.height;
     for (size_t level = 0; level < blocks.levels.size(); ++level) {
         if (level > 0 && width == 1 && height == 1)
-            subject.Fail(Text("{} levels of blocks, possible are {}", blocks.levels.size(), level));
+            subject.Fail(
+                Text("{} of blocks, possible are {}", Counted(blocks.levels.size(), "level"), level));
         if (level > 0) width = std::max(width / 2, 1u), height = std::max(height / 2, 1u);
         if (blocks.levels[level].size() != image::BlockBytes(blocks.coding, width, height))
             subject.Fail(Text("level {}: {} bytes of blocks for {}x{} texels", level,
@@ -197,7 +200,8 @@ void CheckEnvironment(const EnvironmentLight& light, const Subject& subject) {
     const image::ImageF& map = light.map;
     const uint64_t wanted = uint64_t{4} * map.width * map.height;
     if (map.rgba.size() != wanted)
-        subject.Fail(Text("environment: {} numbers of {}x{} texels", map.rgba.size(), map.width, map.height));
+        subject.Fail(Text("environment: {} of {}x{} texels", Counted(map.rgba.size(), "number"), map.width,
+                          map.height));
     for (const float value : map.rgba)
         subject.Require(std::isfinite(value) && value >= 0.0f,
                         "environment: its radiance must be finite and not negative");

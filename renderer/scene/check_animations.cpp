@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counted.h"
 #include "renderer/scene/animated_values.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/check_subject.h"
@@ -19,8 +20,9 @@ void CheckInfluences(const Primitive& primitive, const Subject& subject) {
     const JointInfluences& influences = primitive.influences;
     const size_t perVertex = influences.perVertex, wanted = perVertex * primitive.positions.size();
     if (influences.joints.size() != wanted || influences.weights.size() != wanted)
-        subject.Fail(Text("{} joints and {} weights of {} positions with {} each", influences.joints.size(),
-                          influences.weights.size(), primitive.positions.size(), perVertex));
+        subject.Fail(Text("{} and {} of {} with {} each", Counted(influences.joints.size(), "joint"),
+                          Counted(influences.weights.size(), "weight"),
+                          Counted(primitive.positions.size(), "position"), perVertex));
     for (size_t i = 0; i < wanted; i += perVertex) {
         double sum = 0.0;
         for (size_t k = i; k < i + perVertex; ++k) {
@@ -43,8 +45,8 @@ void CheckInfluences(const Primitive& primitive, const Subject& subject) {
 
 void CheckTargets(const Primitive& primitive, size_t weightCount, const Subject& subject) {
     if (!primitive.targets.empty() && primitive.targets.size() != weightCount)
-        subject.Fail(
-            Text("{} morph targets, its mesh has {} weights", primitive.targets.size(), weightCount));
+        subject.Fail(Text("{}, its mesh has {}", Counted(primitive.targets.size(), "morph target"),
+                          Counted(weightCount, "weight")));
     for (const MorphTarget& target : primitive.targets) {
         subject.RequireStream("positions of a target", target.positions, primitive.positions.size());
         subject.RequireStream("normals of a target", target.normals, primitive.normals.size());
@@ -60,8 +62,9 @@ void CheckSkin(const Skin& skin, size_t nodeCount, const Subject& subject) {
                     "it has no joints, or too many");
     for (const uint32_t joint : skin.joints) subject.RequireIndex("a joint", joint, nodeCount);
     if (skin.inverseBinds.size() != skin.joints.size())
-        subject.Fail(
-            Text("{} inverse bind matrices of {} joints", skin.inverseBinds.size(), skin.joints.size()));
+        subject.Fail(Text("{} of {}",
+                          Counted(skin.inverseBinds.size(), "inverse bind matrix", "inverse bind matrices"),
+                          Counted(skin.joints.size(), "joint")));
     subject.Require(std::ranges::all_of(skin.inverseBinds, [](const glm::mat4x3& m) { return IsFinite(m); }),
                     "an inverse bind matrix is not finite");
 }
@@ -72,7 +75,7 @@ void CheckNode(const SceneData& scene, const Node& node, bool isPlaced,
     subject.RequireFinite("weights", node.weights);
     const size_t weightCount = node.mesh == kNone ? 0 : scene.meshes[node.mesh].weights.size();
     if (!node.weights.empty() && node.weights.size() != weightCount)
-        subject.Fail(Text("{} weights, its mesh has {}", node.weights.size(), weightCount));
+        subject.Fail(Text("{}, its mesh has {}", Counted(node.weights.size(), "weight"), weightCount));
     subject.Require(node.skin == kNone || !isPlaced || areSkinsPlaced[node.skin],
                     "a joint of its skin is not in nodeOrder");
 }
@@ -81,11 +84,12 @@ void CheckNode(const SceneData& scene, const Node& node, bool isPlaced,
 void CheckDeformedMesh(const SceneData& scene, const Node& node, uint32_t mesh,
                        const std::vector<size_t>& jointCounts, const Subject& subject) {
     if (node.skin != kNone && jointCounts[mesh] > scene.skins[node.skin].joints.size())
-        subject.Fail(Text("its mesh has {} joints, its skin {}", jointCounts[mesh],
+        subject.Fail(Text("its mesh has {}, its skin {}", Counted(jointCounts[mesh], "joint"),
                           scene.skins[node.skin].joints.size()));
     const size_t weightCount = scene.meshes[mesh].weights.size();
     if (!node.weights.empty() && node.weights.size() != weightCount)
-        subject.Fail(Text("its node has {} weights, its mesh {}", node.weights.size(), weightCount));
+        subject.Fail(
+            Text("its node has {}, its mesh {}", Counted(node.weights.size(), "weight"), weightCount));
 }
 
 // Joint matrices go to the one object space of all instances with a skin. Those that are collapsed have
@@ -115,8 +119,8 @@ void CheckSampler(const AnimationSampler& sampler, const Subject& subject) {
                     "its times do not ascend");
     const size_t parts = sampler.interpolation == Interpolation::CubicSpline ? 3 : 1;
     if (sampler.values.size() != parts * sampler.width * sampler.times.size())
-        subject.Fail(Text("{} values of {} keys, {} wide", sampler.values.size(), sampler.times.size(),
-                          sampler.width));
+        subject.Fail(Text("{} of {}, {} wide", Counted(sampler.values.size(), "value"),
+                          Counted(sampler.times.size(), "key"), sampler.width));
 }
 
 void CheckRotations(const AnimationSampler& sampler, const Subject& subject) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/counted.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "renderer/scene/fields.h"
@@ -68,7 +69,8 @@ struct Subject {
     template <typename T>
     void RequireStream(const char* what, const std::vector<T>& values, size_t vertexCount) const {
         if (!values.empty() && values.size() != vertexCount)
-            Fail(Text("{} has {} elements for {} positions", what, values.size(), vertexCount));
+            Fail(Text("{} has {} for {}", what, Counted(values.size(), "element"),
+                      Counted(vertexCount, "position")));
         RequireFinite(what, values);
     }
 };

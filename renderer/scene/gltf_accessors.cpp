@@ -3,6 +3,7 @@
 #include <string>
 
 #include "base/check.h"
+#include "base/counted.h"
 #include "base/text.h"
 
 namespace raygraph::scene {
@@ -108,8 +109,9 @@ class TableReader {
     void RequireInside(const Place& where, uint32_t buffer, uint64_t byteOffset, uint64_t byteLength) const {
         const uint64_t length = m_tables.bufferLengths[buffer];
         if (byteOffset > length || byteLength > length - byteOffset)
-            m_context.Fail(where["byteLength"], Text("{} bytes from {} exceed buffers[{}] ({} bytes)",
-                                                     byteLength, byteOffset, buffer, length));
+            m_context.Fail(where["byteLength"],
+                           Text("{} from {} exceed{} buffers[{}] ({})", Counted(byteLength, "byte"),
+                                byteOffset, byteLength == 1 ? "s" : "", buffer, Counted(length, "byte")));
     }
 
     void RequireBytes(const Place& where, uint32_t buffer) const {
@@ -149,14 +151,15 @@ class TableReader {
         if (mayStride && view.byteStride != 0) {
             if (view.byteStride < element.used)
                 m_context.Fail(where["bufferView"],
-                               Text("bufferViews[{}].byteStride of {} is less than the element's {} bytes",
-                                    run.view, view.byteStride, element.used));
+                               Text("bufferViews[{}].byteStride of {} is less than the element's {}",
+                                    run.view, view.byteStride, Counted(element.used, "byte")));
             run.byteStride = view.byteStride;
         }
         if (!Fits(run.byteOffset, run.byteStride, element.used, count, view.byteLength)) {
             const std::string from = run.byteOffset ? Text(" from byte {}", run.byteOffset) : "";
-            m_context.Fail(countAt, Text("{} elements{} exceed bufferViews[{}] ({} bytes)", count, from,
-                                         run.view, view.byteLength));
+            m_context.Fail(countAt,
+                           Text("{}{} exceed{} bufferViews[{}] ({})", Counted(count, "element"), from,
+                                count == 1 ? "s" : "", run.view, Counted(view.byteLength, "byte")));
         }
         return run;
     }
@@ -166,8 +169,8 @@ class TableReader {
         SparseRun sparse;
         sparse.count = numbers.count;
         if (sparse.count > file.count)
-            m_context.Fail(where["count"],
-                           Text("is {}, more than the accessor's {} elements", sparse.count, file.count));
+            m_context.Fail(where["count"], Text("is {}, more than the accessor's {}", sparse.count,
+                                                Counted(file.count, "element")));
         const auto& indices = file.sparse.indices;
         const auto& values = file.sparse.values;
         sparse.indexType = ReadComponentType(indices.componentType);

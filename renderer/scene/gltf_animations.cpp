@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/scene/animated_values.h"
 
@@ -17,11 +18,82 @@ constexpr const char* Name(Interpolation interpolation) {
     return kNames[static_cast<size_t>(interpolation)];
 }
 
+// Knows which targets pictures show, whatever the command: all cameras, lights and variants count.
+class ShownTargets {
+  public:
+    ShownTargets(const SceneData& scene, const std::vector<MeshLayout>& meshes)
+        : m_scene(scene),
+          m_isPlaced(scene.nodes.size()),
+          m_isShown(scene.nodes.size()),
+          m_isSkinShown(scene.skins.size()),
+          m_isMeshShown(meshes.size()),
+          m_isMaterialShown(scene.materials.size()) {
+        for (const uint32_t index : scene.nodeOrder) ShowNode(scene.nodes[index], index, meshes);
+        for (const Camera& camera : scene.cameras) ShowPath(camera.node);
+        for (const Light& light : scene.lights) ShowPath(light.node);
+    }
+
+    bool Has(const AnimationTarget& target) const {
+        switch (target.property) {
+            case AnimatedProperty::Translation:
+            case AnimatedProperty::Rotation:
+            case AnimatedProperty::Scale:
+            case AnimatedProperty::Visibility:
+                return m_isShown[target.object];
+            case AnimatedProperty::Weights:
+                return m_isPlaced[target.object];
+            case AnimatedProperty::MeshWeights:
+                return m_isMeshShown[target.object];
+            case AnimatedProperty::MaterialField:
+            case AnimatedProperty::TextureTransform:
+                return m_isMaterialShown[target.object];
+            case AnimatedProperty::CameraField:
+            case AnimatedProperty::LightField:
+                return true;  // The scene has only those that are placed.
+        }
+        return true;
+    }
+
+  private:
+    void ShowNode(const Node& node, uint32_t index, const std::vector<MeshLayout>& meshes) {
+        m_isPlaced[index] = true;
+        if (node.mesh == kNone) return;
+        ShowPath(index);
+        if (node.skin != kNone && !m_isSkinShown[node.skin]) {
+            m_isSkinShown[node.skin] = true;
+            for (const uint32_t joint : m_scene.skins[node.skin].joints) ShowPath(joint);
+        }
+        if (m_isMeshShown[node.mesh]) return;
+        m_isMeshShown[node.mesh] = true;
+        const auto show = [&](uint32_t material) {
+            if (material != kNone) m_isMaterialShown[material] = true;
+        };
+        for (const PrimitiveLayout& primitive : meshes[node.mesh].primitives) {
+            show(primitive.material);
+            for (const VariantMaterial& variant : primitive.variants) show(variant.material);
+        }
+    }
+
+    // A node that places something, and those above it.
+    void ShowPath(uint32_t node) {
+        for (; node != kNone && !m_isShown[node]; node = m_scene.nodes[node].parent) m_isShown[node] = true;
+    }
+
+    const SceneData& m_scene;
+    std::vector<bool> m_isPlaced;  // By node: the scene has it.
+    std::vector<bool> m_isShown;   // By node: the scene places something at it or below it.
+    std::vector<bool> m_isSkinShown, m_isMeshShown, m_isMaterialShown;
+};
+
 class AnimationReader {
   public:
     AnimationReader(GltfContext& context, const AccessorTables& tables, const std::vector<MeshLayout>& meshes,
                     const PointedScene& pointed)
-        : m_context(context), m_tables(tables), m_meshes(meshes), m_pointed(pointed) {}
+        : m_context(context),
+          m_tables(tables),
+          m_meshes(meshes),
+          m_pointed(pointed),
+          m_shown(pointed.scene, meshes) {}
 
     AnimationLayout Read(const AnimationSource& source, const Place& where) {
         AnimationLayout layout{.name = source.name, .samplers = {}, .channels = {}};
@@ -44,7 +116,8 @@ class AnimationReader {
                 Charge(one, target);
                 const uint32_t sampler = SamplerFor(source, channel.sampler, found.kind, WidthOf(one),
                                                     isWeights, where["samplers"], layout);
-                if (sampler != kNone) layout.channels.push_back({sampler, one});
+                if (m_shown.Has(one)) layout.samplers[sampler].isShown = true;
+                layout.channels.push_back({sampler, one});
             }
         }
         return layout;
@@ -137,7 +210,6 @@ class AnimationReader {
         return seen.insert(target).second;
     }
 
-    // kNone, with a warning, if it has a wrong number of values.
     uint32_t SamplerFor(const AnimationSource& source, uint32_t index, ValueKind kind, size_t width,
                         bool isWeights, const Place& samplers, AnimationLayout& layout) {
         for (const uint32_t known : m_samplerOf[index])
@@ -145,23 +217,23 @@ class AnimationReader {
                 layout.samplers[known].isOfWeights == isWeights)
                 return known;
         const AnimationSource::Sampler& file = source.samplers[index];
-        const SamplerLayout sampler{.where = samplers[index],
-                                    .input = file.input,
-                                    .output = file.output,
-                                    .interpolation = file.interpolation,
-                                    .kind = kind,
-                                    .width = static_cast<uint32_t>(width),
-                                    .isOfWeights = isWeights};
-        if (!CheckOutput(sampler)) return kNone;
+        SamplerLayout sampler{.where = samplers[index],
+                              .input = file.input,
+                              .output = file.output,
+                              .interpolation = file.interpolation,
+                              .kind = kind,
+                              .width = static_cast<uint32_t>(width),
+                              .isOfWeights = isWeights};
+        CheckOutput(sampler);
         if (kind == ValueKind::Flag && file.interpolation != Interpolation::Step)
             m_context.Warn(sampler.where, "interpolated flag", "interpolates true and false, taken as STEP");
-        layout.samplers.push_back(sampler);
+        layout.samplers.push_back(std::move(sampler));
         m_samplerOf[index].push_back(static_cast<uint32_t>(layout.samplers.size() - 1));
         return m_samplerOf[index].back();
     }
 
     // Weights, of which there may be any number, are scalars, one after the other.
-    bool CheckOutput(const SamplerLayout& sampler) const {
+    void CheckOutput(SamplerLayout& sampler) const {
         const bool isWeights = sampler.isOfWeights;
         const Accessor& accessor = m_tables.accessors[sampler.output];
         constexpr const char* kShapes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
@@ -178,77 +250,68 @@ class AnimationReader {
         const uint64_t keys = m_tables.accessors[sampler.input].count;
         const uint64_t wanted = keys * (sampler.interpolation == Interpolation::CubicSpline ? 3 : 1) *
                                 (isWeights ? sampler.width : 1);
-        if (accessor.count == wanted) return true;
-        m_context.Warn(where, "values of keys",
-                       Text("accessors[{}] has {} elements, {} keys of {} need {}, its channels are left out",
-                            sampler.output, accessor.count, keys, Name(sampler.interpolation), wanted));
-        return false;
+        if (accessor.count == wanted) return;
+        sampler.defect = KeyDefect{where, "values of keys",
+                                   Text("accessors[{}] has {}, must have {} for {} of {}", sampler.output,
+                                        Counted(accessor.count, "element"), wanted, Counted(keys, "key"),
+                                        Name(sampler.interpolation))};
     }
 
     GltfContext& m_context;
     const AccessorTables& m_tables;
     const std::vector<MeshLayout>& m_meshes;
     const PointedScene& m_pointed;
+    ShownTargets m_shown;
     std::set<AnimationTarget> m_wholes;              // that some channel changes, a part of it at least
     std::vector<std::vector<uint32_t>> m_samplerOf;  // by the file's sampler, those of the layout
 };
 
-// False, with a warning, if one is not finite.
-bool ReadKeys(GltfContext& context, AccessorReader& reader, uint32_t accessor, size_t components,
-              std::vector<float>& keys, const Place& where) {
+// Returns the first key that is not finite.
+std::optional<KeyDefect> ReadKeys(AccessorReader& reader, uint32_t accessor, size_t components,
+                                  std::vector<float>& keys, const Place& where) {
     const std::optional<size_t> broken = reader.ReadAny(accessor, components, keys.data());
-    if (broken)
-        context.Warn(
-            where, "endless keys",
-            Text("accessors[{}] element {} is not finite; its channels are left out", accessor, *broken));
-    return !broken;
+    if (!broken) return std::nullopt;
+    return KeyDefect{where, "endless keys",
+                     Text("accessors[{}] element {} is not finite", accessor, *broken)};
 }
 
-// None, with a warning, if they cannot be those of keys.
-std::vector<float> DecodeTimes(GltfContext& context, AccessorReader& reader, const SamplerLayout& layout) {
+std::optional<KeyDefect> DecodeTimes(GltfContext& context, AccessorReader& reader,
+                                     const SamplerLayout& layout, std::vector<float>& times) {
     const Place where = layout.where["input"];
     const size_t count = reader.Info(layout.input).count;
     context.ChargeGeometry(where, count * sizeof(float));
-    std::vector<float> times(count);
-    if (!ReadKeys(context, reader, layout.input, 1, times, where)) return {};
-    if (times[0] < 0.0f) {
-        context.Warn(
+    times.resize(count);
+    if (std::optional<KeyDefect> defect = ReadKeys(reader, layout.input, 1, times, where)) return defect;
+    if (times[0] < 0.0f)
+        return KeyDefect{
             where, "times",
-            Text("accessors[{}] element 0 is {}, a time must not be negative; its channels are left out",
-                 layout.input, times[0]));
-        return {};
-    }
-    for (size_t i = 1; i < count; ++i) {
-        if (times[i] > times[i - 1]) continue;
-        context.Warn(where, "times",
-                     Text("accessors[{}] element {} is {}, not greater than the one before it; its channels "
-                          "are left out",
-                          layout.input, i, times[i]));
-        return {};
-    }
-    return times;
+            Text("accessors[{}] element 0 is {}, a time must not be negative", layout.input, times[0])};
+    for (size_t i = 1; i < count; ++i)
+        if (!(times[i] > times[i - 1]))
+            return KeyDefect{where, "times",
+                             Text("accessors[{}] element {} is {}, not greater than the one before it",
+                                  layout.input, i, times[i])};
+    return std::nullopt;
 }
 
-// False, with a warning, if one is none.
-bool ConvertRotations(GltfContext& context, const SamplerLayout& layout, std::vector<float>& values) {
+std::optional<KeyDefect> ConvertRotations(GltfContext& context, const SamplerLayout& layout,
+                                          std::vector<float>& values) {
     const bool isCubic = layout.interpolation == Interpolation::CubicSpline;
     for (size_t i = isCubic ? 4 : 0; i + 4 <= values.size(); i += isCubic ? 12 : 4) {
         double square = 0.0;
         for (size_t k = 0; k < 4; ++k) square += double{values[i + k]} * double{values[i + k]};
         const double length = std::sqrt(square);
         constexpr double kRounding = 1e-2;  // of four bytes
-        if (!(length > 1e-6)) {
-            context.Warn(layout.where["output"], "rotation of length 0",
-                         Text("key {} is a quaternion of length 0, its channels are left out",
-                              i / (isCubic ? 12 : 4)));
-            return false;
-        }
+        const Place where = layout.where["output"];
+        if (!(length > 1e-6))
+            return KeyDefect{where, "rotation of length 0",
+                             Text("key {} is a quaternion of length 0", i / (isCubic ? 12 : 4))};
         if (std::abs(length - 1.0) > kRounding)
-            context.Warn(layout.where["output"], "rotation", "is not of unit length, normalized");
+            context.Warn(where, "rotation", "is not of unit length, normalized");
         if (isCubic) continue;  // its tangents are those of what is there
         for (size_t k = 0; k < 4; ++k) values[i + k] = static_cast<float>(double{values[i + k]} / length);
     }
-    return true;
+    return std::nullopt;
 }
 
 // Flags are held, whatever the file interpolates them by.
@@ -269,26 +332,34 @@ void ConvertGlossiness(AnimationSampler& sampler) {
     }
 }
 
-// Nothing, with a warning, if its keys cannot be used.
-std::optional<AnimationSampler> DecodeSampler(GltfContext& context, AccessorReader& reader,
-                                              const SamplerLayout& layout) {
-    AnimationSampler sampler{.interpolation = layout.interpolation,
-                             .width = layout.width,
-                             .times = DecodeTimes(context, reader, layout),
-                             .values = {}};
-    if (sampler.times.empty()) return std::nullopt;
+// Returns why the keys cannot be used; the sampler is then unfinished.
+std::optional<KeyDefect> DecodeSampler(GltfContext& context, AccessorReader& reader,
+                                       const SamplerLayout& layout, AnimationSampler& sampler) {
+    if (layout.defect) return layout.defect;
+    sampler.interpolation = layout.interpolation;
+    sampler.width = layout.width;
+    if (std::optional<KeyDefect> defect = DecodeTimes(context, reader, layout, sampler.times)) return defect;
     const Accessor& output = reader.Info(layout.output);
+    const Place where = layout.where["output"];
     const size_t count = output.count * output.componentCount;
-    context.ChargeGeometry(layout.where["output"], count * sizeof(float));
+    context.ChargeGeometry(where, count * sizeof(float));
     sampler.values.resize(count);
-    if (!ReadKeys(context, reader, layout.output, output.componentCount, sampler.values,
-                  layout.where["output"]))
-        return std::nullopt;
-    if (layout.kind == ValueKind::Rotation && !ConvertRotations(context, layout, sampler.values))
-        return std::nullopt;
+    std::optional<KeyDefect> defect =
+        ReadKeys(reader, layout.output, output.componentCount, sampler.values, where);
+    if (!defect && layout.kind == ValueKind::Rotation)
+        defect = ConvertRotations(context, layout, sampler.values);
+    if (defect) return defect;
     if (layout.kind == ValueKind::Flag) ConvertFlags(sampler);
     if (layout.kind == ValueKind::Glossiness) ConvertGlossiness(sampler);
-    return sampler;
+    return std::nullopt;
+}
+
+// Warns of the defect, which the animation keeps if pictures show what the keys move.
+void Report(GltfContext& context, const KeyDefect& defect, bool isShown, Animation& animation) {
+    if (isShown && animation.defect.empty()) animation.defect = context.Line(defect.where, defect.what);
+    context.Warn(
+        defect.where, Text("{}{}", isShown ? "shown " : "", defect.topic),
+        defect.what + (isShown ? "; the animation cannot be played" : "; its channels are left out"));
 }
 
 }  // namespace
@@ -312,11 +383,15 @@ std::vector<Animation> DecodeAnimations(GltfContext& context, AccessorReader& re
         animation.name = layout.name;
         std::vector<uint32_t> indices;  // of the layout's samplers
         for (const SamplerLayout& source : layout.samplers) {
-            std::optional<AnimationSampler> sampler = DecodeSampler(context, reader, source);
-            indices.push_back(sampler ? static_cast<uint32_t>(animation.samplers.size()) : kNone);
-            if (!sampler) continue;
-            animation.duration = std::max(animation.duration, sampler->times.back());
-            animation.samplers.push_back(std::move(*sampler));
+            AnimationSampler sampler;
+            const std::optional<KeyDefect> defect = DecodeSampler(context, reader, source, sampler);
+            indices.push_back(defect ? kNone : static_cast<uint32_t>(animation.samplers.size()));
+            if (defect) {
+                Report(context, *defect, source.isShown, animation);
+                continue;
+            }
+            animation.duration = std::max(animation.duration, sampler.times.back());
+            animation.samplers.push_back(std::move(sampler));
         }
         for (AnimationChannel channel : layout.channels) {
             channel.sampler = indices[channel.sampler];

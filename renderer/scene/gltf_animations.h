@@ -1,6 +1,7 @@
 // Animations: their channels, and what a scene has of each. Internal to renderer/scene.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,14 +15,23 @@
 
 namespace raygraph::scene {
 
-// A sampler whose accessors are of fitting types and counts; nothing is decoded yet.
+// What is wrong with the keys of a sampler. `topic` is that of its warning.
+struct KeyDefect {
+    Place where;
+    const char* topic;
+    std::string what;
+};
+
+// A sampler whose accessors are of fitting types; nothing is decoded yet.
 struct SamplerLayout {
     Place where;
     uint32_t input = 0, output = 0;
     Interpolation interpolation = Interpolation::Linear;
     ValueKind kind = ValueKind::Plain;
     uint32_t width = 1;
-    bool isOfWeights = false;  // Which are scalars in the file.
+    bool isOfWeights = false;              // Which are scalars in the file.
+    bool isShown = false;                  // Pictures show the target of one of its channels.
+    std::optional<KeyDefect> defect = {};  // Its values are not as many as its keys need.
 };
 
 struct AnimationLayout {
@@ -30,14 +40,17 @@ struct AnimationLayout {
     std::vector<AnimationChannel> channels;
 };
 
-// Reads and checks all of the file's animations. Channels of what is not read, or not there, the later ones
-// of a target and those with a wrong number of values are left out with a warning.
+// Reads and checks all of the file's animations. Channels of what is not read, or not there, and the later
+// ones of a target are left out with a warning. The scene has its nodes, skins and materials; `layouts` are
+// its meshes.
 std::vector<AnimationLayout> ReadAnimations(GltfContext& context, const std::vector<AnimationSource>& sources,
                                             const AccessorTables& tables,
                                             const std::vector<MeshLayout>& meshes,
                                             const PointedScene& pointed);
 
-// Channels whose times do not ascend, or with a quaternion of length 0, are left out with a warning.
+// Channels whose keys are not finite, do not ascend from a time that is not negative, have another number of
+// values or a quaternion of length 0 are left out, with a warning for each sampler. Where pictures show a
+// target of the sampler, the animation has the defect (Animation::defect).
 std::vector<Animation> DecodeAnimations(GltfContext& context, AccessorReader& reader,
                                         const std::vector<AnimationLayout>& layouts);
 

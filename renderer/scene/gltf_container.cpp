@@ -5,6 +5,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "base/counted.h"
 #include "base/printable.h"
 #include "base/text.h"
 
@@ -177,8 +178,9 @@ nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
     if (repaired) {
         context.Warn(
             "", "characters",
-            Text("{} characters of its strings are not well-formed, the first at byte {}; taken as U+FFFD",
-                 repaired->count, repaired->firstByte));
+            Text("{} not well-formed, the first at byte {}; taken as U+FFFD",
+                 Counted(repaired->count, "character of its strings is", "characters of its strings are"),
+                 repaired->firstByte));
         text = repaired->text;
     }
     try {

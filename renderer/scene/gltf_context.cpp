@@ -1,6 +1,7 @@
 #include "renderer/scene/gltf_context.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <thread>
 
@@ -9,7 +10,15 @@
 
 namespace raygraph::scene {
 
+bool Warnings::IsNew(std::string_view topic, std::string_view text) {
+    constexpr size_t kMaxRemembered = 100'000;  // A file may give any number of warnings.
+    const std::hash<std::string_view> hash;
+    const uint64_t line = hash(text) + 31 * uint64_t{hash(topic)};
+    return m_said.size() < kMaxRemembered ? m_said.insert(line).second : !m_said.contains(line);
+}
+
 void Warnings::Add(std::string_view topic, std::string text) {
+    if (!IsNew(topic, text)) return;
     const auto found =
         std::find_if(m_entries.begin(), m_entries.end(), [&](const Entry& e) { return e.topic == topic; });
     constexpr size_t kMaxTopics = 64;  // A file may name a million extensions.
@@ -29,15 +38,26 @@ std::vector<std::string> Warnings::Take() {
         lines.push_back(std::move(entry.text));
     }
     m_entries.clear();
+    m_said.clear();
     return lines;
 }
 
+std::string ThereAre(uint64_t count, std::string_view list) {
+    if (count != 1) return Text("there are {} {}", count, list);
+    list.remove_suffix(list.ends_with("shes") ? 2 : 1);
+    return Text("there is 1 {}", list);
+}
+
+std::string GltfContext::Line(const std::string& path, const std::string& what) const {
+    return Text("{}: {}{}{}", label, path, path.empty() ? "" : ": ", what);
+}
+
 void GltfContext::Fail(const std::string& path, const std::string& why) const {
-    throw MakeError(ErrorKind::BadInput, "{}: {}{}{}", label, path, path.empty() ? "" : ": ", why);
+    throw Error(ErrorKind::BadInput, Line(path, why));
 }
 
 void GltfContext::Warn(const std::string& path, std::string_view topic, const std::string& what) {
-    warnings.Add(topic, Text("{}: {}{}{}", label, path, path.empty() ? "" : ": ", what));
+    warnings.Add(topic, Line(path, what));
 }
 
 uint64_t GltfContext::MemoryLimit(uint64_t sourceBytes) const {

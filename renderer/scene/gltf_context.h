@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "renderer/scene/gltf_place.h"
@@ -11,7 +13,8 @@
 
 namespace raygraph::scene {
 
-// Warnings of one import, one line per topic: the first occurrence, then how many more there were.
+// Warnings of one import, one line per topic: the first occurrence, then how many more there were. What is
+// said again in the same words, as of an accessor that several primitives share, counts once.
 class Warnings {
   public:
     // `topic` tells alike warnings; "scene.gltf: materials[2].metallicFactor: is 3, taken as 1 (and 4 more)".
@@ -24,8 +27,15 @@ class Warnings {
         std::string text;
         size_t count = 0;
     };
+    // Whether it is new. Of very many warnings the later ones count as new.
+    bool IsNew(std::string_view topic, std::string_view text);
+
     std::vector<Entry> m_entries;
+    std::unordered_set<uint64_t> m_said;  // Hashes.
 };
+
+// "there are 2 meshes", "there is 1 mesh": `list` is the plural that glTF names a list of objects by.
+std::string ThereAre(uint64_t count, std::string_view list);
 
 struct GltfContext {
     std::string label;  // The file's name, printable: every message starts with it.
@@ -37,7 +47,9 @@ struct GltfContext {
     uint64_t compressedBytes = 0;  // Of primitives, charged so far.
     uint64_t imageTexels = 0;      // Decoded so far.
 
-    // Throws Error{BadInput} "label: path: why", without the path if it is empty.
+    // "label: path: what", without the path if it is empty.
+    std::string Line(const std::string& path, const std::string& what) const;
+    // Throws Error{BadInput} with that line.
     [[noreturn]] void Fail(const std::string& path, const std::string& why) const;
     // A warning about a place in the file.
     void Warn(const std::string& path, std::string_view topic, const std::string& what);

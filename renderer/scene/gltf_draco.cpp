@@ -17,6 +17,7 @@
 #include <string>
 
 #include "base/check.h"
+#include "base/counted.h"
 #include "base/text.h"
 
 namespace raygraph::scene {
@@ -34,12 +35,14 @@ struct Expected {
     void RequireFaces(uint64_t faces) const {
         if (indexCount && faces * 3 != *indexCount)
             context.Fail(where,
-                         Text("{} triangles are compressed, indices has {} elements", faces, *indexCount));
+                         Text("{} compressed, indices has {}", Counted(faces, "triangle is", "triangles are"),
+                              Counted(*indexCount, "element")));
     }
     void RequireVertices(uint64_t vertices) const {
         if (vertices != vertexCount)
-            context.Fail(where,
-                         Text("{} vertices are compressed, POSITION has {} elements", vertices, vertexCount));
+            context.Fail(
+                where, Text("{} compressed, POSITION has {}", Counted(vertices, "vertex is", "vertices are"),
+                            Counted(vertexCount, "element")));
     }
     // Those that the primitive does not have are decoded all the same.
     void RequireAttributes(int attributes) const {
@@ -128,8 +131,10 @@ void CheckPrediction(const draco::DecoderBuffer& buffer, uint64_t entries, uint6
     numbers.SkipIntegers(entries, components, expected);
     const int32_t orientations = numbers.Int();
     if (numbers.isComplete && orientations > 0 && static_cast<uint64_t>(orientations) > entries)
-        expected.context.Fail(expected.where,
-                              Text("{} orientations are compressed, of {} values", orientations, entries));
+        expected.context.Fail(expected.where, Text("{} compressed, of {}",
+                                                   Counted(static_cast<uint64_t>(orientations),
+                                                           "orientation is", "orientations are"),
+                                                   Counted(entries, "value")));
 }
 
 // One of Draco's decoders. An Error does not pass through it: it is kept, and the decoder told to stop.

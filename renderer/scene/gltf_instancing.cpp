@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/scene/scene_data.h"
 
@@ -34,8 +35,8 @@ InstancingLayout ReadLayout(GltfContext& context, const gltf::Value& attributes,
         const Accessor& accessor = tables.accessors[index];
         if (!isAllowed(accessor)) context.Fail(where[name], Text("accessors[{}] must be {}", index, allowed));
         if (first && accessor.count != layout.count)
-            context.Fail(where[name], Text("accessors[{}] has {} elements, {} has {}", index, accessor.count,
-                                           first, layout.count));
+            context.Fail(where[name], Text("accessors[{}] has {}, {} has {}", index,
+                                           Counted(accessor.count, "element"), first, layout.count));
         if (!first) first = name;
         layout.count = accessor.count;
         return index;

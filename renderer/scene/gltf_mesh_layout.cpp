@@ -2,6 +2,7 @@
 #include <map>
 #include <string>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_morphs.h"
@@ -126,7 +127,7 @@ class LayoutReader {
             layout.accessors[i] = index;
             if (attribute == Attribute::Position) layout.vertexCount = accessor.count;
             if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
-                fail(Text("has {} elements, POSITION has {}", accessor.count, layout.vertexCount));
+                fail(Text("has {}, POSITION has {}", Counted(accessor.count, "element"), layout.vertexCount));
         }
     }
 
@@ -162,8 +163,8 @@ class LayoutReader {
                 if (!IsAllowed(alike, accessor))
                     m_context.Fail(where, Text("accessors[{}] must be {}", index, AllowedTypes(alike)));
                 if (accessor.count != layout.vertexCount)
-                    m_context.Fail(where, Text("accessors[{}] has {} elements, POSITION has {}", index,
-                                               accessor.count, layout.vertexCount));
+                    m_context.Fail(where, Text("accessors[{}] has {}, POSITION has {}", index,
+                                               Counted(accessor.count, "element"), layout.vertexCount));
                 if (IsQuantized(alike, accessor)) WarnOfQuantization(where, index);
                 return index;
             };
@@ -296,9 +297,9 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model&
         for (size_t p = 0; p < file.primitives.size(); ++p) {
             const PrimitiveLayout layout = reader.Read(file.primitives[p], primitives[p]);
             if (layout.targets.size() != file.primitives[0].targets.size())
-                context.Fail(layout.where["targets"],
-                             Text("has {} elements, that of primitives[0] has {}", layout.targets.size(),
-                                  file.primitives[0].targets.size()));
+                context.Fail(layout.where["targets"], Text("has {}, that of primitives[0] has {}",
+                                                           Counted(layout.targets.size(), "element"),
+                                                           file.primitives[0].targets.size()));
             if (leftOut.Takes(layout, tables)) continue;
             if (!layout.Has(Attribute::Position)) {
                 context.Warn(layout.where, "position", "has no POSITION, left out");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/counted.h"
 #include "base/text.h"
 
 namespace raygraph::scene {
@@ -109,8 +110,10 @@ std::optional<MeshoptView> ReadMeshoptView(const GltfContext& context, const glt
         context.Fail(where["byteStride"],
                      Text("is {}, but the view's byteStride is {}", view.byteStride, byteStride));
     if (file.byteLength != view.DecodedBytes())
-        context.Fail(where["count"], Text("{} elements of {} bytes are not the view's {} bytes", view.count,
-                                          view.byteStride, file.byteLength));
+        context.Fail(where["count"], Text("{} of {} not the view's {}", Counted(view.count, "element"),
+                                          Counted(view.byteStride, view.count == 1 ? "byte is" : "byte are",
+                                                  view.count == 1 ? "bytes is" : "bytes are"),
+                                          Counted(file.byteLength, "byte")));
     return view;
 }
 
@@ -135,8 +138,9 @@ std::vector<std::byte> DecodeMeshopt(GltfContext& context, const MeshoptView& vi
             here, isNewer ? Text("is of version {} of the codec, which meshoptimizer {}.{} does not decode",
                                  std::to_integer<int>(compressed[0] & std::byte{0x0F}),
                                  MESHOPTIMIZER_VERSION / 1000, MESHOPTIMIZER_VERSION % 1000 / 10)
-                          : Text("{} bytes are no {} of {} elements of {} bytes", compressed.size(),
-                                 kModes[static_cast<size_t>(view.mode)], view.count, view.byteStride));
+                          : Text("{} no {} of {} of {}", Counted(compressed.size(), "byte is", "bytes are"),
+                                 kModes[static_cast<size_t>(view.mode)], Counted(view.count, "element"),
+                                 Counted(view.byteStride, "byte")));
     }
     Unfilter(view, bytes.data());
     return bytes;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counted.h"
 #include "base/text.h"
 
 namespace raygraph::scene {
@@ -11,7 +12,8 @@ std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<doub
     if (!file.empty() && targetCount == 0)
         context.Warn(where, "weights", "are of a mesh without morph targets, ignored");
     else if (!file.empty() && file.size() != targetCount)
-        context.Fail(where, Text("has {} elements, there are {} morph targets", file.size(), targetCount));
+        context.Fail(where, Text("has {}, the mesh has {}", Counted(file.size(), "element"),
+                                 Counted(targetCount, "morph target")));
     std::vector<float> weights;
     if (targetCount > 0)
         for (const double weight : file) weights.push_back(static_cast<float>(weight));

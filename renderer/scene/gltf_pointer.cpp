@@ -117,7 +117,7 @@ class PointerResolver {
             m_context.Fail(m_where,
                            Text("is {}, must name one of {} by its index", Quoted(m_pointer, 80), what));
         if (index >= count)
-            m_context.Fail(m_where, Text("is {}, but there are {} {}", Quoted(m_pointer, 80), count, what));
+            m_context.Fail(m_where, Text("is {}, but {}", Quoted(m_pointer, 80), ThereAre(count, what)));
         steps = steps.subspan(1);
         return index;
     }

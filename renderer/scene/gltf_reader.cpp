@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/check.h"
+#include "base/counted.h"
 #include "base/text.h"
 
 namespace raygraph::scene {
@@ -99,14 +100,16 @@ const std::byte* AccessorReader::RunBytes(const ElementRun& run) {
 
 void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
                           std::span<const std::byte> packed) {
+    RG_CHECK_LE(components, size_t{16});
+    std::array<float, 16> fill{};
+    if (selection.count > 0) std::copy_n(out, components, fill.begin());
     Copy(accessor, selection, components, out, packed);
     if (Info(accessor).componentType != ComponentType::Float || IsFinite(out, selection.count * components))
         return;
     const Place where = Place("accessors")[accessor];
     const std::vector<bool> isUsed = selection.UsedPlaces();
-    const std::vector<float> zero(components);
     const float* const instead =
-        selection.used && !selection.used->empty() ? out + selection.used->front() * components : zero.data();
+        selection.used && !selection.used->empty() ? out + selection.used->front() * components : fill.data();
     // Used ones first: what is copied is then finite
     for (const bool isOfUsed : {true, false})
         for (size_t i = 0; i < selection.count; ++i) {
@@ -166,8 +169,8 @@ std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {
     CopyIndices(info.sparse->indexType, RunBytes(run), run.byteStride, ids);
     for (size_t i = 0; i < ids.size(); ++i) {
         if (ids[i] >= info.count)
-            m_context.Fail(where,
-                           Text("element {} is {}, but the accessor has {} elements", i, ids[i], info.count));
+            m_context.Fail(where, Text("element {} is {}, but the accessor has {}", i, ids[i],
+                                       Counted(info.count, "element")));
         if (i > 0 && ids[i] <= ids[i - 1])
             m_context.Fail(where, Text("element {} is {}, not greater than the one before it", i, ids[i]));
     }

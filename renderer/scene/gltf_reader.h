@@ -37,7 +37,8 @@ class AccessorReader {
     // accessor with fewer components leaves the others of each element as they were. Normalized integers
     // become [0, 1] or [-1, 1], others their value. Of matrices only those of floats. `packed`: all elements,
     // in place of those that the accessor's view or sparse part has. Fails at the accessor if a value is not
-    // finite; where no used element has it, the element becomes the first used one, or 0, with a warning.
+    // finite; where no used element has it, the element becomes the first used one, or without one what the
+    // first was in `out`, with a warning.
     void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
               std::span<const std::byte> packed = {});
     // Likewise, of all elements; returns the first that is not finite, and leaves it so.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "base/counted.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/extensions.h"
@@ -284,7 +285,8 @@ class Checker {
 
     bool CheckNumbers(Json& value, const Property& row) {
         if (!value.is_array()) return Refuse(value, row);
-        if (value.size() != row.count) Fail(Text("has {} elements, must have {}", value.size(), row.count));
+        if (value.size() != row.count)
+            Fail(Text("has {}, must have {}", Counted(value.size(), "element"), row.count));
         return CheckEach(value, row, [&](Json& element) {
             if (!element.is_number()) FailValue(element, "must be a number");
             CheckNumber(element, row);
@@ -296,7 +298,8 @@ class Checker {
         if (value.empty()) Fail("has no elements, must have at least one");
         return CheckEach(value, row, [&](Json& list) {
             if (!list.is_array()) FailValue(list, "must be an array");
-            if (list.size() != row.count) Fail(Text("has {} elements, must have {}", list.size(), row.count));
+            if (list.size() != row.count)
+                Fail(Text("has {}, must have {}", Counted(list.size(), "element"), row.count));
             CheckEach(list, row, [&](Json& element) { CheckIndex(element, row); });
         });
     }
@@ -316,7 +319,7 @@ class Checker {
         const std::optional<uint64_t> whole = ToWhole(value);
         if (!whole) FailValue(value, TypeNeeded(PropertyType::Index));
         if (*whole >= Count(row.target))
-            Fail(Text("is {}, but there are {} {}", *whole, Count(row.target), Name(row.target)));
+            Fail(Text("is {}, but {}", *whole, ThereAre(Count(row.target), Name(row.target))));
         value = *whole;
         return true;
     }

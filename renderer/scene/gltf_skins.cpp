@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/scene/gltf_morphs.h"
 
@@ -24,8 +25,8 @@ void ReadSkin(GltfContext& context, const SkinSource& source, const AccessorTabl
                      Text("accessors[{}] must be MAT4 of float", source.inverseBinds));
     if (accessor.count < skin.joints.size())
         context.Fail(where["inverseBindMatrices"],
-                     Text("accessors[{}] has {} elements, there are {} joints", source.inverseBinds,
-                          accessor.count, skin.joints.size()));
+                     Text("accessors[{}] has {}, the skin has {}", source.inverseBinds,
+                          Counted(accessor.count, "element"), Counted(skin.joints.size(), "joint")));
 }
 
 // What makes the skin of a node useless; an empty text: nothing.
@@ -78,14 +79,15 @@ class Influences {
     void Warn(GltfContext& context, const Place& where) const {
         if (m_negativeCount > 0)
             context.Warn(where, "negative weights of joints",
-                         Text("{} values are negative, taken as 0", m_negativeCount));
+                         Text("{} negative, taken as 0", Counted(m_negativeCount, "value is", "values are")));
         if (m_emptyCount > 0)
             context.Warn(where, "weights of joints of 0",
-                         Text("{} vertices follow no joint, taken as following the first of their JOINTS_0",
-                              m_emptyCount));
+                         Text("{} no joint, taken as following the first of JOINTS_0",
+                              Counted(m_emptyCount, "vertex follows", "vertices follow")));
         if (m_unevenCount > 0)
             context.Warn(where, "weights of joints",
-                         Text("{} vertices have weights that do not sum to 1, normalized", m_unevenCount));
+                         Text("{} weights that do not sum to 1, normalized",
+                              Counted(m_unevenCount, "vertex has", "vertices have")));
     }
 
   private:
@@ -204,8 +206,8 @@ JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, c
             return influence.joint >= limit.count;
         });
         if (found == one.List().end()) continue;
-        const std::string what = Text("vertex {} follows joint {}, skins[{}] has {} joints", vertices[i],
-                                      found->joint, limit.skin, limit.count);
+        const std::string what = Text("vertex {} follows joint {}, skins[{}] has {}", vertices[i],
+                                      found->joint, limit.skin, Counted(limit.count, "joint"));
         if (isUsed.empty()) isUsed = vertices.UsedPlaces();
         if (isUsed[i]) context.Fail(attributes, what);
         context.Warn(attributes, "joint of an unused vertex", what + "; it is in no triangle");

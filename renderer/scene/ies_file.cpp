@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/counted.h"
 #include "base/printable.h"
 #include "base/text.h"
 
@@ -272,7 +273,8 @@ IesFile ParseIes(std::string_view text) {
     isC ? CompleteC(web, reader) : CompleteAB(web);
     IesFile file{.profile = ProfileOf(web), .warnings = {}};
     if (negativeCount > 0)
-        file.warnings.push_back(Text("{} candela values are negative, taken as 0", negativeCount));
+        file.warnings.push_back(Text("{} negative, taken as 0",
+                                     Counted(negativeCount, "candela value is", "candela values are")));
     return file;
 }
 

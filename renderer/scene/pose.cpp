@@ -24,6 +24,10 @@ bool IsIgnored(const SceneData& scene, const AnimationTarget& target) {
     return WidthOf(scene, target) == 0 || (IsTransform(target) && scene.nodes[target.object].matrix);
 }
 
+bool Plays(const ClipState& clip) {
+    return clip.weight > 0.0f && std::isfinite(clip.weight);
+}
+
 // Of quaternions.
 double Dot(const double* a, const double* b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
@@ -83,6 +87,16 @@ void PoseEvaluator::ReadRest(const SceneData& scene) {
         GetValue(scene, property.target, &m_rest[property.first]);
 }
 
+void RequirePlayable(const SceneData& scene, std::span<const ClipState> clips) {
+    for (const ClipState& clip : clips) {
+        if (clip.animation >= scene.animations.size())
+            throw MakeError(ErrorKind::Usage, "there is no animation {}, the scene has {}", clip.animation,
+                            scene.animations.size());
+        const std::string& defect = scene.animations[clip.animation].defect;
+        if (Plays(clip) && !defect.empty()) throw Error(ErrorKind::BadInput, defect);
+    }
+}
+
 const Pose& PoseEvaluator::Rest() {
     m_pose.values = m_rest;
     return m_pose;
@@ -90,13 +104,11 @@ const Pose& PoseEvaluator::Rest() {
 
 const Pose& PoseEvaluator::Evaluate(const SceneData& scene, std::span<const ClipState> clips) {
     RG_CHECK_EQ(scene.animations.size() + 1, m_firstChannel.size());
+    RequirePlayable(scene, clips);
     std::ranges::fill(m_pose.values, 0.0);
     std::ranges::fill(m_totals, 0.0);
     for (const ClipState& clip : clips) {
-        if (clip.animation >= scene.animations.size())
-            throw MakeError(ErrorKind::Usage, "there is no animation {}, the scene has {}", clip.animation,
-                            scene.animations.size());
-        if (!(clip.weight > 0.0f) || !std::isfinite(clip.weight)) continue;
+        if (!Plays(clip)) continue;
         const Animation& animation = scene.animations[clip.animation];
         for (size_t i = m_firstChannel[clip.animation]; i < m_firstChannel[clip.animation + size_t{1}]; ++i)
             Add(animation.samplers[m_channels[i].sampler], m_channels[i], clip.seconds, double{clip.weight});

@@ -31,6 +31,10 @@ struct ClipState {
     bool operator==(const ClipState&) const = default;
 };
 
+// Error{BadInput} with Animation::defect if one of the clips, with a weight, is of an animation that has one.
+// Error{Usage} if there is no such animation.
+RAYGRAPH_API void RequirePlayable(const SceneData& scene, std::span<const ClipState> clips);
+
 // A property that some animation of the scene changes, and where its value is in Pose::values.
 struct PosedProperty {
     AnimationTarget target;  // A whole: of weights all.
@@ -59,7 +63,7 @@ class RAYGRAPH_API PoseEvaluator {
     // value has the remainder; above, they count by their share. Rotations are added as quaternions, each
     // turned to the side of the sum so far, and normalized; fields whose 0 is infinite by their reciprocals.
     // `scene` is that of the constructor, whose animations are as they were; its values are not read. Valid
-    // until the next call. No memory is allocated. Error{Usage} if there is no such animation.
+    // until the next call. No memory is allocated. Throws what RequirePlayable throws.
     const Pose& Evaluate(const SceneData& scene, std::span<const ClipState> clips);
 
     // The scene's own, with nothing animated.

@@ -42,7 +42,7 @@ const Row kRows[] = {
     {"/materials/0/extensions/KHR_materials_diffuse_transmission",
      R"({"diffuseTransmissionTexture": {"index": 7}})",
      "materials[0].extensions.KHR_materials_diffuse_transmission.diffuseTransmissionTexture.index: is 7, but "
-     "there are 1 textures"},
+     "there is 1 texture"},
     {"/materials/0/extensions/KHR_materials_iridescence", R"({"iridescenceTexture": {}})",
      "materials[0].extensions.KHR_materials_iridescence.iridescenceTexture.index: is absent, must be a whole "
      "number of at least 0"},

@@ -43,6 +43,30 @@ TEST(ProgramMotion, WhatCannotPlayIsRefusedInALine) {
     }
 }
 
+// The box at rest needs no keys, and the other animation has whole ones.
+TEST(ProgramMotion, BrokenKeysAreAnErrorOfTheAnimationThatPlays) {
+    const test::TemporaryFolder folder;
+    WriteBox(folder);
+    json scene = json::parse(std::ifstream(folder / "box.gltf"));
+    const size_t output = scene["animations"][0]["samplers"][0]["output"];
+    scene["accessors"][output]["count"] = 1;
+    std::ofstream(folder / "box.gltf") << scene;
+    const std::string line = "box.gltf: animations[0].samplers[0].output: accessors[" +
+                             std::to_string(output) + "] has 1 element, must have 2 for 2 keys of LINEAR";
+    const ProgramResult info = RunProgram(folder, "info box.gltf");
+    EXPECT_EQ(info.exitCode, 0);
+    EXPECT_NE(info.messages.find(line + "; the animation cannot be played"), std::string::npos)
+        << info.messages;
+    for (const char* command : {"render -o a.png", "bench", "graph"})
+        for (const char* clips : {"", " --clips rise", " --clips all"}) {
+            const ProgramResult refused =
+                RunProgram(folder, std::string(command) + " box.gltf --quiet --at 1" + clips);
+            EXPECT_EQ(refused.exitCode, 4) << command << clips;
+            EXPECT_EQ(refused.messages, "raygraph: " + line + "\n");
+        }
+    EXPECT_EQ(RunProgram(folder, "graph box.gltf --at 1 --clips sink").exitCode, 0);
+}
+
 TEST(ProgramMotion, TimesAreRenderedRecordedAndResumed) {
     const test::TemporaryFolder folder;
     WriteBox(folder);

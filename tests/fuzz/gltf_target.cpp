@@ -59,13 +59,20 @@ void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesys
             "");
 }
 
-// All animations, each at some times: the scene stays one that can be drawn. Ends with its rest pose.
+// Plays all animations, each at some times: the scene stays one that can be drawn, and an animation with a
+// defect is refused. The scene has its rest pose in the end.
 void Play(scene::SceneData& scene) {
     scene::PoseEvaluator evaluator(scene);
     scene::PoseApplier applier(scene);
     for (uint32_t i = 0; i < scene.animations.size(); ++i)
         for (const double share : {0.0, 0.3, 1.0}) {
             const std::array clips{scene::ClipState{i, share * double{scene.animations[i].duration}}};
+            if (!scene.animations[i].defect.empty()) {
+                Require(!Succeeds(std::string(kSceneName) + ": animations[", {ErrorKind::BadInput},
+                                  [&] { evaluator.Evaluate(scene, clips); }),
+                        "an animation with a defect is played");
+                continue;
+            }
             applier.Apply(scene, evaluator.Evaluate(scene, clips));
             scene::Check(scene);
         }

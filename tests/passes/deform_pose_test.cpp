@@ -262,7 +262,7 @@ TEST_F(DeformTest, PosesOfOtherInstancesThanTheDeformedOnesAreRefusedAsAWhole) {
     EXPECT_EQ(refused({false, false, false}), "GpuScene: SetPose: instance 0 is not deformed");
     scene.nodes[5].mesh = scene.instances[1].mesh = 0;
     posed.applier.Refresh(scene);
-    EXPECT_EQ(refused({false, true, false}), "GpuScene: SetPose: 1 weights for instance 0, which has 0");
+    EXPECT_EQ(refused({false, true, false}), "GpuScene: SetPose: 1 weight for instance 0, which has 0");
 }
 
 }  // namespace raygraph::testing

@@ -74,7 +74,7 @@ TEST_F(UpdatesOnly, AnErrorInAListLeavesAllOfIt) {
     const scene::PlacedTransform nothing{glm::mat4x3(0.0f)};
     const std::vector<uint32_t> two{4, 5}, beyond{4, kCount};
     EXPECT_EQ(ErrorTextOf([&] { render.scene.SetTransforms(two, std::vector{moved}); }),
-              "GpuScene: SetTransforms: 1 transforms for 2 instances");
+              "GpuScene: SetTransforms: 1 transform for 2 instances");
     EXPECT_EQ(ErrorTextOf([&] {
                   render.scene.SetTransforms(beyond, std::vector{moved, moved});
               }),

@@ -196,8 +196,9 @@ TEST_F(RefusedSceneTest, TransformsThatAreNoPlaceAreRefused) {
 TEST_F(RefusedSceneTest, IndicesThatPointNowhereAreRefused) {
     scene::SceneData scene = Sphere(1.0f, 4);
     scene.meshes[0].primitives[0].indices[5] = 100000;
-    EXPECT_EQ(Message([&] { render.scene.SetScene(std::move(scene)); }),
-              "GpuScene: SetScene: meshes[0].primitives[0]: indices[5] is 100000, there are 45 positions");
+    EXPECT_EQ(
+        Message([&] { render.scene.SetScene(std::move(scene)); }),
+        "GpuScene: SetScene: meshes[0].primitives[0]: indices[5] is 100000, but positions has 45 elements");
     scene::SceneData other = Sphere(1.0f, 4);
     other.instances[0].mesh = 3;
     EXPECT_EQ(Message([&] { render.scene.SetScene(std::move(other)); }),

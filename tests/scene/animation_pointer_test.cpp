@@ -335,7 +335,7 @@ TEST(AnimationPointer, MalformedOnesAreRefused) {
         {"/nodes/4/scale", "\"/nodes/4/scale\", but there are 4 nodes"},
         {"/nodes/99999999999/scale", "\"/nodes/99999999999/scale\", must name one of nodes by its index"},
         {"/materials/2/alphaCutoff", "\"/materials/2/alphaCutoff\", but there are 2 materials"},
-        {"/meshes/1/weights", "\"/meshes/1/weights\", but there are 1 meshes"},
+        {"/meshes/1/weights", "\"/meshes/1/weights\", but there is 1 mesh"},
         {"/cameras/2/perspective/yfov", "\"/cameras/2/perspective/yfov\", but there are 2 cameras"},
         {"/extensions/KHR_lights_punctual/lights/2/color",
          "\"/extensions/KHR_lights_punctual/lights/2/color\", but there are 2 lights"},

@@ -93,11 +93,11 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
         {[](SceneData& s) { s.meshes[0].primitives[0].normals.pop_back(); },
          "meshes[0].primitives[0]: normals has 2 elements for 3 positions"},
         {[](SceneData& s) { s.meshes[0].primitives[0].indices[2] = 3; },
-         "meshes[0].primitives[0]: indices[2] is 3, there are 3 positions"},
+         "meshes[0].primitives[0]: indices[2] is 3, but positions has 3 elements"},
         {[](SceneData& s) { s.meshes[0].primitives[0].indices.push_back(0); },
          "meshes[0].primitives[0]: 4 indices are no whole triangles"},
         {[](SceneData& s) { s.meshes[0].primitives[0].radii = {1.0f}; },
-         "meshes[0].primitives[0]: 3 indices of 1 round primitives, must be two each"},
+         "meshes[0].primitives[0]: 3 indices of 1 round primitive, must be two each"},
         {[](SceneData& s) { MakeRound(s, 0.0f); },
          "meshes[0].primitives[0]: radii[0] is 0, must be 1e-09 to 1e+09"},
         {[](SceneData& s) { MakeRound(s, std::numeric_limits<float>::quiet_NaN()); },
@@ -185,7 +185,7 @@ TEST(Check, NamesWhatCannotMove) {
         {[](SceneData& s) { s.meshes[0].primitives[0].influences.bounds[1].max.x = -1; },
          "meshes[0].primitives[0]: the bounds of joint 1 are not around what it moves"},
         {[](SceneData& s) { s.meshes[0].primitives[0].targets.emplace_back(); },
-         "meshes[0].primitives[0]: 2 morph targets, its mesh has 1 weights"},
+         "meshes[0].primitives[0]: 2 morph targets, its mesh has 1 weight"},
         {[](SceneData& s) { s.meshes[0].primitives[0].targets[0].positions.pop_back(); },
          "meshes[0].primitives[0]: positions of a target has 2 elements for 3 positions"},
         {[](SceneData& s) { s.meshes[0].primitives[0].targets[0].tangents.resize(3); },
@@ -197,12 +197,12 @@ TEST(Check, NamesWhatCannotMove) {
              s.nodes[0].weights = {1, 2};
          },
          "nodes[0]: 2 weights, its mesh has 1"},
-        {[](SceneData& s) { s.nodes[1].weights = {1}; }, "nodes[1]: 1 weights, its mesh has 0"},
+        {[](SceneData& s) { s.nodes[1].weights = {1}; }, "nodes[1]: 1 weight, its mesh has 0"},
         {[](SceneData& s) { s.nodes[0].skin = 1; }, "nodes[0]: skin is 1, there are 1"},
         {[](SceneData& s) { s.skins[0].joints[1] = 2; }, "skins[0]: a joint is 2, there are 2"},
         {[](SceneData& s) { s.skins[0].joints.clear(); }, "skins[0]: it has no joints, or too many"},
         {[](SceneData& s) { s.skins[0].inverseBinds.pop_back(); },
-         "skins[0]: 1 inverse bind matrices of 2 joints"},
+         "skins[0]: 1 inverse bind matrix of 2 joints"},
         {[](SceneData& s) { s.skins[0].inverseBinds[1][3].x = kInfinity; },
          "skins[0]: an inverse bind matrix is not finite"},
         {[](SceneData& s) {
@@ -273,7 +273,7 @@ TEST(Check, InstancesFitTheSkinAndTheWeightsOfTheirNode) {
     EXPECT_NO_THROW(Check(weights));
     for (Instance& instance : weights.instances) instance = {.mesh = 1, .node = 0};
     EXPECT_EQ(ErrorTextOf([&] { Check(weights, "scene"); }),
-              "scene: instances[0]: its node has 1 weights, its mesh 2");
+              "scene: instances[0]: its node has 1 weight, its mesh 2");
 }
 
 // Joint matrices go to one object space.

@@ -136,14 +136,13 @@ TEST(Extensions, RequiredButUnknownOneIsRefusedByName) {
 TEST(Indices, ThoseOfSkinsAnimationsAndTargetsAreChecked) {
     GltfDocument document;
     document.AddTriangle();
-    ExpectRefused(document,
-                  {{"/meshes/0/primitives/0/targets",
-                    {{{"POSITION", 5}}},
-                    "meshes[0].primitives[0].targets[0].POSITION: is 5, but there are 2 accessors"},
-                   {"/skins", {{{"joints", {3}}}}, "skins[0].joints[0]: is 3, but there are 1 nodes"},
-                   {"/animations",
-                    {{{"samplers", {{{"input", 0}, {"output", 9}}}}, {"channels", Json::array()}}},
-                    "animations[0].samplers[0].output: is 9, but there are 2 accessors"}});
+    ExpectRefused(document, {{"/meshes/0/primitives/0/targets",
+                              {{{"POSITION", 5}}},
+                              "meshes[0].primitives[0].targets[0].POSITION: is 5, but there are 2 accessors"},
+                             {"/skins", {{{"joints", {3}}}}, "skins[0].joints[0]: is 3, but there is 1 node"},
+                             {"/animations",
+                              {{{"samplers", {{{"input", 0}, {"output", 9}}}}, {"channels", Json::array()}}},
+                              "animations[0].samplers[0].output: is 9, but there are 2 accessors"}});
 }
 
 TEST(Load, ProgressRisesFromNoughtToOne) {

@@ -125,7 +125,7 @@ TEST(IesFile, NegativeIntensitiesAreNone) {
     const IesFile file = scene::ParseIes("TILT=NONE 1\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 -1 5");
     EXPECT_EQ(file.profile.candela, (std::vector<float>{0.0f, 5.0f}));
     ASSERT_EQ(file.warnings.size(), 1u);
-    EXPECT_EQ(file.warnings[0], "1 candela values are negative, taken as 0");
+    EXPECT_EQ(file.warnings[0], "1 candela value is negative, taken as 0");
 }
 
 TEST(IesFile, MalformedOnesAreRefusedByLine) {

@@ -7,6 +7,7 @@
 #include "renderer/scene/pose.h"
 #include "renderer/scene/pose_applier.h"
 #include "tests/scene/motion_document.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
 namespace {
@@ -188,8 +189,8 @@ TEST(ImportAnimation, BadOnesAreRefused) {
            ".samplers[0].output: " + named(matrices) + " must be VEC3 of float, bytes or shorts");
     change("/samplers/0/interpolation", "SMOOTH",
            ".samplers[0].interpolation: is \"SMOOTH\", must be LINEAR, STEP or CUBICSPLINE");
-    change("/channels/0/sampler", 1, ".channels[0].sampler: is 1, but there are 1 samplers");
-    change("/channels/0/target/node", 5, ".channels[0].target.node: is 5, but there are 1 nodes");
+    change("/channels/0/sampler", 1, ".channels[0].sampler: is 1, but there is 1 sampler");
+    change("/channels/0/target/node", 5, ".channels[0].target.node: is 5, but there is 1 node");
     change("/channels/0/target", Json::object(), ".channels[0].target.path: is absent, must be a string");
     change("/channels/0/target/path", 7, ".channels[0].target.path: is 7, must be a string");
     change("/samplers", 7, ".channels[0].sampler: is 0, but there are 0 samplers");
@@ -200,10 +201,10 @@ TEST(ImportAnimation, BadOnesAreRefused) {
                                       " must be VEC4 of float, normalized bytes or normalized shorts");
 }
 
-// Exporters write such files; the scene at rest, and its other channels, are as they should be.
-TEST(ImportAnimation, ChannelsWithUnusableKeysAreLeftOut) {
-    const auto warning = [](const char* path, const std::vector<float>& times,
-                            const std::vector<float>& values, size_t components) {
+// Exporters write such files; the scene at rest is as it should be, and the animation says why it cannot be played.
+TEST(ImportAnimation, UnusableKeysOfWhatIsShownAreADefectOfTheAnimation) {
+    const auto defect = [](const char* path, const std::vector<float>& times,
+                           const std::vector<float>& values, size_t components) {
         GltfDocument document = Moving();
         Json& animation = document.json["animations"][0];
         animation["samplers"].push_back({{"input", document.AddAccessor<float>(times, 1)},
@@ -215,20 +216,24 @@ TEST(ImportAnimation, ChannelsWithUnusableKeysAreLeftOut) {
         EXPECT_EQ(scene.animations[0].channels.size(), 1u);
         EXPECT_EQ(scene.animations[0].samplers.size(), 1u);
         EXPECT_EQ(scene.animations[0].duration, 1.0f);
-        EXPECT_EQ(PosedAt(scene, 1).nodes[0].translation, vec3(3, 2, 1)) << "the other channel";
-        return scene.warnings.size() == 1 ? scene.warnings[0] : "not one";
+        const Error error = testing::ErrorOf([&] { PosedAt(scene, 1); });
+        EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
+        EXPECT_EQ(error.what(), scene.animations[0].defect);
+        EXPECT_EQ(scene.warnings,
+                  std::vector{error.what() + std::string("; the animation cannot be played")});
+        return scene.animations[0].defect;
     };
     const std::string at = "scene.gltf: animations[0].samplers[1].";
-    EXPECT_EQ(warning("scale", {1, 1}, {1, 1, 1, 1, 1, 1}, 3),
-              at + "input: accessors[4] element 1 is 1, not greater than the one before it; its channels are "
-                   "left out");
-    EXPECT_EQ(
-        warning("scale", {-1, 9}, {1, 1, 1, 1, 1, 1}, 3),
-        at + "input: accessors[4] element 0 is -1, a time must not be negative; its channels are left out");
-    EXPECT_EQ(warning("scale", {0, 1, 9}, {1, 1, 1, 1, 1, 1}, 3),
-              at + "output: accessors[5] has 2 elements, 3 keys of LINEAR need 3, its channels are left out");
-    EXPECT_EQ(warning("rotation", {0, 9}, {0, 0, 0, 1, 0, 0, 0, 0}, 4),
-              at + "output: key 1 is a quaternion of length 0, its channels are left out");
+    EXPECT_EQ(defect("scale", {1, 1}, {1, 1, 1, 1, 1, 1}, 3),
+              at + "input: accessors[4] element 1 is 1, not greater than the one before it");
+    EXPECT_EQ(defect("scale", {-1, 9}, {1, 1, 1, 1, 1, 1}, 3),
+              at + "input: accessors[4] element 0 is -1, a time must not be negative");
+    EXPECT_EQ(defect("scale", {0, 1, 9}, {1, 1, 1, 1, 1, 1}, 3),
+              at + "output: accessors[5] has 2 elements, must have 3 for 3 keys of LINEAR");
+    EXPECT_EQ(defect("scale", {0}, {1, 1, 1, 1, 1, 1}, 3),
+              at + "output: accessors[5] has 2 elements, must have 1 for 1 key of LINEAR");
+    EXPECT_EQ(defect("rotation", {0, 9}, {0, 0, 0, 1, 0, 0, 0, 0}, 4),
+              at + "output: key 1 is a quaternion of length 0");
 }
 
 // Weights are scalars, vectors are not: what one sampler is for one channel says nothing about another.

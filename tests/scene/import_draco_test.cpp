@@ -239,7 +239,7 @@ TEST(Draco, WhatDisagreesIsRefused) {
             at + ".attributes.TANGENT: is of an attribute that the primitive does not have");
     refused((extension + "/attributes/NORMAL").c_str(), -1,
             at + ".attributes.NORMAL: is -1, must be a whole number of at least 0");
-    refused((extension + "/bufferView").c_str(), 5, at + ".bufferView: is 5, but there are 1 bufferViews");
+    refused((extension + "/bufferView").c_str(), 5, at + ".bufferView: is 5, but there is 1 bufferView");
     refused(
         "/accessors/2/componentType", kInt16,
         "scene.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression.attributes.TEXCOORD_0: is "

@@ -377,7 +377,7 @@ TEST(ImageLights, MalformedOnesAreRefused) {
     expect("/rotation", {0, 0, 1}, ".rotation: has 3 elements, must have 4");
     ExpectRefused(document,
                   {{"/scenes/0/extensions/EXT_lights_image_based/light", 1,
-                    "scenes[0].extensions.EXT_lights_image_based.light: is 1, but there are 1 lights"}});
+                    "scenes[0].extensions.EXT_lights_image_based.light: is 1, but there is 1 light"}});
     document.json["extensions"].erase("EXT_lights_image_based");
     EXPECT_EQ(LoadError(document),
               "scene.gltf: scenes[0].extensions.EXT_lights_image_based.light: is 0, but there are 0 lights");

@@ -190,16 +190,16 @@ TEST(ImportMorph, BadOnesAreRefused) {
         {{"/meshes/0/primitives/0/targets/0/POSITION", two, notEqual.c_str()},
          {"/meshes/0/primitives/0/targets/0/POSITION", pairs, notVector.c_str()},
          {"/meshes/0/primitives/0/targets/0/TANGENT", pairs, notTangent.c_str()},
-         {"/meshes/0/weights", {1, 2, 3}, "meshes[0].weights: has 3 elements, there are 2 morph targets"},
+         {"/meshes/0/weights", {1, 2, 3}, "meshes[0].weights: has 3 elements, the mesh has 2 morph targets"},
          {"/meshes/0/weights", {1, "x"}, "meshes[0].weights[1]: is \"x\", must be a number"},
-         {"/nodes/0/weights", {1}, "nodes[0].weights: has 1 elements, there are 2 morph targets"},
+         {"/nodes/0/weights", {1}, "nodes[0].weights: has 1 element, the mesh has 2 morph targets"},
          {"/nodes/0/weights", 1, "nodes[0].weights: is 1, must be an array"}});
     GltfDocument uneven = Morphed();
     Json other = Primitive(uneven);
     other["targets"].erase(1);
     uneven.json["meshes"][0]["primitives"].push_back(other);
     EXPECT_EQ(LoadError(uneven),
-              "scene.gltf: meshes[0].primitives[1].targets: has 1 elements, that of primitives[0] has 2");
+              "scene.gltf: meshes[0].primitives[1].targets: has 1 element, that of primitives[0] has 2");
 }
 
 TEST(ImportMorph, MemoryIsCharged) {

@@ -177,10 +177,10 @@ TEST(Nodes, CycleIsRefused) {
 
 TEST(Nodes, IndicesOutOfRangeAreRefused) {
     ExpectRefused(WithMesh(),
-                  {{"/nodes/0/mesh", 1, "nodes[0].mesh: is 1, but there are 1 meshes"},
+                  {{"/nodes/0/mesh", 1, "nodes[0].mesh: is 1, but there is 1 mesh"},
                    {"/nodes/0/camera", 0, "nodes[0].camera: is 0, but there are 0 cameras"},
                    {"/nodes/0/skin", 0, "nodes[0].skin: is 0, but there are 0 skins"},
-                   {"/nodes/0/children", {1}, "nodes[0].children[0]: is 1, but there are 1 nodes"},
+                   {"/nodes/0/children", {1}, "nodes[0].children[0]: is 1, but there is 1 node"},
                    {"/nodes/0/extensions/KHR_lights_punctual/light", 0,
                     "nodes[0].extensions.KHR_lights_punctual.light: is 0, but there are 0 lights"}});
 }
@@ -273,7 +273,7 @@ TEST(Scenes, BadNodeListsAreRefused) {
                   {{kNodes, {1}, "scenes[0].nodes[0]: nodes[1] is a child of nodes[0], must be a root"},
                    {kNodes, {0, 0}, "scenes[0].nodes: nodes[0] is listed twice"},
                    {kNodes, {2}, "scenes[0].nodes[0]: is 2, but there are 2 nodes"},
-                   {"/scene", 1, "scene: is 1, but there are 1 scenes"}});
+                   {"/scene", 1, "scene: is 1, but there is 1 scene"}});
 }
 
 TEST(Statistics, PlacedTrianglesCountEveryInstance) {

@@ -113,11 +113,10 @@ TEST(ImportSkin, WeightsAreMadeToSumToOne) {
         document.AddAccessor<float>({3, 0, 0, 0, 0, 0, 0, 0, 0.5f, 1.5f, -4, 0}, 4);
     const scene::SceneData scene = Load(document);
     const std::string at = "scene.gltf: meshes[0].primitives[0].attributes: ";
-    EXPECT_EQ(scene.warnings,
-              (std::vector<std::string>{
-                  at + "1 values are negative, taken as 0",
-                  at + "1 vertices follow no joint, taken as following the first of their JOINTS_0",
-                  at + "2 vertices have weights that do not sum to 1, normalized"}));
+    EXPECT_EQ(scene.warnings, (std::vector<std::string>{
+                                  at + "1 value is negative, taken as 0",
+                                  at + "1 vertex follows no joint, taken as following the first of JOINTS_0",
+                                  at + "2 vertices have weights that do not sum to 1, normalized"}));
     EXPECT_EQ(InfluencesOf(scene).weights, (std::vector<float>{1, 0, 1, 0, 0.75f, 0.25f}));
     EXPECT_EQ(InfluencesOf(scene).joints, (std::vector<uint16_t>{0, 0, 1, 0, 1, 0}));
 }
@@ -240,7 +239,7 @@ TEST(ImportSkin, EverySkinOfAMeshHasItsJoints) {
     document.AddNode({{"mesh", 0}, {"skin", 1}});
     EXPECT_EQ(
         LoadError(document),
-        "scene.gltf: meshes[0].primitives[0].attributes: vertex 1 follows joint 1, skins[1] has 1 joints");
+        "scene.gltf: meshes[0].primitives[0].attributes: vertex 1 follows joint 1, skins[1] has 1 joint");
     document.json["scenes"][0]["nodes"] = {0, 1, 2};
     EXPECT_EQ(LoadError(document), "loaded") << "the other is not placed";
 }
@@ -267,12 +266,12 @@ TEST(ImportSkin, BadOnesAreRefused) {
         {"/skins/0/joints", {1, 9}, "skins[0].joints[1]: is 9, but there are 3 nodes"},
         {"/skins/0", Json::object(), "skins[0].joints: is absent, must be an array"},
         {"/skins/0/inverseBindMatrices", one,
-         "skins[0].inverseBindMatrices: " + named(one) + " has 1 elements, there are 2 joints"},
+         "skins[0].inverseBindMatrices: " + named(one) + " has 1 element, the skin has 2 joints"},
         {"/skins/0/inverseBindMatrices", weights,
          "skins[0].inverseBindMatrices: " + named(weights) + " must be MAT4 of float"},
         {"/skins/0/inverseBindMatrices", notAffine,
          "skins[0].inverseBindMatrices: element 0 is not affine: its last row must be 0 0 0 1"},
-        {"/nodes/0/skin", 1, "nodes[0].skin: is 1, but there are 1 skins"},
+        {"/nodes/0/skin", 1, "nodes[0].skin: is 1, but there is 1 skin"},
         {"/meshes/0/primitives/0/attributes/JOINTS_0", weights,
          at + ".JOINTS_0: " + named(weights) + notJoints},
         {"/meshes/0/primitives/0/attributes/WEIGHTS_0", joints,

@@ -127,7 +127,7 @@ TEST(TextureExtensions, IndicesOutOfRangeAreRefused) {
         GltfDocument document = WithTexture(true);
         document.json["textures"][0]["extensions"][kind.extension] = {{"source", 7}};
         EXPECT_EQ(LoadError(document), std::string("scene.gltf: textures[0].extensions.") + kind.extension +
-                                           ".source: is 7, but there are 1 images");
+                                           ".source: is 7, but there is 1 image");
     }
 }
 
