@@ -142,7 +142,7 @@ auto FieldsOf(AnimationChannel& s) {
     return std::tie(a);
 }
 auto FieldsOf(Animation& s) {
-    auto& [a, b, c, duration] = s;
+    auto& [a, b, c, duration, defect] = s;
     return std::tie(a, b, c);
 }
 auto FieldsOf(Mesh& s) {

@@ -330,6 +330,8 @@ TEST_F(TraceMaterials, Trace_MaskStopsAllOrNothing) {
         card.alphaCutoff = 0.4f;
         card.baseColorFactor.w = alpha;
         render.scene.SetScene(SceneOf({QuadMesh(1.0f)}, {card}));
+        render.scene.SetEnvironment(
+            {});  // A card that is cut away shows nothing, and so the studio lights it.
         EXPECT_EQ(render.Render(LookAt({0, 0, 4}, {0, 0, 0}, 0.1f, 8), 4).mean.Mean().y,
                   alpha > 0.4f ? 1.0 : 0.0);
     }

@@ -271,7 +271,8 @@ TEST(Capsule, RaysThatLeaveTheSurfaceDoNotMeetItAgain) {
             std::max(largest, Height(capsule, glm::dmat3(inverse) * dvec3(leaving.origin - translation)) /
                                   double(radius));
     }
-    EXPECT_LT(largest, 0.01) << "and starts near it";
+    // The bound is that of a triangle as long as the capsule, up to 100 radii, in object space and in the world.
+    EXPECT_LT(largest, 0.0125) << "and starts near it";
 }
 
 TEST(Capsule, AllRaysThatStartInsideLeaveOnce) {

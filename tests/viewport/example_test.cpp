@@ -73,7 +73,7 @@ class Example : public VulkanTest {};
 }  // namespace
 
 TEST_F(Example, ThePage_ShowsWhatIsCompiledHere) {
-    EXPECT_EQ(Between(Text("docs/viewport.md"), "```cpp\n", "```"),
+    EXPECT_EQ(Between(Text("docs/viewport.md"), "<!-- file: show_in_panel.inc -->\n```cpp\n", "```"),
               Between(Text("tests/viewport/example_test.cpp"), "// [example]\n", "// [example]\n"));
 }
 
