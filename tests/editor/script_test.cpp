@@ -335,7 +335,7 @@ TEST_F(ScriptTest, ExrNamesLensAndRasterSettingsOfItsFrame) {
 TEST_F(ScriptTest, ExrIsOfTheFileWhereNoEditsAreUnsaved) {
     const std::filesystem::path file = folder.Path() / "edited.gltf", picture = folder.Path() / "picture.exr";
     const auto save = [&] {
-        Play("picture " + picture.string() + "\nexpect message samples\n");
+        Play("picture " + picture.string() + "\nexpect message sample\n");
         return session::ReadRenderFile(picture).sceneHash;
     };
     const auto hashOf = [](const std::filesystem::path& scene) {
@@ -353,7 +353,7 @@ TEST_F(ScriptTest, ExrIsOfTheFileWhereNoEditsAreUnsaved) {
 TEST_F(ScriptTest, SavesAnExr) {
     const std::string file = (folder.Path() / "picture.exr").string();
     Play(OpenCornell() + "view raster\nsize 320x200\nsamples 1\npicture " + file +
-         "\nexpect message samples\n");
+         "\nexpect message sample\n");
     const session::RenderFile saved = session::ReadRenderFile(file);
     const session::PictureSettings settings = session::SettingsFrom(saved.settings);
     EXPECT_EQ(saved.sceneFile, "cornell.gltf");
