@@ -21,7 +21,7 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     const test::TemporaryFolder folder;
     std::ofstream(folder.Path() / "script.txt")
         << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
-        << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
+        << (folder.Path() / "edit.exr").string() << "\nexpect message sample\n";
     const test::ProgramResult edited = RunProgram(folder, "edit --validate --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
@@ -110,7 +110,7 @@ TEST(ProgramEdit, SavedExrIsResumedByRender) {
     const test::TemporaryFolder folder;
     std::ofstream(folder.Path() / "script.txt")
         << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
-        << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
+        << (folder.Path() / "edit.exr").string() << "\nexpect message sample\n";
     const test::ProgramResult edited = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
@@ -143,7 +143,7 @@ TEST(ProgramEdit, SavedExrOfAnEditedSceneIsNotResumed) {
         << "size 640x400\nopen " << SceneFile("cornell.gltf")
         << "\nwait\nview raster\nframes 3\nmouse 320 120\nclick left\nwait\nmaterial base 1 0 0\n"
         << "expect edits 1\nsize 120x100\nview path-traced\nsamples 1\npicture "
-        << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
+        << (folder.Path() / "edit.exr").string() << "\nexpect message sample\n";
     const test::ProgramResult edited = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
@@ -160,7 +160,7 @@ TEST(ProgramEdit, OpensWithTheCameraEnvironmentAndViewThatAreAskedFor) {
     image::WriteHdr(folder.Path() / "sky.hdr", sky);
     std::ofstream(folder / "script.txt")
         << "size 120x100\nwait\nexpect view raster\nview path-traced\nsamples 2\npicture "
-        << (folder / "edit.exr").string() << "\nexpect message samples\n";
+        << (folder / "edit.exr").string() << "\nexpect message sample\n";
     const std::string options =
         "edit @furnace_sphere.gltf --env sky.hdr --view raster --camera '0.5 1 6 0 0 0 0 1 0 30' ";
     const test::ProgramResult edited = RunProgram(folder, options + "--headless-script script.txt");

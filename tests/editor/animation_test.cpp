@@ -134,7 +134,7 @@ TEST_F(EditorAnimationTest, HandlesOfAJointBendTheMeshWhileTimeStandsStill) {
 TEST_F(EditorAnimationTest, ExrNamesTheClipsAndTheTimeOfItsPose) {
     const std::filesystem::path picture = folder.Path() / "picture.exr";
     const auto save = [&](const std::string& commands) {
-        Play(kSize + commands + "samples 1\npicture " + picture.string() + "\nexpect message samples\n");
+        Play(kSize + commands + "samples 1\npicture " + picture.string() + "\nexpect message sample\n");
         return session::ReadRenderFile(picture);
     };
     const std::string hash = session::HashOf(scene::LoadGltf(file));

@@ -15,7 +15,7 @@ class LightTest : public EditorTest {
     bool HasStudio() { return editor.Work().gpu.ShownEnvironment().defaultLight == DefaultLight::Studio; }
     std::string LightOfSaved() {
         const std::string file = (folder.Path() / "saved.exr").string();
-        Play("view raster\nsamples 1\npicture " + file + "\nexpect message samples\n");
+        Play("view raster\nsamples 1\npicture " + file + "\nexpect message sample\n");
         return session::ReadRenderFile(file).settings.at("light");
     }
 };

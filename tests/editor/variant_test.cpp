@@ -27,7 +27,7 @@ TEST_F(VariantTest, IsShownInAllViewsAndIsNoEdit) {
     std::ofstream(file) << json;
     Workspace& work = editor.Work();
     const auto save = [&](const std::string& script) {
-        Play("size 120x100\n" + script + "picture " + picture.string() + "\nexpect message samples\n");
+        Play("size 120x100\n" + script + "picture " + picture.string() + "\nexpect message sample\n");
         return session::ReadRenderFile(picture);
     };
     const auto hashOf = [](const std::filesystem::path& of, uint32_t variant) {

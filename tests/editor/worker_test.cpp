@@ -125,7 +125,7 @@ TEST_F(SavingTest, SceneWhoseEditsWereSavedIsReadOnceAndNotByTheWindowsThread) {
          "\nwait\nview raster\nmouse 160 80\nclick left\nwait\nmaterial base 1 0 0\nscene " + scene.string() +
          "\nsamples 1\n");
     EXPECT_TRUE(Readers().empty());
-    const std::string save = "size 320x200\npicture " + picture.string() + "\nexpect message samples\n";
+    const std::string save = "size 320x200\npicture " + picture.string() + "\nexpect message sample\n";
     Play(save);
     ASSERT_EQ(Readers().size(), 1u);
     EXPECT_NE(Readers()[0], std::this_thread::get_id());
