@@ -92,11 +92,19 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     loading.scene = options.scene;
     loading.pointsAndLines = options.pointsAndLines;
     loading.root = options.root;
-    loading.log = options.log;
+    // An error is one line: warnings are sent once it is known that there is none.
+    loading.log = Log(
+        [&options](const LogMessage& message) {
+            if (message.level != LogLevel::Warning)
+                options.log.Send(message.level, message.category, message.text);
+        },
+        LogLevel::Debug);
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
     ChooseVariant(data, options.variant);
     CheckClips(data, options);
+    for (const std::string& warning : data.warnings)
+        options.log.Send(LogLevel::Warning, log_category::kScene, warning);
     const double loadMs = environment.loadMs + watch.Milliseconds();
 
     SceneInput input = MakeInput(std::move(data), path.filename().string());

@@ -60,7 +60,7 @@ TEST(ProgramMotion, BrokenKeysAreAnErrorOfTheAnimationThatPlays) {
     for (const char* command : {"render -o a.png", "bench", "graph"})
         for (const char* clips : {"", " --clips rise", " --clips all"}) {
             const ProgramResult refused =
-                RunProgram(folder, std::string(command) + " box.gltf --quiet --at 1" + clips);
+                RunProgram(folder, std::string(command) + " box.gltf --at 1" + clips);
             EXPECT_EQ(refused.exitCode, 4) << command << clips;
             EXPECT_EQ(refused.messages, "raygraph: " + line + "\n");
         }
