@@ -36,7 +36,7 @@ Json JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
     return array;
 }
 
-// Names the extension in extensionsUsed.
+// Names the extension in extensionsUsed. References into `root` end: its members move if that is a new one.
 void Use(Json& root, const char* extension) {
     Json& used = root["extensionsUsed"];
     if (!used.is_array()) used = Json::array();
@@ -89,10 +89,10 @@ void PatchNode(Json& node, const Node& loaded, const Node& edited) {
 
 constexpr const char* kVisibility = "KHR_node_visibility";
 
-void PatchVisibility(Json& root, Json& node, const Node& loaded, const Node& edited) {
+void PatchVisibility(Json& root, size_t index, const Node& loaded, const Node& edited) {
     if (edited.isVisible == loaded.isVisible) return;
     Use(root, kVisibility);
-    node["extensions"][kVisibility]["visible"] = edited.isVisible;
+    root["nodes"][index]["extensions"][kVisibility]["visible"] = edited.isVisible;
 }
 
 // --- Fields ---
@@ -131,7 +131,7 @@ Json JsonGlossiness(float roughness) {
     return static_cast<float>(1.0 - shortest.get<double>()) == roughness ? shortest : Json(exact);
 }
 
-// One material's JSON, and what its edits put there.
+// Holds one material's JSON, a copy that is not in the tree of `root`, and puts edits there.
 class MaterialPatch {
   public:
     MaterialPatch(Json& root, Json& material) : m_root(root), m_material(material) {}
@@ -317,7 +317,7 @@ void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
         if (loaded.nodes[i].parent != edited.nodes[i].parent)
             throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
         PatchNode(root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
-        PatchVisibility(root, root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
+        PatchVisibility(root, i, loaded.nodes[i], edited.nodes[i]);
     }
 }
 

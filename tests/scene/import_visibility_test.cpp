@@ -87,5 +87,22 @@ TEST(Visibility, IsSavedWhereItWasEdited) {
     EXPECT_EQ(json["extensionsUsed"], Json::array({kExtension}));
 }
 
+// The first extension of a file gives it a list of those that it uses, beside its nodes.
+TEST(Visibility, IsSavedInAFileWithoutExtensions) {
+    for (size_t nodeCount = 1; nodeCount < 4; ++nodeCount) {
+        GltfDocument document;
+        for (size_t i = 0; i < nodeCount; ++i) document.AddTriangle();
+        ASSERT_FALSE(document.json.contains("extensionsUsed"));
+        const SceneFolder folder;
+        const std::filesystem::path source = folder.Write("scene.gltf", document.Text());
+        scene::SceneData edited = scene::LoadGltf(source);
+        for (scene::Node& node : edited.nodes) node.isVisible = false;
+        scene::SaveGltf(source, edited, folder.Path() / "saved.gltf");
+        const scene::SceneData saved = scene::LoadGltf(folder.Path() / "saved.gltf");
+        EXPECT_EQ(scene::VisibleNodes(saved), std::vector<bool>(nodeCount, false));
+        EXPECT_TRUE(saved.warnings.empty());
+    }
+}
+
 }  // namespace
 }  // namespace raygraph::test
