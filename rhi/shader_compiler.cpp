@@ -132,6 +132,7 @@ std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path
 
     glslang::TShader shader(language);
     shader.setStringsWithLengthsAndNames(&text, &length, &name, 1);
+    shader.setPreamble(source.preamble.c_str());
     shader.setEnvInput(glslang::EShSourceGlsl, language, glslang::EShClientVulkan, kInputSemanticsVersion);
     shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_3);
     shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_6);
@@ -151,17 +152,12 @@ std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path
     return words;
 }
 
-std::vector<uint32_t> CompileGlslFile(const fs::path& includeRoot, const std::string& name,
-                                      std::vector<fs::path>* includedFiles,
-                                      const std::vector<fs::path>& moreIncludes) {
-    std::optional<std::string> text = ReadText(includeRoot / name);
-    if (!text) throw MakeError(ErrorKind::Io, "{}: cannot be read", (includeRoot / name).string());
-    return CompileGlsl({.name = name,
-                        .text = std::move(*text),
-                        .stage = {},
-                        .includeRoot = includeRoot,
-                        .moreIncludes = moreIncludes},
-                       includedFiles);
+std::vector<uint32_t> CompileGlslFile(GlslSource source, std::vector<fs::path>* includedFiles) {
+    const fs::path file = source.includeRoot / source.name;
+    std::optional<std::string> text = ReadText(file);
+    if (!text) throw MakeError(ErrorKind::Io, "{}: cannot be read", file.string());
+    source.text = std::move(*text);
+    return CompileGlsl(source, includedFiles);
 }
 
 }  // namespace raygraph::rhi

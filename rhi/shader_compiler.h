@@ -13,8 +13,9 @@
 namespace raygraph::rhi {
 
 struct GlslSource {
-    std::string name{};  // path relative to includeRoot, "pathtrace/pathtrace.rgen"; appears in errors
-    std::string text{};  // the whole GLSL source, starting with #version
+    std::string name{};      // path relative to includeRoot, "pathtrace/pathtrace.rgen"; appears in errors
+    std::string text{};      // the whole GLSL source, starting with #version
+    std::string preamble{};  // goes before the text and is not counted in lines: "#define COUNT 4\n"
     std::optional<StageKind> stage{};     // nullopt: by the suffix of the name
     std::filesystem::path includeRoot{};  // searched after the including file's folder; empty: no includes
     std::vector<std::filesystem::path> moreIncludes{};  // searched after that root, as roots of their own
@@ -29,10 +30,8 @@ struct GlslSource {
 RAYGRAPH_API std::vector<uint32_t> CompileGlsl(const GlslSource& source,
                                                std::vector<std::filesystem::path>* includedFiles = nullptr);
 
-// The same for a file of `includeRoot`; throws Error{Io} if it cannot be read.
+// The same with the text of the file `name` of `includeRoot`; throws Error{Io} if it cannot be read.
 RAYGRAPH_API std::vector<uint32_t> CompileGlslFile(
-    const std::filesystem::path& includeRoot, const std::string& name,
-    std::vector<std::filesystem::path>* includedFiles = nullptr,
-    const std::vector<std::filesystem::path>& moreIncludes = {});
+    GlslSource source, std::vector<std::filesystem::path>* includedFiles = nullptr);
 
 }  // namespace raygraph::rhi

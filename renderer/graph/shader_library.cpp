@@ -6,7 +6,6 @@
 
 #include "base/text.h"
 #include "renderer/graph/text.h"
-#include "rhi/shader_compiler.h"
 #include "shaders/embedded.h"
 
 namespace raygraph {
@@ -80,15 +79,30 @@ const Shader& ShaderLibrary::Find(std::string_view name) {
     throw MakeError(ErrorKind::Usage, "no shader {}{}", Quoted(name), SimilarNames(name));
 }
 
+std::optional<rhi::GlslSource> ShaderLibrary::FindInRoot(const std::string& name) const {
+    rhi::GlslSource source{.name = name, .includeRoot = m_root, .moreIncludes = m_includes};
+    const auto isThere = [&] {
+        std::error_code failure;
+        return std::filesystem::is_regular_file(m_root / source.name, failure);
+    };
+    if (isThere()) return source;
+    const auto shaders = EmbeddedShaders();
+    const auto variant = std::ranges::find(shaders, name, &EmbeddedShader::name);
+    if (variant == shaders.end()) return std::nullopt;
+    source.name = variant->source;
+    source.preamble = variant->preamble;
+    source.stage = rhi::StageOfFile(name);
+    return isThere() ? std::optional(source) : std::nullopt;
+}
+
 Shader* ShaderLibrary::LoadFromRoot(const std::string& name) {
-    const std::filesystem::path file = m_root / name;
-    std::error_code failure;
-    if (!std::filesystem::is_regular_file(file, failure)) return nullptr;
-    Shader shader{.name = name};
+    std::optional<rhi::GlslSource> source = FindInRoot(name);
+    if (!source) return nullptr;
+    Shader shader{.name = name, .source = std::move(*source)};
     std::vector<std::filesystem::path> includes;
-    shader.ownWords = rhi::CompileGlslFile(m_root, name, &includes, m_includes);
+    shader.ownWords = rhi::CompileGlslFile(shader.source, &includes);
     shader.reflection = rhi::Reflect(shader.ownWords, name);
-    shader.sources.push_back(file);
+    shader.sources.push_back(m_root / shader.source.name);
     shader.sources.insert(shader.sources.end(), includes.begin(), includes.end());
     shader.sourceHash = HashOf(shader.sources);
     return &Insert(std::move(shader));
@@ -103,7 +117,7 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
         if (hash == shader->sourceHash && !shader->isBroken) continue;
         std::vector<std::filesystem::path> includes;
         try {
-            std::vector<uint32_t> words = rhi::CompileGlslFile(m_root, name, &includes, m_includes);
+            std::vector<uint32_t> words = rhi::CompileGlslFile(shader->source, &includes);
             rhi::ShaderReflection reflection = rhi::Reflect(words, name);
             const bool isSame = std::ranges::equal(words, shader->words);
             shader->isBroken = false;

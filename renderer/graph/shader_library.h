@@ -1,20 +1,24 @@
 // ShaderLibrary: shaders by name, from the SPIR-V built into the library, from source files, or handed in.
 //
 // With a source root, a stage found there is compiled from source when it is first requested, and again by
-// Reload when its source or an included file has changed. A stage that no longer compiles keeps its last good
-// SPIR-V. Threads: one at a time.
+// Reload when its source or an included file has changed: the file of its name, or the source of the variant
+// of that name (shaders/CMakeLists.txt). A stage that no longer compiles keeps its last good SPIR-V.
+//
+// Threads: one at a time.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "rhi/reflection.h"
+#include "rhi/shader_compiler.h"
 
 namespace raygraph {
 
@@ -26,6 +30,7 @@ struct Shader {
 
     // Where it comes from; empty for SPIR-V that was built in or handed in.
     std::vector<uint32_t> ownWords{};
+    rhi::GlslSource source{};                      // for rhi::CompileGlslFile
     std::vector<std::filesystem::path> sources{};  // the file and all it includes
     uint64_t sourceHash = 0;                       // of their contents
     bool isBroken = false;                         // the current source does not compile
@@ -53,6 +58,7 @@ class ShaderLibrary {
     ReloadResult Reload();
 
   private:
+    std::optional<rhi::GlslSource> FindInRoot(const std::string& name) const;
     Shader* LoadFromRoot(const std::string& name);
     Shader& Insert(Shader shader);
     std::string SimilarNames(std::string_view name) const;

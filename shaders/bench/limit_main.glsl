@@ -1,7 +1,9 @@
 // An upper bound for a path tracer on this device, in this scene: the same camera rays, and no shading.
 // LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
-// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS and OWN_TRAVERSAL (a compute shader, by the
-// scene's own trees). Round primitives are not hit.
+// Variants define LIMIT_BOUNCES, COUNT_RAYS, and OWN_TRAVERSAL (a compute shader, by the scene's own trees).
+// Round primitives are not hit.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #ifdef OWN_TRAVERSAL
 #define NO_TLAS
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,10 +1,12 @@
 // Trace as a loop, in ray generation or, where OWN_TRAVERSAL is defined, in a compute shader: one sample
-// of every pixel of a region of the picture. Includers may define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS.
+// of every pixel of a region of the picture. Variants define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS.
 // Images have the region's size; `texel` is a position in them, `pixel` one in the picture.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
 // differ in length, and invocations that run in lockstep would wait for the longest. There are at most as
 // many invocations as pixels. Which one takes which pixel does not affect the picture.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #define TRACES_SHADOW_RAYS
 #define TRACES_AT_ONE_PLACE
 #include "pathtrace/launch.glsl"

@@ -1,4 +1,6 @@
 // The last kernel of a wavefront: samples that are infinite or NaN become black.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
 #define OUTPUTS_ARE_READ
 #include "scene/extensions.glsl"

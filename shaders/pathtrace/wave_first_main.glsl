@@ -1,4 +1,6 @@
 // A kernel of a wavefront: the camera rays of all texels.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #define WAVE_WRITES_PATHS
 #define WAVE_WRITES_HITS
 #include "pathtrace/launch.glsl"

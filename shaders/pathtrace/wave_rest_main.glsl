@@ -1,4 +1,6 @@
 // The last kernel of a wavefront that traces: the paths that are left, each to its end.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #define TRACES_SHADOW_RAYS
 #define TRACES_AT_ONE_PLACE
 #define OUTPUTS_ARE_READ

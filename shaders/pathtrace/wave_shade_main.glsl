@@ -1,4 +1,6 @@
 // A kernel of a wavefront: shades what the rays of all paths in the queue found, and queues their next rays.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
 #define OUTPUTS_ARE_READ
 #define WAVE_WRITES_PATHS

@@ -2,6 +2,8 @@
 // before, whose light it adds. Both at once: a device waits for the longest ray of a launch. Where the way to
 // a light may take more than one ray, which the number of the path's next ray depends on, shadow rays have a
 // launch of their own.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #define TRACES_SHADOW_RAYS
 #define OUTPUTS_ARE_READ
 #define WAVE_WRITES_PATHS

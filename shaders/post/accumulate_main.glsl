@@ -1,5 +1,12 @@
-// Accumulate: adds the next samples, or a tile of one, to the exact sums. Includers may define WITH_VARIANCE,
-// and LISTED: the samples are of the pixels of a list.
+// Accumulate: adds the next samples, or a tile of one, to the exact sums. Variants define WITH_VARIANCE, and
+// LISTED: the samples are of the pixels of a list.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#ifdef LISTED
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+#endif
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "post/exact_planes.glsl"

@@ -1,5 +1,7 @@
 // ResolveSums: mean, and variance if WITH_VARIANCE is defined, of the sums of Accumulate in a region. If
 // WITH_COUNTS is defined, each pixel has a number of samples of its own.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #define PLANE_ACCESS readonly

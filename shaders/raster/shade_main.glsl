@@ -1,6 +1,7 @@
 // RasterShade: radiance of the drawn surfaces towards the camera: emission and direct light, by the path
-// tracer's own material, BSDF and lights. Includers may define SHADOW_MAPS or SHADOW_RAYS; the latter is
-// ray generation.
+// tracer's own material, BSDF and lights. Variants define SHADOW_MAPS, or SHADOW_RAYS in ray generation.
+#version 460
+#extension GL_GOOGLE_include_directive : require
 #ifdef SHADOW_RAYS
 #define TRACES_SHADOW_RAYS
 #define PIXEL_BY_RAY_GENERATION

@@ -1,10 +1,13 @@
 // One mip level of a material texture: means over the texels of the finer level, as floats for the next level
-// and encoded as the image is. Includers may define WIDENED: green is a roughness, widened by the variance of
+// and encoded as the image is. Variants define WIDENED: green is a roughness, widened by the variance of
 // a normal map. Of an image as large as `encoded` level 0 is made, to be widened alone: it has no means.
 //
 // Where the finer level has an odd number m = 2 n + 1 of texels, each of the n coarser ones covers m / n of
 // them: three, of which the outer ones count by the parts that it covers. So nothing shifts, and the mean of
 // every level is that of the image.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 #include "core/color.glsl"
 #include "shared/texture_levels.h"
 

@@ -11,6 +11,7 @@
 namespace raygraph {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -36,14 +37,14 @@ class Reload : public testing::VulkanTest {
         std::ofstream(m_folder / name, std::ios::binary) << text;
     }
     // Begins a frame with a pass that fills what is returned.
-    TextureId Fill() {
+    TextureId Fill(const char* shader = "fill.comp") {
         m_renderer->BeginFrame();
         TextureId target =
             m_renderer->CreateTexture("target", {.extent = {8, 8}, .format = Format::R32Float});
         m_renderer->AddPass(
             "Fill", PassKind::Compute,
             [&](PassBuilder& pass) {
-                pass.Compute("fill.comp");
+                pass.Compute(shader);
                 target = pass.Writes("target", target);
             },
             [](CommandList& commands) {
@@ -51,8 +52,8 @@ class Reload : public testing::VulkanTest {
             });
         return target;
     }
-    float Value() {
-        const TextureId target = Fill();
+    float Value(const char* shader = "fill.comp") {
+        const TextureId target = Fill(shader);
         const Readback readback = m_renderer->ReadBack(target);
         m_renderer->Execute();
         readback.Wait();
@@ -77,6 +78,26 @@ TEST_F(Reload, ChangedInclude_RecompilesWhatIncludesIt) {
     Write("value.glsl", "const float kValue = 7.0;\n");
     EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
     EXPECT_EQ(Value(), 7.0f);
+}
+
+TEST_F(Reload, Variant_IsItsSourceWithItsMacros) {
+    const char* const plain = "scene/texture_level.comp";
+    const char* const widened = "scene/texture_level_widened.comp";
+    const auto write = [&](const std::string& value) {
+        Write("scene/texture_level_main.glsl", Text("\n#ifdef WIDENED\n10.0 +\n#endif\n" + value + "\n"));
+    };
+    std::filesystem::create_directory(m_folder / "scene");
+    write("1.0");
+    EXPECT_EQ(Value(plain), 1.0f);
+    EXPECT_EQ(Value(widened), 11.0f);
+    write("2.0");
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(plain), 2.0f);
+    EXPECT_EQ(Value(widened), 12.0f);
+    write("wrong");
+    EXPECT_THAT(m_renderer->ReloadShaders(),
+                Contains(HasSubstr("scene/texture_level_main.glsl:10: 'wrong'")).Times(2));
+    EXPECT_EQ(Value(widened), 12.0f);
 }
 
 TEST_F(Reload, BrokenText_KeepsTheLastGoodPipelineAndNamesTheLine) {

@@ -1,5 +1,6 @@
 #include "rhi/shader_compiler.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -79,7 +80,7 @@ TEST_F(ShaderCompiler, WordsAreThoseOfTheBuildTimeCompiler) {
         ASSERT_EQ(std::system(command.c_str()), 0) << command;
         const std::vector<uint32_t> expected = ReadWords(m_root / "out.spv");
         ASSERT_FALSE(expected.empty());
-        EXPECT_EQ(CompileGlslFile(m_root, name), expected) << name;
+        EXPECT_EQ(CompileGlslFile({.name = name, .includeRoot = m_root}), expected) << name;
     }
 }
 
@@ -87,7 +88,10 @@ TEST_F(ShaderCompiler, EmbeddedShadersCompileToTheSameWords) {
     const fs::path root = test::SourceFile("shaders");
     ASSERT_FALSE(EmbeddedShaders().empty());
     for (const EmbeddedShader& shader : EmbeddedShaders()) {
-        const std::vector<uint32_t> words = CompileGlslFile(root, std::string(shader.name));
+        const std::vector<uint32_t> words = CompileGlslFile({.name = std::string(shader.source),
+                                                             .preamble = std::string(shader.preamble),
+                                                             .stage = StageOfFile(shader.name),
+                                                             .includeRoot = root});
         EXPECT_TRUE(std::equal(words.begin(), words.end(), shader.words.begin(), shader.words.end()))
             << shader.name;
     }
@@ -99,6 +103,15 @@ TEST_F(ShaderCompiler, ErrorNamesFileAndLine) {
                             .stage = {},
                             .includeRoot = m_root};
     EXPECT_EQ(ErrorOf(source), "post/wrong.comp:3: 'undefinedName' : undeclared identifier");
+}
+
+TEST_F(ShaderCompiler, PreambleDefinesMacrosAndIsNotCounted) {
+    GlslSource source{.name = "half.comp",
+                      .text = "#version 460\n#ifdef WRONG\nwrong\n#endif\nvoid main() {}\n",
+                      .preamble = "#define RIGHT 1\n#define WRONG\n"};
+    EXPECT_THAT(ErrorOf(source), ::testing::StartsWith("half.comp:3: "));
+    source.preamble.clear();
+    EXPECT_NO_THROW(CompileGlsl(source));
 }
 
 TEST_F(ShaderCompiler, ErrorInAnIncludedFileNamesThatFile) {
@@ -164,14 +177,17 @@ TEST_F(ShaderCompiler, OtherRootsAreSearchedAfterTheOwnOne) {
                                "layout(binding = 0) buffer O { float o; };\n"
                                "void main() { o = kOwn + kGlue; }\n");
     std::vector<fs::path> files;
-    EXPECT_NO_THROW(CompileGlslFile(m_root / "own", "main.comp", &files, {m_root / "library"}));
+    EXPECT_NO_THROW(CompileGlslFile(
+        {.name = "main.comp", .includeRoot = m_root / "own", .moreIncludes = {m_root / "library"}}, &files));
     const std::vector<fs::path> expected{m_root / "own/value.glsl", m_root / "library/core/color.glsl",
                                          m_root / "library/core/glue.glsl"};
     EXPECT_EQ(files, expected);
 }
 
 TEST_F(ShaderCompiler, FileThatIsNotThereIsAnIoError) {
-    EXPECT_EQ(testing::ErrorOf([&] { CompileGlslFile(m_root, "absent.comp"); }).Kind(), ErrorKind::Io);
+    EXPECT_EQ(
+        testing::ErrorOf([&] { CompileGlslFile({.name = "absent.comp", .includeRoot = m_root}); }).Kind(),
+        ErrorKind::Io);
 }
 
 TEST_F(ShaderCompiler, ThreadsCompileAtTheSameTimeToTheSameWords) {

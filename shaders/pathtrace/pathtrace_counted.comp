@@ -1,5 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#define OWN_TRAVERSAL
-#define COUNT_RAYS
-#include "pathtrace/pathtrace_main.glsl"

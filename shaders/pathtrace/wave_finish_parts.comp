@@ -1,4 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#define PATH_PARTS
-#include "pathtrace/wave_finish_main.glsl"

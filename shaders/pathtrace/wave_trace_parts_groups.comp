@@ -1,6 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#define OWN_TRAVERSAL
-#define PATH_PARTS
-#define LIGHT_GROUPS
-#include "pathtrace/wave_trace_main.glsl"
