@@ -1,11 +1,10 @@
 #include "passes/exact_sums.h"
 
-#include <algorithm>
 #include <bit>
 #include <string>
-#include <thread>
 
 #include "base/check.h"
+#include "base/in_parts.h"
 #include "base/text.h"
 #include "shaders/shared/exact_sums.h"
 
@@ -32,20 +31,6 @@ void AddWord(uint32_t& word, uint32_t added, uint32_t& carry) {
 template <typename Planes>
 auto& SquareWord(Planes& squares, size_t pixel, size_t channel, size_t k) {
     return k < ExactSums::kPlanes ? squares[k][4 * pixel + channel] : squares[channel][4 * pixel + 3];
-}
-
-// Calls body(first, end) for parts of the pixels that together are all of them. A large picture's are worked
-// on by a thread for each processor.
-template <typename Body>
-void InParts(size_t pixels, const Body& body) {
-    constexpr size_t kPixelsOfPart = size_t{1} << 16;
-    const size_t processors = std::max(std::thread::hardware_concurrency(), 1u);
-    const size_t count = std::clamp<size_t>(pixels / kPixelsOfPart, 1, processors);
-    const auto begin = [&](size_t part) { return pixels * part / count; };
-    std::vector<std::jthread> threads;
-    for (size_t part = 1; part < count; ++part)
-        threads.emplace_back([&body, first = begin(part), end = begin(part + 1)] { body(first, end); });
-    body(0, begin(1));
 }
 
 gpu::ExactSum SumOf(const ExactSums& sums, size_t pixel, size_t channel) {

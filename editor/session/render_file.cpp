@@ -33,26 +33,6 @@ bool TakeChannels(const image::ExrImage& file, const Names& names, Texels& texel
     return true;
 }
 
-// The same with the words of their sums, and with those of their squares.
-template <typename Names>
-bool TakeSums(const image::ExrImage& file, const Names& names, bool withSquares, passes::ExactSums& sums) {
-    if (file.UintChannel(WordChannel(names[0], "sum", 0)) == nullptr) return false;
-    sums = passes::MakeExactSums(size_t{file.width} * file.height, withSquares);
-    const auto take = [&](const std::string& name, passes::ExactSums::Plane& plane, size_t component) {
-        const std::vector<uint32_t>* words = file.UintChannel(name);
-        if (words == nullptr)
-            throw MakeError(ErrorKind::BadInput, "there are sums of samples but no channel {}", name);
-        for (size_t i = 0; i < words->size(); ++i) plane[4 * i + component] = (*words)[i];
-    };
-    for (size_t c = 0; c < std::size(names); ++c)
-        for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
-            take(WordChannel(names[c], "sum", k), sums.sums[k], c);
-    for (size_t c = 0; c < 3 && withSquares; ++c)
-        for (size_t k = 0; k <= passes::ExactSums::kPlanes; ++k)
-            take(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)], SquareComponent(k, c));
-    return true;
-}
-
 std::string TextAttribute(const image::ExrImage& file, const char* name) {
     const auto attribute = file.attributes.find(name);
     if (attribute == file.attributes.end()) return {};
@@ -61,9 +41,69 @@ std::string TextAttribute(const image::ExrImage& file, const char* name) {
     return *text;
 }
 
+// The sums of a file, picture after picture.
+class SumsReader {
+  public:
+    explicit SumsReader(const image::ExrImage& file)
+        : m_file(file), m_holdsWords(TextAttribute(file, kAttributeFormat) == kFormatOfWords) {}
+
+    // Those of the channels of these names, with squares if there is a variance; none where there are none.
+    template <typename Names>
+    passes::ExactSums Take(const Names& names, const Texels& mean, const Texels& variance,
+                           const std::vector<uint32_t>& counts) {
+        if (Channel(WordChannel(names, SumWord{})) == nullptr) return {};
+        if (m_holdsWords) return TakeWords(names, !variance.empty());
+        std::array<std::span<const uint32_t>, kSumWordCount> residuals;
+        for (size_t i = 0; i < kSumWordCount; ++i)
+            if (kSumWords[i].channel < std::size(names))
+                if (const auto* words = Channel(WordChannel(names, kSumWords[i]))) residuals[i] = *words;
+        const bool hasSquares = Channel(WordChannel(names, SumWord{.isOfSquares = true})) != nullptr;
+        PredictedSums predicted =
+            SumsOf(residuals, std::size(names), m_file.width,
+                   {mean, hasSquares ? variance : Texels(), counts}, DigestSeed(names[0]));
+        m_digest += predicted.digest;
+        m_hasPredicted = true;
+        return std::move(predicted.sums);
+    }
+
+    // After the last one.
+    void RequireDigest() const {
+        if (!m_hasPredicted || TextAttribute(m_file, kAttributeSumsDigest) == Text("{:016x}", m_digest))
+            return;
+        throw Error(ErrorKind::BadInput,
+                    "its sums are not those that were written: another program has changed its channels");
+    }
+
+  private:
+    const std::vector<uint32_t>* Channel(const std::string& name) const { return m_file.UintChannel(name); }
+    template <typename Names>
+    passes::ExactSums TakeWords(const Names& names, bool withSquares) const {
+        passes::ExactSums sums = passes::MakeExactSums(size_t{m_file.width} * m_file.height, withSquares);
+        for (const SumWord& which : kSumWords) {
+            if (which.channel >= std::size(names) || (which.isOfSquares && !withSquares)) continue;
+            const std::vector<uint32_t>* words = Channel(WordChannel(names, which));
+            if (words == nullptr)
+                throw MakeError(ErrorKind::BadInput, "there are sums of samples but no channel {}",
+                                WordChannel(names, which));
+            passes::ExactSums::Plane& plane = !which.isOfSquares ? sums.sums[which.word]
+                                              : which.word < passes::ExactSums::kPlanes
+                                                  ? sums.squares[which.word]
+                                                  : sums.squares[which.channel];
+            const size_t component = which.word < passes::ExactSums::kPlanes ? which.channel : 3;
+            for (size_t i = 0; i < words->size(); ++i) plane[4 * i + component] = (*words)[i];
+        }
+        return sums;
+    }
+
+    const image::ExrImage& m_file;
+    bool m_holdsWords;
+    bool m_hasPredicted = false;
+    uint64_t m_digest = 0;
+};
+
 void RequireFormat(const image::ExrImage& file) {
     const std::string format = TextAttribute(file, kAttributeFormat);
-    if (format == kFormat) return;
+    if (format == kFormat || format == kFormatOfWords) return;
     if (!format.empty())
         throw MakeError(ErrorKind::BadInput, "{} is {}; this program reads {}", kAttributeFormat, format,
                         kFormat);
@@ -138,7 +178,7 @@ std::optional<MeasuredError> MeasuredErrorOf(const image::ExrImage& file) {
     }
 }
 
-void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
+void TakeRemoved(const image::ExrImage& file, SumsReader& sums, RenderFile& render) {
     for (const Bias bias : kBiases) {
         const size_t i = static_cast<size_t>(bias);
         const bool hasVariance = TakeChannels(file, VarianceChannels(bias), render.removedVariance[i]);
@@ -146,13 +186,14 @@ void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
             throw MakeError(ErrorKind::BadInput, "of {} there is one of mean and variance, not both",
                             Name(AovOf(bias)));
         if (!hasVariance) continue;
-        TakeSums(file, MeanChannels(AovOf(bias)), true, render.sums.removed[i]);
         const std::string count = TextAttribute(file, kAttributeRemovedSamples);
         try {
             render.removedSamples = ParseCount(count);
         } catch (const Error& error) {
             throw MakeError(ErrorKind::BadInput, "{}: {}", kAttributeRemovedSamples, error.what());
         }
+        render.sums.removed[i] = sums.Take(MeanChannels(AovOf(bias)), render.removed[i],
+                                           render.removedVariance[i], {render.removedSamples});
     }
 }
 
@@ -205,15 +246,21 @@ RenderFile FromExr(const image::ExrImage& file) {
     if (!TakeChannels(file, kRadianceNames, render.radiance))
         throw Error(ErrorKind::BadInput, "there is no float channel R");
     const std::string adaptive = std::string(kSettingPrefix) + "adaptive";
-    if (TextAttribute(file, adaptive.c_str()) != "on") RequireEven(file, SampleCount(render.samples));
-    const bool hasVariance = TakeChannels(file, kVarianceNames, render.variance);
-    TakeSums(file, kRadianceNames, hasVariance, render.sums.radiance);
+    std::vector<uint32_t> counts{static_cast<uint32_t>(SampleCount(render.samples))};
+    if (TextAttribute(file, adaptive.c_str()) == "on")
+        counts = CountsOf(file);
+    else
+        RequireEven(file, counts.front());
+    TakeChannels(file, kVarianceNames, render.variance);
+    SumsReader sums(file);
+    render.sums.radiance = sums.Take(kRadianceNames, render.radiance, render.variance, counts);
     for (const Aov aov : kAovs) {
         Texels* mean = MeanOf(render, aov);
         if (mean == nullptr || !TakeChannels(file, MeanChannels(aov), *mean)) continue;
-        if (aov < Aov::RemovedMaxDepth) TakeSums(file, MeanChannels(aov), false, *SumsOf(render.sums, aov));
+        if (aov < Aov::RemovedMaxDepth)
+            *SumsOf(render.sums, aov) = sums.Take(MeanChannels(aov), *mean, {}, CountsOf(aov, counts));
     }
-    TakeRemoved(file, render);
+    TakeRemoved(file, sums, render);
     if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
     for (const IdChannel& channel : kIdChannels)
         if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
@@ -242,8 +289,9 @@ RenderFile FromExr(const image::ExrImage& file) {
     for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
             throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);
-        TakeSums(file, names, false, render.sums.lightGroups.emplace_back());
+        render.sums.lightGroups.push_back(sums.Take(names, render.lightGroups.back(), {}, counts));
     }
+    sums.RequireDigest();
     return render;
 }
 

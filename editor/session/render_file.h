@@ -9,9 +9,11 @@
 // where nothing is hit). Z and the ids are those of the ray through the pixel's center. Attributes: see
 // kAttribute* in the source.
 //
-// The means are for other programs. What is gone on with are exact sums of the samples, one channel (uint) a
-// word, lowest first (shaders/shared/exact_sums.h): sum0.R to sum3.A, squares0.R to squares4.B, and with the
-// others albedo.sum0.R, N.sum0.X, light.NAME.sum0.R, removed_max_depth.squares0.R and so on. `samples` tells
+// What is gone on with are exact sums of the samples (shaders/shared/exact_sums.h), stored as what they are
+// beyond mean and variance (sum_residuals.h), one channel (uint) a word, lowest first: sum0.R, squares0.B,
+// and with the others albedo.sum0.R, N.sum0.X, light.NAME.sum0.R, removed_max_depth.squares0.R and so on;
+// words above the first that are 0 everywhere are left out. A digest of all sums shows that no other program
+// has changed channels that they depend on. Older files hold the words of the sums. `samples` tells
 // how many samples a pixel's sums are of: as many for all pixels, but of an adaptive render. That goes on
 // with samples.wanted (uint), samples.variance32, samples.mean32, 64 and so on (AdaptiveState). Albedo,
 // normals and what biases removed are of as many samples as all pixels have.

@@ -2,6 +2,7 @@
 // editor/session/ alone. Threads: pure functions, for any thread.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
@@ -13,13 +14,14 @@
 #include "base/text.h"
 #include "editor/session/parse.h"
 #include "editor/session/render_file.h"
+#include "editor/session/sum_residuals.h"
 #include "renderer/image/exr.h"
 
 namespace raygraph::session {
 
 // Of the channels and attributes together. 1, which had no such attribute: means alone, without sums.
-// 2: scenes had another hash.
-inline constexpr std::string_view kFormat = "3";
+// 2: scenes had another hash. 3, which is read: the words of the sums themselves, all of them.
+inline constexpr std::string_view kFormat = "4", kFormatOfWords = "3";
 
 // Attributes. Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
 inline constexpr const char* kAttributeFormat = "raygraph.format";
@@ -35,8 +37,9 @@ inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  
 inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // "0-63 128-191": which
 inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
 inline constexpr const char* kAttributeMeasuredError =
-    "raygraph.measuredError";                                             // "64 0.021": samples, relative
-inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";  // "128 256": of both colors
+    "raygraph.measuredError";                                               // "64 0.021": samples, relative
+inline constexpr const char* kAttributeSumsDigest = "raygraph.sumsDigest";  // hexadecimal: of all sums
+inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";    // "128 256": of both colors
 inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 inline constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
@@ -78,12 +81,23 @@ inline std::string WordChannel(const std::string& channel, const char* what, siz
     return name.insert(name.rfind('.') + 1, Text("{}{}.", what, word));
 }
 
-// Word k of the squares of channel c lies in this plane, in component c or, of the highest word, 3.
-inline size_t SquarePlane(size_t k, size_t c) {
-    return k < passes::ExactSums::kPlanes ? k : c;
+template <typename Names>
+std::string WordChannel(const Names& names, const SumWord& which) {
+    return WordChannel(names[which.channel], which.isOfSquares ? "squares" : "sum", which.word);
 }
-inline size_t SquareComponent(size_t k, size_t c) {
-    return k < passes::ExactSums::kPlanes ? c : 3;
+
+// Sums of other channels have other digests, so that exchanged ones are noticed.
+inline uint64_t DigestSeed(std::string_view channel) {
+    uint64_t seed = 0;
+    for (const char letter : channel) seed = 31 * seed + static_cast<unsigned char>(letter);
+    return seed << 32;
+}
+
+// How many samples the mean of an AOV is of, pixel by pixel or one number for all, where those of the
+// radiance are `counts`. Not of what biases removed.
+inline std::vector<uint32_t> CountsOf(Aov aov, const std::vector<uint32_t>& counts) {
+    if (aov != Aov::Albedo && aov != Aov::Normal) return counts;
+    return {*std::ranges::min_element(counts)};
 }
 
 struct IdChannel {

@@ -47,6 +47,9 @@ class ExrWriter {
     ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height, const ExrWindow& window)
         : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader(window)) {
         m_header.compression() = Imf::ZIP_COMPRESSION;
+        // The library's own level, 4, takes a quarter longer for renders, whose last bits are noise, to save
+        // 2 % of their bytes
+        m_header.zipCompressionLevel() = 1;
     }
 
     void Add(const ExrPlane& plane) {

@@ -180,7 +180,7 @@ TEST(ProgramDisplay, HalfFilesAreTheRoundedMeansWithoutSums) {
                 EXPECT_NEAR((*rounded)[i], (*exact)[i], 0x1p-11f * std::abs((*exact)[i]) + 0x1p-25f);
     }
     ASSERT_NE(half.FloatChannel("albedo.R"), nullptr);
-    EXPECT_LT(3 * std::filesystem::file_size(folder / "half.exr"),
+    EXPECT_LT(2 * std::filesystem::file_size(folder / "half.exr"),
               std::filesystem::file_size(folder / "float.exr"));
 
     const ProgramResult resumed = RunProgram(folder, "render @cornell.gltf --resume half.exr --spp 8");

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <fstream>
 
+#include "editor/session/merge.h"
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
+#include "tests/support/format_of_words.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::session {
@@ -160,8 +162,9 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
         words += isWord;
         if (!isWord) names.push_back(channel.name);
     }
-    EXPECT_EQ(words, 4u * 4 + 5 * 3 + 4 * 3 + 4 * 3);
-    for (const char* name : {"sum0.R", "sum3.A", "squares4.B", "albedo.sum2.G", "N.sum0.X"})
+    // The upper words of residuals are 0
+    EXPECT_EQ(words, 2u * 4 + 2 * 3 + 2 * 3 + 2 * 3);
+    for (const char* name : {"sum0.R", "sum1.A", "squares1.B", "albedo.sum0.G", "N.sum1.X"})
         EXPECT_NE(file.UintChannel(name), nullptr) << name;
     EXPECT_EQ(names,
               (std::vector<std::string>{"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "albedo.B", "albedo.G",
@@ -171,7 +174,8 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     ASSERT_NE(samples, nullptr);
     EXPECT_EQ((*samples)[7], 48u);
     const auto text = [&](const char* name) { return std::get<std::string>(file.attributes.at(name)); };
-    EXPECT_EQ(text("raygraph.format"), "3");
+    EXPECT_EQ(text("raygraph.format"), "4");
+    EXPECT_EQ(text("raygraph.sumsDigest").size(), 16u);
     EXPECT_EQ(text("raygraph.samples"), "48");
     EXPECT_EQ(text("raygraph.sampleOffset"), "16");
     EXPECT_EQ(text("raygraph.sampleRanges"), "16-63");
@@ -274,6 +278,99 @@ TEST(RenderFile, WhatCouldNotBeReadIsNotWritten) {
     expectRefused([](RenderFile& r) { r.removed[1] = r.normal; }, "removed_clamp_indirect");
 }
 
+// Of all sums that there may be, also those of what a bias removed and of groups of lights.
+RenderFile MakeRenderOfAllSums() {
+    RenderFile render = MakeRender(3, 24);
+    PictureSettings settings = SettingsFrom(render.settings);
+    settings.lightGroups = ParseLightGroups("lamps=lamp*;sky=*");
+    render.settings = Texts(settings);
+    const size_t clamped = static_cast<size_t>(Bias::ClampIndirect);
+    render.removedSamples = 5;
+    render.sums.removed[clamped] = MakeRender(0, 5).sums.radiance;
+    render.removed[clamped] = passes::MeanOf(render.sums.removed[clamped], 5);
+    render.removedVariance[clamped] = passes::VarianceOf(render.sums.removed[clamped], 5);
+    for (size_t i = 0; i < LightGroupNames(settings.lightGroups).size(); ++i) {
+        render.lightGroups.push_back(i == 0 ? render.albedo : render.normal);
+        render.sums.lightGroups.push_back(i == 0 ? render.sums.albedo : render.sums.normal);
+    }
+    return render;
+}
+
+void ExpectSameSums(const RenderFile& read, const RenderFile& written) {
+    EXPECT_EQ(read.sums.radiance, written.sums.radiance);
+    ExpectSameColor(read.sums.albedo, written.sums.albedo);
+    ExpectSameColor(read.sums.normal, written.sums.normal);
+    ASSERT_EQ(read.sums.lightGroups.size(), written.sums.lightGroups.size());
+    for (size_t i = 0; i < written.sums.lightGroups.size(); ++i)
+        ExpectSameColor(read.sums.lightGroups[i], written.sums.lightGroups[i]);
+    for (size_t i = 0; i < kBiasCount; ++i) {
+        ExpectSameColor(read.sums.removed[i], written.sums.removed[i]);
+        EXPECT_EQ(read.sums.removed[i].HasSquares(), written.sums.removed[i].HasSquares());
+        if (!written.removed[i].empty()) {
+            ExpectSameColor(passes::VarianceOf(read.sums.removed[i], read.removedSamples),
+                            written.removedVariance[i]);
+        }
+    }
+}
+
+TEST(RenderFile, AllSumsReadBackBitForBit) {
+    const test::TemporaryFolder folder;
+    const RenderFile written = MakeRenderOfAllSums();
+    WriteRenderFile(folder / "a.exr", written);
+    ExpectSameSums(ReadRenderFile(folder / "a.exr"), written);
+}
+
+TEST(RenderFile, FilesOfWordsAreReadAndMerged) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    for (const RenderFile& written : {MakeRenderOfAllSums(), MakeAdaptiveRender()}) {
+        WriteRenderFile(path, written);
+        const image::ExrImage file = test::InFormatOfWords(image::ReadExr(path), written);
+        EXPECT_NE(file.UintChannel("squares4.B"), nullptr);
+        image::WriteExr(path, file);
+        ExpectSameSums(ReadRenderFile(path), written);
+    }
+    const RenderFile first = MakeRender(0, 3), second = MakeRender(3, 2);
+    WriteRenderFile(path, first);
+    image::WriteExr(path, test::InFormatOfWords(image::ReadExr(path), first));
+    WriteRenderFile(folder / "b.exr", second);
+    const RenderFile merged = Merge({{"a", ReadRenderFile(path)}, {"b", ReadRenderFile(folder / "b.exr")}});
+    EXPECT_EQ(merged.sums.radiance, MakeRender(0, 5).sums.radiance);
+    EXPECT_EQ(merged.variance, MakeRender(0, 5).variance);
+}
+
+TEST(RenderFile, SumsOfChangedChannelsAreRefused) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    const auto expectRefused = [&](auto&& change) {
+        WriteRenderFile(path, MakeRender(0, 24));
+        image::ExrImage file = image::ReadExr(path);
+        change(file);
+        image::WriteExr(path, file);
+        ExpectError(
+            ErrorKind::BadInput, [&] { ReadRenderFile(path); }, "a.exr",
+            "another program has changed its channels");
+    };
+    const auto at = [](image::ExrImage& file, const char* name) {
+        return std::ranges::find(file.channels, name, &image::ExrChannel::name);
+    };
+    expectRefused([&](image::ExrImage& file) {
+        for (float& value : std::get<std::vector<float>>(at(file, "G")->samples)) value *= 2.0f;
+    });
+    for (const char* name : {"sum1.R", "squares1.B", "squares0.R", "N.sum0.X"})
+        expectRefused([&](image::ExrImage& file) { file.channels.erase(at(file, name)); });
+    expectRefused([&](image::ExrImage& file) { std::swap(at(file, "R")->name, at(file, "B")->name); });
+    expectRefused([](image::ExrImage& file) { file.attributes.erase("raygraph.sumsDigest"); });
+    // Without any it is a picture that cannot be gone on with
+    WriteRenderFile(path, MakeRender(0, 24));
+    image::ExrImage file = image::ReadExr(path);
+    std::erase_if(file.channels, [](const image::ExrChannel& channel) {
+        return std::holds_alternative<std::vector<uint32_t>>(channel.samples) && channel.name != "samples";
+    });
+    image::WriteExr(path, file);
+    EXPECT_FALSE(HasSums(ReadRenderFile(path)));
+}
+
 TEST(RenderFile, ChannelsThatWereNotRenderedAreLeftOut) {
     const test::TemporaryFolder folder;
     RenderFile written = MakeRender(0, 1);
@@ -284,7 +381,7 @@ TEST(RenderFile, ChannelsThatWereNotRenderedAreLeftOut) {
     written.instance.clear();
     written.material.clear();
     WriteRenderFile(folder / "a.exr", written);
-    EXPECT_EQ(image::ReadExr(folder / "a.exr").channels.size(), 8u + 4 * 4 + 5 * 3);
+    EXPECT_EQ(image::ReadExr(folder / "a.exr").channels.size(), 8u + 4 + 3);
     const RenderFile read = ReadRenderFile(folder / "a.exr");
     EXPECT_TRUE(read.albedo.empty() && read.normal.empty() && read.depth.empty() && read.instance.empty() &&
                 read.motion.empty());
