@@ -256,8 +256,8 @@ std::vector<Readback> SumsReadback::Readbacks() const {
 ExactSums SumsReadback::Values() const {
     ExactSums values;
     for (size_t k = 0; k < m_sums.size(); ++k) {
-        values.sums[k] = WaitForValues<uint32_t>(m_sums[k]);
-        if (m_hasSquares) values.squares[k] = WaitForValues<uint32_t>(m_squares[k]);
+        values.sums[k] = WaitForValues<uint32_t, ExactSums::Plane>(m_sums[k]);
+        if (m_hasSquares) values.squares[k] = WaitForValues<uint32_t, ExactSums::Plane>(m_squares[k]);
     }
     return values;
 }

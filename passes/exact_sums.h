@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "base/large_pages.h"
 
 namespace raygraph::passes {
 
@@ -17,7 +18,7 @@ namespace raygraph::passes {
 // is component 3 of plane c. Component 3 of the last plane of squares is unused.
 struct ExactSums {
     static constexpr size_t kPlanes = 4;
-    using Plane = std::vector<uint32_t>;
+    using Plane = LargeArray<uint32_t>;
     std::array<Plane, kPlanes> sums;
     std::array<Plane, kPlanes> squares;  // empty: not accumulated
 

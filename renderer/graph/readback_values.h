@@ -1,7 +1,7 @@
 // Values that were read back from the device. Threads: as Readback.
 #pragma once
 
-#include <cstring>
+#include <cstddef>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -10,22 +10,21 @@
 
 namespace raygraph {
 
-// All of it; T is a channel of the texture's format, a whole texel, or a record of the buffer. Error{Usage}
-// when it is not ready.
-template <typename T>
-std::vector<T> ValuesOf(const Readback& readback) {
+// All of it; T is a channel of the texture's format, a whole texel, or a record of the buffer, and Values a
+// vector of these. Error{Usage} when it is not ready.
+template <typename T, typename Values = std::vector<T>>
+Values ValuesOf(const Readback& readback) {
     static_assert(std::is_trivially_copyable_v<T>);
     const std::span<const std::byte> bytes = readback.Bytes();
-    std::vector<T> values(bytes.size() / sizeof(T));
-    if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
-    return values;
+    const auto* const first = reinterpret_cast<const T*>(bytes.data());
+    return Values(first, first + bytes.size() / sizeof(T));
 }
 
 // The same after waiting for it.
-template <typename T>
-std::vector<T> WaitForValues(const Readback& readback) {
+template <typename T, typename Values = std::vector<T>>
+Values WaitForValues(const Readback& readback) {
     readback.Wait();
-    return ValuesOf<T>(readback);
+    return ValuesOf<T, Values>(readback);
 }
 
 // One channel of texels of four.
