@@ -16,16 +16,18 @@ constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl and la
 // Of the paths that are left for the last kernel, as many are traced at once.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
-uint32_t PathRows(uint32_t features, bool hasParts) {
-    return gpu::kWavePathRows + (hasParts ? gpu::kWaveLobeRows : 0u) +
-           ((features & kTraceTextureLod) != 0u ? gpu::kWaveConeRows : 0u) +
-           ((features & kTraceVolumes) != 0u ? gpu::kWaveMediaRows : 0u);
-}
+// How many rows the records of a picture have.
+struct RecordRows {
+    uint32_t features;
+    bool hasParts;
 
-uint32_t ShadowRows(uint32_t features, bool hasParts) {
-    return gpu::kWaveShadowRows + (hasParts ? gpu::kWaveLobeRows : 0u) +
-           ((features & kTraceMatchedMedia) != 0u ? gpu::kWaveShadowMediaRows : 0u);
-}
+    // The conditions of rows.
+    bool HasTraceFeature(uint32_t feature) const { return (features & feature) != 0u; }
+    bool KeepsParts() const { return hasParts; }
+
+    uint32_t OfPath() const { return 0u RAYGRAPH_WAVE_PATH_ROWS(RAYGRAPH_WAVE_COUNT_ROW); }
+    uint32_t OfShadow() const { return 0u RAYGRAPH_WAVE_SHADOW_ROWS(RAYGRAPH_WAVE_COUNT_ROW); }
+};
 
 class Wavefront {
   public:
@@ -36,6 +38,7 @@ class Wavefront {
           m_settings(settings),
           m_outputs(outputs),
           m_features(TraceFeatures(scene, settings)),
+          m_rows{m_features, outputs.parts},
           m_isOwn(TracesItself(scene, settings)),
           m_extent(renderer.Desc(ids.radiance).extent),
           m_ids(ids) {
@@ -45,9 +48,9 @@ class Wavefront {
             return renderer.CreateBuffer(name, {.size = size});
         };
         // One record more: the media around the camera
-        m_paths = buffer("wavePaths", (pixels + 1) * PathRows(m_features, outputs.parts) * kRowBytes);
+        m_paths = buffer("wavePaths", (pixels + 1) * m_rows.OfPath() * kRowBytes);
         m_hits = buffer("waveHits", (pixels + (pixels + 3) / 4) * kRowBytes);
-        m_shadows = buffer("waveShadows", pixels * ShadowRows(m_features, outputs.parts) * kRowBytes);
+        m_shadows = buffer("waveShadows", pixels * m_rows.OfShadow() * kRowBytes);
         m_queue = buffer("waveQueue", pixels * 2 * sizeof(uint32_t));
         m_counts = buffer("waveCounts", (settings.form.steps + 1) * 2 * sizeof(uint32_t));
     }
@@ -126,7 +129,7 @@ class Wavefront {
         const bool isPinhole = camera.lensRadius == 0.0f && camera.orthographic == 0u;
         pass.Constants(gpu::WaveConstants{.size = {m_extent.width, m_extent.height},
                                           .step = step,
-                                          .pathRows = PathRows(m_features, m_outputs.parts),
+                                          .pathRows = m_rows.OfPath(),
                                           .isProbedOnce = isPinhole ? 1u : 0u,
                                           .traces = traces});
     }
@@ -239,6 +242,7 @@ class Wavefront {
     const TraceSettings& m_settings;
     TraceOutputs m_outputs;
     uint32_t m_features;
+    RecordRows m_rows;
     bool m_isOwn;  // kernels that trace are compute shaders
     Extent2D m_extent;
     uint32_t m_pixels = 0;

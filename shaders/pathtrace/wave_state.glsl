@@ -80,109 +80,79 @@ void Enqueue(uint slot, uint place) {
 }
 #endif
 
+// ----------------------------------------------------------------------------------------------------- rows
+
+// What the lists of shared/wavefront.h are made of: conditions, and for each kind of row what is stored of
+// its members, and how they are loaded from what is `stored`.
+#define KeepsParts() kKeepsParts
+
+#define WAVE_STORED_VEC3_FLOAT(xyz, w) vec4(xyz, w)
+#define WAVE_STORED_VEC3_UINT(xyz, w)  vec4(xyz, uintBitsToFloat(w))
+#define WAVE_STORED_VEC3_BOOL(xyz, w)  vec4(xyz, (w) ? 1.0f : 0.0f)
+#define WAVE_STORED_UINTS(x, y, z, w)  uintBitsToFloat(uvec4(x, y, z, w))
+#define WAVE_STORED_FLOATS(x, y)       vec4(x, y, 0.0f, 0.0f)
+#define WAVE_STORED_FLOAT(x)           vec4(x, vec3(0.0f))
+
+#define WAVE_LOAD_VEC3_FLOAT(a, b) a = stored.xyz; b = stored.w;
+#define WAVE_LOAD_VEC3_UINT(a, b)  a = stored.xyz; b = floatBitsToUint(stored.w);
+#define WAVE_LOAD_VEC3_BOOL(a, b)  a = stored.xyz; b = stored.w > 0.0f;
+#define WAVE_LOAD_UINTS(a, b, c, d) \
+    uvec4 bits = floatBitsToUint(stored); a = bits.x; b = bits.y; c = bits.z; d = bits.w;
+#define WAVE_LOAD_FLOATS(a, b)     a = stored.x; b = stored.y;
+#define WAVE_LOAD_FLOAT(a)         a = stored.x;
+
 // ---------------------------------------------------------------------------------------------------- paths
 
-// The rows of a path beyond the first ones. Not all kernels know of PATH_PARTS, whose rows are the last.
-uint ConeRow() { return kWavePathRows; }
-uint MediaRow() { return ConeRow() + (HasTraceFeature(kTraceTextureLod) ? kWaveConeRows : 0u); }
-uint LobeRow() { return MediaRow() + (HasTraceFeature(kTraceVolumes) ? kWaveMediaRows : 0u); }
-uint PathRows() { return wave.value.pathRows; }
+#define WAVE_LOAD_PATH_ROW(condition, members) \
+    if (condition) { vec4 stored = wavePaths.at[row++]; WAVE_LOAD_##members }
+#define WAVE_STORE_PATH_ROW(condition, members) \
+    if (condition) wavePaths.at[row++] = WAVE_STORED_##members;
 
-MediumStack MediaFrom(vec4 row) {
-    uvec4 materials = floatBitsToUint(row);
+// The first of a path. Not all kernels know how many rows a path has, which depends on PATH_PARTS.
+uint PathRow(uint slot) { return wave.value.pathRows * slot; }
+
+// Where the media around the origin of a camera ray are: in the place of the path, which is stored later, or
+// behind all paths if they are the same for all.
+uint CameraMediaRow(uint slot) { return PathRow(wave.value.isProbedOnce != 0u ? PixelCount() : slot); }
+MediumStack LoadCameraMedia(uint slot) {
     MediumStack media;
-    media.m0 = materials.x;
-    media.m1 = materials.y;
-    media.m2 = materials.z;
-    media.m3 = materials.w;
+    vec4 stored = wavePaths.at[CameraMediaRow(slot)];
+    WAVE_LOAD_UINTS(media.m0, media.m1, media.m2, media.m3)
     return media;
 }
-vec4 RowOf(MediumStack media) { return uintBitsToFloat(uvec4(media.m0, media.m1, media.m2, media.m3)); }
 
-vec4 RowOf(FirstLobe lobe) { return vec4(lobe.diffuse, lobe.isThrough ? 1.0f : 0.0f); }
-FirstLobe LobeFrom(vec4 row) {
-    FirstLobe lobe;
-    lobe.diffuse = row.xyz;
-    lobe.isThrough = row.w > 0.0f;
-    return lobe;
-}
-
-vec4 RowOf(SegmentStart start) { return vec4(start.normal, start.height); }
-SegmentStart StartFrom(vec4 row) {
-    SegmentStart start;
-    start.normal = row.xyz;
-    start.height = row.w;
-    return start;
-}
-
-// Where the media around the origin of a camera ray are: behind all paths if they are the same for all.
-uint CameraMediaRow(uint slot) {
-    return PathRows() * (wave.value.isProbedOnce != 0u ? PixelCount() : slot) + MediaRow();
-}
-MediumStack LoadCameraMedia(uint slot) { return MediaFrom(wavePaths.at[CameraMediaRow(slot)]); }
-
-// Its next ray.
-Ray LoadRay(uint slot, out uint rayCount) {
-    uint row = PathRows() * slot;
-    vec4 first = wavePaths.at[row];
-    Ray ray;
-    ray.origin = first.xyz;
-    rayCount = floatBitsToUint(first.w);
-    ray.direction = wavePaths.at[row + 1u].xyz;
-    ray.cone = MakeCone(0.0f, 0.0f);
-    return ray;
+// Only its next ray, and how many it has traced.
+PathState LoadRay(uint slot) {
+    PathState path;
+    path.ray.cone = MakeCone(0.0f, 0.0f);
+    uint row = PathRow(slot);
+    RAYGRAPH_WAVE_RAY_ROWS(WAVE_LOAD_PATH_ROW)
+    return path;
 }
 
 // All but what it has collected (LoadOutputs).
 PathState LoadPath(uint slot) {
-    uint row = PathRows() * slot;
-    uint rayCount = 0u;
-    Ray ray = LoadRay(slot, rayCount);
-    if (HasTraceFeature(kTraceTextureLod)) {
-        vec4 cone = wavePaths.at[row + ConeRow()];
-        ray.cone = MakeCone(cone.x, cone.y);
-    }
+    Ray ray;
+    ray.origin = vec3(0.0f);
+    ray.direction = vec3(0.0f);
+    ray.cone = MakeCone(0.0f, 0.0f);
     PathState path = StartPath(ray, RngOf(uvec2(TexelOf(slot))));
-    path.rayCount = rayCount;
-    path.scatterPDF = wavePaths.at[row + 1u].w;
-    vec4 third = wavePaths.at[row + 2u];
-    path.throughput = third.xyz;
-    path.etaScale = third.w;
-    vec4 fourth = wavePaths.at[row + 3u];
-    path.scatter.position = fourth.xyz;
-    path.depth = floatBitsToUint(fourth.w);
-    vec4 fifth = wavePaths.at[row + 4u];
-    path.scatter.normal = fifth.xyz;
-    path.wavelength = fifth.w;
-    if (kKeepsParts) path.lobe = LobeFrom(wavePaths.at[row + LobeRow()]);
-    if (HasTraceFeature(kTraceVolumes)) {
-        path.media = MediaFrom(wavePaths.at[row + MediaRow()]);
-        path.start = StartFrom(wavePaths.at[row + MediaRow() + 1u]);
-    }
+    uint row = PathRow(slot);
+    RAYGRAPH_WAVE_PATH_ROWS(WAVE_LOAD_PATH_ROW)
     return path;
 }
 
 #ifdef WAVE_WRITES_PATHS
 void StorePath(uint slot, PathState path) {
-    uint row = PathRows() * slot;
-    wavePaths.at[row] = vec4(path.ray.origin, uintBitsToFloat(path.rayCount));
-    wavePaths.at[row + 1u] = vec4(path.ray.direction, path.scatterPDF);
-    wavePaths.at[row + 2u] = vec4(path.throughput, path.etaScale);
-    wavePaths.at[row + 3u] = vec4(path.scatter.position, uintBitsToFloat(path.depth));
-    wavePaths.at[row + 4u] = vec4(path.scatter.normal, path.wavelength);
-    if (kKeepsParts) wavePaths.at[row + LobeRow()] = RowOf(path.lobe);
-    if (HasTraceFeature(kTraceTextureLod))
-        wavePaths.at[row + ConeRow()] = vec4(path.ray.cone.width, path.ray.cone.spread, 0.0f, 0.0f);
-    if (HasTraceFeature(kTraceVolumes)) {
-        wavePaths.at[row + MediaRow()] = RowOf(path.media);
-        wavePaths.at[row + MediaRow() + 1u] = RowOf(path.start);
-    }
+    uint row = PathRow(slot);
+    RAYGRAPH_WAVE_PATH_ROWS(WAVE_STORE_PATH_ROW)
 }
 
-void StoreRayCount(uint slot, uint rayCount) {
-    wavePaths.at[PathRows() * slot].w = uintBitsToFloat(rayCount);
+// At the end of the first row.
+void StoreRayCount(uint slot, uint rayCount) { wavePaths.at[PathRow(slot)].w = uintBitsToFloat(rayCount); }
+void StoreCameraMedia(uint slot, MediumStack media) {
+    wavePaths.at[CameraMediaRow(slot)] = WAVE_STORED_UINTS(media.m0, media.m1, media.m2, media.m3);
 }
-void StoreCameraMedia(uint slot, MediumStack media) { wavePaths.at[CameraMediaRow(slot)] = RowOf(media); }
 #endif
 
 // ----------------------------------------------------------------------------------------------------- hits
@@ -206,12 +176,6 @@ Hit LoadHit(uint slot) {
 
 // ---------------------------------------------------------------------------------------------- shadow rays
 
-uint ShadowLobeRow() { return kWaveShadowRows; }
-uint ShadowMediaRow() { return ShadowLobeRow() + (kKeepsParts ? kWaveLobeRows : 0u); }
-uint ShadowRows() {
-    return ShadowMediaRow() + (HasTraceFeature(kTraceMatchedMedia) ? kWaveShadowMediaRows : 0u);
-}
-
 struct WaveShadow {
     DirectLight light;
     uint slot;
@@ -220,21 +184,17 @@ struct WaveShadow {
     float wavelength;
 };
 
+#define WAVE_LOAD_SHADOW_ROW(condition, members) \
+    if (condition) { vec4 stored = waveShadows.at[row++]; WAVE_LOAD_##members }
+#define WAVE_STORE_SHADOW_ROW(condition, members) \
+    if (condition) waveShadows.at[row++] = WAVE_STORED_##members;
+
+uint ShadowRow(uint at) { return (0u RAYGRAPH_WAVE_SHADOW_ROWS(RAYGRAPH_WAVE_COUNT_ROW)) * at; }
+
 #ifdef WAVE_WRITES_SHADOWS
 void StoreShadow(uint at, WaveShadow shadow) {
-    uint row = ShadowRows() * at;
-    DirectLight light = shadow.light;
-    waveShadows.at[row] = vec4(light.ray.origin, light.distance);
-    waveShadows.at[row + 1u] = vec4(light.ray.direction, light.ior);
-    waveShadows.at[row + 2u] = vec4(light.radiance, uintBitsToFloat(shadow.slot));
-    waveShadows.at[row + 3u] =
-        uintBitsToFloat(uvec4(shadow.rayCount, shadow.depth, light.light, light.triangle));
-    if (kKeepsParts) waveShadows.at[row + ShadowLobeRow()] = RowOf(light.lobe);
-    if (HasTraceFeature(kTraceMatchedMedia)) {
-        waveShadows.at[row + ShadowMediaRow()] = RowOf(light.media);
-        waveShadows.at[row + ShadowMediaRow() + 1u] = RowOf(light.start);
-        waveShadows.at[row + ShadowMediaRow() + 2u] = vec4(shadow.wavelength, vec3(0.0f));
-    }
+    uint row = ShadowRow(at);
+    RAYGRAPH_WAVE_SHADOW_ROWS(WAVE_STORE_SHADOW_ROW)
 }
 #endif
 
@@ -242,30 +202,11 @@ void StoreShadow(uint at, WaveShadow shadow) {
 uint ShadowCount() { return waveCounts.at[2u * wave.value.step - 1u]; }
 
 WaveShadow LoadShadow(uint at) {
-    uint row = ShadowRows() * at;
     WaveShadow shadow;
     shadow.light = NoDirectLight();
-    vec4 first = waveShadows.at[row];
-    shadow.light.ray.origin = first.xyz;
-    shadow.light.distance = first.w;
-    vec4 second = waveShadows.at[row + 1u];
-    shadow.light.ray.direction = second.xyz;
-    shadow.light.ior = second.w;
-    vec4 third = waveShadows.at[row + 2u];
-    shadow.light.radiance = third.xyz;
-    shadow.slot = floatBitsToUint(third.w);
-    uvec4 fourth = floatBitsToUint(waveShadows.at[row + 3u]);
-    shadow.rayCount = fourth.x;
-    shadow.depth = fourth.y;
-    shadow.light.light = fourth.z;
-    shadow.light.triangle = fourth.w;
     shadow.wavelength = kNoWavelength;
-    if (kKeepsParts) shadow.light.lobe = LobeFrom(waveShadows.at[row + ShadowLobeRow()]);
-    if (HasTraceFeature(kTraceMatchedMedia)) {
-        shadow.light.media = MediaFrom(waveShadows.at[row + ShadowMediaRow()]);
-        shadow.light.start = StartFrom(waveShadows.at[row + ShadowMediaRow() + 1u]);
-        shadow.wavelength = waveShadows.at[row + ShadowMediaRow() + 2u].x;
-    }
+    uint row = ShadowRow(at);
+    RAYGRAPH_WAVE_SHADOW_ROWS(WAVE_LOAD_SHADOW_ROW)
     return shadow;
 }
 

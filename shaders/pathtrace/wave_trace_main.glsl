@@ -23,9 +23,8 @@
 #include "integrator/share_through_media.glsl"
 
 void TracePath(uint slot) {
-    uint rayCount = 0u;
-    Ray ray = LoadRay(slot, rayCount);
-    StoreHit(slot, Intersect(ray, AlphaSeed(RngOf(uvec2(TexelOf(slot))), rayCount + 1u)));
+    PathState path = LoadRay(slot);
+    StoreHit(slot, Intersect(path.ray, AlphaSeed(RngOf(uvec2(TexelOf(slot))), path.rayCount + 1u)));
 }
 
 void TraceShadow(uint at, PathSettings settings) {

@@ -15,15 +15,33 @@ using glm::uvec2;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-// Rows of 16 bytes of a path in every scene, and those that come with parts of the radiance, levels of
-// textures, and media
-RAYGRAPH_CONSTANT uint kWavePathRows = 5u;
-RAYGRAPH_CONSTANT uint kWaveLobeRows = 1u;
-RAYGRAPH_CONSTANT uint kWaveConeRows = 1u;
-RAYGRAPH_CONSTANT uint kWaveMediaRows = 2u;
-// Of a shadow ray in every scene, and where it passes from medium to medium; parts add kWaveLobeRows
-RAYGRAPH_CONSTANT uint kWaveShadowRows = 4u;
-RAYGRAPH_CONSTANT uint kWaveShadowMediaRows = 3u;
+// The records of a PathState `path` and of a WaveShadow `shadow`, as lists of their rows of 16 bytes:
+// ROW(condition, members). A row is there in pictures where the condition holds. How records are loaded and
+// stored, and how many rows they have, follows from the lists. A path begins with what its next ray needs.
+#define RAYGRAPH_WAVE_RAY_ROWS(ROW)                      \
+    ROW(true, VEC3_UINT(path.ray.origin, path.rayCount)) \
+    ROW(true, VEC3_FLOAT(path.ray.direction, path.scatterPDF))
+#define RAYGRAPH_WAVE_MEDIA_ROWS(ROW, condition, of)                          \
+    ROW(condition, UINTS(of.media.m0, of.media.m1, of.media.m2, of.media.m3)) \
+    ROW(condition, VEC3_FLOAT(of.start.normal, of.start.height))
+#define RAYGRAPH_WAVE_PATH_ROWS(ROW)                                                          \
+    RAYGRAPH_WAVE_RAY_ROWS(ROW)                                                               \
+    ROW(true, VEC3_FLOAT(path.throughput, path.etaScale))                                     \
+    ROW(true, VEC3_UINT(path.scatter.position, path.depth))                                   \
+    ROW(true, VEC3_FLOAT(path.scatter.normal, path.wavelength))                               \
+    ROW(HasTraceFeature(kTraceTextureLod), FLOATS(path.ray.cone.width, path.ray.cone.spread)) \
+    RAYGRAPH_WAVE_MEDIA_ROWS(ROW, HasTraceFeature(kTraceVolumes), path)                       \
+    ROW(KeepsParts(), VEC3_BOOL(path.lobe.diffuse, path.lobe.isThrough))
+#define RAYGRAPH_WAVE_SHADOW_ROWS(ROW)                                                         \
+    ROW(true, VEC3_FLOAT(shadow.light.ray.origin, shadow.light.distance))                      \
+    ROW(true, VEC3_FLOAT(shadow.light.ray.direction, shadow.light.ior))                        \
+    ROW(true, VEC3_UINT(shadow.light.radiance, shadow.slot))                                   \
+    ROW(true, UINTS(shadow.rayCount, shadow.depth, shadow.light.light, shadow.light.triangle)) \
+    ROW(KeepsParts(), VEC3_BOOL(shadow.light.lobe.diffuse, shadow.light.lobe.isThrough))       \
+    RAYGRAPH_WAVE_MEDIA_ROWS(ROW, HasTraceFeature(kTraceMatchedMedia), shadow.light)           \
+    ROW(HasTraceFeature(kTraceMatchedMedia), FLOAT(shadow.wavelength))
+
+#define RAYGRAPH_WAVE_COUNT_ROW(condition, members) +((condition) ? 1u : 0u)
 
 // What a launch of pathtrace/wave_trace.rgen traces
 RAYGRAPH_CONSTANT uint kWaveTracesPaths = 1u;
