@@ -26,9 +26,9 @@ bool IsOfTheName(const std::error_code& error) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
+AtomicFile::AtomicFile(const std::filesystem::path& target) : m_given(target), m_target(target) {
     std::error_code error;
-    // Before links are followed: that of an open pipe, such as /dev/stdout, leads to no path
+    // This comes before links are followed: that of an open pipe, such as /dev/stdout, leads to no path.
     m_isInPlace = IsStream(m_target);
     if (!m_isInPlace) {
         FollowLinks();
@@ -50,7 +50,7 @@ bool AtomicFile::IsStream(const std::filesystem::path& target) {
     return std::filesystem::is_character_file(existing) || std::filesystem::is_fifo(existing);
 }
 
-// Link by link, so that a link to a file that does not exist yet is followed too.
+// Follows link by link, so that a link to a file that does not exist yet is followed too.
 void AtomicFile::FollowLinks() {
     std::error_code error;
     for (int linkCount = 0; std::filesystem::is_symlink(m_target, error); ++linkCount) {
@@ -68,10 +68,10 @@ void AtomicFile::OpenToReplace() {
     const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
     const bool isThere = std::filesystem::exists(existing);
     if (std::filesystem::is_directory(existing))
-        throw MakeError(ErrorKind::Io, "{}: cannot write: it is a folder", m_target.string());
+        throw MakeError(ErrorKind::Io, "{}: cannot write: it is a folder", Name());
     if (isThere && !std::filesystem::is_regular_file(existing))
-        throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", m_target.string());
-    // Such as a name that is too long
+        throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", Name());
+    // The reason may be a name that is too long.
     if (!isThere && existing.type() != std::filesystem::file_type::not_found) Fail("cannot write", error);
     const auto permissions = isThere ? std::optional(existing.permissions()) : std::nullopt;
     auto file = std::make_unique<os::NewFile>(m_target.parent_path(), permissions, error);
@@ -84,8 +84,13 @@ void AtomicFile::OpenToReplace() {
     m_whyInPlace = refusal.message();
 }
 
+std::string AtomicFile::Name() const {
+    if (m_target == m_given) return m_given.string();
+    return Text("{}, a link to {}", m_given.string(), m_target.string());
+}
+
 void AtomicFile::Fail(const char* what, const std::error_code& error) const {
-    throw MakeError(ErrorKind::Io, "{}: {}: {}", m_target.string(), what, error.message());
+    throw MakeError(ErrorKind::Io, "{}: {}: {}", Name(), what, error.message());
 }
 
 void AtomicFile::FailToWrite(const std::error_code& error) {
@@ -118,21 +123,23 @@ void AtomicFile::Seek(uint64_t position) {
 }
 
 void AtomicFile::Commit() {
-    errno = 0;
     if (m_writeError) Fail("cannot write", m_writeError);
-    if (std::ferror(Stream()) != 0) Fail("cannot write", os::LastError());
     std::error_code error;
     m_file->Close(error);
     if (error) Fail("cannot write", error);
     if (!m_isInPlace) {
         m_file->Publish(m_target.filename(), error);
-        // The constructor has asked, but not every system knows
+        // The constructor has asked, but not every system knows.
         m_isInPlace = IsOfTheName(error);
         if (error && !m_isInPlace) Fail("cannot replace", error);
     }
-    if (m_isInPlace) m_file->CopyTo(m_target, error);
+    auto oldContent = os::OldContent::Kept;
+    if (m_isInPlace) oldContent = m_file->CopyTo(m_target, error);
+    if (oldContent == os::OldContent::Lost)
+        throw TornFile(ErrorKind::Io,
+                       Text("{}: cannot write: {}; its old content is lost", Name(), error.message()));
     if (error == std::errc::timed_out && IsStream(m_target))
-        throw MakeError(ErrorKind::Io, "{}: cannot write: nobody reads the pipe", m_target.string());
+        throw MakeError(ErrorKind::Io, "{}: cannot write: nobody reads the pipe", Name());
     if (error) Fail("cannot write", error);
     m_file.reset();
 }

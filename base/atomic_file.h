@@ -12,12 +12,20 @@
 #include <system_error>
 
 #include "base/api.h"
+#include "base/error.h"
 
 namespace raygraph {
 
 namespace os {
 class NewFile;
 }
+
+// A write in place (AtomicFile::WhyInPlace) has failed in its midst: a part of the content has taken the
+// place of the old content.
+class RAYGRAPH_API TornFile : public Error {
+  public:
+    using Error::Error;
+};
 
 // Collects what is written in a new file, which Commit() puts in the place of `target`. Until then the target
 // is as it was, and nothing is left where the object ends, or the process is killed, before that. A target
@@ -26,8 +34,8 @@ class NewFile;
 // The constructor fails where Commit() would, but for a disk that is full by then: one that only makes sure
 // of that leaves no trace. A target that cannot be replaced but written to (WhyInPlace) is written in place
 // by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for the
-// reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the target
-// and the system's reason. One object is for one thread at a time.
+// reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the target,
+// the link to it if that was given, and the system's reason. One object is for one thread at a time.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -35,11 +43,14 @@ class RAYGRAPH_API AtomicFile {
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
-    // The reason for which a regular file is not replaced as a whole, such as that it is mounted by itself;
-    // "": it is. Commit() then overwrites it, and a crash within that leaves a part.
+    // Returns the reason for which a regular file is not replaced as a whole, such as that it is mounted by
+    // itself; "" means that it is. Commit() then overwrites it, once there is room for the whole: a full disk
+    // leaves the old content. A crash within that leaves a part, and so does a disk that fails, which is a
+    // TornFile.
     const std::string& WhyInPlace() const { return m_whyInPlace; }
 
-    // A device or a pipe, which gets content after content: it is never replaced, and keeps nothing.
+    // Whether it is a device or a pipe, which gets content after content: it is never replaced, and keeps
+    // nothing.
     static bool IsStream(const std::filesystem::path& target);
 
     void Write(std::span<const std::byte> bytes);
@@ -47,28 +58,29 @@ class RAYGRAPH_API AtomicFile {
     uint64_t Position() const;
     void Seek(uint64_t position);
 
-    // For libraries that write to a stdio stream. Owned by this object; errors on it are found by Commit().
-    std::FILE* Stream() const;
-
-    // Flushes to the disk and replaces the target. Fails if any earlier write failed. At most once, as the
-    // last call.
+    // Flushes to the disk and replaces the target. Fails if any earlier write failed. It is called at most
+    // once, as the last call.
     void Commit();
 
   private:
+    std::FILE* Stream() const;
     [[noreturn]] void Fail(const char* what, const std::error_code& error) const;
     [[noreturn]] void FailToWrite(const std::error_code& error);
     void FollowLinks();
     void OpenToReplace();
 
-    std::filesystem::path m_target;
+    // "given", or "given, a link to target", as messages name it.
+    std::string Name() const;
+
+    std::filesystem::path m_given, m_target;
     std::unique_ptr<os::NewFile> m_file;  // It is null after Commit.
     bool m_isInPlace = false;
-    std::error_code m_writeError;  // of the first write that failed
+    std::error_code m_writeError;  // The reason of the first write that failed.
     std::string m_whyInPlace;
 };
 
 // Throws what the constructor of AtomicFile would for this target. Else, says of a file that would not be
-// replaced as a whole that it is "written in place", and why; "": nothing is to be said. Leaves no trace.
+// replaced as a whole that it is "written in place", and why, or is "". Leaves no trace.
 RAYGRAPH_API std::string InPlaceNote(const std::filesystem::path& target);
 
 }  // namespace raygraph

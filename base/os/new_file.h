@@ -10,6 +10,9 @@
 
 namespace raygraph::os {
 
+// What a file had before it was to be written in place.
+enum class OldContent : bool { Kept, Lost };
+
 // An empty file for writing and reading, which nobody else sees until Publish. It has no name where the file
 // system allows that, so that a killed process leaves nothing. Elsewhere its name begins with ".raygraph-"
 // and the file is locked while it is written; the next process that makes a NewFile in the folder removes
@@ -33,11 +36,14 @@ class NewFile {
     // Both after Close. Gives the file a name in its folder, in place of whatever has it, at once: where the
     // system gives none to a file without a name, a copy that has one takes its place.
     void Publish(const std::filesystem::path& name, std::error_code& error);
-    // Copies the content into a regular file, which is created if there is none, a device or a pipe. A
-    // regular file has a part of the content until this returns, and where this fails. A pipe without a
-    // reader is waited for, half a minute, and then is an error, std::errc::timed_out. A reader may take its
-    // time, but a process that is asked to end (SignalWatch) waits only two seconds more for either.
-    void CopyTo(const std::filesystem::path& target, std::error_code& error) const;
+    // Copies the content into a regular file, which is created if there is none, a device or a pipe. Room in
+    // a regular file is made first, so that a full disk is found before any of its old content is
+    // overwritten. It has a part of the content until this returns, and where a write then fails all the
+    // same, as on a broken disk, or on a full file system that copies what is overwritten: only then its old
+    // content is lost. A pipe without a reader is waited for, half a minute, and then is an error,
+    // std::errc::timed_out. A reader may take its time, but a process that is asked to end (SignalWatch)
+    // waits only two seconds more for either.
+    OldContent CopyTo(const std::filesystem::path& target, std::error_code& error) const;
 
   private:
     bool OpenNamed(std::error_code& error);

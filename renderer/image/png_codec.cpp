@@ -3,6 +3,7 @@
 
 #include <csetjmp>
 #include <cstring>
+#include <memory>
 #include <new>
 
 #include "base/atomic_file.h"
@@ -118,10 +119,13 @@ void WritePng(const std::filesystem::path& path, const Image8& image) {
     png.version = PNG_IMAGE_VERSION;
     png.width = image.width;
     png.height = image.height;
-    png.format = PNG_FORMAT_RGBA;  // Of 8 bits, which means sRGB here and makes libpng say so in the file.
-    if (png_image_write_to_stdio(&png, file.Stream(), 0, image.rgba.data(), 0, nullptr) == 0) {
-        throw MakeError(ErrorKind::Io, "{}: cannot write: {}", path.string(), png.message);
-    }
+    png.format = PNG_FORMAT_RGBA;  // It is of 8 bits, which means sRGB here: libpng says so in the file.
+    // Libpng would not tell why a write has failed.
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+    const auto bytes = std::make_unique_for_overwrite<std::byte[]>(size);
+    if (png_image_write_to_memory(&png, bytes.get(), &size, 0, image.rgba.data(), 0, nullptr) == 0)
+        throw MakeError(ErrorKind::OutOfMemory, "{}: PNG: {}", path.string(), png.message);
+    file.Write({bytes.get(), size});
     file.Commit();
 }
 

@@ -261,6 +261,51 @@ TEST(AtomicFile, FileThatCanBeNeitherLinkedNorRenamedIsWrittenInPlace) {
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
+// The disk is full once the new content has been collected on another one. Not every file system can reserve
+// room: there, too, the old content is not overwritten before.
+TEST(AtomicFile, FullDiskLeavesTheOldContentOfAFileInPlace) {
+    const std::string old(40'000, 'o'), larger(60'000, 'n');
+    for (const int fallocate : {0, EOPNOTSUPP}) {
+        const TemporaryFolder folder;
+        const fs::path path = folder / "out.txt";
+        Put(path, old);
+        const testing::FailingFiles failing({.renameat = EBUSY, .fallocate = fallocate});
+        {
+            AtomicFile file(path);
+            file.Write(ToBytes(larger));
+            file.Seek(0);  // which writes out what is buffered
+            const testing::FileSizeLimit full(50'000);
+            EXPECT_EQ(IoError([&] { file.Commit(); }), path.string() + ": cannot write: File too large");
+        }
+        EXPECT_TRUE(TextOf(path) == old) << fallocate;
+        for (const std::string& text : {larger, old, std::string("new"), std::string(), old}) {
+            AtomicFile file(path);
+            file.Write(ToBytes(text));
+            file.Commit();
+            EXPECT_TRUE(TextOf(path) == text) << fallocate << ", " << text.size();
+        }
+    }
+}
+
+TEST(AtomicFile, WriteInPlaceThatBreaksOffIsATornFile) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "out.txt";
+    Put(path, std::string(40'000, 'o'));
+    const testing::FailingFiles failing({.renameat = EBUSY, .fallocate = EOPNOTSUPP});
+    AtomicFile file(path);
+    file.Write(ToBytes(std::string(30'000, 'n')));
+    file.Seek(0);  // which writes out what is buffered
+    // The room is there, but the write fails all the same.
+    const testing::FileSizeLimit broken(20'000);
+    std::string said;
+    try {
+        file.Commit();
+    } catch (const TornFile& error) {
+        said = error.what();
+    }
+    EXPECT_EQ(said, path.string() + ": cannot write: File too large; its old content is lost");
+}
+
 TEST(AtomicFile, FailureToRenameForAnotherReasonLeavesTheOldFile) {
     const TemporaryFolder folder;
     const fs::path path = folder / "out.txt";

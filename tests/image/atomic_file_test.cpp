@@ -1,10 +1,8 @@
 #include "base/atomic_file.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <csignal>
 #include <thread>
 
 #include "base/error.h"
@@ -12,6 +10,7 @@
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/image/image_files.h"
+#include "tests/support/failing_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
@@ -19,25 +18,6 @@ namespace raygraph::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-// While it lives no file of this process grows beyond `bytes`: writing fails as on a full disk.
-class FileSizeLimit {
-  public:
-    explicit FileSizeLimit(rlim_t bytes) {
-        getrlimit(RLIMIT_FSIZE, &m_old);
-        m_oldHandler = std::signal(SIGXFSZ, SIG_IGN);
-        const rlimit limit{bytes, m_old.rlim_max};
-        setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    ~FileSizeLimit() {
-        setrlimit(RLIMIT_FSIZE, &m_old);
-        std::signal(SIGXFSZ, m_oldHandler);
-    }
-
-  private:
-    rlimit m_old = {};
-    void (*m_oldHandler)(int) = nullptr;
-};
 
 TEST(AtomicFile, Commit_ReplacesTheTargetAndLeavesNothingElse) {
     const TemporaryFolder folder;
@@ -126,6 +106,11 @@ TEST(AtomicFile, LinkToNothingYetIsFollowedAndALoopIsRefused) {
     fs::create_symlink("loop.txt", folder / "loop.txt");
     EXPECT_NE(IoError([&] { AtomicFile loop(folder / "loop.txt"); }).find("cannot follow the link"),
               std::string::npos);
+    const std::string gone = folder / "none/file.txt", link = folder / "link.txt";
+    fs::create_symlink(gone, link);
+    EXPECT_EQ(
+        IoError([&] { AtomicFile lost(link); }),
+        link + ", a link to " + gone + ": cannot create a file in its folder: No such file or directory");
 }
 
 TEST(AtomicFile, BareFileNameIsWrittenToTheCurrentFolder) {
@@ -202,8 +187,8 @@ TEST(Writers, AFailingWriteLeavesTheOldFileAndNoOther) {
         ASSERT_GT(size, 15000u);
         Put(path, "old");
         for (const auto limit : {rlim_t{0}, rlim_t{10000}, static_cast<rlim_t>(size - 1)}) {
-            const FileSizeLimit full(limit);
-            EXPECT_TRUE(IoError([&] { write(path); }).starts_with(path.string() + ": cannot write"));
+            const testing::FileSizeLimit full(limit);
+            EXPECT_EQ(IoError([&] { write(path); }), path.string() + ": cannot write: File too large");
             EXPECT_EQ(TextOf(path), "old");
             EXPECT_EQ(FileCount(folder.Path()), 1u);
         }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdarg>
 
 namespace {
@@ -32,6 +33,18 @@ FailingFiles::~FailingFiles() {
     failing = {};
 }
 
+FileSizeLimit::FileSizeLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &m_old);
+    m_oldHandler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, m_old.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+}
+
+FileSizeLimit::~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &m_old);
+    std::signal(SIGXFSZ, m_oldHandler);
+}
+
 }  // namespace raygraph::testing
 
 // These replace the C library's functions, also for libraries that are loaded with the program. They have its
@@ -42,6 +55,7 @@ int ReplacedOpenat(int folder, const char* path, int flags, ...) __asm__("openat
 int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* to,
                    int flags) __asm__("linkat");
 int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) __asm__("renameat");
+int ReplacedFallocate(int file, int mode, off_t offset, off_t size) __asm__("fallocate");
 }
 #pragma GCC visibility pop
 
@@ -60,4 +74,8 @@ int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* t
 
 int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) {
     return CallUnless(failing.renameat, SYS_renameat2, fromFolder, from, toFolder, to, 0);
+}
+
+int ReplacedFallocate(int file, int mode, off_t offset, off_t size) {
+    return CallUnless(failing.fallocate, SYS_fallocate, file, mode, offset, size);
 }

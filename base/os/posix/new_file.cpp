@@ -82,7 +82,7 @@ void RemoveIfAbandoned(int folder, const char* name) {
     close(descriptor);
 }
 
-// Once in a process for each path: listing a folder of many frames takes long.
+// Does its work once in a process for each path, because listing a folder of many frames takes long.
 void RemoveAbandoned(int folder, const std::string& path) {
     static std::mutex mutex;
     static std::set<std::string> done;
@@ -107,7 +107,7 @@ void RemoveAbandoned(int folder, const std::string& path) {
 // asked to end and being killed, a process has little time.
 class Patience {
   public:
-    // `isPatient`: nothing but being asked to end limits it.
+    // Where `isPatient`, nothing but being asked to end limits it.
     bool IsOver(bool isPatient) {
         const Clock::time_point now = Clock::now();
         if (!IsAskedToEnd()) return !isPatient && now >= m_start + kForAReader;
@@ -133,7 +133,7 @@ bool IsPipe(const char* path) {
 // kill.
 int OpenTarget(const char* target) {
     for (Patience patience;; poll(nullptr, 0, 20)) {
-        // A file of another user in a shared folder may be opened, but not by a call that might create it
+        // A file of another user in a shared folder may be opened, but not by a call that might create it.
         int to = open(target, O_WRONLY | kQuietly);
         if (to < 0 && errno == ENOENT) to = open(target, O_WRONLY | O_CREAT | O_EXCL | kQuietly, 0666);
         if (to >= 0 || errno != ENXIO) return to;
@@ -157,11 +157,12 @@ bool WaitForRoom(int pipe, Patience& patience) {
     return false;
 }
 
-// Copies all of the content, from the start of both.
-bool CopyContent(int from, int to) {
+// Copies the content from position `at` on to the same position.
+bool CopyContent(int from, int to, off_t at) {
     std::array<char, 1 << 16> buffer;
     Patience patience;
-    for (off_t at = 0;;) {
+    (void)lseek(to, at, SEEK_SET);  // A pipe has no positions, and is at its start.
+    for (;;) {
         ssize_t count = pread(from, buffer.data(), buffer.size(), at);
         if (count < 0 && errno == EINTR) continue;
         if (count <= 0) return count == 0;
@@ -179,7 +180,23 @@ bool CopyContent(int from, int to) {
 }
 
 bool SyncToDisk(int descriptor) {
-    return fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS;  // such as a pipe
+    return fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS;  // A pipe has no disk.
+}
+
+// Makes room for `size` bytes in a file, which keeps its `oldSize` bytes of content and, where there is no
+// room, its size. Where the file system cannot reserve room, what goes beyond the old content is written and
+// synced first.
+bool MakeRoom(int from, int to, off_t oldSize, off_t size) {
+    int result = 0;
+    do result = size == 0 ? 0 : fallocate(to, 0, 0, size);
+    while (result != 0 && errno == EINTR);
+    if (result == 0) return true;
+    const bool canReserve = errno != EOPNOTSUPP && errno != ENOSYS;
+    if (!canReserve && (size <= oldSize || (CopyContent(from, to, oldSize) && SyncToDisk(to)))) return true;
+    const int reason = errno;
+    (void)!ftruncate(to, oldSize);
+    errno = reason;
+    return false;
 }
 
 // Whether this process may do with files of others what their owners may.
@@ -204,7 +221,7 @@ NewFile::NewFile(const std::filesystem::path& folder, std::optional<std::filesys
     const bool isNameless = m_descriptor >= 0 && access(PathOf(m_descriptor).c_str(), F_OK) == 0 &&
                             flock(m_descriptor, LOCK_EX | LOCK_NB) == 0;
     if (!isNameless && !OpenNamed(error)) return;
-    // Permissions that cannot be set are no reason to lose a render: those of the umask stay
+    // Permissions that cannot be set are no reason to lose a render: those of the umask stay.
     if (permissions) (void)!fchmod(m_descriptor, static_cast<mode_t>(*permissions));
     const int ofStream = fcntl(m_descriptor, F_DUPFD_CLOEXEC, 0);
     m_stream = ofStream < 0 ? nullptr : fdopen(ofStream, "w+b");
@@ -260,8 +277,8 @@ bool NewFile::CopyToNamed(std::error_code& error) {
     struct stat status {};
     bool isDone = OpenNamed(error);
     if (isDone) {
-        isDone = fstat(nameless, &status) == 0 && CopyContent(nameless, m_descriptor);
-        // As in the constructor
+        isDone = fstat(nameless, &status) == 0 && CopyContent(nameless, m_descriptor, 0);
+        // They are set as in the constructor.
         if (isDone) (void)!fchmod(m_descriptor, status.st_mode & 07777);
         isDone = isDone && SyncToDisk(m_descriptor);
         error = isDone ? std::error_code() : LastError();
@@ -291,16 +308,20 @@ void NewFile::Publish(const std::filesystem::path& name, std::error_code& error)
         m_name.clear();
 }
 
-void NewFile::CopyTo(const std::filesystem::path& target, std::error_code& error) const {
+OldContent NewFile::CopyTo(const std::filesystem::path& target, std::error_code& error) const {
     error.clear();
     const int to = OpenTarget(target.c_str());
     struct stat source {
     }, status{};
     bool isDone = to >= 0 && fstat(m_descriptor, &source) == 0 && fstat(to, &status) == 0;
-    isDone = isDone && CopyContent(m_descriptor, to);
-    isDone = isDone && (!S_ISREG(status.st_mode) || ftruncate(to, source.st_size) == 0) && SyncToDisk(to);
+    const bool isRegular = S_ISREG(status.st_mode);
+    if (isRegular) isDone = isDone && MakeRoom(m_descriptor, to, status.st_size, source.st_size);
+    const bool isBegun = isDone;
+    isDone = isDone && CopyContent(m_descriptor, to, 0);
+    isDone = isDone && (!isRegular || ftruncate(to, source.st_size) == 0) && SyncToDisk(to);
     if (!isDone) error = LastError();
     if (to >= 0 && close(to) != 0 && !error) error = LastError();
+    return error && isBegun && isRegular ? OldContent::Lost : OldContent::Kept;
 }
 
 std::error_code RefusalToReplace(const std::filesystem::path& file) {
@@ -329,7 +350,7 @@ std::error_code RefusalToWrite(const std::filesystem::path& file) {
     struct stat status {};
     if (stat(file.c_str(), &status) != 0) return LastError();
     // The reader of a pipe would take the end of this for the end of the content, and a device may do
-    // anything
+    // anything.
     if (!S_ISREG(status.st_mode))
         return faccessat(AT_FDCWD, file.c_str(), W_OK, AT_EACCESS) == 0 ? std::error_code() : LastError();
     const int descriptor = open(file.c_str(), O_WRONLY | kQuietly);
