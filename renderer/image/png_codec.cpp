@@ -41,9 +41,9 @@ class PngReader {
         return true;
     }
 
-    // Decodes the pixels as 8-bit RGBA into `rows`.
+    // Decodes the pixels as 8-bit RGBA into `rows`. The file may be cut off after the last of them.
     bool ReadRows(png_bytepp rows) {
-        if (setjmp(png_jmpbuf(m_png)) != 0) return false;
+        if (setjmp(png_jmpbuf(m_png)) != 0) return m_isCutOff && HasAllRows();
         png_set_scale_16(m_png);
         png_set_expand(m_png);
         png_set_gray_to_rgb(m_png);
@@ -65,6 +65,12 @@ class PngReader {
     bool IsCutOff() const { return m_isCutOff; }
 
   private:
+    // An interlaced picture is read in seven passes over its rows.
+    bool HasAllRows() const {
+        return png_get_interlace_type(m_png, m_info) == PNG_INTERLACE_NONE
+                   ? png_get_current_row_number(m_png) >= Height()
+                   : png_get_current_pass_number(m_png) >= PNG_INTERLACE_ADAM7_PASSES;
+    }
     static void OnError(png_structp png, png_const_charp message) {
         auto* reader = static_cast<PngReader*>(png_get_error_ptr(png));
         std::strncpy(reader->m_message, message, sizeof reader->m_message - 1);
@@ -103,7 +109,7 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
         Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
         std::vector<png_bytep> rows(height);
         for (size_t y = 0; y < height; ++y) rows[y] = image.rgba.data() + y * 4 * width;
-        if (!reader.ReadRows(rows.data()) || !reader.ReadEnd())
+        if (!reader.ReadRows(rows.data()) || (!reader.IsCutOff() && !reader.ReadEnd()))
             Refuse(name, std::string("PNG: ") + reader.Message());
         if (reader.IsCutOff()) image.warnings.push_back(EndIsMissing(name));
         return image;
