@@ -131,7 +131,8 @@ ExitCode Deliver(const BenchArguments& arguments, const Json& json, ProgramLog& 
     PrintLine(line);
     OutputWriter outputs([&](const auto&, std::string_view why) { log.Fail(why); });
     if (!arguments.json.empty())
-        outputs.Write(arguments.json, [&] { WriteTextFile(arguments.json, line + "\n"); });
+        outputs.Add(arguments.json, [&] { WriteTextFile(arguments.json, line + "\n"); });
+    outputs.WriteAll();
     return outputs.Result();
 }
 

@@ -27,11 +27,12 @@ ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     const size_t count = arguments.inputs.size();
     const RenderFile merged = merger.Take();
     OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
-    outputs.Write(arguments.output, [&] { WriteRenderFile(arguments.output, merged, log); });
+    outputs.Add(arguments.output, [&] { WriteRenderFile(arguments.output, merged, log); });
     if (!arguments.report.empty()) {
         report.output = DescribePart({arguments.output.string(), merged});
-        outputs.Write(arguments.report, [&] { WriteTextFile(arguments.report, ToJson(report)); });
+        outputs.Add(arguments.report, [&] { WriteTextFile(arguments.report, ToJson(report)); });
     }
+    outputs.WriteAll();
     if (arguments.isQuiet) return outputs.Result();
     for (const std::filesystem::path& file : outputs.Written()) PrintLine(file.string());
     PrintLine(Text("{} a pixel ({}) from {}", Counted(SampleCount(merged.samples), "sample"),

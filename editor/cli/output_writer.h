@@ -16,18 +16,29 @@ class OutputWriter {
     using Say = std::function<void(const std::filesystem::path& file, std::string_view why)>;
     explicit OutputWriter(Say say) : m_say(std::move(say)) {}
 
-    // Calls `write`, which throws if it fails. Returns whether it did not.
-    bool Write(const std::filesystem::path& file, const std::function<void()>& write);
+    // `write` throws if it fails.
+    void Add(const std::filesystem::path& file, std::function<void()> write);
+    // Writes what was added since the last time, in that order, but devices and pipes after all files: one
+    // whose reader does not come, or does not read, keeps no file from being written in time.
+    void WriteAll();
 
     // In the order in which they were written.
     const std::vector<std::filesystem::path>& Written() const { return m_written; }
     bool HasWritten(const std::filesystem::path& file) const;
+    // Whether its write has failed, and has left a part of it in the place of what was there (TornFile).
+    bool IsTorn(const std::filesystem::path& file) const;
     // Done, or the status for the first output that failed.
     ExitCode Result() const { return m_result; }
 
   private:
+    struct Output {
+        std::filesystem::path file;
+        std::function<void()> write;
+    };
+
     Say m_say;
-    std::vector<std::filesystem::path> m_written;
+    std::vector<Output> m_outputs;
+    std::vector<std::filesystem::path> m_written, m_torn;
     ExitCode m_result = ExitCode::Done;
 };
 

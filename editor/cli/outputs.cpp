@@ -20,7 +20,10 @@ class CanonicalNames {
   public:
     struct Name {
         std::string text;
-        bool isNewNeighbor = false;  // not there yet, in a folder that an earlier one is in
+        // The folder that the file itself is in; "": it may be elsewhere, or is no regular file.
+        std::string folder;
+        // Whether it is in that folder already.
+        bool isThere = false;
     };
     Name Of(const std::filesystem::path& path) {
         const std::filesystem::path folder = path.parent_path(), name = path.filename();
@@ -29,16 +32,16 @@ class CanonicalNames {
         if (isNew) known->second = std::filesystem::canonical(folder.empty() ? "." : folder, error);
         const std::filesystem::file_type type = std::filesystem::symlink_status(path, error).type();
         const bool isThere = type == std::filesystem::file_type::regular;
-        // No link, folder or pipe: it has no other names in its folder
+        // It is no link, folder or pipe: it has no other names in its folder.
         const bool isPlain = isThere || type == std::filesystem::file_type::not_found;
         if (!known->second.empty() && !name.empty() && isPlain)
-            return {(known->second / name).native(), !isNew && !isThere};
+            return {(known->second / name).native(), known->second.native(), isThere};
         const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
-        return {(error ? path.lexically_normal() : canonical).native()};
+        return {(error ? path.lexically_normal() : canonical).native(), {}};
     }
 
   private:
-    std::unordered_map<std::string, std::filesystem::path> m_folders;  // "": it does not exist
+    std::unordered_map<std::string, std::filesystem::path> m_folders;  // "": it does not exist.
 };
 
 void CheckFolder(const std::filesystem::path& path) {
@@ -64,7 +67,7 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
                                       std::span<const std::filesystem::path> inputs) {
     std::vector<std::string> warnings;
     CanonicalNames readNames, names;
-    std::unordered_set<std::string> seen, read;
+    std::unordered_set<std::string> seen, read, foldersForNewFiles;
     for (const std::filesystem::path& input : inputs) read.insert(readNames.Of(input).text);
     for (const std::filesystem::path& path : paths) {
         const CanonicalNames::Name name = names.Of(path);
@@ -72,11 +75,14 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", path.string());
         if (read.contains(name.text))
             throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
-        // What can be created beside one file can be created beside the next
-        if (name.isNewNeighbor) continue;
+        // What can be created for one file can be created for the next.
+        if (!name.isThere && foldersForNewFiles.contains(name.folder)) continue;
         CheckFolder(path);
-        if (const std::string note = InPlaceNote(path); !note.empty())
+        const std::string note = InPlaceNote(path);
+        if (!note.empty())
             warnings.push_back(Text("{} is {}", path.string(), note));
+        else if (!name.folder.empty())
+            foldersForNewFiles.insert(name.folder);
     }
     return warnings;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/atomic_file.h"
 #include "base/counted.h"
 #include "base/os/signals.h"
 #include "base/text.h"
@@ -83,12 +84,15 @@ class Pictures {
 
   private:
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
-    // The render was written first. Files that are older, or were asked for only now, are of fewer samples.
+    // The render was written first. Files that are older, or were asked for only now, are of fewer samples,
+    // an empty one is of none, and a device or a pipe keeps nothing.
     bool HasAllFiles() const {
         const auto writtenAt = [](const std::filesystem::path& file) {
             std::error_code error;
+            const bool hasContent =
+                !AtomicFile::IsStream(file) && std::filesystem::file_size(file, error) > 0 && !error;
             const auto time = std::filesystem::last_write_time(file, error);
-            return error ? std::filesystem::file_time_type::min() : time;
+            return hasContent && !error ? time : std::filesystem::file_time_type::min();
         };
         const std::vector<std::filesystem::path> outputs = FilesOf(m_arguments, Current().name).outputs;
         return std::ranges::all_of(outputs, [&](const std::filesystem::path& output) {

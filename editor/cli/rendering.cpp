@@ -21,7 +21,7 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
                       uint32_t samplesBefore, size_t deviceCount) {
     const RenderFile& render = result.render;
     const uint64_t samples = SampleCount(render.samples);
-    std::string line = Text("{} {} a pixel", samples, samples == 1 ? "sample" : "samples");
+    std::string line = Counted(samples, "sample") + " a pixel";
     if (render.adaptive) {
         const auto [least, most] = std::ranges::minmax(render.adaptive->counts);
         line += Text(" on average ({} to {})", least, most);
@@ -39,13 +39,13 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
     return deviceCount > 1 ? line + Text(", {} devices", deviceCount) : line;
 }
 
-std::string Joined(const std::vector<std::string>& names) {
+std::string Joined(const std::vector<std::filesystem::path>& files) {
     std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    for (const std::filesystem::path& file : files) list += (list.empty() ? "" : ", ") + file.string();
     return list;
 }
 
-// Two runs, one after the other, as one.
+// Returns two runs, one after the other, as one.
 RunSummary Joined(const RunSummary& first, const RunSummary& second) {
     RunSummary joined = second;
     joined.firstSampleSeconds = first.firstSampleSeconds;
@@ -81,16 +81,17 @@ void Rendering::RenderPicture(const PlannedPicture& picture) {
     m_notSaved.clear();
     const RunSummary run = Run(picture, before);
     if (m_group != nullptr) {
-        // What is invalid in any process is not written
+        // What is invalid in any process is not written.
         if (!m_group->IsRoot()) m_console.log.RequireValid();
         m_group->Sum(0);
         if (!m_group->IsRoot()) {
-            m_isSaved = true;  // as far as this process knows
+            m_saved.insert(PicturesOf(m_arguments, picture.name).front().path);  // The root knows better.
             return;
         }
     }
     if (!m_session.HasResult() && m_isTerminated) {
-        m_isCutShort = m_isSaved = true;  // all samples that there are, are in the resumed file
+        m_isCutShort = true;
+        m_saved.insert(Named(m_arguments.resume, picture.name));  // It has all samples that there are.
         m_console.log.Warn("stopped while albedo and normals were restored; nothing was written");
         return;
     }
@@ -102,7 +103,7 @@ void Rendering::RenderPicture(const PlannedPicture& picture) {
 }
 
 bool Rendering::IsSaveDue() const {
-    // Of one clock: that of the process that writes
+    // The time is that of one clock, of the process that writes.
     const bool isTimed = m_arguments.checkpointMinutes && (m_group == nullptr || m_group->IsRoot());
     return m_signals.IsSaveRequested() ||
            (isTimed && m_sinceSave.Seconds() >= 60.0 * *m_arguments.checkpointMinutes);
@@ -133,7 +134,7 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
                   .relativeError = m_arguments.error,
                   .isStopRequested = [&] { return m_signals.IsInterrupted() || m_signals.IsTerminated(); },
                   .isPauseRequested = [&] { return IsSaveDue(); }};
-    // One that is complete, but for its files, may have more samples than are asked for now
+    // A render that is complete, but for its files, may have more samples than are asked for now.
     if (rule.samples) rule.samples = std::max(*rule.samples, samplesBefore);
     RunSummary whole;
     for (bool isFirst = true;; isFirst = false) {
@@ -176,50 +177,52 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
                                              .secondsLeft = 0.0});
         progress.Clear();
     }
-    m_console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
+    m_console.log.RequireValid();  // An invalid run leaves the old files.
 
     OutputWriter outputs(
         [&](const std::filesystem::path& file, std::string_view why) { SayNotWritten(file, why, isEnd); });
-    const std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
+    std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
+    std::vector<std::filesystem::path> files;  // They are in the order of the command line.
+    for (const OutputFile& picture : pictures) files.push_back(picture.path);
     const std::filesystem::path resumed =
         m_arguments.resume.empty() ? std::filesystem::path() : Named(m_arguments.resume, planned.name);
     const bool hasNewSamples = m_session.SampleCount() > samplesBefore;
-    // What can be gone on with comes first
-    const auto rank = [&](const OutputFile& picture) {
+    // What can be gone on with comes first.
+    std::ranges::stable_sort(pictures, {}, [&](const OutputFile& picture) {
         if (picture.path == resumed) return 0;
-        if (AtomicFile::IsStream(picture.path)) return 3;
         return picture.kind == OutputKind::Exr ? 1 : 2;
-    };
-    std::vector<OutputFile> ordered = pictures;
-    std::ranges::stable_sort(ordered, {}, rank);
+    });
     const bool isResumable = WhyNotResumable(result.render).empty();
-    bool isAnyToResume = false;
-    std::vector<std::string> toResume;
-    std::optional<image::ExrThreads> threads(std::in_place);
-    for (const OutputFile& picture : ordered) {
+    std::vector<std::filesystem::path> toResume, others;
+    for (const OutputFile& picture : pictures) {
         const bool isStream = AtomicFile::IsStream(picture.path);
-        if (isStream && !isEnd) continue;  // its reader takes the first end for the end of all
+        if (isStream && !isEnd) continue;  // Its reader takes the first end for the end of all.
         const bool isToResume = isResumable && !isStream && picture.kind == OutputKind::Exr;
-        isAnyToResume |= isToResume;
-        const bool isWritten = outputs.Write(picture.path, [&] {
+        (isToResume ? toResume : others).push_back(picture.path);
+        outputs.Add(picture.path, [&] {
             if (hasNewSamples || picture.path != resumed) WritePicture(picture, result.render);
         });
-        if (isWritten) m_notSaved.erase(picture.path);
-        if (isWritten && isToResume) toResume.push_back(picture.path.string());
     }
-    threads.reset();
-    if (isAnyToResume ? !toResume.empty() : !outputs.Written().empty()) m_isSaved = true;
-    std::vector<std::filesystem::path> files;
-    for (const OutputFile& picture : pictures) files.push_back(picture.path);
     if (!m_arguments.report.empty() && isEnd) {
-        const std::filesystem::path& file = files.emplace_back(Named(m_arguments.report, planned.name));
-        outputs.Write(file, [&] {
+        files.push_back(Named(m_arguments.report, planned.name));
+        outputs.Add(files.back(), [&, file = files.back()] {
             Report report = DescribeRun(m_devices, m_session, result, run);
             report.settings = SettingsForReport(m_arguments, result.render, m_job.samplesWanted);
             WriteTextFile(file, ToJson(report));
         });
     }
-    std::erase_if(files, [&](const std::filesystem::path& file) { return !outputs.HasWritten(file); });
+    std::optional<image::ExrThreads> threads(std::in_place);
+    outputs.WriteAll();
+    threads.reset();
+    for (const std::filesystem::path& file : files) {
+        if (outputs.HasWritten(file)) m_notSaved.erase(file);
+        if (outputs.IsTorn(file)) m_saved.erase(file);
+    }
+    const bool isAnyToResume = !toResume.empty();
+    for (auto* list : {&files, &toResume, &others})
+        std::erase_if(*list, [&](const std::filesystem::path& file) { return !outputs.HasWritten(file); });
+    const std::vector<std::filesystem::path>& kept = isAnyToResume ? toResume : others;
+    m_saved.insert(kept.begin(), kept.end());
     const std::string saved = toResume.empty() ? "" : "resumable .exr saved: " + Joined(toResume);
     if (isEnd)
         Warn(run, saved.empty() && outputs.Result() == ExitCode::Done ? "what there is was written" : saved);
@@ -237,7 +240,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
 }
 
 void Rendering::SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd) {
-    // What cannot be written now may be written the next time: the samples are not given up for it
+    // What cannot be written now may be written the next time: the samples are not given up for it.
     std::string& known = m_notSaved[file];
     if (isEnd)
         m_console.log.Fail(why);
@@ -248,13 +251,15 @@ void Rendering::SayNotWritten(const std::filesystem::path& file, std::string_vie
 
 void Rendering::Warn(const RunSummary& run, const std::string& outcome) {
     if (run.wasStopped) {
-        std::string text = Text("stopped after {}", m_session.SampleCount());
-        if (m_job.samplesWanted) text += Text(" of {}", *m_job.samplesWanted);
-        m_console.log.Warn(text + " samples" + (outcome.empty() ? "" : "; " + outcome));
+        const uint32_t count = m_session.SampleCount();
+        const std::string samples = m_job.samplesWanted
+                                        ? Text("{} of {}", count, Counted(*m_job.samplesWanted, "sample"))
+                                        : Counted(count, "sample");
+        m_console.log.Warn("stopped after " + samples + (outcome.empty() ? "" : "; " + outcome));
     }
     if (const uint64_t count = m_session.NonFiniteSamples(); count > 0)
-        m_console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,
-                                count == 1 ? "sample was" : "samples were"));
+        m_console.log.Warn(Counted(count, "sample was", "samples were") +
+                           " infinite or NaN, and counted as black");
 }
 
 }  // namespace raygraph::cli

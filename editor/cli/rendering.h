@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,9 +26,9 @@ class Rendering {
               Session& session, os::SignalWatch& signals, Console& console, ProcessGroup* group);
 
     // The picture that the session has begun, until it is complete or the program is asked to end. Its files
-    // are written, each on its own, in a group by the root: first the one that can be gone on with, last
-    // devices and pipes, to which no checkpoint is written. One that cannot be written is said, and is part
-    // of Result().
+    // are written, each on its own, in a group by the root: first the one that can be gone on with, at the
+    // end the report, last devices and pipes, to which no checkpoint is written. One that cannot be written
+    // is said, and is part of Result().
     void RenderPicture(const PlannedPicture& picture);
 
     // The program was asked to end; the picture may have been completed all the same.
@@ -37,8 +38,9 @@ class Rendering {
     bool IsCutShort() const { return m_isCutShort; }      // the last picture
     bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
     // A render that can be gone on with was saved, now or by a checkpoint, for any of the pictures, whatever
-    // else could not be written. Where none is asked for (no .exr, or one without sums), it is any picture.
-    bool IsSaved() const { return m_isSaved; }
+    // else could not be written, and was not lost by a later write. Where none is asked for (no .exr, or one
+    // without sums), it is any picture.
+    bool IsSaved() const { return !m_saved.empty(); }
     // Done, or the status for the first output of a picture that could not be written. In a group, the
     // root's.
     ExitCode Result() const { return m_result; }
@@ -64,8 +66,9 @@ class Rendering {
     Console& m_console;
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
-    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false, m_isSaved = false;
-    std::map<std::filesystem::path, std::string> m_notSaved;  // why the last checkpoint lacks the file
+    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false;
+    std::set<std::filesystem::path> m_saved;                  // The files that IsSaved() is about.
+    std::map<std::filesystem::path, std::string> m_notSaved;  // Why the last checkpoint lacks the file.
     ExitCode m_result = ExitCode::Done;
 };
 

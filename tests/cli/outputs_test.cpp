@@ -1,5 +1,8 @@
 #include "editor/cli/outputs.h"
 
+#include <fcntl.h>
+#include <linux/fs.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -7,6 +10,7 @@
 #include <fstream>
 #include <new>
 
+#include "base/atomic_file.h"
 #include "editor/cli/output_writer.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/error_of.h"
@@ -52,13 +56,55 @@ TEST(Outputs, OneThatCannotBeWrittenKeepsNoOther) {
     OutputWriter outputs([&](const std::filesystem::path& file, std::string_view why) {
         said.push_back(file.string() + ": " + std::string(why));
     });
-    EXPECT_TRUE(outputs.Write("a", [] {}));
-    EXPECT_FALSE(outputs.Write("b", [] { throw Error(ErrorKind::Io, "the disk is full"); }));
-    EXPECT_FALSE(outputs.Write("c", [] { throw std::bad_alloc(); }));
-    EXPECT_TRUE(outputs.Write("d", [] {}));
-    EXPECT_EQ(outputs.Written(), (Paths{"a", "d"}));
-    EXPECT_EQ(said, (std::vector<std::string>{"b: the disk is full", "c: out of memory"}));
+    outputs.Add("a", [] {});
+    outputs.Add("b", [] { throw Error(ErrorKind::Io, "the disk is full"); });
+    outputs.Add("c", [] { throw std::bad_alloc(); });
+    outputs.Add("d", [] { throw TornFile(ErrorKind::Io, "the disk is broken"); });
+    outputs.Add("e", [] {});
+    outputs.WriteAll();
+    EXPECT_EQ(outputs.Written(), (Paths{"a", "e"}));
+    EXPECT_EQ(said,
+              (std::vector<std::string>{"b: the disk is full", "c: out of memory", "d: the disk is broken"}));
     EXPECT_EQ(outputs.Result(), ExitCode::Failure) << "that of the first";
+    for (const char* name : {"a", "b", "c", "d", "e"}) {
+        EXPECT_EQ(outputs.HasWritten(name), *name == 'a' || *name == 'e') << name;
+        EXPECT_EQ(outputs.IsTorn(name), *name == 'd') << name;
+    }
+}
+
+// Whoever reads them may not come.
+TEST(Outputs, DevicesAndPipesAreWrittenAfterAllFiles) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path pipe = folder / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    OutputWriter outputs([](const std::filesystem::path&, std::string_view) {});
+    for (const std::filesystem::path& file : Paths{pipe, "a", "/dev/null", "b"}) outputs.Add(file, [] {});
+    outputs.WriteAll();
+    EXPECT_EQ(outputs.Written(), (Paths{"a", "b", pipe, "/dev/null"}));
+}
+
+// A file that is written in place, a stream and a link say nothing of the folder that they are in.
+TEST(Outputs, ANewFileIsRefusedWhateverCouldBeWrittenBesideIt) {
+    const test::TemporaryFolder folder, elsewhere;
+    const std::filesystem::path mounted = folder / "mounted.png", pipe = folder / "pipe",
+                                link = folder / "link";
+    std::ofstream(mounted) << "old";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    std::filesystem::create_symlink(elsewhere / "a.png", link);
+    // No folder takes new files, as a folder that is immutable; the link's does.
+    const int descriptor = open(folder.Path().c_str(), O_RDONLY | O_DIRECTORY);
+    int flags = FS_IMMUTABLE_FL;
+    const bool isFixed = ioctl(descriptor, FS_IOC_SETFLAGS, &flags) == 0;
+    for (const std::filesystem::path& first : isFixed ? Paths{mounted, pipe, link} : Paths{}) {
+        SCOPED_TRACE(first);
+        const Paths paths{first, folder / "b.png"};
+        test::ExpectError(
+            ErrorKind::Io, [&] { CheckOutputs(paths, {}); }, "b.png: cannot create a file in its folder");
+    }
+    flags = 0;
+    ioctl(descriptor, FS_IOC_SETFLAGS, &flags);
+    close(descriptor);
+    if (!isFixed) GTEST_SKIP() << "a file cannot be made immutable here";
 }
 
 TEST(Outputs, AMissingFolderIsNamed) {

@@ -1,5 +1,7 @@
 // What the program writes where something cannot be written: files, stdout, stderr. A device is needed.
 #include <fcntl.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -7,6 +9,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "tests/cli/cli_test.h"
@@ -75,7 +78,7 @@ size_t CountOf(const std::string& text, const std::string& part) {
     return count;
 }
 
-// The processor time is up as soon as a few checkpoints are there.
+// SIGXCPU says that the processor time is up. It comes as soon as a few checkpoints are there.
 TEST(ProgramOutputs, CheckpointsAndTheStatusOfASignalAreThoseOfTheRender) {
     const TemporaryFolder folder;
     bool isTold = false;
@@ -166,6 +169,83 @@ TEST(ProgramOutputs, APipeGetsOnePictureAtTheEnd) {
     EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
+// The reader never comes, and a scheduler that has asked the program to end kills it while it waits.
+TEST(ProgramOutputs, TheReportIsWrittenBeforeAPipe) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(mkfifo((folder / "p.png").c_str(), 0600), 0);
+    const ProgramResult result = RunProgramBeside(folder, std::string(kTiny) + "-o p.png --report r.json",
+                                                  [&](pid_t process, const std::string&) {
+                                                      if (std::filesystem::exists(folder / "r.json"))
+                                                          kill(process, SIGKILL);
+                                                  });
+    EXPECT_EQ(result.exitCode, -1) << "it was not killed while it waited: " << result.messages;
+    EXPECT_EQ(result.messages.find("nobody reads the pipe"), std::string::npos) << result.messages;
+    EXPECT_TRUE(TextOf(folder / "r.json").ends_with("}\n"));
+}
+
+// It keeps nothing of what an earlier run has written to it, and an empty file is none.
+TEST(ProgramOutputs, ACompleteRenderIsWrittenToPipesAndEmptyFiles) {
+    const TemporaryFolder folder;
+    const std::string line =
+        "render @cornell.gltf --size 8x8 --spp 1 --checkpoint 10 --resume x.exr -o x.exr ";
+    ASSERT_EQ(RunProgram(folder, line).exitCode, 0);
+    const std::filesystem::path pipe = folder / "p.json";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+    const ProgramResult piped = RunProgram(folder, line + "--report p.json");
+    EXPECT_EQ(piped.exitCode, 0) << piped.messages;
+    std::string report(1 << 16, '\0');
+    report.resize(static_cast<size_t>(std::max<ssize_t>(read(reader, report.data(), report.size()), 0)));
+    close(reader);
+    EXPECT_NE(report.find(R"("schema")"), std::string::npos);
+    test::Put(folder / "empty.png", "");
+    EXPECT_EQ(RunProgram(folder, line + "-o empty.png").exitCode, 0);
+    EXPECT_GT(std::filesystem::file_size(folder / "empty.png"), 0u);
+    const ProgramResult again = RunProgram(folder, line + "-o empty.png");
+    EXPECT_NE(again.output.find("x.exr is complete: 1 sample a pixel"), std::string::npos) << again.output;
+}
+
+// It is mounted by itself, as into a container, and its disk fills up: what is saved stays, and the status
+// says so.
+TEST(ProgramOutputs, AFileInPlaceOnAFullDiskKeepsItsCheckpoint) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "disk");
+    test::Put(folder / "a.exr", "");
+    const std::string disk = folder / "disk", onDisk = disk + "/a.exr", mounted = folder / "a.exr";
+    constexpr int kCannotMount = 99;
+    bool isTold = false;
+    int saved = -1;
+    const ProgramResult result = RunProgramBeside(
+        folder, "render @cornell.gltf --size 32x32 --time 200 --checkpoint 0.001 -o a.exr -v",
+        [&](pid_t process, const std::string& messages) {
+            const std::string inside = "/proc/" + std::to_string(process) + "/root" + disk;
+            if (saved < 0 && messages.find("resumable .exr saved") == std::string::npos) return;
+            if (saved < 0) {
+                saved = open((inside + "/a.exr").c_str(), O_RDONLY);
+                std::ofstream filler(inside + "/filler", std::ios::binary);
+                while (filler.write(std::string(4096, 'x').data(), 4096).flush()) {
+                }
+            }
+            if (!isTold && messages.find("not saved, rendering goes on") != std::string::npos)
+                isTold = kill(process, SIGTERM) == 0;
+        },
+        [&] {
+            const bool isMounted = unshare(CLONE_NEWNS) == 0 &&
+                                   mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+                                   mount("disk", disk.c_str(), "tmpfs", 0, "size=1m") == 0 &&
+                                   close(open(onDisk.c_str(), O_WRONLY | O_CREAT, 0600)) == 0 &&
+                                   mount(onDisk.c_str(), mounted.c_str(), nullptr, MS_BIND, nullptr) == 0;
+            if (!isMounted) _exit(kCannotMount);
+        });
+    if (result.exitCode == kCannotMount) GTEST_SKIP() << "mounting is not allowed here";
+    ASSERT_TRUE(isTold) << result.messages;
+    EXPECT_EQ(result.exitCode, 75) << result.messages;
+    EXPECT_NE(result.messages.find("a.exr: cannot write: No space left on device\n"), std::string::npos);
+    std::filesystem::copy_file("/proc/self/fd/" + std::to_string(saved), folder / "kept.exr");
+    close(saved);
+    EXPECT_GE(session::SampleCount(session::ReadRenderFile(folder / "kept.exr").samples), 1u);
+}
+
 // As the background of a script and `trap '' TERM` start it.
 TEST(ProgramOutputs, ASignalThatIsIgnoredDoesNotEndIt) {
     const TemporaryFolder folder;
@@ -197,7 +277,8 @@ TEST(ProgramOutputs, AReaderOfItsProgressThatLeavesDoesNotEndIt) {
     EXPECT_TRUE(std::filesystem::exists(folder / "a.png"));
 }
 
-// Of the two files the report is the small one. A command without a device: the limit is that of a CPU driver, too.
+// Of the two files the report is the small one. The command uses no device, because the limit would be that
+// of a CPU driver, too.
 TEST(ProgramOutputs, AFileBeyondTheLimitIsOneThatCannotBeWritten) {
     const TemporaryFolder folder;
     ASSERT_EQ(RunProgram(folder, std::string(kTiny) + "-o part.exr").exitCode, 0);
@@ -218,7 +299,8 @@ TEST(ProgramOutputs, StdoutThatCannotBeWrittenIsAFailure) {
         const int descriptor = open("/dev/full", O_WRONLY);
         dup2(descriptor, STDOUT_FILENO);
     };
-    for (const std::string line : {"--help", "man", "info @cornell.gltf", "info --json --extensions"}) {
+    for (const std::string line : {"--help", "man", "info @cornell.gltf", "info --json --extensions",
+                                   "graph @cornell.gltf --size 8x8 --json"}) {
         const ProgramResult result = RunPrepared(folder, line, full);
         EXPECT_EQ(result.exitCode, 1) << line;
         EXPECT_TRUE(result.messages.starts_with("raygraph: stdout cannot be written")) << result.messages;
