@@ -20,11 +20,13 @@
 namespace raygraph::scene {
 
 // The thickness that a flattened mesh gets, of the square root of the area of its box in the plane: the first
-// one where it is squeezed along one of its axes, up to the second one along other directions. Rays in its
-// space come from very far away along m, and all of their coordinates are rounded to a step of float there.
+// one where it is squeezed along one of its axes, up to the second one along other directions. The first one
+// has to be several steps of float at the distance of a ray, or hits of the two sides come in the wrong order:
+// a box of 2 m gets half a millimetre, 32 steps at 200 m. Along other directions rays in the mesh's space come
+// from very far away along m, and all of their coordinates are rounded to a step of float there.
 // Along no axis hits are off by 6e-5 of their distance at the second thickness (root mean square): a tenth of
 // a pixel of a view of 60 degrees that is 1920 pixels wide.
-inline constexpr double kFlatThickness = 1.0 / 65536.0, kObliqueThickness = 1.0 / 1024.0;
+inline constexpr double kFlatThickness = 1.0 / 4096.0, kObliqueThickness = 1.0 / 1024.0;
 
 // True where s3 / s1 is below 2^-30, or where float cannot tell the sign of the determinant: where it is
 // less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.

@@ -127,6 +127,29 @@ TEST_P(FlatNodes, LitMeshesAreAsBrightAsAPlate) {
     }
 }
 
+// From far away the distances of the two sides differ by few steps of float: the near one is still hit first,
+// and the far one casts no shadow on it.
+TEST_P(FlatNodes, ABoxIsAsBrightFromFarAway) {
+    constexpr float kAlbedo = 0.5f;
+    for (const Chain& chain : Chains())
+        for (const bool isDoubleSided : {false, true}) {
+            SCOPED_TRACE(chain.name);
+            scene::Material material = Lambert(vec3(kAlbedo));
+            material.isDoubleSided = isDoubleSided;
+            render.scene.SetScene(Under(chain.nodes, BoxMesh(1.0f), material));
+            render.scene.SetEnvironment({.radiance = vec3(1.0f)});
+            for (const float distance : {5.0f, 100.0f, 200.0f}) {
+                const vec3 eye = distance * glm::normalize(chain.normal + vec3(0.1f, 0.2f, 0.15f));
+                TraceSettings settings = Traced(LookAt(eye, vec3(0.0f), 0.5f / distance, 48));
+                settings.biases.maxDepth = 4;
+                settings.lights.isOn = false;
+                EXPECT_NEAR(double{render.TraceOnce(settings).Mean().y}, double{kAlbedo}, 2e-3)
+                    << distance << " m, double-sided: " << isDoubleSided;
+            }
+            render.scene.SetEnvironment({});
+        }
+}
+
 // Both sides of the box come to lie in one plane.
 TEST_P(FlatNodes, ABoxIsSeenFromBothSidesInItsColor) {
     for (const Chain& chain : Chains())
