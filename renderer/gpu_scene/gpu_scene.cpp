@@ -170,8 +170,8 @@ void GpuScene::SetTransforms(std::span<const uint32_t> instances,
     for (size_t i = 0; i < instances.size(); ++i) {
         m_impl->RequireInstance(instances[i]);
         const scene::PlacedTransform& transform = objectToWorld[i];
-        const bool isFlat = scene::IsFlat(transform.matrix);
-        if (!isFlat && scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
+        const bool mayBeFlat = scene::MayGainThickness(transform.matrix);
+        if (!mayBeFlat && scene::CanInvert(transform.matrix) && scene::IsFinite(transform.rest)) continue;
         const scene::PlacedTransform shown =
             scene::CheckedPlacement(transform, set.BoundsOf(set.MeshOf(instances[i])),
                                     Text("GpuScene: SetTransform: instance {}", instances[i]));

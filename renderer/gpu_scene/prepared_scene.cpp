@@ -64,7 +64,7 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
 // theirs.
 void ThickenInstances(scene::SceneData& data) {
     for (scene::Instance& instance : data.instances) {
-        if (!scene::IsFlat(instance.objectToWorld)) continue;
+        if (!scene::MayGainThickness(instance.objectToWorld)) continue;
         const scene::PlacedTransform flat{instance.objectToWorld, instance.translationRest};
         const scene::PlacedTransform shown = scene::WithThickness(data, instance, flat).value_or(flat);
         instance.objectToWorld = shown.matrix;

@@ -14,22 +14,6 @@ namespace {
 constexpr double kLeastRatio = 0x1p-30;
 constexpr double kLeastDeterminant = 0x1p-21;  // is several roundings of float
 constexpr double kLeastWidth = 0x1p-18;        // is s2 / s1, below which a mesh is a line
-// s3 is at most this share of s2: vertex normals that were at 45 degrees are then within it of the plane's.
-constexpr double kMostThickness = 0x1p-12;
-
-double SquareOf(const glm::dmat3& m) {
-    return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
-}
-
-// Where s3 is 0, the squares of the matrix and of its cofactors are s1^2 + s2^2 and s1^2 s2^2.
-struct Widths {
-    double s1 = 0.0, s2 = 0.0;
-};
-Widths WidthsOf(double square, double area) {
-    const double half = 0.5 * square;
-    const double s1 = std::sqrt(half + std::sqrt(std::max(half * half - area * area, 0.0)));
-    return {s1, s1 > 0.0 ? area / s1 : 0.0};
-}
 
 // The sum of the sizes of the terms of the determinant.
 double TermsOf(const glm::dmat3& m) {
@@ -37,22 +21,42 @@ double TermsOf(const glm::dmat3& m) {
     return x.x * (y.y * z.z + y.z * z.y) + x.y * (y.z * z.x + y.x * z.z) + x.z * (y.x * z.y + y.y * z.x);
 }
 
-// Nearly all are: both ratios are far above their limits. False for numbers whose products overflow.
+// Nearly all are: their ratios are above all limits. False for numbers whose products overflow.
 bool IsSurelySolid(const glm::mat4x3& m) {
-    constexpr float kFar = 1e-8f;  // of the squares of the determinant and of the matrix, the latter cubed
+    // Of the squares of the determinant and of the matrix, the latter cubed. Where s3 is kObliqueThickness of
+    // s1 = s2 it is 1.2e-7.
+    constexpr float kFar = 1.5e-7f;
     const float determinant = glm::dot(m[0], glm::cross(m[1], m[2]));
     const float square = glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
     const float least = kFar * square * square * square;
     return std::isnormal(least) && determinant * determinant >= least;
 }
 
-// The result is `flat`, but that its s3, along the normal, is `thickness`.
-glm::mat4x3 Thickened(const glm::mat4x3& flat, const glm::dvec3& normal, const glm::dvec3& squeezed,
-                      double thickness) {
-    const double s3 = glm::dot(normal, glm::dmat3(flat) * squeezed);
-    glm::mat4x3 result = flat;
+// What a matrix whose s3 is far below its s2 squeezes.
+struct Squeeze {
+    glm::dvec3 normal{0.0}, squeezed{0.0};  // n and m
+    double s3 = 0.0;                        // negative if the matrix mirrors
+};
+Squeeze SqueezeOf(const glm::dmat3& linear, const glm::dmat3& cofactors) {
+    // The cofactors are s1 s2 n m^T, and s3 / s2 of that in another direction, which the products take away
+    constexpr std::array kColumns{0, 1, 2};
+    const int longest = *std::ranges::max_element(
+        kColumns, {}, [&](int column) { return glm::dot(cofactors[column], cofactors[column]); });
+    Squeeze result{.normal = glm::normalize(cofactors[longest])};
+    for (int i = 0; i < 2; ++i) {
+        result.squeezed = glm::normalize(result.normal * cofactors);
+        result.normal = glm::normalize(cofactors * result.squeezed);
+    }
+    result.s3 = glm::dot(result.normal, linear * result.squeezed);
+    return result;
+}
+
+// The result is `matrix`, but that its s3 is `thickness`.
+glm::mat4x3 Thickened(const glm::mat4x3& matrix, const Squeeze& squeeze, double thickness) {
+    glm::mat4x3 result = matrix;
     for (int i = 0; i < 3; ++i)
-        result[i] = glm::vec3(glm::dvec3(flat[i]) + (thickness - s3) * squeezed[i] * normal);
+        result[i] = glm::vec3(glm::dvec3(matrix[i]) +
+                              (thickness - squeeze.s3) * squeeze.squeezed[i] * squeeze.normal);
     return result;
 }
 
@@ -101,40 +105,43 @@ bool IsFlat(const glm::mat4x3& transform) {
     return determinant < kLeastRatio * area * widths.s1;
 }
 
+bool MayGainThickness(const glm::mat4x3& transform) {
+    return !IsSurelySolid(transform) && (Flatness(transform) < kObliqueThickness || IsFlat(transform));
+}
+
 std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, const Bounds& mesh,
                                              bool isMirrored) {
     const auto ifShown = [](const PlacedTransform& transform) {
         const bool isShown = CanInvert(transform.matrix) && IsFinite(transform.rest);
         return isShown ? std::optional(transform) : std::nullopt;
     };
-    if (!IsFlat(placed.matrix) || !IsFinite(placed.matrix)) return ifShown(placed);
+    if (!MayGainThickness(placed.matrix) || !IsFinite(placed.matrix)) return ifShown(placed);
+    const bool isFlat = IsFlat(placed.matrix);
     const glm::dmat3 linear(placed.matrix), cofactors = Cofactors(linear);
     const double area = std::sqrt(SquareOf(cofactors));
     const Widths widths = WidthsOf(SquareOf(linear), area);
-    if (!(widths.s2 > kLeastWidth * widths.s1)) return std::nullopt;
-    // The cofactors are s1 s2 n m^T
-    constexpr std::array kColumns{0, 1, 2};
-    const int longest = *std::ranges::max_element(
-        kColumns, {}, [&](int column) { return glm::dot(cofactors[column], cofactors[column]); });
-    const glm::dvec3 normal = glm::normalize(cofactors[longest]);
-    const glm::dvec3 squeezed = glm::normalize(normal * cofactors);
-    const Sizes sizes = SizesOf(mesh, linear, squeezed);
-    const double forRays = kObliqueThickness * ObliquityOf(squeezed);
-    const double most = std::max(kMostThickness, forRays) * widths.s2;
+    if (!(widths.s2 > kLeastWidth * widths.s1)) return isFlat ? std::nullopt : ifShown(placed);
+    const Squeeze squeeze = SqueezeOf(linear, cofactors);
+    const Sizes sizes = SizesOf(mesh, linear, squeeze.squeezed);
     // A mesh that reaches far along what is squeezed does not become so thick that it would be seen
     constexpr double kSeen = 2.0 * kObliqueThickness;
     const double size = sizes.along > 0.0 ? sizes.inPlane / sizes.along : 1.0;
-    const double wanted = sizes.along > 0.0
-                              ? std::max(kFlatThickness * size, std::min(forRays * widths.s2, kSeen * size))
-                              : most;
+    const double forRays = kObliqueThickness * ObliquityOf(squeeze.squeezed) * widths.s2;
+    const double forSides = sizes.along > 0.0 ? std::min(forRays, kSeen * size) : forRays;
+    // What has been thickened, and rounded since, is thick enough
+    constexpr double kEnough = 0.75;
+    if (!isFlat && !(std::abs(squeeze.s3) < kEnough * forSides)) return ifShown(placed);
+    // Vertex normals that were at 45 degrees are then within that share of the plane's
+    const double most = kObliqueThickness * widths.s2;
+    const double wanted = sizes.along > 0.0 ? std::max(kFlatThickness * size, forSides) : most;
     // It is as thick as it takes to tell its sides; a mesh without area in the plane stays as thin as that
-    const double thickness = std::clamp(wanted, kLeastRatio * widths.s1, most);
-    const double side = isMirrored ? -1.0 : 1.0;
-    PlacedTransform shown{Thickened(placed.matrix, normal, squeezed, side * thickness), placed.rest};
+    const double thickness = isFlat ? std::clamp(wanted, kLeastRatio * widths.s1, most) : forSides;
+    const double side = (isFlat ? isMirrored : squeeze.s3 < 0.0) ? -1.0 : 1.0;
+    PlacedTransform shown{Thickened(placed.matrix, squeeze, side * thickness), placed.rest};
     const auto isThick = [](const glm::mat4x3& matrix) { return !IsFlat(matrix) && CanInvert(matrix); };
     for (double thicker = thickness; !isThick(shown.matrix) && thicker < most;) {
         thicker *= 2.0;
-        const glm::mat4x3 matrix = Thickened(placed.matrix, normal, squeezed, side * thicker);
+        const glm::mat4x3 matrix = Thickened(placed.matrix, squeeze, side * thicker);
         if (isThick(matrix)) shown.matrix = matrix;
     }
     if (!mesh.IsEmpty()) {
@@ -149,7 +156,7 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
 
 std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Instance& instance,
                                              const PlacedTransform& placed) {
-    if (!IsFlat(placed.matrix)) return WithThickness(placed, {});
+    if (!MayGainThickness(placed.matrix)) return WithThickness(placed, {});
     Bounds mesh;
     for (const Primitive& primitive : scene.meshes[instance.mesh].primitives) mesh.Extend(primitive.bounds);
     return WithThickness(placed, mesh,

@@ -6,6 +6,10 @@
 // direction m of object space that M squeezes, the matrix becomes M + (s - s3) n m^T: only s3 is another one.
 // Normals are carried over by its inverse transpose and so become n, and areas stay.
 //
+// So does a transform that is almost flat if m is not along an axis and s3 is less than rays need, which
+// would hit the mesh elsewhere: it mirrors as before. Along an axis any s3 will do that float can tell
+// from 0.
+//
 // The front of the mesh is in front as it would be with a small positive scale in place of 0. A matrix by
 // itself does not tell that: it counts as not mirrored.
 //
@@ -19,11 +23,12 @@
 
 namespace raygraph::scene {
 
-// The thickness that a flattened mesh gets, of the square root of the area of its box in the plane: the first
-// one where it is squeezed along one of its axes, up to the second one along other directions. The first one
-// has to be several steps of float at the distance of a ray, or hits of the two sides come in the wrong order:
-// a box of 2 m gets half a millimetre, 32 steps at 200 m. Along other directions rays in the mesh's space come
-// from very far away along m, and all of their coordinates are rounded to a step of float there.
+// The thickness that a flattened mesh gets, of the square root of the area of its box in the plane: the
+// first one where it is squeezed along one of its axes, up to the second one along other directions. The
+// first one has to be several steps of float at the distance of a ray, or hits of the two sides come in
+// the wrong order: a box of 2 m gets half a millimetre, 32 steps at 200 m. Along other directions rays in
+// the mesh's space come from very far away along m, and all of their coordinates are rounded to a step of
+// float there.
 // Along no axis hits are off by 6e-5 of their distance at the second thickness (root mean square): a tenth of
 // a pixel of a view of 60 degrees that is 1920 pixels wide.
 inline constexpr double kFlatThickness = 1.0 / 4096.0, kObliqueThickness = 1.0 / 1024.0;
@@ -32,10 +37,13 @@ inline constexpr double kFlatThickness = 1.0 / 4096.0, kObliqueThickness = 1.0 /
 // less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.
 RAYGRAPH_API bool IsFlat(const glm::mat4x3& transform);
 
+// Whether WithThickness may return another transform: it is flat, or flatter than kObliqueThickness.
+RAYGRAPH_API bool MayGainThickness(const glm::mat4x3& transform);
+
 // The transform with which an instance of a mesh with this box (object space) is shown: `placed`, bit for
-// bit, unless it is flat. A flattened box has its middle in the plane, so its shape may be far from its
-// origin. Nothing if no area is left, or what is left has no inverse in float (CanInvert): a scale of 0 on
-// two axes or more, numbers that are not finite.
+// bit, unless it is flat, or almost so and oblique. A flattened box has its middle in the plane, so its
+// shape may be far from its origin. Nothing if no area is left, or what is left has no inverse in float
+// (CanInvert): a scale of 0 on two axes or more, numbers that are not finite.
 RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, const Bounds& mesh,
                                                           bool isMirrored = false);
 

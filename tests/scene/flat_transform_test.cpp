@@ -64,11 +64,13 @@ TEST(FlatTransform, WhatIsNotFlatKeepsItsBits) {
     for (int i = 0; i < 20000; ++i) {
         const glm::mat4x3 turn = Turn(3.0f * random(engine), vector() + vec3(0, 0, 1e-3f));
         vec3 scale;
-        for (int axis = 0; axis < 3; ++axis) scale[axis] = std::exp2(13.0f * random(engine));
+        const bool isOblique = i % 3 == 0;
+        for (int axis = 0; axis < 3; ++axis)
+            scale[axis] = std::exp2((isOblique ? 4.0f : 13.0f) * random(engine));
         if (i % 2 != 0) scale.x = -scale.x;
-        // Axes differ by factors up to 2^26. The scale multiplies whole rows or columns, so that float loses
-        // no digits
-        glm::mat4x3 matrix = i % 3 == 0 ? Product(Scaling(scale), turn) : Product(turn, Scaling(scale));
+        // Axes differ by factors up to 2^26, or up to 2^8 if not those of the mesh. The scale multiplies whole
+        // rows or columns, so that float loses no digits
+        glm::mat4x3 matrix = isOblique ? Product(Scaling(scale), turn) : Product(turn, Scaling(scale));
         matrix[3] = vector();
         const PlacedTransform placed{matrix, 1e-9f * vector()};
         EXPECT_FALSE(IsFlat(matrix)) << i;
@@ -99,7 +101,31 @@ TEST(FlatTransform, TheMeshLiesInThePlaneAndHasItsNormal) {
             EXPECT_GT(thickness, 1e-6f * size) << "rays tell the sides apart";
             for (const vec3& normal : {vec3(0.3f, 0.2f, 1), vec3(-0.5f, 0.1f, -0.6f), vec3(0, 0.4f, 0.3f)})
                 EXPECT_GT(std::abs(glm::dot(NormalUnder(matrix, normal), flat.normal)), 0.9999f);
-            EXPECT_LT(thickness, (flat.isOblique ? 6e-4f : 1e-5f) * size);
+            EXPECT_LT(thickness, (flat.isOblique ? 6e-4f : 8e-5f) * size);
+        }
+}
+
+// Rays in the space of a mesh that is not squeezed along its axes need a thickness before float does.
+TEST(FlatTransform, WhatIsAlmostFlatAndObliqueGetsWhatRaysNeed) {
+    const glm::mat4x3 turn = Turn(0.9f, {1, 2, 3}), other = Turn(0.5f, {2, -1, 1});
+    const auto widthOf = [](const glm::mat4x3& matrix) {  // of a cube, in z
+        return std::abs(matrix[0].z) + std::abs(matrix[1].z) + std::abs(matrix[2].z);
+    };
+    double before = 0.0;
+    for (const float z : {0.0f, 1e-9f, 1e-7f, 1e-5f, 1e-4f, 1e-3f, 1e-2f})
+        for (const float side : {1.0f, -1.0f}) {
+            const glm::mat4x3 matrix = Product(Scaling({2, 1, side * z}), other);
+            EXPECT_EQ(MayGainThickness(matrix), z < 1e-3f);
+            const auto shown = WithThickness(PlacedTransform{matrix}, kCube, side < 0.0f);
+            ASSERT_TRUE(shown);
+            EXPECT_EQ(WithThickness(*shown, kCube), shown) << "it would change again";
+            EXPECT_EQ(glm::determinant(glm::mat3(shown->matrix)) < 0.0f, side < 0.0f);
+            EXPECT_GE(widthOf(shown->matrix), 0.99 * before) << z << ": a thinner one gets more";
+            EXPECT_LT(widthOf(shown->matrix), std::max(1.01f * widthOf(matrix), 1e-3f));
+            EXPECT_GT(widthOf(shown->matrix), 4e-4f);
+            if (side < 0.0f) before = widthOf(shown->matrix);
+            const PlacedTransform straight{Product(turn, Scaling({2, 1, side * z}))};
+            EXPECT_TRUE(z < 1e-8f || WithThickness(straight, kCube) == straight) << "along an axis";
         }
 }
 
@@ -165,7 +191,7 @@ TEST(FlatTransform, AMeshFarFromItsOriginIsFlattenedIntoThePlane) {
     ASSERT_TRUE(shown);
     for (const float z : {1e5f, 1e5f + 2}) {
         const double place = glm::dmat3(shown->matrix)[2].z * double{z} + shown->Place().z;
-        EXPECT_NEAR(place, placed.Place().z, 3e-5);
+        EXPECT_NEAR(place, placed.Place().z, 3e-4);
     }
     EXPECT_EQ(shown->Place().x, placed.Place().x);
 }
@@ -177,7 +203,7 @@ TEST(FlatTransform, ATowerIsNoThickerThanACube) {
             WithThickness(PlacedTransform{Scaling({1, 1, 0})}, Bounds{{-1, -1, 0}, {1, 1, height}});
         ASSERT_TRUE(shown);
         const double thickness = double{shown->matrix[2].z} * double{height};
-        EXPECT_GT(thickness, 2.0 * kFlatThickness * 0.05);
+        EXPECT_GT(thickness, 2.0 * kFlatThickness * 0.015);
         EXPECT_LT(thickness, 2.0 * kFlatThickness * 1.01);
     }
 }
