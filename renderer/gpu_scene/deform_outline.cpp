@@ -83,6 +83,9 @@ DeformOutline::DeformOutline(const GroupTriangles& triangles, std::span<scene::P
     for (size_t sample = 0; sample < samples; ++sample)
         for (size_t i = 0; i < 3; ++i)
             m_samples.push_back(triangles.indices[3 * (sample * count / samples) + i]);
+    std::vector<glm::vec3> atRest;
+    for (const uint32_t corner : m_samples) atRest.push_back(triangles.positions[corner]);
+    m_fullness = Enclosure::Of(atRest).Fullness();
     std::vector<uint32_t> used = m_emitters;
     used.insert(used.end(), m_samples.begin(), m_samples.end());
     std::ranges::sort(used);
@@ -126,6 +129,9 @@ void DeformOutline::Deform(std::span<const float> weights, std::span<const glm::
     };
     take(m_emitters, pose.emitters);
     take(m_samples, pose.samples);
+    // Of a cube this leaves a height of a 256th. Relative, because a sample has less area than all triangles
+    constexpr double kFlat = 0.02;
+    pose.isFlattened = !m_emitters.empty() && Enclosure::Of(pose.samples).Fullness() < kFlat * m_fullness;
     pose.emitterError = 0.0f;
     for (const uint32_t corner : m_emitters) pose.emitterError = std::max(pose.emitterError, errors[corner]);
 }

@@ -20,6 +20,8 @@ struct OutlinePose {
     std::vector<glm::vec3> emitters;  // three a triangle that emits, in their order
     float emitterError = 0.0f;        // of each of their coordinates, against those on the device
     std::vector<glm::vec3> samples;   // three a triangle
+    // The group encloses next to nothing, and much more at rest: joints or targets squeeze it into a plane.
+    bool isFlattened = false;
 };
 
 class DeformOutline {
@@ -36,6 +38,7 @@ class DeformOutline {
   private:
     std::vector<scene::Primitive> m_parts;
     std::vector<uint32_t> m_emitters, m_samples;  // vertices, counted over all parts
+    double m_fullness = 0.0;                      // of the samples, at rest
 };
 
 }  // namespace raygraph

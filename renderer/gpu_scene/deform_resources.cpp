@@ -115,6 +115,7 @@ void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {
         emitters[i].p1 = pose.emitters[3 * i + 1];
         emitters[i].p2 = pose.emitters[3 * i + 2];
         emitters[i].error = pose.emitterError;
+        emitters[i].isFlattened = pose.isFlattened;
     }
 }
 

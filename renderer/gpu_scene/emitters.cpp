@@ -140,22 +140,48 @@ bool EmitterFinder::MayEmit(const scene::Primitive& primitive) const {
     return std::ranges::any_of(CandidatesOf(primitive), &Candidate::mayEmit);
 }
 
-bool IsAboutClosed(const scene::Mesh& mesh) {
-    constexpr double kAbout = 0.1;
-    glm::dvec3 sum(0.0);
-    double sizes = 0.0;
+void Enclosure::Add(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2) {
+    const glm::dvec3 area =
+        0.5 * glm::cross(glm::dvec3(p1) - glm::dvec3(p0), glm::dvec3(p2) - glm::dvec3(p0));
+    m_areas += area;
+    m_area += glm::length(area);
+    m_volume += glm::dot(glm::dvec3(p0) - m_center, area) / 3.0;
+    const glm::vec3 sizes = glm::abs(p0);
+    m_farthest = std::max({m_farthest, double{sizes.x}, double{sizes.y}, double{sizes.z}});
+}
+
+Enclosure Enclosure::Of(const scene::Mesh& mesh) {
+    scene::Bounds bounds;
+    for (const scene::Primitive& primitive : mesh.primitives) {
+        bounds.min = glm::min(bounds.min, primitive.bounds.min);
+        bounds.max = glm::max(bounds.max, primitive.bounds.max);
+    }
+    Enclosure result(bounds.IsEmpty() ? glm::dvec3(0.0) : glm::dvec3(bounds.Center()));
     for (const scene::Primitive& primitive : mesh.primitives) {
         if (primitive.IsRound()) continue;
-        for (size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
-            const auto at = [&](size_t corner) {
-                return glm::dvec3(primitive.positions[primitive.indices[i + corner]]);
-            };
-            const glm::dvec3 area = glm::cross(at(1) - at(0), at(2) - at(0));
-            sum += area;
-            sizes += glm::length(area);
-        }
+        const auto at = [&](size_t corner) { return primitive.positions[primitive.indices[corner]]; };
+        for (size_t i = 0; i + 2 < primitive.indices.size(); i += 3) result.Add(at(i), at(i + 1), at(i + 2));
     }
-    return glm::length(sum) <= kAbout * sizes;
+    return result;
+}
+
+Enclosure Enclosure::Of(std::span<const glm::vec3> corners) {
+    glm::dvec3 sum(0.0);
+    for (const glm::vec3& corner : corners) sum += glm::dvec3(corner);
+    Enclosure result(sum / std::max(1.0, static_cast<double>(corners.size())));
+    for (size_t i = 0; i + 2 < corners.size(); i += 3) result.Add(corners[i], corners[i + 1], corners[i + 2]);
+    return result;
+}
+
+double Enclosure::Fullness() const {
+    const double volume = std::abs(m_volume), size = std::sqrt(m_area);
+    const double rounding = 1e-6 * size + 0x1p-23 * m_farthest;
+    return volume > rounding * m_area ? volume / (size * m_area) : 0.0;
+}
+
+bool Enclosure::IsClosed() const {
+    constexpr double kAbout = 0.1;
+    return glm::length(m_areas) <= kAbout * m_area && Fullness() > 0.0;
 }
 
 glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Primitive& primitive,

@@ -35,9 +35,32 @@ struct FoundEmitters {
     std::vector<EmitterVariant> variants;
 };
 
-// True if the area vectors of the mesh's triangles add up to no more than a tenth of their total area. Those
-// of a closed mesh add up to zero.
-bool IsAboutClosed(const scene::Mesh& mesh);
+// What triangles enclose together.
+class Enclosure {
+  public:
+    // Of a mesh's triangles; round primitives do not count.
+    static Enclosure Of(const scene::Mesh& mesh);
+    // Three corners a triangle.
+    static Enclosure Of(std::span<const glm::vec3> corners);
+
+    // True if there is a volume, and the area vectors add up to no more than a tenth of the area. Those of a
+    // closed mesh add up to zero, as do those of a plane figure that is wound both ways.
+    bool IsClosed() const;
+    // The volume over area^1.5: 0.068 for a cube, and 0.35 times its height for a flat square box whose sides
+    // are 1. 0 where it may be a rounding.
+    double Fullness() const;
+    // As flat boxes are that are 350 times as wide as high.
+    bool IsThin() const { return Fullness() < 1e-3; }
+
+  private:
+    explicit Enclosure(const glm::dvec3& center) : m_center(center) {}
+    void Add(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2);
+
+    glm::dvec3 m_center;      // of what is measured: if it is open, the volume depends on that
+    glm::dvec3 m_areas{0.0};  // area vectors
+    double m_area = 0.0, m_volume = 0.0;
+    double m_farthest = 0.0;  // coordinate
+};
 
 class EmitterFinder {
   public:

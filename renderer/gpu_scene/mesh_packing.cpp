@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "renderer/bvh/wide_scene.h"
@@ -198,15 +199,12 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
     result.name = mesh.name.empty() ? "mesh" : mesh.name;
     result.use = use;
     std::vector<GroupPart> parts;
-    bool shinesFromBothSides = false;
-    scene::Bounds bounds;
+    bool mayEmit = false;
     for (const scene::Primitive& primitive : mesh.primitives) {
         parts.push_back(PartOf(primitive, materials));
-        bounds.Extend(primitive.bounds);
-        shinesFromBothSides |=
-            !KindOf({&parts.back(), 1}, materials.records).isBackCulled && finder.MayEmit(primitive);
+        mayEmit |= finder.MayEmit(primitive);
     }
-    const bool isClosed = shinesFromBothSides && IsAboutClosed(mesh);
+    const std::optional<Enclosure> shape = mayEmit ? std::optional(Enclosure::Of(mesh)) : std::nullopt;
     for (const GroupKind& kind : AllGroupKinds()) {
         std::vector<Piece> pieces;
         for (size_t i = 0; i < parts.size(); ++i) {
@@ -220,9 +218,11 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
             const size_t count = CountWithin(std::span(pieces).subspan(first), limits);
             result.groups.push_back(PackGroup(std::span(pieces).subspan(first, count), kind, use, finder));
             first += count;
-            if (!isClosed) continue;
-            for (Emitter& emitter : result.groups.back().emitters.emitters)
-                emitter.closedExtent = bounds.max - bounds.min;
+            if (!shape) continue;
+            for (Emitter& emitter : result.groups.back().emitters.emitters) {
+                emitter.isOfClosed = shape->IsClosed();
+                emitter.isThin = shape->IsThin();
+            }
         }
     }
     return result;

@@ -12,18 +12,6 @@ namespace raygraph {
 
 namespace {
 
-// Whether a box of this extent in object space, once it is placed, is about as thin as a flattened mesh.
-bool IsThin(const glm::mat4x3& transform, const glm::vec3& extent) {
-    constexpr double kAbout = 4.0;
-    const glm::dvec3 x = glm::dvec3(transform[0]) * double{extent.x},
-                     y = glm::dvec3(transform[1]) * double{extent.y},
-                     z = glm::dvec3(transform[2]) * double{extent.z};
-    const double area = std::max(
-        {glm::length(glm::cross(x, y)), glm::length(glm::cross(y, z)), glm::length(glm::cross(z, x))});
-    const double volume = std::abs(glm::dot(x, glm::cross(y, z)));
-    return volume <= kAbout * scene::kFlatThickness * area * std::sqrt(area);
-}
-
 // Within these bounds, twice a triangle's area and the reciprocal are finite and normal floats.
 constexpr double kMinArea = 1e-36, kMaxArea = 1e36;
 
@@ -50,7 +38,9 @@ double Luminance(const glm::vec3& color) {
 }
 
 bool IsBackInside(const Emitter& emitter, const glm::mat4x3& objectToWorld) {
-    return emitter.closedExtent.x >= 0.0f && IsThin(objectToWorld, emitter.closedExtent);
+    constexpr double kFlatness = 4.0 * scene::kObliqueThickness;
+    return emitter.isOfClosed &&
+           (emitter.isThin || emitter.isFlattened || scene::Flatness(objectToWorld) <= kFlatness);
 }
 
 gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const glm::mat4x3& objectToWorld) {

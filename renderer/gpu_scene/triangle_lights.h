@@ -16,14 +16,15 @@ struct Emitter {
     bool isDoubleSided = false;   // double-sided: its back face emits, too
     glm::vec3 meanTexture{1.0f};  // of the emissive texture over the triangle; linear
     float error = 0.0f;           // of each coordinate, against those on the device
-    // Extent in object space of its mesh if that is closed (IsAboutClosed) and emits from double-sided
-    // triangles; else negative.
-    glm::vec3 closedExtent{-1.0f};
+    bool isOfClosed = false;      // its mesh is closed (Enclosure)
+    bool isThin = false;          // its mesh is, at rest
+    bool isFlattened = false;     // by the pose, see OutlinePose
 };
 
-// Whether light sampling leaves out the emitter's back because it faces the inside of a closed mesh that is
-// flattened, where the opposite side of the mesh occludes it. Shadow rays cannot detect that, as they stop
-// short of the light by more than the thickness. Paths that hit the back anyway count its emission in full.
+// Whether light sampling leaves out the emitter's back because it faces the inside of a closed mesh that
+// is thin, or that its pose or the transform flattens, where the opposite side of the mesh occludes it.
+// Shadow rays cannot detect that, as they stop short of the light by more than the thickness. Paths that
+// hit the back anyway count its emission in full.
 bool IsBackInside(const Emitter& emitter, const glm::mat4x3& objectToWorld);
 
 // Luminance of a color.

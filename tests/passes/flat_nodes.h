@@ -40,6 +40,7 @@ inline std::vector<Chain> Chains() {
             {"almost 0, between turns",
              {Scaled(glm::vec3(1), turn), Scaled({1, 1, 1e-12f}), Scaled(glm::vec3(1), other)},
              turned},
+            {"almost 0, by a parent", {Scaled({1, 1, 1e-4f}), Scaled(glm::vec3(1), turn)}, {0, 0, 1}},
             {"a matrix", {singular}, {0, 0, 1}}};
 }
 
