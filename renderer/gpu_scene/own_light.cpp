@@ -13,6 +13,7 @@
 #include "renderer/gpu_scene/surface_glow.h"
 #include "renderer/scene/camera_view.h"
 #include "renderer/scene/linear_map.h"
+#include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 
@@ -118,7 +119,6 @@ class Measurement {
             return opacity > 0.0f && (opacity >= 1.0f || m_random.Next() < opacity);
         };
         m_facets.emplace(std::move(meshes), std::move(instances), maxThreads, isThere);
-        m_clearance = 1e-5f * glm::length(m_facets->Bounds().max - m_facets->Bounds().min);
     }
 
     // Returns the power of a placed mesh, from the sums of the powers of its facets. A transform scales an
@@ -189,11 +189,23 @@ class Measurement {
     uint32_t MeshOf(const FacetHit& hit) const { return m_facets->Instances()[hit.instance].mesh; }
     bool IsUnlit(const FacetHit& hit) const { return m_glow.IsUnlit(MeshOf(hit), hit.facet); }
 
-    bool IsVisible(const FacetHit& hit, const glm::vec3& point) {
+    // Where rays that leave the surface begin. How far from it follows from the hit alone: a share of the
+    // scene's size would lead through its walls.
+    glm::vec3 StartAt(const FacetHit& hit) const {
+        const BvhInstance& instance = m_facets->Instances()[hit.instance];
+        const Facet& facet = m_facets->FacetsOf(instance.mesh)[hit.facet];
+        const glm::vec3 e1 = facet.p1 - facet.p0, e2 = facet.p2 - facet.p0;
+        const glm::vec3 p = facet.p0 + hit.barycentrics.x * e1 + hit.barycentrics.y * e2;
+        const float clearance = gpu::RayClearance(glm::mat3(instance.objectToWorld),
+                                                  instance.objectToWorld[3], facet.p0, e1, e2, p);
+        return instance.objectToWorld * glm::vec4(p, 1.0f) + clearance * hit.normal;
+    }
+
+    bool IsVisible(const FacetHit& hit) {
         const double shown = LuminanceOf(hit);
         if (shown >= kLeastLuminance) return true;
         if (IsUnlit(hit)) return false;
-        const glm::vec3 start = point + m_clearance * hit.normal;
+        const glm::vec3 start = StartAt(hit);
         // Either way finds all lights that shine there: small ones best the first, those among many that are
         // near best the second
         double sampled = 0.0, found = 0.0, scattered = 0.0;
@@ -204,8 +216,7 @@ class Measurement {
             if (!next) continue;
             found += kReflectance * LuminanceOf(*next);
             if (IsUnlit(*next)) continue;
-            const glm::vec3 there = start + next->t * direction + m_clearance * next->normal;
-            scattered += kReflectance * kReflectance * DirectLight(there, next->normal);
+            scattered += kReflectance * kReflectance * DirectLight(StartAt(*next), next->normal);
         }
         return shown + (std::max(sampled, found) + scattered) / kPaths >= kLeastLuminance;
     }
@@ -226,7 +237,7 @@ class Measurement {
             const std::optional<FacetHit> hit = m_facets->Trace(from, direction);
             if (!hit) continue;
             seen += 1.0;
-            shown += IsVisible(*hit, from + hit->t * direction) ? 1.0 : 0.0;
+            shown += IsVisible(*hit) ? 1.0 : 0.0;
         }
     }
 
@@ -234,7 +245,6 @@ class Measurement {
     SurfaceGlow& m_glow;
     glm::dvec3 m_center;  // of the facets' coordinates
     std::optional<FacetScene> m_facets;
-    float m_clearance = 0.0f;  // from a surface to where rays begin
     // Sums of the powers of lights, up to each: by mesh and facet, and of all lights of instances.
     std::vector<std::vector<double>> m_weights;
     std::vector<double> m_weightsOfInstances;

@@ -293,6 +293,16 @@ TEST(OwnLight, ItDoesNotDependOnPlaceUnitOrNumberOfPlacements) {
                 EXPECT_EQ(HasOwnLight(data), isLit) << unit << " " << place.x;
             }
         }
+    // A room of 3 m with a lamp, on ground that is a million times as large
+    for (const float ground : {10.0f, 1e5f, 1e7f}) {
+        scene::SceneData room =
+            SceneOf({BoxMesh(1.5f, 0), QuadMesh(0.3f, 1), QuadMesh(ground, 0)},
+                    {Lambert(kGray), Lambert(glm::vec3(0.0f), glm::vec3(20.0f))},
+                    {At(glm::mat4x3(1.0f), {}), At(kDown, {0, 1.4f, 0}), At(kUp, {0, -1.6f, 0})});
+        for (scene::Material& material : room.materials) material.isDoubleSided = true;
+        room.cameras.emplace_back().cameraToWorld[3] = {0.0f, 0.0f, 1.4f};
+        EXPECT_TRUE(HasOwnLight(room)) << ground;
+    }
     // The first of a thousand lamps would be too far away for most of the floor
     scene::SceneData many = FloorAndLamp(5.0f);
     many.instances[0].objectToWorld = glm::mat4x3(glm::scale(glm::mat4(1.0f), glm::vec3(16.0f)) *
