@@ -152,8 +152,9 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     subject.RequireStream("normals", primitive.normals, vertexCount);
     subject.RequireStream("tangents", primitive.tangents, vertexCount);
     subject.RequireStream("turns of frames", primitive.frameTurns, vertexCount);
-    subject.Require(primitive.frameTurns.empty() || !primitive.tangents.empty(),
-                    "turns of frames need tangents that they turn");
+    subject.Require(
+        primitive.frameTurns.empty() || !(primitive.tangents.empty() || primitive.normals.empty()),
+        "turns of frames need normals about which they turn tangents");
     subject.RequireIndex("texture coordinates of the tangents", primitive.tangentTexCoord, 2, true);
     subject.RequireStream("uv0", primitive.uv0, vertexCount);
     subject.RequireStream("uv1", primitive.uv1, vertexCount);

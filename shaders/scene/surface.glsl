@@ -32,6 +32,13 @@ bool KeepsAxes(mat3x2 transform) {
     return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
 }
 
+// A vertex's tangent along the texture coordinate set that the stored ones are not made along.
+vec3 OtherTangentOf(GeometryRecord geometry, uint vertex) {
+    vec3 tangent = Vec4Stream(geometry.tangents).at[vertex].xyz;
+    vec2 turn = Vec2Stream(geometry.frameTurns).at[vertex];
+    return turn.x * tangent + turn.y * cross(Vec3Stream(geometry.normals).at[vertex], tangent);
+}
+
 // Returns the frame (core/tangent_frame.glsl), in object space, of a directional map (TEXTURE_OF) at a point
 // of a geometry with tangents; n is the interpolated normal, of any length. The stored tangents are the frame
 // if they were given for all maps, or made along the texture coordinate set by which the map is read. The
@@ -55,8 +62,10 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
     vec4 ofTriangle = TriangleTangent(e1, e2, a, b, n);
     bool hasFrame = ofTriangle.w != 0.0f;
     if (!isSameSet && IsPresent(geometry.frameTurns)) {
-        vec2 turn = InterpolateVec2(Vec2Stream(geometry.frameTurns), triangle);
-        tangent.xyz = turn.x * tangent.xyz + turn.y * cross(n, tangent.xyz);
+        // Interpolated as MikkTSpace's are: turn and tangent, each interpolated, have another product
+        tangent.xyz = triangle.weights.x * OtherTangentOf(geometry, triangle.vertices.x) +
+                      triangle.weights.y * OtherTangentOf(geometry, triangle.vertices.y) +
+                      triangle.weights.z * OtherTangentOf(geometry, triangle.vertices.z);
         if (hasFrame) tangent.w = ofTriangle.w;
     } else if (!isSameSet && hasFrame) {
         tangent = ofTriangle;
