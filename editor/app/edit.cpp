@@ -5,6 +5,7 @@
 #include "editor/app/script.h"
 #include "editor/app/settings.h"
 #include "editor/app/window.h"
+#include "editor/session/scene_input.h"
 #include "rhi/swapchain.h"
 
 namespace raygraph::editor {
@@ -113,6 +114,7 @@ void RunFrames(Editor& editor, Screen& screen, const FrameSource& window) {
 
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice) {
     RequireEnvironment(options.environment);
+    session::RequireRoot(options.root);
     if (options.script.empty())
         RunWindow(options, openDevice);
     else

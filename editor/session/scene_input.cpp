@@ -59,16 +59,6 @@ void ChooseVariant(scene::SceneData& data, const std::string& choice) {
     }
 }
 
-// Its reader would name the folder, but not who has named it.
-void RequireRoot(const std::filesystem::path& root) {
-    if (root.empty()) return;
-    std::error_code error;
-    const bool isFolder = std::filesystem::is_directory(root, error);
-    if (!isFolder)
-        throw SettingError(ErrorKind::BadInput, Text("root: {}: {}", Quoted(root.string()),
-                                                     error ? error.message() : "it is not a folder"));
-}
-
 void CheckClips(const scene::SceneData& data, const InputOptions& options) {
     if (!options.isAnimated && !options.clips.empty())
         throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
@@ -82,6 +72,15 @@ void CheckClips(const scene::SceneData& data, const InputOptions& options) {
 }
 
 }  // namespace
+
+void RequireRoot(const std::filesystem::path& root) {
+    if (root.empty()) return;
+    std::error_code error;
+    const bool isFolder = std::filesystem::is_directory(root, error);
+    if (!isFolder)
+        throw SettingError(ErrorKind::BadInput, Text("root: {}: {}", Quoted(root.string()),
+                                                     error ? error.message() : "it is not a folder"));
+}
 
 SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options) {
     SceneInput environment;  // before the scene, which takes longer: an error comes early

@@ -56,8 +56,13 @@ struct InputOptions {
     std::function<void(std::string_view stage, float fraction)> progress;
 };
 
+// SettingError of kind BadInput unless the root is "", which is none, or a folder. The reader of a scene
+// would name the root, but not the setting.
+RAYGRAPH_API void RequireRoot(const std::filesystem::path& root);
+
 // Error{BadInput} naming the file, also for one that cannot be read; Error{Usage} for a scene that is not
-// in it; SettingError of kind BadInput for a variant or an animation that the scene does not have.
+// in it; SettingError of kind BadInput for a root as of RequireRoot, or a variant or an animation that the
+// scene does not have.
 RAYGRAPH_API SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options = {});
 
 // A scene that a host has made, which shows the variant that it chose (scene::SetVariant): that of the

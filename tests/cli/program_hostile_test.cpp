@@ -124,9 +124,31 @@ TEST(ProgramHostileFiles, RootAllowsFilesBelowAnotherFolder) {
         const test::ProgramResult read = test::RunProgram(folder, std::string(command) + " --root .");
         EXPECT_EQ(read.exitCode, 0) << command << ": " << read.messages;
     }
-    const test::ProgramResult none = test::RunProgram(folder, "info scenes/a.gltf --root gone");
-    EXPECT_EQ(none.exitCode, 4);
-    EXPECT_EQ(none.messages, "raygraph: --root: \"gone\": No such file or directory\n");
+    // The editor stays open and says it.
+    std::ofstream(folder / "script") << "wait\n";
+    const std::string edit = "edit scenes/a.gltf --headless-script script";
+    const test::ProgramResult refused = test::RunProgram(folder, edit);
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(refused);
+    EXPECT_NE(refused.messages.find("leads out of the scene's folder"), std::string::npos)
+        << refused.messages;
+    const test::ProgramResult read = test::RunProgram(folder, edit + " --root .");
+    EXPECT_EQ(read.exitCode, 0);
+    EXPECT_EQ(read.messages, "");
+}
+
+TEST(ProgramHostileFiles, RootThatIsNoFolderIsNamed) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder / "a.gltf") << Scene();
+    for (const char* command :
+         {"info a.gltf", "graph a.gltf", "render a.gltf", "bench a.gltf", "edit a.gltf", "edit"}) {
+        const test::ProgramResult gone = test::RunProgram(folder, std::string(command) + " --root gone");
+        RAYGRAPH_SKIP_WITHOUT_EDITOR(gone);
+        EXPECT_EQ(gone.exitCode, 4) << command;
+        EXPECT_EQ(gone.messages, "raygraph: --root: \"gone\": No such file or directory\n") << command;
+        const test::ProgramResult file = test::RunProgram(folder, std::string(command) + " --root a.gltf");
+        EXPECT_EQ(file.exitCode, 4) << command;
+        EXPECT_EQ(file.messages, "raygraph: --root: \"a.gltf\": it is not a folder\n") << command;
+    }
     EXPECT_EQ(test::RunProgram(folder, "info --devices --root .").messages,
               "raygraph: --root is of a scene file, and --devices lists none\n");
 }
