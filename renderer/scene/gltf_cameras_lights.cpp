@@ -38,8 +38,11 @@ Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& w
         camera.zNear = ToFloat(file.orthographic.znear);
         camera.zFar = ToFloat(file.orthographic.zfar);
     }
-    if (camera.zFar != 0.0f && camera.zFar <= camera.zNear)
-        context.Fail(where, Text("zfar ({:f}) must be greater than znear ({:f})", camera.zFar, camera.zNear));
+    if (camera.zFar == 0.0f || camera.zFar > camera.zNear) return camera;
+    const std::string why = Text("zfar ({:f}) must be greater than znear ({:f})", camera.zFar, camera.zNear);
+    if (camera.projection == Projection::Orthographic) context.Fail(where, why);
+    context.Warn(where, "zfar", why + ", taken as infinite, as in all perspective views");
+    camera.zFar = 0.0f;
     return camera;
 }
 

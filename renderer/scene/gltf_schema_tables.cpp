@@ -227,7 +227,8 @@ constexpr auto kMesh = Table(kName, Objects("primitives", kPrimitive).Required()
 
 constexpr auto kPerspective = Table(Number("yfov").Above(0.0f).Below(glm::pi<float>()).Required(),
                                     Number("aspectRatio").Above(0.0f).OrLeftOut("aspectRatio", "ignored"),
-                                    Number("znear").Above(0.0f).Required(), Number("zfar").Above(0.0f));
+                                    Number("znear").Above(0.0f).Required(),
+                                    Number("zfar").Above(0.0f).OrLeftOut("zfar", "taken as infinite"));
 constexpr auto kOrthographic = Table(Number("xmag").Required(), Number("ymag").Required(),
                                      Number("znear").AtLeast(0.0f), Number("zfar").Above(0.0f).Required());
 constexpr std::array<std::string_view, 2> kCameraTypes{"perspective", "orthographic"};

@@ -9,6 +9,7 @@ namespace raygraph::test {
 namespace {
 
 using glm::vec3;
+using ::testing::ElementsAre;
 
 // A document with one camera on one node.
 GltfDocument WithCamera(const Json& camera) {
@@ -87,14 +88,30 @@ TEST(Cameras, MalformedOnesAreRefused) {
          {"/cameras/0/perspective/yfov", 0, "cameras[0].perspective.yfov: is 0, must be above 0"},
          {"/cameras/0/perspective/yfov", 4, "cameras[0].perspective.yfov: is 4, must be below pi"},
          {"/cameras/0/perspective/znear", 0, "cameras[0].perspective.znear: is 0, must be above 0"},
-         {"/cameras/0/perspective/zfar", 0.5,
-          "cameras[0]: zfar (0.500000) must be greater than znear (1.000000)"},
          {"/cameras/0/perspective", nullptr, "cameras[0].perspective: is null, must be an object"},
          {"/cameras/0/type", "fisheye",
           "cameras[0].type: is \"fisheye\", must be perspective or orthographic"},
          {"/cameras/0",
           {{"type", "orthographic"}, {"orthographic", {{"xmag", 0}, {"ymag", 1}, {"znear", 0}, {"zfar", 1}}}},
-          "cameras[0].orthographic.xmag: is 0, must not be"}});
+          "cameras[0].orthographic.xmag: is 0, must not be"},
+         {"/cameras/0",
+          {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 2}, {"zfar", 1}}}},
+          "cameras[0]: zfar (1.000000) must be greater than znear (2.000000)"}});
+}
+
+TEST(Cameras, FarPlaneOfAPerspectiveViewMayBeWrongBecauseNoneIsUsed) {
+    const auto warnings = [](const Json& zFar) {
+        const scene::SceneData scene = Load(WithCamera(
+            {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}, {"zfar", zFar}}}}));
+        EXPECT_EQ(scene.cameras.at(0).zFar, 0.0f);
+        return scene.warnings;
+    };
+    EXPECT_THAT(warnings(0.5),
+                ElementsAre("scene.gltf: cameras[0]: zfar (0.500000) must be greater than znear "
+                            "(1.000000), taken as infinite, as in all perspective views"));
+    EXPECT_THAT(warnings(0),
+                ElementsAre("scene.gltf: cameras[0].perspective.zfar: is 0, must be above 0, taken "
+                            "as infinite"));
 }
 
 TEST(Lights, PointLightIsRead) {
