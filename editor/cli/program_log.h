@@ -41,7 +41,7 @@ class ProgramLog {
 
     // Of the command itself.
     void Warn(std::string_view text);
-    // An error: nothing is shown of what was going on any more.
+    // Says an error, in the place of the line of progress, because what that shows has ended.
     void Fail(std::string_view text);
     // Throws Error{Vulkan} with the first validation message and their number, if there was any since it
     // threw the last time.

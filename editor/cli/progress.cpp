@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/counted.h"
 #include "base/os/process.h"
 #include "base/text.h"
 
@@ -75,11 +76,10 @@ std::string LineOf(const Json& json) {
 
 std::string FormatProgress(const ProgressState& state) {
     if (state.samplesRestored)
-        return Text("  restoring albedo and normals  {}/{} samples", *state.samplesRestored,
-                    state.samplesDone);
-    std::string line = Text("  {}", state.samplesDone);
-    if (state.samplesWanted) line += Text("/{}", *state.samplesWanted);
-    line += state.samplesDone == 1 && !state.samplesWanted ? " sample" : " samples";
+        return Text("  restoring albedo and normals  {}/{}", *state.samplesRestored,
+                    Counted(state.samplesDone, "sample"));
+    std::string line = state.samplesWanted ? Text("  {}/", state.samplesDone) : "  ";
+    line += Counted(state.samplesWanted.value_or(state.samplesDone), "sample");
     if (state.samplesPerSecond > 0.0) line += "  " + FormatRate(state.samplesPerSecond);
     if (state.relativeError) line += Text("  error {:.2g} %", *state.relativeError * 100.0);
     if (state.secondsLeft && *state.secondsLeft > 0.0)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/graph/text.h"
 
@@ -128,7 +129,7 @@ void CheckView(const FrameGraph& graph, const GraphPass& pass, const DeclaredBin
     };
     if (info.kind == rhi::BindingKind::StorageImage && part.levelCount != 1)
         fail(Text("{} levels", part.levelCount), "a storage image is one, as in Level(0)");
-    const std::string layers = Text("{} layer{}", part.layerCount, part.layerCount == 1 ? "" : "s");
+    const std::string layers = Counted(part.layerCount, "layer");
     const auto shape = [&](const char* has) {
         return Text("in {} it is a {}, of {}", info.firstShader, rhi::Name(info.shape), has);
     };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counted.h"
 #include "base/error.h"
 #include "base/out_of_memory.h"
 #include "base/text.h"
@@ -193,9 +194,8 @@ std::vector<std::string> Renderer::ReloadShaders() {
         for (const std::string& message : messages)
             log.Send(LogLevel::Warning, log_category::kShaders, message);
         if (const size_t count = reloaded.changed.size(); count > 0)
-            Say(log, LogLevel::Info, log_category::kShaders, "{} in {}",
-                count == 1 ? "1 changed shader is reloaded" : Text("{} changed shaders are reloaded", count),
-                DurationText(watch.Seconds()));
+            Say(log, LogLevel::Info, log_category::kShaders, "{} reloaded in {}",
+                Counted(count, "changed shader is", "changed shaders are"), DurationText(watch.Seconds()));
         return messages;
     });
 }

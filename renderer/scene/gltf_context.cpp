@@ -5,6 +5,7 @@
 #include <limits>
 #include <thread>
 
+#include "base/counted.h"
 #include "base/text.h"
 #include "renderer/scene/uri.h"
 
@@ -42,10 +43,8 @@ std::vector<std::string> Warnings::Take() {
     return lines;
 }
 
-std::string ThereAre(uint64_t count, std::string_view list) {
-    if (count != 1) return Text("there are {} {}", count, list);
-    list.remove_suffix(list.ends_with("shes") ? 2 : 1);
-    return Text("there is 1 {}", list);
+std::string ThereAre(uint64_t count, std::string_view one, std::string_view many) {
+    return (count == 1 ? "there is " : "there are ") + Counted(count, one, many);
 }
 
 std::string GltfContext::Line(const std::string& path, const std::string& what) const {

@@ -34,8 +34,8 @@ class Warnings {
     std::unordered_set<uint64_t> m_said;  // Hashes.
 };
 
-// "there are 2 meshes", "there is 1 mesh": `list` is the plural that glTF names a list of objects by.
-std::string ThereAre(uint64_t count, std::string_view list);
+// Returns "there are 2 meshes" or "there is 1 mesh". `one` and `many` are as of Counted.
+std::string ThereAre(uint64_t count, std::string_view one, std::string_view many = {});
 
 struct GltfContext {
     std::string label;  // The file's name, printable: every message starts with it.

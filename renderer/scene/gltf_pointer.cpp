@@ -86,17 +86,17 @@ class PointerResolver {
     // False: it points at nothing that is read.
     bool Read(Steps steps) {
         const SceneData& scene = m_pointed.scene;
-        if (TakeName(steps, "nodes")) return ReadNode(TakeIndex(steps, scene.nodes.size(), "nodes"), steps);
+        if (TakeName(steps, "nodes")) return ReadNode(TakeIndex(steps, scene.nodes.size(), "node"), steps);
         if (TakeName(steps, "meshes"))
-            return ReadMesh(TakeIndex(steps, m_pointed.meshCount, "meshes"), steps);
+            return ReadMesh(TakeIndex(steps, m_pointed.meshCount, "mesh", "meshes"), steps);
         if (TakeName(steps, "materials"))
-            return ReadMaterial(TakeIndex(steps, m_pointed.materialCount, "materials"), steps);
+            return ReadMaterial(TakeIndex(steps, m_pointed.materialCount, "material"), steps);
         if (TakeName(steps, "cameras"))
-            return ReadCamera(TakeIndex(steps, m_pointed.cameraCount, "cameras"), steps);
+            return ReadCamera(TakeIndex(steps, m_pointed.cameraCount, "camera"), steps);
         if (steps.size() >= 3 && steps[0] == "extensions" && steps[1] == "KHR_lights_punctual" &&
             steps[2] == "lights") {
             steps = steps.subspan(3);
-            return ReadLight(TakeIndex(steps, m_pointed.lightCount, "lights"), steps);
+            return ReadLight(TakeIndex(steps, m_pointed.lightCount, "light"), steps);
         }
         return false;
     }
@@ -107,17 +107,16 @@ class PointerResolver {
         return true;
     }
 
-    uint32_t TakeIndex(Steps& steps, size_t count, const char* what) {
+    uint32_t TakeIndex(Steps& steps, size_t count, std::string_view one, std::string_view many = {}) {
         const std::string text = steps.empty() ? "" : steps.front();
         uint32_t index = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
         const bool isIndex = error == std::errc() && end == text.data() + text.size() &&
                              (text.size() == 1 || text.front() != '0');
         if (!isIndex)
-            m_context.Fail(m_where,
-                           Text("is {}, must name one of {} by its index", Quoted(m_pointer, 80), what));
+            m_context.Fail(m_where, Text("is {}, must name a {} by its index", Quoted(m_pointer, 80), one));
         if (index >= count)
-            m_context.Fail(m_where, Text("is {}, but {}", Quoted(m_pointer, 80), ThereAre(count, what)));
+            m_context.Fail(m_where, Text("is {}, but {}", Quoted(m_pointer, 80), ThereAre(count, one, many)));
         steps = steps.subspan(1);
         return index;
     }
@@ -143,7 +142,7 @@ class PointerResolver {
 
     uint32_t Weight(Steps steps) {
         steps = steps.subspan(1);
-        return TakeIndex(steps, kNone, "weights");
+        return TakeIndex(steps, kNone, "weight");
     }
 
     bool ReadMesh(uint32_t mesh, Steps steps) {

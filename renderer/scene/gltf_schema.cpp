@@ -18,11 +18,11 @@ namespace {
 
 using Json = nlohmann::json;
 
+// Returns what one of them is called.
 const char* Name(Target target) {
     constexpr std::array<const char*, static_cast<size_t>(Target::Count)> kNames{
-        "",         "accessors", "bufferViews", "buffers",   "cameras",  "lights",
-        "images",   "lights",    "lights",      "materials", "meshes",   "nodes",
-        "samplers", "scenes",    "skins",       "textures",  "variants", "samplers"};
+        "",         "accessor", "bufferView", "buffer",  "camera", "light", "image",   "light",   "light",
+        "material", "mesh",     "node",       "sampler", "scene",  "skin",  "texture", "variant", "sampler"};
     return kNames[static_cast<size_t>(target)];
 }
 
@@ -319,7 +319,9 @@ class Checker {
         const std::optional<uint64_t> whole = ToWhole(value);
         if (!whole) FailValue(value, TypeNeeded(PropertyType::Index));
         if (*whole >= Count(row.target))
-            Fail(Text("is {}, but {}", *whole, ThereAre(Count(row.target), Name(row.target))));
+            Fail(Text(
+                "is {}, but {}", *whole,
+                ThereAre(Count(row.target), Name(row.target), row.target == Target::Meshes ? "meshes" : "")));
         value = *whole;
         return true;
     }

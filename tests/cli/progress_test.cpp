@@ -19,6 +19,9 @@ TEST(Progress, LineShowsWhatIsKnown) {
     ProgressState restoring{128, 256, 1.234e6, 0.0179, 12.2};
     restoring.samplesRestored = 12;
     EXPECT_EQ(FormatProgress(restoring), "  restoring albedo and normals  12/128 samples");
+    EXPECT_EQ(FormatProgress({1, 1, 0.0, std::nullopt, std::nullopt}), "  1/1 sample");
+    EXPECT_EQ(FormatProgress({1, 2, 0.0, std::nullopt, std::nullopt}), "  1/2 samples");
+    EXPECT_EQ(FormatProgress({1, std::nullopt, 0.0, std::nullopt, std::nullopt}), "  1 sample");
     EXPECT_EQ(FormatProgress({3, std::nullopt, 0.0, std::nullopt, std::nullopt}), "  3 samples");
 }
 
