@@ -139,15 +139,17 @@ INLINE TrianglePoint SampleTriangleLight(LightRecord light, SphericalTriangle t,
         float b1 = clamp(dot(result.wi, cross(light.e2, a)) * facing, 0.0f, 1.0f);
         float b2 = clamp(dot(result.wi, cross(a, light.e1)) * facing, 0.0f, 1.0f - b1);
         result.barycentrics = vec2(b1, b2);
-        result.distance = t.volume * facing;
+        // To that place: where the direction meets the plane may be elsewhere at a grazing angle
+        result.distance = length(a + b1 * light.e1 + b2 * light.e2);
+        result.pdf = t.volume * facing > 0.0f ? t.density : 0.0f;
     } else {
         vec3 weights = SampleUniformTriangle(u);
         result.barycentrics = vec2(weights.y, weights.z);
         vec3 way = a + weights.y * light.e1 + weights.z * light.e2;
         result.distance = length(way);
         result.wi = way / result.distance;
+        result.pdf = result.distance > 0.0f ? TriangleDensity(t, result.distance) : 0.0f;
     }
-    result.pdf = result.distance > 0.0f ? TriangleDensity(t, result.distance) : 0.0f;
     return result;
 }
 

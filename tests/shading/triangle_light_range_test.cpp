@@ -250,6 +250,10 @@ TEST(TriangleLightRange, SampledDirectionsFollowTheDensityOfFoundOnes) {
             const vec2 u(Uniform(random), Uniform(random));
             const TrianglePoint point = SampleTriangleLight(view.light, t, vec3(0.0f), u);
             ASSERT_NEAR(length(point.wi), 1.0f, 1e-5f) << view.name;
+            const dvec3 place = dvec3(view.light.p0) + double{point.barycentrics.x} * dvec3(view.light.e1) +
+                                double{point.barycentrics.y} * dvec3(view.light.e2);
+            ASSERT_NEAR(double{point.distance}, glm::length(place), 1e-4 * glm::length(place) + 3e-7)
+                << view.name;  // and roundings of the place
             const size_t cell = cells.CellOf(seen, dvec3(point.wi));
             if (!(point.pdf > 0.0f) || expected[cell] < 0.5 || !seen.IsMet(dvec3(point.wi)))
                 ++strayCount;
