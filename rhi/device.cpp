@@ -70,6 +70,8 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
         instanceFunctions.vkGetPhysicalDeviceProperties2(physicalDevice, &properties);
         pipelineCacheFile = PipelineCacheFile(cacheFolder, properties.properties);
         cached = pipelineCacheFile.Load();
+        if (std::filesystem::path file = pipelineCacheFile.Path(); !file.empty())
+            measurements.SetFile(file.replace_extension(".measured"));
         if (!cached.problem.empty())
             log.Send(LogLevel::Warning, log_category::kCache, cached.problem);
         else if (cached.bytes.empty())
@@ -297,6 +299,14 @@ bool Device::SavePipelineCache() {
         Say(Log(), LogLevel::Debug, log_category::kCache, "pipeline cache of {} is saved",
             BytesText(savedBytes));
     return problem.empty();
+}
+
+std::optional<double> Device::Measured(std::string_view name) const {
+    return m_impl->measurements.Find(name);
+}
+
+void Device::RememberMeasured(std::string_view name, double value) {
+    m_impl->measurements.Remember(name, value);
 }
 
 std::shared_ptr<const std::vector<uint32_t>> Device::Specialized(

@@ -267,6 +267,11 @@ class RAYGRAPH_API Device {
     // Writes the pipeline cache to disk now (also done on destruction). False: no cache file in use, or
     // not writable.
     bool SavePipelineCache();
+    // Numbers that somebody has measured on this device and driver, by a name for what it is: of this
+    // process, and of earlier ones where the pipeline cache is kept. The name has neither a tab nor an end of
+    // a line.
+    std::optional<double> Measured(std::string_view name) const;
+    void RememberMeasured(std::string_view name, double value);
 
     // Shared by all pipelines: the layout of set 1 (bindless textures), see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rhi/device.h"
+#include "rhi/measurements.h"
 #include "rhi/message_sink.h"
 #include "rhi/pipeline_cache_file.h"
 #include "rhi/retire_queue.h"
@@ -139,6 +140,7 @@ struct Device::Impl {
     bool capturesStatistics = false;
     std::mutex pipelineCacheMutex;
     PipelineCacheFile pipelineCacheFile;
+    Measurements measurements;
     VkPipelineCache pipelineCache = VK_NULL_HANDLE;
     std::optional<SpecializedShaders> specializedShaders;  // of a CPU device
     std::mutex tableLayoutMutex;
