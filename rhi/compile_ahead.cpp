@@ -54,9 +54,17 @@ void Execute(Device& device, const RayTracingPipeline& pipeline) {
     device.WaitFor(device.Submit(std::move(commands)));
 }
 
-}  // namespace
+void Execute(Device& device, const ComputePipeline& pipeline) {
+    CommandList commands = device.BeginCommands("compile ahead");
+    const DeviceFunctions& vk = device.Vk();
+    vk.vkCmdBindPipeline(commands.Handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.Handle());
+    vk.vkCmdDispatch(commands.Handle(), 0, 1, 1);
+    device.WaitFor(device.Submit(std::move(commands)));
+}
 
-void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc, const RayTracingPipeline& made) {
+// `run` is given the second device, and says why that did not do; "": it did.
+template <typename Run>
+void OnSecondDevice(const Device& device, const Pipeline& made, Run&& run) {
     if (!device.Info().isLavapipe) return;
     const Stopwatch watch;
     const auto say = [&](std::string_view outcome) {
@@ -66,15 +74,31 @@ void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc, cons
         const std::unique_ptr<Device> ahead = Device::Create(
             {.name = "compile ahead", .select = device.Info().name, .savePipelineCache = false});
         if (!ahead->Info().isLavapipe) return say("no second device to compile ahead on");
-        const uint32_t first = FirstGroup(device, made);
-        if (first > kFirstNumber) SkipGroups(*ahead, first - kFirstNumber);
-        const RayTracingPipeline same = CreateRayTracingPipeline(*ahead, desc);
-        if (FirstGroup(*ahead, same) != first) return say("the second device counts groups otherwise");
-        Execute(*ahead, same);
-        say("compiled ahead in " + DurationText(watch.Seconds()));
+        const std::string problem = run(*ahead);
+        say(problem.empty() ? "compiled ahead in " + DurationText(watch.Seconds()) : problem);
     } catch (const std::exception& error) {
         say(Text("the first frame compiles it: {}", error.what()));
     }
+}
+
+}  // namespace
+
+void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc, const RayTracingPipeline& made) {
+    OnSecondDevice(device, made, [&](Device& ahead) -> std::string {
+        const uint32_t first = FirstGroup(device, made);
+        if (first > kFirstNumber) SkipGroups(ahead, first - kFirstNumber);
+        const RayTracingPipeline same = CreateRayTracingPipeline(ahead, desc);
+        if (FirstGroup(ahead, same) != first) return "the second device counts groups otherwise";
+        Execute(ahead, same);
+        return "";
+    });
+}
+
+void CompileAhead(const Device& device, const ComputePipelineDesc& desc, const ComputePipeline& made) {
+    OnSecondDevice(device, made, [&](Device& ahead) -> std::string {
+        Execute(ahead, CreateComputePipeline(ahead, desc));
+        return "";
+    });
 }
 
 }  // namespace raygraph::rhi

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "base/api.h"
+#include "rhi/compute_pipeline.h"
 #include "rhi/ray_tracing_pipeline.h"
 
 namespace raygraph::rhi {
@@ -19,5 +20,7 @@ namespace raygraph::rhi {
 // first frame compiles, as it would have. Threads: any.
 RAYGRAPH_API void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc,
                                const RayTracingPipeline& made);
+RAYGRAPH_API void CompileAhead(const Device& device, const ComputePipelineDesc& desc,
+                               const ComputePipeline& made);
 
 }  // namespace raygraph::rhi

@@ -171,12 +171,16 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead)
     const ProgramRequest& request = program.m_request;
     ProgramPipeline made;
     switch (request.kind) {
-        case PassKind::Compute:
-            made.compute = rhi::CreateComputePipeline(m_device, {.name = program.m_name,
-                                                                 .shader = StageOf(request.compute),
-                                                                 .specialization = program.m_specialization});
+        case PassKind::Compute: {
+            const rhi::ComputePipelineDesc desc{.name = program.m_name,
+                                                .shader = StageOf(request.compute),
+                                                .specialization = program.m_specialization};
+            made.compute = rhi::CreateComputePipeline(m_device, desc);
             made.creationMs = made.compute.CreationMs();
+            if (isAhead && request.compute->words.size() > kLongWords)
+                rhi::CompileAhead(m_device, desc, made.compute);
             break;
+        }
         case PassKind::Raster: {
             const RasterState& raster = request.raster;
             made.raster = rhi::CreateRasterPipeline(m_device, {.name = program.m_name,

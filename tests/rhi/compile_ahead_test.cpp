@@ -83,6 +83,33 @@ class CompileAheadTest : public ::testing::Test {
         }
         return FileCount() - before;
     }
+    // The same of a compute pipeline.
+    size_t FilesOfFirstDispatch(bool isAhead) {
+        size_t before = 0;
+        {
+            const std::unique_ptr<Device> device = Device::Create({.savePipelineCache = false});
+            const std::vector<uint32_t> words =
+                CompileGlsl({.name = "ahead.comp",
+                             .text = R"(#version 460
+                                 #extension GL_EXT_buffer_reference_uvec2 : require
+                                 layout(buffer_reference) buffer Number { uint number; };
+                                 layout(push_constant) uniform Constants { uvec2 at; } constants;
+                                 void main() {
+                                     if (gl_GlobalInvocationID.x > 99u) Number(constants.at).number = )" +
+                                     std::string(isAhead ? "1u" : "2u") + "; }\n"});
+            const ComputePipelineDesc desc{.name = "ahead", .shader = {.name = "ahead.comp", .spirv = words}};
+            const ComputePipeline pipeline = CreateComputePipeline(*device, desc);
+            if (isAhead) CompileAhead(*device, desc, pipeline);
+            before = FileCount();
+            CommandList commands = device->BeginCommands("first");
+            commands.Bind(pipeline);
+            const std::array<uint32_t, 2> nowhere{};
+            commands.PushConstants(std::as_bytes(std::span(nowhere)));
+            commands.Dispatch(1);
+            device->WaitFor(device->Submit(std::move(commands)));
+        }
+        return FileCount() - before;
+    }
 
   private:
     test::TemporaryFolder m_folder;
@@ -109,6 +136,8 @@ TEST_F(CompileAheadTest, TheFirstExecutionFindsTheMachineCode) {
     // The numbers of groups, which the code contains, are those on the device, whatever came before
     for (const uint32_t skipped : {1u, 2u, 3u})
         EXPECT_EQ(FilesOfFirstExecution(skipped, true), 0u) << skipped;
+    EXPECT_EQ(FilesOfFirstDispatch(false), 1u);
+    EXPECT_EQ(FilesOfFirstDispatch(true), 0u);
 }
 
 }  // namespace
