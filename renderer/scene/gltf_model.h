@@ -19,8 +19,9 @@ namespace raygraph::scene {
 namespace gltf = raygraph_tinygltf;
 
 // The model of a document that stands before tinygltf's own faults: it ignores optional properties of wrong
-// types, leaves out primitives that it cannot read, cuts integers, and opens what it is told to open. Takes
-// the tree. Throws Error{BadInput} "label: ..." if tinygltf refuses the document nevertheless.
+// types, leaves out primitives that it cannot read, cuts integers, and opens what it is told to open. It
+// parses a text, which is written here: takes the tree, so that there is one tree at a time. Throws
+// Error{BadInput} "label: ..." if tinygltf refuses the document nevertheless.
 gltf::Model MakeModel(nlohmann::json&& checked, const std::string& label);
 
 }  // namespace raygraph::scene
