@@ -27,9 +27,8 @@ struct SphericalTriangle {
 
 // A. van Oosterom and J. Strackee 1983, "The Solid Angle of a Plane Triangle". The determinant is taken from
 // the edges, which keeps its digits where the triangle is small or seen at a grazing angle. The denominator,
-// 1 + v0 . v1 + v1 . v2 + v2 . v0, cancels where corners are seen in nearly opposite directions: there v1 and
-// v2 become the nearest two, v0 and v2 the farthest, and sums and differences of corners take the place of
-// cosines, so that what cancels is no larger than it must be.
+// 1 + v0 . v1 + v1 . v2 + v2 . v0, cancels where corners are seen in nearly opposite directions: sums and
+// differences of corners take the place of cosines, so that each term keeps its digits.
 INLINE SphericalTriangle SphericalTriangleFrom(LightRecord light, vec3 position) {
     vec3 a = light.p0 - position;
     vec3 b = a + light.e1;
@@ -47,20 +46,6 @@ INLINE SphericalTriangle SphericalTriangleFrom(LightRecord light, vec3 position)
     t.v0 = a * inverseA;
     t.v1 = b * inverseB;
     t.v2 = c * inverseC;
-    float ab = dot(t.v0, t.v1);
-    float bc = dot(t.v1, t.v2);
-    float ca = dot(t.v2, t.v0);
-    if (min(ab, min(bc, ca)) < 0.0f) {
-        bool isFarAB = ab < bc && ab < ca;
-        bool isFarBC = !isFarAB && bc < ca;
-        vec3 middle = isFarAB ? t.v2 : (isFarBC ? t.v0 : t.v1);
-        vec3 one = isFarAB ? t.v0 : (isFarBC ? t.v1 : t.v2);
-        vec3 other = isFarAB ? t.v1 : (isFarBC ? t.v2 : t.v0);
-        bool isOneNearer = dot(middle, one) > dot(middle, other);
-        t.v0 = isOneNearer ? other : one;
-        t.v1 = middle;
-        t.v2 = isOneNearer ? one : other;
-    }
     vec3 sum02 = t.v0 + t.v2;
     vec3 sum01 = t.v0 + t.v1;
     vec3 difference12 = t.v1 - t.v2;
@@ -71,7 +56,7 @@ INLINE SphericalTriangle SphericalTriangleFrom(LightRecord light, vec3 position)
     float solidAngle = 2.0f * atan(determinant, denominator);
     // All comparisons fail where a corner is at the point itself (NaN).
     bool isExact = solidAngle >= kMinTriangleSolidAngle && solidAngle <= kMaxTriangleSolidAngle &&
-                   square >= kMinTangentSquare * (gained + lost);
+                   square >= kMinTangentSquare * (denominator + 2.0f * lost);
     t.reach = gained * inversesqrt(square);
     t.density = isExact ? 1.0f / solidAngle : 0.0f;
     return t;
@@ -90,6 +75,7 @@ INLINE vec3 SampleSphericalTriangle(SphericalTriangle t, vec2 u) {
     vec3 across = v - t.v1;
     float height = 0.5f * dot(across, across);  // 1 - cos of the arc
     vec3 tangent = across + height * t.v1;
+    tangent -= dot(tangent, t.v1) * t.v1;  // what rounding left, where v and v1 are nearly opposite
     float square = dot(tangent, tangent);
     if (!(square > 0.0f)) return t.v1;
     float h = u.y * height;
