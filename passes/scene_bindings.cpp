@@ -161,7 +161,7 @@ void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
 }
 
 bool TracesItself(const SceneIds& scene, const TraceSettings& settings) {
-    return settings.traversal == Traversal::Own && scene.wideNodes.IsValid();
+    return settings.traversal != Traversal::Driver && scene.wideNodes.IsValid();
 }
 
 void BindOwnTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {

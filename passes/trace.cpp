@@ -42,6 +42,10 @@ BufferId PixelQueue(Renderer& renderer) {
 
 }  // namespace
 
+IntegratorForm FormOn(const rhi::Device& device) {
+    return device.Info().type == rhi::DeviceType::Cpu ? IntegratorForm::Loop : IntegratorForm::Wavefront;
+}
+
 bool IsOfTrace(std::string_view pass) {
     return pass == "Trace" || pass.starts_with("Wave");
 }
@@ -70,10 +74,6 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     if (const float survival = settings.roulette.survival; !(survival > 0.0f && survival <= 1.0f))
         throw MakeError(ErrorKind::Usage, "Trace: roulette.survival is {}, must be above 0 and at most 1",
                         survival);
-    if (settings.form.steps > kMaxWaveSteps ||
-        (settings.form.kind == IntegratorForm::Wavefront && settings.form.steps == 0))
-        throw MakeError(ErrorKind::Usage, "Trace: form.steps is {}, must be 1 to {}", settings.form.steps,
-                        kMaxWaveSteps);
     if (settings.sampleCount == 0 || (settings.sampleCount > 1 && settings.roulette.kind == Roulette::Frame))
         throw MakeError(ErrorKind::Usage, "Trace: sampleCount is {}, must be {}", settings.sampleCount,
                         settings.sampleCount == 0 ? "at least 1" : "1 with Roulette::Frame");
@@ -93,7 +93,9 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     }
     const bool isOwn = TracesItself(scene, settings);
     ids.counts = PixelQueue(renderer);
-    if (settings.form.kind == IntegratorForm::Wavefront && !outputs.rayCounts)
+    const IntegratorForm form =
+        settings.form == IntegratorForm::Auto ? FormOn(renderer.Device()) : settings.form;
+    if (form == IntegratorForm::Wavefront && !outputs.rayCounts)
         return TraceWavefront(renderer, scene, settings, outputs, ids);
     renderer.AddPass(
         "Trace", isOwn ? PassKind::Compute : PassKind::RayTracing,

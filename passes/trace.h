@@ -71,7 +71,7 @@ struct RAYGRAPH_API BiasSettings {
 
 // How the integrator runs on the device. The choice is one of speed: on a device that rounds alike in both,
 // such as Mesa's CPU driver, the bits are the same.
-//   Auto:      the fastest, if somebody measures which that is, as a session does; Trace takes it for Loop
+//   Auto:      the faster one, by the kind of device alone (FormOn)
 //   Loop:      an invocation traces and shades one path after the other, each to its end
 //   Wavefront: kernels that trace or shade do the same step of all paths
 #define RAYGRAPH_INTEGRATOR_FORMS(X, Of) \
@@ -80,25 +80,9 @@ struct RAYGRAPH_API BiasSettings {
     X(Of, Wavefront, 2, "wavefront", "")
 RAYGRAPH_CHOICE(IntegratorForm, RAYGRAPH_INTEGRATOR_FORMS)
 
-inline constexpr uint32_t kMaxWaveSteps = 64;
-struct FormSettings {
-    IntegratorForm kind = IntegratorForm::Auto;
-    // Of a wavefront: rays of each path, after which the loop goes on with those that are left. 1 to
-    // kMaxWaveSteps.
-    uint32_t steps = 4;
-
-    bool operator==(const FormSettings&) const = default;
-};
-
-// Who finds what rays meet. The choice is one of speed: hits are the same, but at edges.
-//   Auto:   the faster one, if somebody measures which that is, as a session does; Trace takes it for Driver
-//   Driver: the device's acceleration structures, by its own traversal
-//   Own:    trees of triangles, by shaders (GpuSceneDesc::hasWideTrees). Where a scene has none, as Driver
-#define RAYGRAPH_TRAVERSALS(X, Of) \
-    X(Of, Auto, 0, "auto", "")     \
-    X(Of, Driver, 1, "driver", "") \
-    X(Of, Own, 2, "own", "")
-RAYGRAPH_CHOICE(Traversal, RAYGRAPH_TRAVERSALS)
+// The form that is faster on a device (docs/performance.md): the loop on a CPU, the wavefront on a GPU. It
+// depends neither on scene nor settings, so that all parts of a picture have the bits of the whole.
+RAYGRAPH_API IntegratorForm FormOn(const rhi::Device& device);
 
 // How paths are traced: what decides the samples of a picture beside its camera and extent.
 struct PathSettings {
@@ -111,7 +95,6 @@ struct PathSettings {
     // Where the camera sees no surface and no medium, the radiance is 0: the environment shines on the scene
     // and is seen through it and mirrored in it, but not behind it.
     bool isEnvironmentHidden = false;
-    FormSettings form{};
 
     bool operator==(const PathSettings&) const = default;
 };
@@ -129,7 +112,10 @@ struct TraceSettings : PathSettings {
     // Trace alone: of these pixels and not of all, each from its own index + sampleIndex on. The outputs have
     // the extent of the list.
     ListedPixels pixels{};
-    Traversal traversal = Traversal::Auto;  // of Trace alone
+    // Trace alone, to measure one against another: all give one picture, but for rounding. Traversal::Own
+    // counts where the scene has trees (GpuSceneDesc::traversal), and Auto takes them there.
+    Traversal traversal = Traversal::Auto;
+    IntegratorForm form = IntegratorForm::Auto;
 
     bool operator==(const TraceSettings&) const = delete;  // would be that of the paths alone
 };
@@ -188,9 +174,8 @@ struct TraceIds {
 // settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
 // several. Several keep a device busy that one does not fill, and wait for the longest path once. Unbiased
 // but for settings.biases. Ray counts are taken by the loop, and are those of any form. Error{Usage} for them
-// beside another output, for a number of steps that a wavefront cannot have, for several samples, or pixels
-// of a list, that share Roulette::Frame, which draws the length of all paths of one, and for a region outside
-// the picture.
+// beside another output, for several samples, or pixels of a list, that share Roulette::Frame, which draws
+// the length of all paths of one, and for a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 

@@ -13,6 +13,9 @@ namespace {
 constexpr auto kPathPartNames = Texts(PathPart{});
 constexpr uint32_t kRowBytes = 16;
 constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl and launch.glsl
+// Rays of each path, after which the loop goes on with the paths that are left: among the best of 2, 4, 8 and
+// 16 in all scenes of docs/performance.md.
+constexpr uint32_t kSteps = 8;
 // Of the paths that are left for the last kernel, as many are traced at once.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
@@ -52,7 +55,7 @@ class Wavefront {
         m_hits = buffer("waveHits", (pixels + (pixels + 3) / 4) * kRowBytes);
         m_shadows = buffer("waveShadows", pixels * m_rows.OfShadow() * kRowBytes);
         m_queue = buffer("waveQueue", pixels * 2 * sizeof(uint32_t));
-        m_counts = buffer("waveCounts", (settings.form.steps + 1) * 2 * sizeof(uint32_t));
+        m_counts = buffer("waveCounts", (kSteps + 1) * 2 * sizeof(uint32_t));
     }
 
     TraceIds Declare() {
@@ -61,14 +64,14 @@ class Wavefront {
         const bool isApart = (m_features & kTraceMatchedMedia) != 0u;
         ClearCounts();
         TraceFirst();
-        for (uint32_t step = 0; step < m_settings.form.steps; ++step) {
+        for (uint32_t step = 0; step < kSteps; ++step) {
             if (step > 0) {
                 if (hasLights && isApart) Trace(step, gpu::kWaveTracesShadows);
                 Trace(step, gpu::kWaveTracesPaths | (hasLights && !isApart ? gpu::kWaveTracesShadows : 0u));
             }
             Shade(step);
         }
-        if (hasLights) Trace(m_settings.form.steps, gpu::kWaveTracesShadows);
+        if (hasLights) Trace(kSteps, gpu::kWaveTracesShadows);
         TraceRest();
         Finish();
         return m_ids;
@@ -216,7 +219,7 @@ class Wavefront {
                 BindLighting(pass);
                 BindRays(pass, false);
                 BindLoopRays(pass, m_renderer.Device(), m_scene, m_settings);
-                SetConstants(pass, m_settings.form.steps);
+                SetConstants(pass, kSteps);
                 pass.Reads("waveCounts", m_counts);
                 pass.Reads("waveQueue", m_queue);
                 pass.Reads("wavePaths", m_paths);

@@ -53,6 +53,16 @@ bool Editor::IsPreparing() const {
     return !isMoving && (m_isAwaiting || m_isPreparing || isPreview);
 }
 
+void Editor::ChooseBudget(const FrameInput& input) {
+    constexpr float kIdleSeconds = 1.0f;
+    constexpr double kIdleFactor = 4.0;
+    m_idleSeconds = input.IsActiveSince(m_lastInput) ? 0.0f : m_idleSeconds + input.seconds;
+    m_lastInput = input;
+    viewport::BudgetSettings budget = m_work.view.Budget();
+    budget.frameMs = m_work.frameMs * (m_idleSeconds > kIdleSeconds ? kIdleFactor : 1.0);
+    m_work.view.SetBudget(budget);
+}
+
 bool Editor::Frame(const FrameInput& given, Screen& screen) {
     FrameInput ignored;
     ignored.extent = given.extent;
@@ -71,6 +81,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
         return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
     };
     m_windowSize = {points(input.extent.width), points(input.extent.height)};
+    ChooseBudget(input);
     m_work.Animate(IsTimeHeld() ? 0.0 : double{input.seconds});
     const Stopwatch watch;
     m_ui.Begin(input);

@@ -103,6 +103,8 @@ class Editor {
     // in the question by what they would be lost: "closing the editor".
     void BeforeLoss(const std::string& loss, std::function<void()> then);
     void FinishLoading();
+    // Frames take longer once nobody waits for the next one.
+    void ChooseBudget(const FrameInput& input);
 
     Workspace m_work;
     Ui m_ui;
@@ -122,6 +124,8 @@ class Editor {
     bool m_isReloading = false;  // shaders, once no pipeline is being created
     // The first scene is being loaded: the empty one before it is not worth its pipelines
     bool m_isAwaiting = false;
+    FrameInput m_lastInput;
+    float m_idleSeconds = 0.0f;         // since the user did something
     std::optional<MouseButton> m_drag;  // began over the picture
     glm::vec2 m_lastMouse{0.0f}, m_pressedAt{0.0f};
     bool m_hasMoved = false;

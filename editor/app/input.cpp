@@ -43,6 +43,13 @@ void FrameInput::Append(FrameInput&& later) {
     isClosing |= later.isClosing;
 }
 
+bool FrameInput::IsActiveSince(const FrameInput& before) const {
+    const auto isHeld = [](bool held) { return held; };
+    return extent != before.extent || scale != before.scale || mouse != before.mouse || wheel != 0.0f ||
+           std::ranges::any_of(buttons, isHeld) || std::ranges::any_of(keys, isHeld) || !pressed.empty() ||
+           !text.empty() || !dropped.empty() || isClosing;
+}
+
 Key KeyFromName(std::string_view name) {
     for (size_t i = 0; i < kKeyCount; ++i)
         if (IsSameName(kKeyNames[i], name)) return static_cast<Key>(i);

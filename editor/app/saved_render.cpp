@@ -21,10 +21,6 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene
         settings.focusDistance = picture.lens.focusDistance;
     }
     settings.paths = picture.paths;
-    // What a viewport takes where the form is open
-    if (settings.paths.form.kind == passes::IntegratorForm::Auto)
-        settings.paths.form.kind = passes::IntegratorForm::Loop;
-    settings.traversal = passes::Traversal::Driver;  // likewise
     settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     settings.light = picture.environment.defaultLight;

@@ -39,7 +39,8 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
             Document document(file, data, stamp, std::move(hash), root);
-            m_result = LoadedScene{std::move(document), PreparedScene(std::move(data)), camera};
+            m_result = LoadedScene{std::move(document),
+                                   PreparedScene(std::move(data), {.traversal = m_traversal}), camera};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

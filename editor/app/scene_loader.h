@@ -35,8 +35,9 @@ using LoadResult = std::variant<LoadedScene, LoadFailure>;
 // Threads: the main thread's.
 class SceneLoader {
   public:
-    // `log`: of what is loaded.
-    explicit SceneLoader(Log log = {}) : m_log(std::move(log)) {}
+    // `traversal`: that of the GpuScene which shows what is loaded. `log`: of what is loaded.
+    explicit SceneLoader(Traversal traversal = Traversal::Auto, Log log = {})
+        : m_traversal(traversal), m_log(std::move(log)) {}
     ~SceneLoader();  // waits for the current load
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
@@ -57,6 +58,7 @@ class SceneLoader {
     std::optional<LoadResult> Take();
 
   private:
+    Traversal m_traversal;
     Log m_log;
     std::thread m_thread;
     std::atomic<bool> m_isDone{false};

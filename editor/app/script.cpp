@@ -171,11 +171,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        // That the file is there does not say so: it may be an old one
                        if (editor.SavedCount() == before) Fail(line, editor.Work().message);
                    },
-                   [&](const SetBudget& command) {
-                       viewport::BudgetSettings budget = editor.Work().view.Budget();
-                       budget.frameMs = command.frameMs;
-                       editor.Work().view.SetBudget(budget);
-                   },
+                   [&](const SetBudget& command) { editor.Work().frameMs = command.frameMs; },
                    [&](const UseConfigFolder& command) {
                        editor.UseConfig(command.folder);
                        frame();

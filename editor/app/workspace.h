@@ -45,13 +45,16 @@ class Workspace {
           renderer(of, {.shaderRoot = shaders}),
           gpu(renderer, {.textureLevels = true, .textureBudget = textureBudget}),
           view(renderer, gpu),
-          loader(of.Log()) {
-        view.SetBudget({.frameMs = 30.0, .whileMoving = viewport::MotionView::PathTraced});
+          loader(gpu.UsedTraversal(), of.Log()) {
+        view.SetBudget({.frameMs = frameMs, .whileMoving = viewport::MotionView::PathTraced});
         viewport::PathSettings paths;
         paths.biases.textureLod = 0.0f;
         view.SetPaths(paths);
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
+
+    // Of the budget of frames (viewport::BudgetSettings), while the user does something.
+    double frameMs = 30.0;
 
     // By the file's extension, .hdr or .exr; any other is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);

@@ -21,31 +21,12 @@ namespace {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(*bench, arguments.given,
-                {"size",
-                 "camera",
-                 "scene",
-                 "variant",
-                 "at",
-                 "clips",
-                 "points",
-                 "lines",
-                 "sampler",
-                 "brdf",
-                 "multiscatter",
-                 "nee",
-                 "light-sampler",
-                 "mis",
-                 "rr",
-                 "rr-start",
-                 "max-depth",
-                 "background",
-                 "env-rotation",
-                 "env-tint",
-                 "texture-budget",
-                 "integrator-form",
-                 "traversal"},
-                BenchDefaults());
+    AddSettings(
+        *bench, arguments.given,
+        {"size",  "camera",   "scene",     "variant",      "at",           "clips",         "points",
+         "lines", "sampler",  "brdf",      "multiscatter", "nee",          "light-sampler", "mis",
+         "rr",    "rr-start", "max-depth", "background",   "env-rotation", "env-tint",      "texture-budget"},
+        BenchDefaults());
     AddRoot(*bench, arguments.root);
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
@@ -56,6 +37,9 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--samples-at-once", "N",
               "Samples of every pixel in a frame, as many as a render takes unless given",
               [&](const std::string& text) { arguments.samplesAtOnce = ParseCount(text, 1, 64); });
+    bench->add_flag("--viewport", arguments.hasViewport,
+                    "Also time what a host's viewport gets: the cost of a sample, without a budget and with "
+                    "that of the editor, against the frames of a render");
     bench->add_flag("--pipelines", arguments.isListingPipelines,
                     "Also tell what each pipeline took to create, and what the driver says of its programs: "
                     "registers, memory");
@@ -68,8 +52,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--tolerance", "SHARE",
               Text("With --compare: by how much the cost may rise ({})", BenchArguments::kDefaultTolerance),
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
-    bench->add_flag("--compare-traversal", arguments.isTraversal,
-                    "Instead, time the driver's tracing against compressed wide trees in a compute shader");
+    AddTracing(*bench, arguments.tracing);
     AddDevice(*bench, arguments.device);
     AddProgress(*bench, arguments);
     AddOutput(*bench, arguments);
@@ -171,15 +154,6 @@ void CheckBench(const BenchArguments& arguments) {
     CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (arguments.tolerance && arguments.compare.empty())
         Refuse("--tolerance is of a comparison: it needs --compare");
-    if (!arguments.isTraversal) return;
-    if (!arguments.compare.empty()) Refuse("--compare-traversal has no costs that --compare could compare");
-    if (arguments.isListingPipelines)
-        Refuse("--compare-traversal lists no pipelines: --pipelines has no effect");
-    if (!arguments.environment.empty())
-        Refuse("--compare-traversal traces triangles alone: --env has no effect");
-    for (const auto& [name, text] : arguments.given)
-        if (name != "size" && name != "camera" && name != "scene" && name != "variant")
-            Refuse(Text("--compare-traversal traces triangles alone: --{} has no effect", name));
 }
 
 void CheckMerge(const MergeArguments& arguments) {

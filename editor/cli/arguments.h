@@ -16,6 +16,7 @@
 #include "editor/cli/shard.h"
 #include "editor/session/picture_settings.h"
 #include "editor/session/render_file.h"
+#include "editor/session/tracing_choice.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -54,6 +55,7 @@ struct RenderArguments : OutputArguments {
     std::filesystem::path resume;             // "": from the start
     std::filesystem::path settingsFrom;       // "": none
     std::optional<double> checkpointMinutes;  // between saves; then `resume` need not exist yet
+    TracingChoice tracing{};
 };
 
 // Why there is nothing to render: a shard beyond the last sample or frame has none; "": there is something.
@@ -73,12 +75,13 @@ struct BenchArguments : OutputArguments {
     uint32_t frames = 8;  // timed ones of each kind in a round
     uint32_t rounds = 5;
     uint32_t samplesAtOnce = 0;  // 0: as a render
+    bool hasViewport = false;    // times a host's viewport, too
     bool isListingPipelines = false;
     std::string device;
     std::filesystem::path json;       // "": stdout alone
     std::filesystem::path compare;    // results to compare with; "": none
     std::optional<double> tolerance;  // that a cost may rise relative to the stored one
-    bool isTraversal = false;         // times ways of tracing (bench_traversal.h) instead of passes
+    TracingChoice tracing{};
 };
 
 struct InfoArguments : OutputArguments {

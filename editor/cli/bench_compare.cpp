@@ -71,27 +71,36 @@ double StandardErrorOf(const Json& cost) {
     return error.is_null() ? std::numeric_limits<double>::infinity() : error.get<double>();
 }
 
-BenchChange CompareBench(const std::filesystem::path& file, const std::string& stored, const Json& now,
-                         double tolerance) {
+std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const std::string& stored,
+                                      const Json& now, double tolerance) {
     const std::string scene = SceneName(now);
     const Json before = FindScene(file, stored, scene);
-    try {
-        const Json &costBefore = before.at("cost"), &cost = now.at("cost");
-        RequireAlike(file, scene, "device", before.at("device"), now.at("device"));
+    const auto change = [&](const char* what, const Json& costBefore, const Json& cost) {
         for (const char* key : {"limit_path_version", "measure"})
             RequireAlike(file, scene, key, costBefore.at(key), cost.at(key));
-        // An option that one of the two programs does not know is none of this
-        for (const auto& [name, value] : before.at("settings").items())
-            // Which form or traversal is fastest may be another now
-            if (name != session::kFormSetting && name != session::kTraversalSetting &&
-                now.at("settings").contains(name))
-                RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));
         const double was = costBefore.at("median"), is = cost.at("median");
         if (!(was > 0.0) || !(is > 0.0)) Refuse(file, scene, "a cost that is not above 0");
         const double wasError = StandardErrorOf(costBefore), isError = StandardErrorOf(cost);
-        return {.change = is / was - 1.0,
-                .noise = 2.0 * is / was * std::hypot(wasError / was, isError / is),
-                .tolerance = tolerance};
+        return BenchChange{.what = what,
+                           .now = is,
+                           .change = is / was - 1.0,
+                           .noise = 2.0 * is / was * std::hypot(wasError / was, isError / is),
+                           .tolerance = tolerance};
+    };
+    try {
+        RequireAlike(file, scene, "device", before.at("device"), now.at("device"));
+        // An option that one of the two programs does not know is none of this
+        for (const auto& [name, value] : before.at("settings").items())
+            if (now.at("settings").contains(name))
+                RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));
+        std::vector<BenchChange> changes{change("", before.at("cost"), now.at("cost"))};
+        if (!before.contains("viewport") || !now.contains("viewport")) return changes;
+        const Json &viewBefore = before.at("viewport"), &view = now.at("viewport");
+        RequireAlike(file, scene, "budget", viewBefore.at("budget_ms"), view.at("budget_ms"));
+        for (const auto& [what, key] :
+             {std::pair("viewport", "one_a_frame"), std::pair("viewport within budget", "within_budget")})
+            changes.push_back(change(what, viewBefore.at(key).at("cost"), view.at(key).at("cost")));
+        return changes;
     } catch (const Json::exception&) {
         Refuse(file, scene, "stored by a program without costs relative to limit_path");
     }
@@ -99,9 +108,9 @@ BenchChange CompareBench(const std::filesystem::path& file, const std::string& s
 
 std::string ToText(const BenchChange& change, const Json& now) {
     const char* verdict = change.IsWorse() ? "worse" : change.IsUncertain() ? "uncertain" : "not worse";
-    return Text("{:<24} {:8.3f} of limit_path: {:+.1f}%, noise {:.1f}%: {}", SceneName(now),
-                now.at("cost").at("median").get<double>(), 100.0 * change.change, 100.0 * change.noise,
-                verdict);
+    return Text("{:<24} {:8.3f} of limit_path: {:+.1f}%, noise {:.1f}%: {}",
+                SceneName(now) + (change.what.empty() ? "" : ", " + change.what), change.now,
+                100.0 * change.change, 100.0 * change.noise, verdict);
 }
 
 }  // namespace raygraph::cli

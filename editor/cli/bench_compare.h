@@ -23,6 +23,8 @@ RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& rati
 nlohmann::ordered_json ToJson(const RelativeCost& cost);
 
 struct BenchChange {
+    std::string what;        // "": of the frames of a render; "viewport ..."
+    double now = 0.0;        // median
     double change = 0.0;     // of the median: 0.1 is ten percent slower
     double noise = 0.0;      // two standard errors of the change
     double tolerance = 0.0;  // as asked for
@@ -32,11 +34,12 @@ struct BenchChange {
     bool IsUncertain() const { return !IsWorse() && noise > tolerance; }
 };
 
-// Finds the line of the same scene (by file name) among the lines of `stored`, and compares. Throws
-// Error{BadInput}, naming `file` and the scene, where there is none, where a line is no result of bench, and
-// where version of limit_path, device, measure or settings differ.
-BenchChange CompareBench(const std::filesystem::path& file, const std::string& stored,
-                         const nlohmann::ordered_json& now, double tolerance);
+// Finds the line of the same scene (by file name) among the lines of `stored`, and compares its costs: that
+// of frames, and those of viewports where both runs have them. Throws Error{BadInput}, naming `file` and the
+// scene, where there is none, where a line is no result of bench, and where version of limit_path, device,
+// measure or settings differ.
+std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const std::string& stored,
+                                      const nlohmann::ordered_json& now, double tolerance);
 // "cornell.gltf    3.420 of limit_path: +0.6%, noise 1.0%: not worse"
 std::string ToText(const BenchChange& change, const nlohmann::ordered_json& now);
 

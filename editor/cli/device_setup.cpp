@@ -2,7 +2,6 @@
 
 #include <cstdlib>
 
-#include "base/cache_folder.h"
 #include "base/text.h"
 #include "editor/cli/device_list.h"
 
@@ -36,11 +35,6 @@ std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& l
         if (message.find(Text("'{}'", variable)) == message.npos) throw;  // no device would do
         throw Error(error.Kind(), "RAYGRAPH_DEVICE: " + message, error.Result());
     }
-}
-
-std::filesystem::path TracingMemoryFile() {
-    const std::filesystem::path folder = CacheFolder();
-    return folder.empty() ? folder : folder / "tracing.txt";
 }
 
 std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arguments,

@@ -22,9 +22,6 @@ struct DeviceChoice {
 // Error{NoDevice} as of Device::Create; it names the variable, if the choice is that of the variable.
 std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& log);
 
-// Where it is remembered which form and traversal are the fastest: SessionDesc::tracingMemory.
-std::filesystem::path TracingMemoryFile();
-
 // Those of a render, at least one, each once more for each time that it is named. In a group, where none is
 // asked for: each process takes its share of the best kind of devices of its computer, and one that is shared
 // where there are more processes. Error{NoDevice}.

@@ -113,6 +113,26 @@ void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::stri
     }
 }
 
+void AddTracing(CLI::App& app, TracingChoice& tracing) {
+    const auto add = [&](const char* name, const char* operand, const char* help, auto& choice) {
+        using Value = std::remove_reference_t<decltype(choice)>;
+        CLI::Option* option = AddOption(app, name, operand, help, [&choice](const std::string& text) {
+            choice = ParseChoice<Value>(text);
+        });
+        static constexpr auto kTexts = Texts(Value{});
+        SetChoices(*option, {kTexts.begin(), kTexts.end()});
+    };
+    add("--traversal", "TRAVERSAL",
+        "To measure: who finds what rays of path-traced pictures meet: driver, the device's ray tracing; "
+        "own, "
+        "shaders of Raygraph's own (triangles that do not deform); auto, the faster one (auto)",
+        tracing.traversal);
+    add("--integrator-form", "FORM",
+        "To measure: how the integrator runs on the device: loop, each path to its end; wavefront, the same "
+        "step of all paths; auto, the faster one (auto)",
+        tracing.form);
+}
+
 void AddDevice(CLI::App& app, std::string& device) {
     AddOption(app, "--device", "DEVICE",
               "Device by index or by a part of its name (RAYGRAPH_DEVICE, else the best suitable)",

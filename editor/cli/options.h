@@ -40,6 +40,8 @@ void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::stri
 void AddRoot(CLI::App& app, std::filesystem::path& root);
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment);
 void AddDevice(CLI::App& app, std::string& device);
+// --traversal and --integrator-form.
+void AddTracing(CLI::App& app, TracingChoice& tracing);
 // --verbose and --log; AddOutput adds --quiet to them.
 void AddLog(CLI::App& app, OutputArguments& arguments);
 void AddOutput(CLI::App& app, OutputArguments& arguments);

@@ -242,6 +242,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     AddPath(*render, "--settings-from", "FILE.exr",
             "Take the settings of the picture from a render; options that are given override them",
             arguments.settingsFrom);
+    AddTracing(*render, arguments.tracing);
     AddDevice(*render, arguments.device);
     AddOption(*render, "--devices", "LIST",
               "Several devices, which share the samples: all (of the best kind), or indices, as 0,1",

@@ -196,7 +196,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                      .withSums = hasExr && arguments.exrType != ExrType::Half,
                      .tonemap = display,
                      .resumed = pictures.Resumed(),
-                     .tracingMemory = TracingMemoryFile(),
+                     .tracing = arguments.tracing,
                      .group = group});
     // An hour of rendering must not end in a camera that is not there, either
     for (const std::string& camera : arguments.cameras) session.RequireCamera(camera);

@@ -17,7 +17,6 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
         std::string& has = inFile.at(name);
         // What is left open is what was decided for the render
         if (has == text || IsOpen(name, text)) continue;
-        // A file from before there was a choice does not say; the session knows what it was
         if (!IsOpen(name, has)) refuse(name, text, has.empty() ? "the default" : has);
         has = text;
     }

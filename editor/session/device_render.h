@@ -16,8 +16,9 @@ namespace raygraph::session {
 class DeviceRender {
   public:
     // As DeviceScene.
-    DeviceRender(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
-        : m_scene(device, input, settings) {}
+    DeviceRender(rhi::Device& device, SceneInput& input, const PictureSettings& settings,
+                 const TracingChoice& tracing)
+        : m_scene(device, input, settings, tracing) {}
 
     DeviceScene& Scene() { return m_scene; }
     // Begins a picture.

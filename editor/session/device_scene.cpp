@@ -32,21 +32,23 @@ scene::CameraView ViewFrom(const PictureSettings& settings, const std::string& c
 }
 
 // Only what reads them needs the levels of textures.
-GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
+GpuSceneDesc SceneDescFor(const PictureSettings& settings, Traversal traversal) {
     const bool isDrawn = settings.view == View::Raster;
-    return {
-        .textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
-        .textureBudget = settings.textureBudget,
-        .hasWideTrees = settings.traversal != passes::Traversal::Driver && settings.view == View::PathTraced,
-        .prefersOneWideLevel = !settings.at,                    // nothing moves
-        .measuresLight = settings.light == DefaultLight::Auto,  // a session has decided it
-        .lightRule = LightRule::Always};
+    return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
+            .textureBudget = settings.textureBudget,
+            .traversal = settings.view == View::PathTraced ? traversal : Traversal::Driver,
+            .measuresLight = settings.light == DefaultLight::Auto,  // a session has decided it
+            .lightRule = LightRule::Always};
 }
 
 }  // namespace
 
-DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
-    : m_settings(settings), m_renderer(device), m_scene(m_renderer, SceneDescFor(settings)) {
+DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings,
+                         const TracingChoice& tracing)
+    : m_settings(settings),
+      m_tracing(tracing),
+      m_renderer(device),
+      m_scene(m_renderer, SceneDescFor(settings, tracing.traversal)) {
     if (settings.at) m_motion.emplace(input.data, settings.clips);
     m_atRest.cameras = input.data.cameras;
     m_atRest.bounds = input.data.bounds;
@@ -77,7 +79,8 @@ passes::TraceSettings DeviceScene::Traced(const scene::CameraView& view) const {
         passes::FrameSettings({m_settings.size.width, m_settings.size.height}, view,
                               {m_settings.aperture, m_focus}, m_settings.paths);
     traced.region = m_settings.crop.value_or(passes::Region{});
-    traced.traversal = m_settings.traversal;
+    traced.traversal = m_tracing.traversal;
+    traced.form = m_tracing.form;
     return traced;
 }
 
@@ -139,14 +142,6 @@ void DeviceScene::SetCamera(const std::string& camera) {
     }
     PlaceView(m_restView, m_atRest.bounds);
     m_scene.SetViewpoint(EyeOf(m_traced.camera));
-}
-
-void DeviceScene::SetTracing(const passes::FormSettings& form, passes::Traversal traversal) {
-    m_settings.paths.form = form;
-    m_settings.traversal = traversal;
-    m_traced.form = form;
-    m_traced.traversal = traversal;
-    m_scene.UseWideTrees(traversal != passes::Traversal::Driver);
 }
 
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {

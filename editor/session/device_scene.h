@@ -7,6 +7,7 @@
 #include "editor/session/picture_settings.h"
 #include "editor/session/scene_input.h"
 #include "editor/session/scene_motion.h"
+#include "editor/session/tracing_choice.h"
 #include "passes/trace.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
@@ -18,7 +19,8 @@ class DeviceScene {
     // Takes the scene and the environment out of `input` as it uploads them. `device` outlives the object.
     // SettingError of kind Usage for a camera that is not in the scene, or a group of lights that fits
     // nothing in it; of kind BadInput for a clip that it does not have.
-    DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings);
+    DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings,
+                const TracingChoice& tracing = {});
 
     Renderer& GraphRenderer() { return m_renderer; }
     GpuScene& Scene() { return m_scene; }  // declared by this object
@@ -38,10 +40,9 @@ class DeviceScene {
     // As PictureSettings::camera. Throws as the constructor, and changes nothing.
     void SetCamera(const std::string& camera);
     void RequireCamera(const std::string& camera) const;
-    // From the next frame on. Own traversal needs the trees that WhyNoOwnTraversal tells of.
-    void SetTracing(const passes::FormSettings& form, passes::Traversal traversal);
-    // Why there are no trees for own traversal; empty: there are. None with PictureSettings::traversal
-    // Driver.
+    // From the next frame on, the driver traces where there are trees for own traversal, too.
+    void TraceByDriver() { m_tracing.traversal = m_traced.traversal = Traversal::Driver; }
+    // Why there are no trees for own traversal; empty: there are.
     const std::string& WhyNoOwnTraversal() const { return m_scene.Statistics().whyNoWideTrees; }
 
   private:
@@ -53,6 +54,7 @@ class DeviceScene {
     passes::TraceSettings Traced(const scene::CameraView& view) const;
 
     PictureSettings m_settings;
+    TracingChoice m_tracing;
     Renderer m_renderer;
     GpuScene m_scene;
     std::optional<SceneMotion> m_motion;

@@ -25,9 +25,7 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
 }
 
 void RequireCompatible(const NamedRender& first, const NamedRender& other) {
-    // Two devices may have chosen different ones; the samples are the same but for rounding
-    constexpr bool kMustBeTracedAlike = false;
-    const std::string mismatch = FirstMismatch(first.render, other.render, kMustBeTracedAlike);
+    const std::string mismatch = FirstMismatch(first.render, other.render);
     if (!mismatch.empty())
         throw MakeError(ErrorKind::BadInput, "{} and {} differ: {}", first.name, other.name,
                         Printable(mismatch, 1024));

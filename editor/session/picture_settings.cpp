@@ -11,24 +11,17 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/session/form_text.h"
 #include "editor/session/parse.h"
 
 namespace raygraph::session {
 
 namespace {
 
-const std::string kOpenForm = FormText({.kind = passes::IntegratorForm::Auto});
-const std::string kOpenTraversal = Name(passes::Traversal::Auto);
 const std::string kOpenLight = Name(DefaultLight::Auto);
 
 // With those that are not there.
 SettingTexts AllTexts(const SettingTexts& given) {
-    SettingTexts texts = Texts(SettingsFrom(given));
-    // There was no other before it was a setting
-    if (!given.contains(kTraversalSetting))
-        texts[std::string(kTraversalSetting)] = Name(passes::Traversal::Driver);
-    return texts;
+    return Texts(SettingsFrom(given));
 }
 
 // One of a choice. `field` gives it of settings: [](auto& settings) -> auto& { ... }.
@@ -249,19 +242,6 @@ const std::vector<PictureSetting>& Table() {
              settings.paths.roulette.start = ParseCount(text);
          },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
-        {kFormSetting.data(), "FORM",
-         "How the integrator runs on the device: loop (each path to its end), wavefront:N (the same step of "
-         "all "
-         "paths, N times, and then the loop), or auto, the fastest, which is measured once on each device "
-         "({})",
-         [](PictureSettings& settings, std::string_view text) { settings.paths.form = ParseForm(text); },
-         [](const PictureSettings& settings) { return FormText(settings.paths.form); }},
-        Choice(
-            kTraversalSetting.data(), "TRAVERSAL",
-            "Who finds what rays of path-traced pictures meet: driver, the device's ray tracing; own, "
-            "shaders of Raygraph's own (triangles that do not deform); or auto, the faster one, which is "
-            "measured once on each GPU",
-            [](auto& settings) -> auto& { return settings.traversal; }),
         {"max-depth", "N",
          "Bias: end paths after N bounces, or none, without limit; this darkens the picture. Default: {}",
          [](PictureSettings& settings, std::string_view text) {
@@ -423,9 +403,7 @@ std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
 }
 
 bool IsOpen(std::string_view setting, std::string_view text) {
-    return (setting == kFormSetting && text == kOpenForm) ||
-           (setting == kTraversalSetting && text == kOpenTraversal) ||
-           (setting == kLightSetting && text == kOpenLight);
+    return setting == kLightSetting && text == kOpenLight;
 }
 
 std::string AtText(const std::optional<double>& at) {

@@ -51,9 +51,8 @@ struct PictureSettings {
     float aperture = 0.0f;                 // lens radius, meters; 0: a pinhole
     float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};
-    passes::RasterSettings raster{};  // of which only the shadows are recorded: no option has the others
-    passes::Traversal traversal = passes::Traversal::Auto;
-    float environmentRotation = 0.0f;                        // degrees about +y
+    passes::RasterSettings raster{};   // of which only the shadows are recorded: no option has the others
+    float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
     // Constant radiance, where no map is given. None: what the scene brings along, the studio, or black.
     std::optional<std::array<float, 3>> background;
@@ -86,9 +85,7 @@ class RAYGRAPH_API SettingError : public Error {
     using Error::Error;
 };
 
-// The names of the settings that a session decides where they are left open: paths.form, traversal and light.
-inline constexpr std::string_view kFormSetting = "integrator-form";
-inline constexpr std::string_view kTraversalSetting = "traversal";
+// The name of the setting that a session decides where it is left open.
 inline constexpr std::string_view kLightSetting = "light";
 
 // Settings as texts by their names: "seed" is "1". Names are those of the options of `raygraph render`.
@@ -102,11 +99,11 @@ RAYGRAPH_API SettingTexts Texts(const PictureSettings& settings);
 RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& defaults = {});
 
 // The first setting whose texts differ: "seed: 1 against 2"; empty when all agree. A setting that one side
-// lacks has its default there, and the driver's traversal.
+// lacks has its default there.
 RAYGRAPH_API std::string FirstDifference(const SettingTexts& a, const SettingTexts& b);
 
-// Whether this text leaves the setting to the session (kFormSetting and the others): it contradicts none that
-// the session may have decided for.
+// Whether this text leaves the setting to the session (kLightSetting): it contradicts none that the session
+// may have decided for.
 RAYGRAPH_API bool IsOpen(std::string_view setting, std::string_view text);
 
 // A time as the setting `at` has it; "" for none.

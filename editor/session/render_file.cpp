@@ -8,7 +8,6 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/session/as_input.h"
-#include "editor/session/form_text.h"
 #include "editor/session/parse.h"
 #include "editor/session/render_file_names.h"
 #include "editor/session/render_flaws.h"
@@ -238,6 +237,11 @@ PictureSettings RequireWindow(const image::ExrImage& file, const RenderFile& ren
     return settings;
 }
 
+// Settings that files of earlier versions have, and that do not change the picture.
+bool IsFormerSetting(std::string_view name) {
+    return name == "integrator-form" || name == "traversal";
+}
+
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
     RequireFormat(file);
@@ -277,6 +281,7 @@ RenderFile FromExr(const image::ExrImage& file) {
     for (const auto& [attribute, value] : file.attributes) {
         if (!attribute.starts_with(kSettingPrefix)) continue;
         const std::string name = attribute.substr(kSettingPrefix.size());
+        if (IsFormerSetting(name)) continue;
         // What it changes in the picture is not known here: its samples are not to be mixed with others
         if (!IsSetting(name))
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
@@ -369,16 +374,11 @@ RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
     }
 }
 
-std::string FirstMismatch(const RenderFile& a, const RenderFile& b, bool mustBeTracedAlike) {
+std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
     const auto differ = [](const char* what, const std::string& inA, const std::string& inB) {
         return Text("{}: {} against {}", what, inA.empty() ? "none" : inA, inB.empty() ? "none" : inB);
     };
-    SettingTexts settings = b.settings;
-    if (!mustBeTracedAlike) {
-        settings[std::string(kFormSetting)] = FormText({});
-        settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);
-    }
-    if (std::string difference = FirstDifference(a.settings, settings); !difference.empty())
+    if (std::string difference = FirstDifference(a.settings, b.settings); !difference.empty())
         return difference;
     if (a.sceneFile != b.sceneFile) return differ("scene", a.sceneFile, b.sceneFile);
     if (a.environmentFile != b.environmentFile)

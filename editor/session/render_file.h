@@ -125,9 +125,7 @@ RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const Rende
 RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log = {});
 
 // "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in
-// one picture, apart from which samples they are; empty when they do belong together. `mustBeTracedAlike`:
-// the form of the integrator and the traversal count, which decide the last bits.
-RAYGRAPH_API std::string FirstMismatch(const RenderFile& a, const RenderFile& b,
-                                       bool mustBeTracedAlike = true);
+// one picture, apart from which samples they are; empty when they do belong together.
+RAYGRAPH_API std::string FirstMismatch(const RenderFile& a, const RenderFile& b);
 
 }  // namespace raygraph::session

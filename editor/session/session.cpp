@@ -12,11 +12,9 @@
 #include "base/text.h"
 #include "editor/session/default_light.h"
 #include "editor/session/error_goal.h"
-#include "editor/session/form_text.h"
 #include "editor/session/render_flaws.h"
 #include "editor/session/session_checks.h"
 #include "editor/session/shared_render.h"
-#include "editor/session/tracing_choice.h"
 
 namespace raygraph::session {
 
@@ -48,35 +46,6 @@ RenderFile Describe(const SceneInput& input, const PictureSettings& settings,
     return render;
 }
 
-TracingChoice AskedBy(const PictureSettings& settings) {
-    return {settings.paths.form, settings.traversal};
-}
-
-// How the paths of a render were traced. Files that do not say are from before there was a choice.
-TracingChoice TracingOf(const RenderFile& render) {
-    const auto text = [&](std::string_view setting) {
-        const auto found = render.settings.find(std::string(setting));
-        return found != render.settings.end() ? found->second : std::string();
-    };
-    TracingChoice tracing;
-    if (const std::string form = text(kFormSetting); !form.empty()) tracing.form = ParseForm(form);
-    if (tracing.form.kind == passes::IntegratorForm::Auto)
-        tracing.form = {.kind = passes::IntegratorForm::Loop};
-    const bool isOwn = text(kTraversalSetting) == Name(passes::Traversal::Own);
-    tracing.traversal = isOwn ? passes::Traversal::Own : passes::Traversal::Driver;
-    return tracing;
-}
-
-// What the settings leave open is that of the render, if there is one.
-TracingChoice Wanted(const TracingChoice& asked, const ResumedRender* resumed) {
-    TracingChoice wanted = asked;
-    if (resumed == nullptr) return wanted;
-    const TracingChoice its = TracingOf(resumed->render);
-    if (wanted.form.kind == passes::IntegratorForm::Auto) wanted.form = its.form;
-    if (wanted.traversal == passes::Traversal::Auto) wanted.traversal = its.traversal;
-    return wanted;
-}
-
 SessionDesc WithLight(const SessionDesc& desc, const SceneInput& input) {
     SessionDesc decided = desc;
     decided.settings.light = ChooseLight(input, desc.settings, desc.resumed, desc.group);
@@ -106,14 +75,9 @@ struct Session::Impl {
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
-          asked(AskedBy(desc.settings)),
-          shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.group) {
-        FixTracing(Wanted(asked, desc.resumed), ChoiceMemory(desc.tracingMemory));
-        chosen = tracing.choice;
-        if (asked.traversal == passes::Traversal::Own && plan.view == View::PathTraced &&
-            !tracing.whyNotOwn.empty())
-            WarnOfDriver(devices.front()->Log(), tracing.whyNotOwn);
-        if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
+          shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.tracing, desc.group) {
+        if (desc.tracing.traversal == Traversal::Own && !shared.WhyNotOwn().empty())
+            WarnOfDriver(devices.front()->Log(), shared.WhyNotOwn());
         Begin(desc.resumed);
     }
 
@@ -135,29 +99,10 @@ struct Session::Impl {
     // The input, if the session is possible with it.
     SceneInput& RequireInput(const SessionDesc& desc, size_t deviceCount) {
         RequirePossible(desc);
-        described.settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);  // for now any
         RequireAdaptive(desc, deviceCount);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
         return input;
-    }
-    // Fixes form and traversal before the first sample of a picture. A call that all processes make.
-    void FixTracing(const TracingChoice& wanted, const ChoiceMemory& memory) {
-        if (plan.view != View::PathTraced) return;
-        tracing = shared.FixTracing(wanted, memory);
-        described.settings[std::string(kFormSetting)] = FormText(tracing.choice.form);
-        described.settings[std::string(kTraversalSetting)] = Name(tracing.choice.traversal);
-    }
-    // What another picture may have otherwise than this one.
-    void LeaveTracingOpen(RenderFile& next) const {
-        if (asked.form.kind == passes::IntegratorForm::Auto)
-            next.settings[std::string(kFormSetting)] = FormText({});
-        if (asked.traversal == passes::Traversal::Auto && tracing.whyNotOwn.empty())
-            next.settings[std::string(kTraversalSetting)] = Name(passes::Traversal::Auto);
-    }
-    // Of another picture: as its render had them, if it continues one, else as of the first picture.
-    void FixTracingOf(const ResumedRender* resumed) {
-        FixTracing(resumed != nullptr ? Wanted(asked, resumed) : chosen, ChoiceMemory({}));
     }
     void Begin(const ResumedRender* resumed) {
         FramePlan its = plan;
@@ -196,8 +141,6 @@ struct Session::Impl {
     bool isSingle, canEstimateError;
     RenderFile described;
     FramePlan plan;
-    TracingChoice asked, chosen;  // by the settings; of the first picture
-    SharedRender::FixedTracing tracing;
     SharedRender shared;
 };
 
@@ -296,7 +239,6 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
 
 void Session::StartPicture(const NextPicture& next) {
     RenderFile described = m_impl->described;
-    m_impl->LeaveTracingOpen(described);
     if (next.at) {
         if (!m_impl->input.isAnimated) Refuse("a picture at another time, of a scene without one");
         PictureSettings checked;
@@ -318,7 +260,6 @@ void Session::StartPicture(const NextPicture& next) {
     m_impl->described = std::move(described);
     if (next.camera) m_impl->shared.SetCamera(*next.camera);
     if (next.at) m_impl->shared.SetTime(*next.at);
-    m_impl->FixTracingOf(next.resumed);
     m_impl->Begin(next.resumed);
 }
 

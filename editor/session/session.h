@@ -34,6 +34,7 @@
 #include "editor/session/resume.h"
 #include "editor/session/run.h"
 #include "editor/session/scene_input.h"
+#include "editor/session/tracing_choice.h"
 #include "passes/tonemap.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/image/image.h"
@@ -52,10 +53,7 @@ struct SessionDesc {
     uint32_t samplesAtOnce = 0;
     passes::TonemapSettings tonemap{};       // of Session::Display
     const ResumedRender* resumed = nullptr;  // its samples come first; not kept
-    // Where the settings leave the form of the integrator open (IntegratorForm::Auto), a session of
-    // path-traced pictures begins by choosing the fastest, which the render records. Measured choices are
-    // remembered in this file; empty: measured each time. A render that is continued keeps the form it has.
-    std::filesystem::path tracingMemory;
+    TracingChoice tracing{};                 // other than Auto to measure one way against another
     // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
     // session of the same settings, first sample and AOVs, on devices of its own, and makes the same calls in
     // the same order; what says so below is for the root alone. `resumed` is given to the root.

@@ -36,15 +36,16 @@ PictureSettings Agreed(const PictureSettings& settings, std::span<rhi::Device* c
 
 // Each on a thread of its own, with an input of its own.
 std::vector<std::unique_ptr<DeviceRender>> MakeDevices(std::span<rhi::Device* const> devices,
-                                                       SceneInput& input, const PictureSettings& settings) {
+                                                       SceneInput& input, const PictureSettings& settings,
+                                                       const TracingChoice& tracing) {
     std::vector<SceneInput> inputs(devices.size() - 1, input);
     std::vector<std::future<std::unique_ptr<DeviceRender>>> others;
     for (size_t i = 1; i < devices.size(); ++i)
         others.push_back(std::async(std::launch::async, [&, i] {
-            return std::make_unique<DeviceRender>(*devices[i], inputs[i - 1], settings);
+            return std::make_unique<DeviceRender>(*devices[i], inputs[i - 1], settings, tracing);
         }));
     std::vector<std::unique_ptr<DeviceRender>> made;
-    made.push_back(std::make_unique<DeviceRender>(*devices.front(), input, settings));
+    made.push_back(std::make_unique<DeviceRender>(*devices.front(), input, settings, tracing));
     for (auto& other : others) made.push_back(other.get());
     return made;
 }
@@ -65,25 +66,29 @@ void DealLocally(BlockDealer& dealer, BlockQueue& queue, const ProcessGroup::Tic
 }  // namespace
 
 SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& input,
-                           const PictureSettings& settings, ProcessGroup* group)
-    : m_group(group), m_devices(MakeDevices(devices, input, Agreed(settings, devices, group))) {
+                           const PictureSettings& settings, const TracingChoice& tracing, ProcessGroup* group)
+    : m_group(group) {
+    TracingChoice chosen = tracing;
+    if (settings.view == View::PathTraced) {
+        if (IsRoot()) chosen = ChooseTracing(*devices.front(), tracing);
+        if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&chosen, 1)));
+    }
+    m_devices = MakeDevices(devices, input, Agreed(settings, devices, group), chosen);
+    if (settings.view == View::PathTraced && chosen.traversal == Traversal::Own) AgreeOnTraversal();
     m_deviceCount = static_cast<uint32_t>(m_devices.size());
     if (m_group != nullptr) m_deviceCount = static_cast<uint32_t>(m_group->Sum(m_deviceCount));
 }
 
-SharedRender::FixedTracing SharedRender::FixTracing(TracingChoice wanted, const ChoiceMemory& memory) {
-    FixedTracing fixed;
-    for (const auto& device : m_devices)
-        if (fixed.whyNotOwn.empty()) fixed.whyNotOwn = device->Scene().WhyNoOwnTraversal();
-    const bool isOwnPossible = fixed.whyNotOwn.empty();
-    if (m_group != nullptr && m_group->Least(isOwnPossible ? 1 : 0) == 0 && isOwnPossible)
-        fixed.whyNotOwn = "another process cannot";
-    if (!fixed.whyNotOwn.empty()) wanted.traversal = passes::Traversal::Driver;
-    if (IsRoot()) fixed.choice = ChooseTracing(First().Scene(), wanted, memory);
-    if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&fixed.choice, 1)));
-    for (const auto& device : m_devices)
-        device->Scene().SetTracing(fixed.choice.form, fixed.choice.traversal);
-    return fixed;
+void SharedRender::AgreeOnTraversal() {
+    bool isOwn = true;
+    for (const auto& device : m_devices) {
+        if (m_whyNotOwn.empty()) m_whyNotOwn = device->Scene().WhyNoOwnTraversal();
+        isOwn &= m_whyNotOwn.empty();
+    }
+    if (m_group != nullptr && m_group->Least(isOwn ? 1 : 0) == 0 && isOwn)
+        m_whyNotOwn = "another process cannot";
+    if (m_whyNotOwn.empty()) return;
+    for (const auto& device : m_devices) device->Scene().TraceByDriver();
 }
 
 std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {

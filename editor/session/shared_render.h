@@ -20,17 +20,14 @@ class SharedRender {
   public:
     // Uploads the scene to each device, out of `input`; while it does, each has a copy. `group`: null, or of
     // processes of which each makes one of these, and makes the same calls in the same order; it outlives the
-    // object, as the devices do. Errors as of DeviceScene.
+    // object, as the devices do. What `tracing` leaves open is for all devices as the root's first one has
+    // it. Errors as of DeviceScene.
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
-                 ProcessGroup* group);
+                 const TracingChoice& tracing, ProcessGroup* group);
 
-    struct FixedTracing {
-        TracingChoice choice;
-        std::string whyNotOwn;  // traversal; empty: it is possible
-    };
-    // Before a picture: form of the integrator and traversal, the same for all devices: what the root wants,
-    // and the fastest of what it leaves open (ChooseTracing).
-    FixedTracing FixTracing(TracingChoice wanted, const ChoiceMemory& memory);
+    // Why own traversal, which the first device wants, is not possible on all of them; empty: it is, or is
+    // not wanted.
+    const std::string& WhyNotOwn() const { return m_whyNotOwn; }
     // Begins a picture. Of a render that is continued the root alone has it. Returns what it measured last.
     std::optional<MeasuredError> Begin(const FramePlan& plan);
     // The scene as another picture has it.
@@ -72,6 +69,8 @@ class SharedRender {
                          const std::function<void(uint32_t count)>& onRestored);
 
   private:
+    // All devices trace in one way: by the driver, unless all can trace by own trees.
+    void AgreeOnTraversal();
     RoundEnd RunAdaptive(uint32_t average, bool isEstimating, const std::function<RoundEnd()>& tick);
     RoundEnd RunRound(BlockDealer* dealer, bool isEstimating, const std::function<RoundEnd()>& tick);
     void Pool(RenderFile& render);
@@ -79,6 +78,7 @@ class SharedRender {
     ProcessGroup* m_group;
     std::vector<std::unique_ptr<DeviceRender>> m_devices;
     uint32_t m_deviceCount = 0;  // of all processes
+    std::string m_whyNotOwn;
     bool m_isAdaptive = false;
     uint32_t m_firstSample = 0;
     uint32_t m_sampleCount = 0;

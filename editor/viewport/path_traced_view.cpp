@@ -3,6 +3,7 @@
 #include "base/text.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "passes/overlay.h"
 #include "passes/preview.h"
@@ -73,12 +74,22 @@ std::vector<Region> PathTracedView::TilesOfSamples() const {
 
 passes::AccumulatedIds PathTracedView::DeclareTile(Renderer& renderer, const SceneIds& scene,
                                                    passes::TraceSettings settings, const Region& region,
-                                                   Accumulation& into, bool withVariance) {
+                                                   uint32_t sampleCount, Accumulation& into,
+                                                   bool withVariance) {
     settings.sampleIndex = into.Declared().sampleCount;
+    settings.sampleCount = sampleCount;
     settings.region = region;
-    m_tiles.push_back({settings.extent.height, region, &into == &m_full});
-    const TextureId tile = passes::Trace(renderer, scene, settings).radiance;
-    return passes::AccumulateTile(renderer, tile, settings.extent, region, into, withVariance);
+    const PassId first = renderer.NextPass();
+    const TextureId traced = passes::Trace(renderer, scene, settings).radiance;
+    m_tiles.push_back({.height = settings.extent.height,
+                       .region = region,
+                       .isOfSample = &into == &m_full,
+                       .sampleCount = sampleCount,
+                       .first = first,
+                       .end = renderer.NextPass()});
+    if (sampleCount > 1)
+        return passes::Accumulate(renderer, traced, {.count = sampleCount}, into, withVariance);
+    return passes::AccumulateTile(renderer, traced, settings.extent, region, into, withVariance);
 }
 
 PathTracedView::Level* PathTracedView::Finest(Extent2D extent) {
@@ -103,8 +114,13 @@ PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const Frame
 
 PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& scene,
                                             passes::TraceSettings settings, const FrameBudget& budget,
-                                            const BudgetSettings& limits, const PreviewSettings& preview) {
+                                            const BudgetSettings& limits, bool isChanging,
+                                            const PreviewSettings& preview) {
     m_tiles.clear();
+    constexpr uint32_t kMostSamples = 64;
+    const uint32_t byDefault = budget.IsLimited() && !isChanging ? kMostSamples : 1;
+    const uint32_t most = limits.samplesPerFrame > 0 ? limits.samplesPerFrame : byDefault;
+    const uint32_t end = limits.maxSamples > 0 ? limits.maxSamples : std::numeric_limits<uint32_t>::max();
     if (preview.isOn) {
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewThere);
@@ -112,37 +128,50 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
         m_isPreviewThere = false;  // for the scene of now, as far as anybody knows
         if (program.moreFeatures != 0) {
             const SceneIds wide = passes::WithFeatures(scene, program.moreFeatures);
-            return DeclareTraced(renderer, wide, settings, budget, limits);
+            return DeclareTraced(renderer, wide, settings, budget, most, end);
         }
     }
     m_programs.NoteUsed();
-    return DeclareTraced(renderer, scene, settings, budget, limits);
+    return DeclareTraced(renderer, scene, settings, budget, most, end);
 }
 
 PathTracedView::Ids PathTracedView::DeclareTraced(Renderer& renderer, const SceneIds& scene,
                                                   const passes::TraceSettings& settings,
-                                                  const FrameBudget& budget, const BudgetSettings& limits) {
+                                                  const FrameBudget& budget, uint32_t mostSamples,
+                                                  uint32_t endSample) {
     const bool isBegun = !m_full.Declared().cursor.IsAtStart();
     if (m_full.SampleCount() == 0 && (budget.IsLimited() || isBegun))
         return DeclareFirstSample(renderer, scene, settings, budget);
-    return DeclareSamples(renderer, scene, settings, budget, limits);
+    return DeclareSamples(renderer, scene, settings, budget, mostSamples, endSample);
 }
 
 PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const SceneIds& scene,
                                                    const passes::TraceSettings& settings,
-                                                   const FrameBudget& budget, const BudgetSettings& limits) {
+                                                   const FrameBudget& budget, uint32_t mostSamples,
+                                                   uint32_t endSample) {
     passes::AccumulatedIds ids = passes::Kept(renderer, m_full, settings.extent, true);
+    const uint32_t atOnce = passes::SamplesAtOnce(renderer.Device(), settings);
     double left = budget.TracingMs();
-    for (uint32_t i = 0; i < std::max(1u, limits.samplesPerFrame); ++i) {
+    for (uint32_t taken = 0; taken < mostSamples;) {
         const Accumulation::Progress& progress = m_full.Declared();
-        if (limits.maxSamples > 0 && progress.sampleCount >= limits.maxSamples) break;
+        if (progress.sampleCount >= endSample) break;
         const Region region =
             progress.cursor.Next(settings.extent, budget.Affordable(settings.extent, progress.cursor, left));
         const double expected = budget.Expect(settings.extent.height, region);
         // A frame does at least the tile that was begun; more only where it fits
-        if (i > 0 && budget.IsLimited() && expected > left) break;
-        left -= expected;
-        ids = DeclareTile(renderer, scene, settings, region, m_full, true);
+        if (taken > 0 && budget.IsLimited() && expected > left) break;
+        uint32_t count = 1;
+        if (region == passes::WholeOf(settings.extent)) {
+            count = std::min({atOnce, mostSamples - taken, endSample - progress.sampleCount});
+            if (budget.IsLimited())
+                count =
+                    budget.HasLearned() && expected > 0.0
+                        ? static_cast<uint32_t>(std::clamp(left / expected, 1.0, static_cast<double>(count)))
+                        : 1;
+        }
+        left -= count * expected;
+        taken += count;
+        ids = DeclareTile(renderer, scene, settings, region, count, m_full, true);
         if (!m_full.Declared().cursor.IsAtStart()) break;
     }
     return {.radiance = ids.mean, .samples = ids, .base = ids.mean};
@@ -179,7 +208,8 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
         shown == nullptr
             ? passes::WholeOf(coarse.extent)
             : cursor.Next(coarse.extent, budget.Affordable(coarse.extent, cursor, budget.TracingMs()));
-    const passes::AccumulatedIds traced = DeclareTile(renderer, scene, coarse, region, into, next == nullptr);
+    const passes::AccumulatedIds traced =
+        DeclareTile(renderer, scene, coarse, region, 1, into, next == nullptr);
 
     Ids ids{.radiance = traced.mean,
             .samples = traced,

@@ -38,7 +38,8 @@ class PathTracedView {
     // Declares the tracing of a frame, and returns what to show. All of it is culled, and adds nothing,
     // unless one of the ids is used for something shown. `settings.extent` is not empty.
     Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
-                const FrameBudget& budget, const BudgetSettings& limits, const PreviewSettings& preview);
+                const FrameBudget& budget, const BudgetSettings& limits, bool isChanging,
+                const PreviewSettings& preview);
     void Reset(passes::ResetCause cause);
     // Releases the memory; between frames.
     void Forget(Renderer& renderer);
@@ -51,7 +52,9 @@ class PathTracedView {
     struct Tile {
         uint32_t height = 0;  // of the picture that the tile belongs to
         passes::Region region;
-        bool isOfSample = true;  // not of a coarser picture
+        bool isOfSample = true;    // not of a coarser picture
+        uint32_t sampleCount = 1;  // of each pixel
+        PassId first, end;         // of the passes that trace it
     };
     const std::vector<Tile>& DeclaredTiles() const { return m_tiles; }
     // Those of the accumulation itself.
@@ -67,13 +70,15 @@ class PathTracedView {
     size_t LevelCount(Extent2D extent) const;
     static Extent2D ExtentAt(Extent2D extent, uint32_t scale);
 
+    // Several samples only of the whole picture.
     passes::AccumulatedIds DeclareTile(Renderer& renderer, const SceneIds& scene,
                                        passes::TraceSettings settings, const passes::Region& region,
-                                       passes::Accumulation& into, bool withVariance);
+                                       uint32_t sampleCount, passes::Accumulation& into, bool withVariance);
+    // `mostSamples`: of a frame.
     Ids DeclareTraced(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                      const FrameBudget& budget, const BudgetSettings& limits);
+                      const FrameBudget& budget, uint32_t mostSamples, uint32_t endSample);
     Ids DeclareSamples(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                       const FrameBudget& budget, const BudgetSettings& limits);
+                       const FrameBudget& budget, uint32_t mostSamples, uint32_t endSample);
     Ids DeclareFirstSample(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                            const FrameBudget& budget);
     Ids DeclarePreview(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,

@@ -80,12 +80,14 @@ struct BudgetSettings {
     // them (RendererDesc::gpuTimes, or a device without timestamps) a frame traces
     // FrameBudget::kFirstPixels pixels.
     double frameMs = 0.0;
-    uint32_t samplesPerFrame = 1;    // at most, of the path-traced view; as the limit allows
+    // Samples of the path-traced view, at most, as the limit allows. 0: where there is a limit, as many as
+    // fit it while nothing changes; else one.
+    uint32_t samplesPerFrame = 0;
     uint32_t maxSamples = 0;         // the path-traced view stops there; 0: never
     uint32_t maxRasterSamples = 64;  // likewise; of jittered pictures, which smooth edges
     MotionView whileMoving = MotionView::PathTraced;
     PreparingView whilePreparing = PreparingView::PathTraced;
-    double settleMs = 150.0;  // how long after the last move a camera counts as moving
+    double settleMs = 150.0;  // how long after a change the picture counts as changing
 
     bool operator==(const BudgetSettings&) const = default;
 };

@@ -69,31 +69,24 @@ void Viewport::Impl::LearnFromTimings() {
     if (timedFrames.empty() || timedFrames.front().frame != timing.frame) return;
     const TimedFrame timed = std::move(timedFrames.front());
     timedFrames.pop_front();
-    std::vector<double> traceMs;
-    double tracing = 0.0, drawing = 0.0, all = 0.0;
-    for (const PassTiming& pass : timing.passes) {
-        all += pass.gpuMs;
-        if (pass.id.index >= timed.firstDrawing.index && pass.id.index < timed.endDrawing.index)
-            drawing += pass.gpuMs;
-        if (pass.name != "Trace") continue;
-        traceMs.push_back(pass.gpuMs);
-        tracing += pass.gpuMs;
+    const auto between = [&](PassId first, PassId end) {
+        double sum = 0.0;
+        for (const PassTiming& pass : timing.passes)
+            if (pass.id.index >= first.index && pass.id.index < end.index) sum += pass.gpuMs;
+        return sum;
+    };
+    lastFrameMs = 0.0;
+    for (const PassTiming& pass : timing.passes) lastFrameMs += pass.gpuMs;
+    if (timed.rasterPixels > 0)
+        budget.LearnRaster(timed.rasterPixels, between(timed.firstDrawing, timed.endDrawing));
+    double tracing = 0.0;
+    for (const PathTracedView::Tile& tile : timed.tiles) {
+        const double ms = between(tile.first, tile.end);
+        tracing += ms;
+        budget.LearnTile(tile.height, tile.region, ms / tile.sampleCount);
     }
-    lastFrameMs = all;
-    if (timed.rasterPixels > 0) budget.LearnRaster(timed.rasterPixels, drawing);
-    if (traceMs.empty() || timed.tiles.empty()) return;  // the view was culled
-    budget.LearnOverhead(all - tracing);
-    uint64_t pixels = 0;
-    for (const PathTracedView::Tile& tile : timed.tiles) pixels += tile.region.PixelCount();
-    // Of a frame in which another viewport traces, too, the times cannot be told apart: those of this
-    // viewport are overestimated
-    for (size_t i = 0; i < timed.tiles.size(); ++i) {
-        const PathTracedView::Tile& tile = timed.tiles[i];
-        const double share = static_cast<double>(tile.region.PixelCount()) /
-                             static_cast<double>(std::max<uint64_t>(1, pixels));
-        budget.LearnTile(tile.height, tile.region,
-                         traceMs.size() == timed.tiles.size() ? traceMs[i] : share * tracing);
-    }
+    // Without it the view was culled
+    if (tracing > 0.0) budget.LearnOverhead(lastFrameMs - tracing);
 }
 
 bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
@@ -130,7 +123,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         .canHold = pathTracedDisplay.HasLast(renderer, size),
         .gain = std::exp2(-shownAs.tonemap.exposureEv)};
     const PathTracedView::Ids traced =
-        pathTraced.Declare(renderer, ids, settings, budget, budgetSettings, preview);
+        pathTraced.Declare(renderer, ids, settings, budget, budgetSettings, IsRecent(changedAt), preview);
     shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
     shownAs.tonemap.isUnassociated = false;
     const uint64_t pixels = uint64_t{size.width} * size.height;

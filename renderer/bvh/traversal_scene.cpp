@@ -1,6 +1,5 @@
 #include "renderer/bvh/traversal_scene.h"
 
-#include "base/stopwatch.h"
 #include "rhi/upload.h"
 
 namespace raygraph {
@@ -47,23 +46,14 @@ rhi::Buffer UploadRecords(rhi::Device& device, const char* name, std::span<const
     return buffer;
 }
 
-DriverScene::DriverScene(rhi::Device& device, const BvhScene& scene, BuildOrder order) {
+DriverScene::DriverScene(rhi::Device& device, const BvhScene& scene) {
     ResourceState state;
-    const Stopwatch watch;
-    for (const BvhMesh& mesh : scene.meshes) m_orders.push_back(OrderBoxes(TriangleBoxes(mesh), order));
-    m_orderSeconds = watch.Seconds();
     rhi::BlasBuilder builder(device);
-    for (size_t m = 0; m < scene.meshes.size(); ++m) {
-        const BvhMesh& mesh = scene.meshes[m];
-        std::vector<uint32_t> indices;
-        indices.reserve(mesh.indices.size());
-        for (const uint32_t triangle : m_orders[m])
-            for (uint32_t corner = 0; corner < 3; ++corner)
-                indices.push_back(mesh.indices[3 * triangle + corner]);
+    for (const BvhMesh& mesh : scene.meshes) {
         const rhi::Buffer& vertices = m_inputs.emplace_back(
             UploadRecords(device, "vertices", BytesOf(mesh.positions), state, BufferUsage::BuildInput));
         const rhi::Buffer& triangles = m_inputs.emplace_back(
-            UploadRecords(device, "indices", BytesOf(indices), state, BufferUsage::BuildInput));
+            UploadRecords(device, "indices", BytesOf(mesh.indices), state, BufferUsage::BuildInput));
         m_blases.push_back(
             builder.Add({.triangles = {{.vertices = vertices.Address(),
                                         .vertexCount = static_cast<uint32_t>(mesh.positions.size()),
@@ -74,8 +64,7 @@ DriverScene::DriverScene(rhi::Device& device, const BvhScene& scene, BuildOrder 
     while (builder.Poll()) Run(device, [&](CommandList& commands) { builder.RecordCompaction(commands); });
 
     std::vector<rhi::TlasInstance> placed;
-    const std::vector<uint32_t> places = OrderBoxes(InstanceBoxes(scene), order);
-    for (const uint32_t i : places)
+    for (uint32_t i = 0; i < scene.instances.size(); ++i)
         placed.push_back(ToTlasInstance(scene.instances[i], i, *m_blases[scene.instances[i].mesh]));
     std::vector<std::byte> records(placed.size() * rhi::kTlasInstanceBytes);
     rhi::WriteInstances(placed, records);
@@ -86,23 +75,11 @@ DriverScene::DriverScene(rhi::Device& device, const BvhScene& scene, BuildOrder 
         m_tlas.Build(commands, instances, static_cast<uint32_t>(placed.size()));
     });
     m_tlasState = m_blasState = kWritten;
-    for (const BvhInstance& instance : scene.instances) m_meshes.push_back(instance.mesh);
 }
 
 DriverScene::Ids DriverScene::Declare(Renderer& renderer) {
     return {.tlas = renderer.Import("benchTlas", m_tlas, m_tlasState),
             .blases = renderer.ImportBlasSet("benchBlases", m_blasState)};
-}
-
-void DriverScene::NumberTriangles(std::span<gpu::WideHit> hits) const {
-    for (gpu::WideHit& hit : hits)
-        if (hit.t >= 0.0f) hit.primitive = m_orders[m_meshes[hit.instance]][hit.primitive];
-}
-
-uint64_t DriverScene::Bytes() const {
-    uint64_t bytes = m_tlas.Bytes();
-    for (const std::shared_ptr<rhi::Blas>& blas : m_blases) bytes += blas->Bytes();
-    return bytes;
 }
 
 WideDeviceScene::WideDeviceScene(rhi::Device& device, const WideScene& scene)
@@ -114,6 +91,49 @@ WideDeviceScene::Ids WideDeviceScene::Declare(Renderer& renderer) {
     return {.nodes = renderer.Import("wideNodes", m_nodes, m_nodesState),
             .triangles = renderer.Import("wideTriangles", m_triangles, m_trianglesState),
             .instances = renderer.Import("wideInstances", m_instances, m_instancesState)};
+}
+
+BufferId TraceByDriver(Renderer& renderer, const DriverScene::Ids& scene, BufferId rays, uint32_t count) {
+    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
+    renderer.AddPass(
+        kDriverPass, PassKind::RayTracing,
+        [&](PassBuilder& pass) {
+            pass.RayGen("bench/trace_rays.rgen");
+            pass.Miss(RayType::Radiance, "scene/miss.rmiss");
+            pass.HitGroup(RayType::Radiance,
+                          {.closestHit = "scene/hit.rchit", .anyHit = {}, .intersection = {}});
+            pass.Reads("sceneTlas", scene.tlas);
+            pass.ReadsByAddress(scene.blases);
+            pass.Reads("rays", rays);
+            hits = pass.Writes("hits", hits);
+            pass.KeepAlive();
+        },
+        [count](CommandList& commands) {
+            commands.TraceRays({count, 1});
+        });
+    return hits;
+}
+
+BufferId TraceByOwn(Renderer& renderer, const WideDeviceScene::Ids& scene, BufferId rays, uint32_t count,
+                    bool hasOneLevel) {
+    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
+    renderer.AddPass(
+        kOwnPass, PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("bench/trace_rays_own.comp");
+            pass.Specialize("kHasOneLevel", hasOneLevel ? 1 : 0);
+            pass.Reads("wideNodes", scene.nodes);
+            pass.Reads("wideTriangles", scene.triangles);
+            pass.Reads("wideInstances", scene.instances);
+            pass.Reads("rays", rays);
+            hits = pass.Writes("hits", hits);
+            pass.Constants(gpu::BenchConstants{.rayCount = count});
+            pass.KeepAlive();
+        },
+        [count](CommandList& commands) {
+            commands.DispatchOver({count, 1});
+        });
+    return hits;
 }
 
 }  // namespace raygraph

@@ -18,6 +18,19 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // ray meets their sides (scene/wide_bvh.glsl).
 constexpr double kMargin = 1.0 / (1 << 18);
 
+// The least exponent whose 255 steps reach as far.
+uint32_t BiasedExponent(double size) {
+    RG_CHECK(std::isfinite(size));
+    int exponent = size > 0.0 ? static_cast<int>(std::ceil(std::log2(size / 255.0))) : -100;
+    while (std::ldexp(255.0, exponent) < size) ++exponent;
+    return static_cast<uint32_t>(std::clamp(exponent, -100, 127) + 127);
+}
+
+float NotAbove(double x) {
+    const float rounded = static_cast<float>(x);
+    return double{rounded} > x ? std::nextafter(rounded, -kInfinity) : rounded;
+}
+
 // What the wide tree is made of, by the paper's section 3: cost[i] of a binary node is that of its subtree
 // as at most i + 1 wide children of one node.
 struct Choice {
@@ -168,16 +181,9 @@ class Collapse {
         for (size_t i = 0; i < children.size(); ++i) bySlot[slots[i]] = children[i];
 
         WideNode node{};
-        glm::dvec3 margin(0.0);
-        for (int axis = 0; axis < 3; ++axis) {
-            margin[axis] = kMargin * (double{box.max[axis]} - double{box.min[axis]});
-            node.origin[axis] = NotAbove(double{box.min[axis]} - margin[axis]);
-            node.exponents |= BiasedExponent(double{box.max[axis]} + margin[axis] - double{node.origin[axis]})
-                              << (8 * axis);
-        }
+        std::array<Box, kWideChildren> boxes;
         node.firstPrimitive = static_cast<uint32_t>(m_wide.primitives.size());
         std::vector<uint32_t> inner;
-        m_cost += double{box.HalfArea()};
         for (uint32_t slot = 0; slot < kWideChildren; ++slot) {
             if (bySlot[slot] < 0) continue;
             const uint32_t child = static_cast<uint32_t>(bySlot[slot]);
@@ -193,39 +199,15 @@ class Collapse {
                 node.exponents |= 1u << (24 + slot);
                 inner.push_back(child);
             }
-            const auto put = [slot](uint32_t* words, uint32_t byte) {
-                words[slot / 4] |= byte << (8 * (slot % 4));
-            };
-            put(node.meta, meta);
-            for (int axis = 0; axis < 3; ++axis) {
-                const double step =
-                    std::ldexp(1.0, static_cast<int>(node.exponents >> (8 * axis) & 0xFFu) - 127);
-                const auto steps = [&](double at) { return (at - double{node.origin[axis]}) / step; };
-                const double low = double{m_tree.nodes[child].box.min[axis]} - margin[axis];
-                const double high = double{m_tree.nodes[child].box.max[axis]} + margin[axis];
-                put(node.low + 2 * axis, static_cast<uint32_t>(std::max(std::floor(steps(low)), 0.0)));
-                put(node.high + 2 * axis, static_cast<uint32_t>(std::ceil(steps(high))));
-            }
-            if (m_choices[child].isLeaf)
-                m_cost += double{WideChildBox(node, slot).HalfArea() * static_cast<float>(range.count)} *
-                          double{kWidePrimitiveCost};
+            node.meta[slot / 4] |= meta << (8 * (slot % 4));
+            boxes[slot] = m_tree.nodes[child].box;
         }
+        StoreBoxes(node, box, boxes);
+        m_cost += CostOf(node, box);
         node.firstChild = static_cast<uint32_t>(m_wide.nodes.size());
         m_wide.nodes.resize(m_wide.nodes.size() + inner.size());
         m_wide.nodes[wideIndex] = node;
         return inner;
-    }
-
-    // The least exponent whose 255 steps reach as far.
-    static uint32_t BiasedExponent(double size) {
-        RG_CHECK(std::isfinite(size));
-        int exponent = size > 0.0 ? static_cast<int>(std::ceil(std::log2(size / 255.0))) : -100;
-        while (std::ldexp(255.0, exponent) < size) ++exponent;
-        return static_cast<uint32_t>(std::clamp(exponent, -100, 127) + 127);
-    }
-    static float NotAbove(double x) {
-        const float rounded = static_cast<float>(x);
-        return double{rounded} > x ? std::nextafter(rounded, -kInfinity) : rounded;
     }
 
     const BinaryBvh& m_tree;
@@ -249,6 +231,40 @@ Box WideChildBox(const WideNode& node, uint32_t slot) {
         box.max[axis] = at(node.high + 2 * axis);
     }
     return box;
+}
+
+void StoreBoxes(WideNode& node, const Box& box, std::span<const Box, kWideChildren> children) {
+    glm::dvec3 margin(0.0);
+    node.exponents &= 0xFF000000u;
+    for (int axis = 0; axis < 3; ++axis) {
+        margin[axis] = kMargin * (double{box.max[axis]} - double{box.min[axis]});
+        node.origin[axis] = NotAbove(double{box.min[axis]} - margin[axis]);
+        node.exponents |= BiasedExponent(double{box.max[axis]} + margin[axis] - double{node.origin[axis]})
+                          << (8 * axis);
+        const double step = std::ldexp(1.0, static_cast<int>(node.exponents >> (8 * axis) & 0xFFu) - 127);
+        const auto steps = [&](double at) { return (at - double{node.origin[axis]}) / step; };
+        uint32_t *const low = node.low + 2 * axis, *const high = node.high + 2 * axis;
+        low[0] = low[1] = high[0] = high[1] = 0;
+        for (uint32_t slot = 0; slot < kWideChildren; ++slot) {
+            if (WideMeta(node, slot) == 0u) continue;
+            const auto put = [slot](uint32_t* words, double byte) {
+                words[slot / 4] |= static_cast<uint32_t>(byte) << (8 * (slot % 4));
+            };
+            put(low, std::max(std::floor(steps(double{children[slot].min[axis]} - margin[axis])), 0.0));
+            put(high, std::ceil(steps(double{children[slot].max[axis]} + margin[axis])));
+        }
+    }
+}
+
+double CostOf(const WideNode& node, const Box& box) {
+    double cost = double{box.HalfArea()};
+    for (uint32_t slot = 0; slot < kWideChildren; ++slot) {
+        const uint32_t meta = WideMeta(node, slot);
+        if (meta == 0u || IsWideNode(node, slot)) continue;
+        const auto count = static_cast<float>(std::popcount(meta >> 5));
+        cost += double{WideChildBox(node, slot).HalfArea() * count} * double{kWidePrimitiveCost};
+    }
+    return cost;
 }
 
 WideBvh CollapseToWide(const BinaryBvh& tree) {

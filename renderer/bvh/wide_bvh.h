@@ -25,7 +25,13 @@ inline constexpr float kWidePrimitiveCost = 0.3f;  // as in the paper
 // cost is the least one. Without primitives, one node without children.
 WideBvh CollapseToWide(const BinaryBvh& tree);
 
-// The box of a child, as the shader has it; empty for an empty slot. For tests.
+// Gives a node whose children are known (`meta`, and which are nodes) its boxes: its own, and one a slot, of
+// which those of empty slots do not count. All are finite.
+void StoreBoxes(gpu::WideNode& node, const Box& box, std::span<const Box, gpu::kWideChildren> children);
+// What a node and its leaves add to sahCost, times the area of the root's box.
+double CostOf(const gpu::WideNode& node, const Box& box);
+
+// The box of a child, as the shader has it; empty for an empty slot.
 Box WideChildBox(const gpu::WideNode& node, uint32_t slot);
 // Its byte of `meta`.
 inline uint32_t WideMeta(const gpu::WideNode& node, uint32_t slot) {

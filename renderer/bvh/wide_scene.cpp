@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
@@ -38,11 +39,13 @@ bool IsNearEnough(const Box& box) {
     return box.IsFinite() && std::max({reach.x, reach.y, reach.z}) < kFarthest;
 }
 
+bool HasArea(const gpu::WideTriangle& t) {
+    return glm::cross(glm::dvec3(t.p1) - glm::dvec3(t.p0), glm::dvec3(t.p2) - glm::dvec3(t.p0)) !=
+           glm::dvec3(0.0);
+}
+
 WideMesh WithoutFlat(std::vector<gpu::WideTriangle> triangles) {
-    std::erase_if(triangles, [](const gpu::WideTriangle& t) {
-        return glm::cross(glm::dvec3(t.p1) - glm::dvec3(t.p0), glm::dvec3(t.p2) - glm::dvec3(t.p0)) ==
-               glm::dvec3(0.0);
-    });
+    std::erase_if(triangles, std::not_fn(HasArea));
     const Box box = BoxOf(triangles);
     return {.triangles = std::move(triangles), .box = box};
 }
@@ -88,8 +91,8 @@ WideMesh CollectTriangles(std::span<const glm::vec3> positions, std::span<const 
     return WithoutFlat(std::move(triangles));
 }
 
-void BuildTree(WideMesh& mesh, uint32_t maxThreads) {
-    if (!mesh.triangles.empty() && !IsNearEnough(mesh.box)) return;
+std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads) {
+    if (!mesh.triangles.empty() && !IsNearEnough(mesh.box)) return {};
     std::vector<Box> boxes;
     boxes.reserve(mesh.triangles.size());
     for (const gpu::WideTriangle& triangle : mesh.triangles) boxes.push_back(BoxOf({&triangle, 1}));
@@ -103,6 +106,7 @@ void BuildTree(WideMesh& mesh, uint32_t maxThreads) {
     mesh.nodes = std::move(tree.nodes);
     mesh.depth = tree.depth;
     mesh.sahCost = tree.sahCost;
+    return std::move(tree.primitives);
 }
 
 WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
@@ -112,49 +116,76 @@ WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uin
     return mesh;
 }
 
-WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed) {
+std::optional<std::vector<gpu::WideTriangle>> PlaceTriangles(const PlacedTriangles& placed) {
+    if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = placed.objectToWorld}, ignored))
+        return std::nullopt;
+    // In double: a vertex is rounded once, less than RayClearance allows for rays in object space
+    const glm::dmat4x3 toWorld(placed.objectToWorld);
+    const auto place = [&](const glm::vec3& p) { return glm::vec3(toWorld * glm::dvec4(p, 1.0)); };
+    const bool isMirrored = glm::determinant(glm::dmat3(toWorld)) < 0.0;
+    const uint32_t flags = placed.flags | (isMirrored ? gpu::kWideMirrored : 0u);
     std::vector<gpu::WideTriangle> triangles;
-    for (const PlacedTriangles& mesh : placed) {
-        if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = mesh.objectToWorld}, ignored))
-            continue;
-        // In double: a vertex is rounded once, less than RayClearance allows for rays in object space
-        const glm::dmat4x3 toWorld(mesh.objectToWorld);
-        const auto place = [&](const glm::vec3& p) { return glm::vec3(toWorld * glm::dvec4(p, 1.0)); };
-        const bool isMirrored = glm::determinant(glm::dmat3(toWorld)) < 0.0;
-        const uint32_t flags = mesh.flags | (isMirrored ? gpu::kWideMirrored : 0u);
-        const size_t first = triangles.size();
-        for (const gpu::WideTriangle& triangle : mesh.triangles)
-            triangles.push_back({.p0 = place(triangle.p0),
-                                 .primitive = triangle.primitive,
-                                 .p1 = place(triangle.p1),
-                                 .instance = mesh.number,
-                                 .p2 = place(triangle.p2),
-                                 .flags = flags});
-        if (!IsNearEnough(BoxOf(std::span(triangles).subspan(first)))) triangles.resize(first);
+    triangles.reserve(placed.triangles.size());
+    for (const gpu::WideTriangle& triangle : placed.triangles) {
+        gpu::WideTriangle& there = triangles.emplace_back(gpu::WideTriangle{.p0 = place(triangle.p0),
+                                                                            .primitive = triangle.primitive,
+                                                                            .p1 = place(triangle.p1),
+                                                                            .instance = placed.number,
+                                                                            .p2 = place(triangle.p2),
+                                                                            .flags = flags});
+        if (!HasArea(there)) there.p1 = there.p2 = there.p0;
     }
-    WideMesh level = WithoutFlat(std::move(triangles));
-    BuildTree(level);
+    if (!triangles.empty() && !IsNearEnough(BoxOf(triangles))) return std::nullopt;
+    return triangles;
+}
+
+WideLevel BuildWideLevel(std::span<const PlacedTriangles> placed) {
+    WideLevel level;
+    std::vector<WideLevel::Source> sources;
+    for (uint32_t i = 0; i < placed.size(); ++i) {
+        const std::optional<std::vector<gpu::WideTriangle>> triangles = PlaceTriangles(placed[i]);
+        if (!triangles) continue;
+        for (uint32_t t = 0; t < triangles->size(); ++t) sources.push_back({i, t});
+        level.mesh.triangles.insert(level.mesh.triangles.end(), triangles->begin(), triangles->end());
+    }
+    level.mesh.box = BoxOf(level.mesh.triangles);
+    for (const uint32_t was : BuildTree(level.mesh)) level.sources.push_back(sources[was]);
     return level;
+}
+
+std::optional<PlacedInstance> PlaceInstance(const WidePlacement& placement) {
+    PlacedInstance placed;
+    if (!placement.box.IsFinite() || !ToWideInstance(placement, placed.instance)) return std::nullopt;
+    placed.box = PlacedBox(placement.box, placement.objectToWorld);
+    if (!IsNearEnough(placed.box)) return std::nullopt;
+    return placed;
 }
 
 WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {
     std::vector<Box> boxes;
     std::vector<gpu::WideInstance> placed;
-    for (const WidePlacement& placement : placements) {
-        gpu::WideInstance instance;
-        if (!placement.box.IsFinite() || !ToWideInstance(placement, instance)) continue;
-        const Box box = PlacedBox(placement.box, placement.objectToWorld);
-        if (!IsNearEnough(box)) continue;
-        boxes.push_back(box);
-        placed.push_back(instance);
+    std::vector<uint32_t> numbers;
+    for (uint32_t i = 0; i < placements.size(); ++i) {
+        const std::optional<PlacedInstance> there = PlaceInstance(placements[i]);
+        if (!there) continue;
+        boxes.push_back(there->box);
+        placed.push_back(there->instance);
+        numbers.push_back(i);
     }
     WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
     if (tree.depth > kMaxInstanceDepth) tree = CollapseToWide(BuildBinaryBvh(boxes, {.isBalanced = true}));
-    WideInstances result{.nodes = std::move(tree.nodes), .depth = tree.depth, .sahCost = tree.sahCost};
+    WideInstances result{.nodes = std::move(tree.nodes),
+                         .instances = {{}},
+                         .boxes = {{}},
+                         .placements = {std::numeric_limits<uint32_t>::max()},
+                         .depth = tree.depth,
+                         .sahCost = tree.sahCost};
     MoveNodes(result.nodes, 0, 1);
-    result.instances.reserve(placed.size() + 1);
-    result.instances.emplace_back();
-    for (const uint32_t i : tree.primitives) result.instances.push_back(placed[i]);
+    for (const uint32_t i : tree.primitives) {
+        result.instances.push_back(placed[i]);
+        result.boxes.push_back(boxes[i]);
+        result.placements.push_back(numbers[i]);
+    }
     return result;
 }
 
@@ -212,7 +243,7 @@ WideScene BuildOneLevel(const BvhScene& scene) {
         placed.push_back({.triangles = meshes[instance.mesh].triangles,
                           .objectToWorld = instance.objectToWorld,
                           .number = static_cast<uint32_t>(placed.size())});
-    WideMesh level = BuildWideLevel(placed);
+    WideMesh level = BuildWideLevel(placed).mesh;
     if (level.depth > kMaxMeshDepth)
         throw MakeError(ErrorKind::Usage, "a wide tree of {} levels: there is room for {}", level.depth,
                         kMaxMeshDepth);

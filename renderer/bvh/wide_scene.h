@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,9 +39,10 @@ struct WideMesh {
 // Of the triangles that have an area: rounding might let rays hit others.
 RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
                                        std::span<const uint32_t> indices);
-// Builds the tree; none of triangles that reach farther than 1e18. One that would be deeper than
-// kMaxMeshDepth is built again, balanced. `maxThreads` as of BvhSettings.
-RAYGRAPH_API void BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
+// Builds the tree and orders the triangles as its leaves have them; returns where each was. No tree of
+// triangles that reach farther than 1e18. One that would be deeper than kMaxMeshDepth is built again,
+// balanced. `maxThreads` as of BvhSettings.
+RAYGRAPH_API std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
 // Both.
 RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
                                     uint32_t maxThreads = 0);
@@ -52,11 +54,22 @@ struct PlacedTriangles {
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...
 };
-// A tree of one level: its triangles are those of all instances in one space. Those that have no area there
-// are left out, and as by BuildWideInstances all those of some instances.
-RAYGRAPH_API WideMesh BuildWideLevel(std::span<const PlacedTriangles> placed);
-// With more triangles, building it takes longer than it saves.
-inline constexpr uint64_t kMaxLevelTriangles = 1 << 19;
+// These triangles in the space of the scene. One that has no area there is a point, which no ray hits.
+// Nothing for a transform without an inverse in float, and for triangles that reach farther than 1e18.
+RAYGRAPH_API std::optional<std::vector<gpu::WideTriangle>> PlaceTriangles(const PlacedTriangles& placed);
+// A tree of one level: its triangles are those of all instances in one space, but for instances that
+// PlaceTriangles leaves out.
+struct WideLevel {
+    WideMesh mesh;
+    struct Source {
+        uint32_t placed = 0, triangle = 0;  // of which of `placed`, and of which of its triangles
+    };
+    std::vector<Source> sources;  // of the mesh's triangles
+};
+RAYGRAPH_API WideLevel BuildWideLevel(std::span<const PlacedTriangles> placed);
+// With more triangles, building it once takes longer than it saves; and building it in a frame longer than
+// frames should.
+inline constexpr uint64_t kMaxLevelTriangles = 1 << 19, kMaxRebuiltTriangles = 1 << 16;
 
 // A placed tree of a mesh.
 struct WidePlacement {
@@ -66,14 +79,22 @@ struct WidePlacement {
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...
 };
+struct PlacedInstance {
+    gpu::WideInstance instance;
+    Box box;  // in the space of the scene
+};
+// Nothing for an instance without triangles, one whose transform has no inverse, and one that reaches farther
+// than 1e18: no ray meets it.
+RAYGRAPH_API std::optional<PlacedInstance> PlaceInstance(const WidePlacement& placement);
 struct WideInstances {
     std::vector<gpu::WideNode> nodes;          // children count from their own first one
     std::vector<gpu::WideInstance> instances;  // the first is none; set its root
+    std::vector<Box> boxes;                    // of these
+    std::vector<uint32_t> placements;          // likewise, which they are of; the first is of none
     uint32_t depth = 0;
     double sahCost = 0.0;
 };
-// Those without triangles, those whose transforms have no inverse, and those that reach
-// farther than 1e18 are left out: no ray meets them.
+// Of those that PlaceInstance gives.
 RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> placements);
 
 // Of nodes, children and primitives included, that are moved to other places in their tables.

@@ -118,8 +118,8 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     newInstances->MoveOrigin(newOrigin);
     newLights->MoveOrigin(newOrigin, *newInstances);
     std::unique_ptr<WideSet> newTrees;
-    if (desc.hasWideTrees) {
-        newTrees = std::make_unique<WideSet>(device, desc.prefersOneWideLevel);
+    if (traversal == Traversal::Own) {
+        newTrees = std::make_unique<WideSet>(device, desc.lightRule == LightRule::Decay);
         newTrees->Follow(*newResources, *newInstances);
         Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
             newTrees->WhyNone().empty() ? BytesText(newTrees->Bytes()) : newTrees->WhyNone());
@@ -198,8 +198,8 @@ const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
     return m_impl->instances->Transform(instance);
 }
 
-void GpuScene::UseWideTrees(bool areUsed) {
-    m_impl->areTreesUsed = areUsed;
+Traversal GpuScene::UsedTraversal() const {
+    return m_impl->traversal;
 }
 
 void GpuScene::SetViewpoint(const glm::dvec3& eye) {
@@ -353,12 +353,15 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);
     draws.Declare(renderer, ids);
     DeclareBlasWork(renderer, ids);
-    if (trees && areTreesUsed) {
+    if (trees) {
         trees->Follow(*resources, *instances);
         trees->Declare(renderer, ids);
     }
     lights->Declare(renderer, ids, *instances);
-    instances->DeclareRefresh(renderer, ids, [&statistics = statistics](TlasWork work) {
+    const bool hasWork = hasUnbuiltBlases || instances->PendingWork() != TlasWork::None;
+    areStructuresUsed = !hasWork;
+    instances->DeclareRefresh(renderer, ids, [this](TlasWork work) {
+        areStructuresUsed = true;
         statistics.lastTlasWork = work;
         statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;
         statistics.tlasRebuilds += work == TlasWork::Rebuild ? 1 : 0;
@@ -377,10 +380,11 @@ const SceneRevisions& GpuScene::Revisions() const {
 
 bool GpuScene::IsSettled() const {
     const rhi::CompactionStatistics blas = m_impl->builder.Statistics();
-    return !m_impl->hasUnbuiltBlases && blas.pending == 0 && m_impl->streams.empty() &&
+    const bool hasStructureWork =
+        m_impl->hasUnbuiltBlases || m_impl->instances->PendingWork() != TlasWork::None;
+    return !(hasStructureWork && m_impl->areStructuresUsed) && blas.pending == 0 && m_impl->streams.empty() &&
            m_impl->changedHostMeshes.empty() && !m_impl->NextUpload() &&
-           (!m_impl->deform || !m_impl->deform->HasWork()) &&
-           m_impl->instances->PendingWork() == TlasWork::None;
+           (!m_impl->deform || !m_impl->deform->HasWork());
 }
 
 }  // namespace raygraph

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "renderer/bvh/traversal.h"
 #include "renderer/gpu_scene/light_groups.h"
 #include "renderer/gpu_scene/own_light.h"
 #include "renderer/gpu_scene/prepared_scene.h"
@@ -60,10 +61,10 @@ struct DrawRange {
 struct SceneIds {
     TlasId tlas;  // "sceneTlas"
     // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there
-    // are none: see GpuSceneDesc::hasWideTrees.
+    // are none: see GpuSceneDesc::traversal.
     BufferId wideNodes, wideTriangles, wideInstances;
-    bool hasOneWideLevel = false;  // GpuSceneDesc::prefersOneWideLevel
-    BlasSetId blases;              // referenced by the TLAS, with the vertex streams: ReadsByAddress
+    bool hasOneWideLevel = false;
+    BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
     // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
     BufferId deformedStreams;
     BufferId instances;        // "instances": gpu::InstanceRecord[]
@@ -187,7 +188,8 @@ struct SceneRevisions {
 enum class TlasRule : uint8_t { Decay, Never, Always };
 
 // When the light tree is rebuilt, where an update would do (docs/lights.md). Always: pictures depend on the
-// scene as it is alone, not on what was shown before.
+// scene as it is alone, not on what was shown before; own trees are then those of the scene as it was set,
+// and only their boxes follow what moves.
 enum class LightRule : uint8_t { Decay, Always };
 
 struct GpuSceneDesc {
@@ -206,17 +208,18 @@ struct GpuSceneDesc {
     // Bytes of vertices and texels that Stream copies in one frame, 64 KiB at least; a mesh or a texture that
     // is larger takes several frames.
     uint64_t streamBudget = 8ull << 20;
-    // Keeps trees of triangles of its own beside the device's acceleration structures, for
-    // passes::Traversal::Own. They take as much memory on the host as on the device. In frames after
-    // instances have moved, come or gone, the host builds the tree over all instances again. There are none
-    // while the scene places round primitives, meshes that deform, meshes of a PreparedScene without trees or
-    // of the host, or more than a shader can bind: then Trace takes the driver's.
-    bool hasWideTrees = false;
-    // Of these trees makes one over the triangles of all instances, up to half a million: rays are traced
-    // faster, but all of it is built again in frames after any instance has moved, come or gone, and the
-    // triangles of meshes stay on the host. Once there are more, the frame in which they come builds the
-    // trees of all meshes, and there are two levels from then on.
-    bool prefersOneWideLevel = false;
+    // Own: keeps trees of triangles beside the device's acceleration structures, which Trace then takes
+    // (docs/performance.md). They need as much memory on the host as on the device. There are none while the
+    // scene places round primitives, meshes that deform or are the host's, or more than a shader can bind:
+    // then Trace takes the driver's structures. Auto: where own traversal is faster on the device.
+    //
+    // A scene begins with one tree over the triangles of all instances, if there are at most
+    // kMaxLevelTriangles; else there are two levels, a tree over the instances above those of meshes. In
+    // frames after instances have moved, the boxes of the tree follow; where that has made it worse by a
+    // third, it is built again on another thread. In frames after instances have come, gone, been shown or
+    // hidden, the host builds it again, of one level only up to kMaxRebuiltTriangles: once there are more,
+    // there are two levels from then on.
+    Traversal traversal = Traversal::Auto;
     // PrepareSettings::measuresLight of scenes and parts that come as SceneData. It does not follow the
     // environment, so that DefaultLight::Auto is the same whenever that is set. False saves the measurement
     // for a host that never shows the studio.
@@ -297,8 +300,8 @@ class RAYGRAPH_API GpuScene {
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
 
-    // False: wide trees stay as they are, and frames have none, until it is true again. True to begin with.
-    void UseWideTrees(bool areUsed);
+    // Driver or Own: what GpuSceneDesc::traversal has become. For PrepareSettings.
+    Traversal UsedTraversal() const;
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
     // which are floats, is near there or at the scene's nearest place (docs/large-coordinates.md). Costs
@@ -419,8 +422,9 @@ class RAYGRAPH_API GpuScene {
     const GpuSceneStatistics& Statistics() const;
     // Counts edits when they are made, even before a frame applies them.
     const SceneRevisions& Revisions() const;
-    // True when structures and deformed vertices are up to date: a frame without another edit builds,
-    // compacts, deforms and refits nothing.
+    // True when structures and deformed vertices are up to date: a frame like the last one, without another
+    // edit, builds, compacts, deforms and refits nothing. The device's structures do not count where that
+    // frame traced by own trees alone.
     bool IsSettled() const;
 
   private:

@@ -38,6 +38,7 @@ struct GpuScene::Impl {
     Impl(Renderer& r, const GpuSceneDesc& sceneDesc)
         : desc(sceneDesc),
           device(r.Device()),
+          traversal(desc.traversal == Traversal::Auto ? FasterTraversal(device) : desc.traversal),
           uploader(device),
           builder(device, {.name = "scene BLASes",
                            .scratchBudget = desc.scratchBudget,
@@ -61,9 +62,7 @@ struct GpuScene::Impl {
     void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
     ResourceSettings SettingsOfResources() const;
     PrepareSettings Preparing() const {
-        return {.hasWideTrees = desc.hasWideTrees,
-                .prefersOneWideLevel = desc.prefersOneWideLevel,
-                .measuresLight = desc.measuresLight};
+        return {.traversal = traversal, .measuresLight = desc.measuresLight};
     }
     TextureUploadSettings TextureSettings(uint64_t budget) const {
         return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
@@ -208,11 +207,12 @@ struct GpuScene::Impl {
     }
 
     // An edit would change or destroy what the open frame was declared from.
-    void RequireNoFrame(const char* call) const {
+    void RequireNoFrame(const char* call) {
         if (!declaredIn.expired())
             throw MakeError(
                 ErrorKind::Usage,
                 "GpuScene: {} between Declare and Execute; it comes before Declare or after Execute", call);
+        areStructuresUsed = true;  // until a frame has shown what the edit asks for
     }
 
     void DeclareBlasWork(Renderer& r, SceneIds& ids) {
@@ -230,6 +230,7 @@ struct GpuScene::Impl {
                 [this](CommandList& commands) {
                     std::vector<DeformedGroup*> deformed;
                     if (deform) deformed = deform->Unbuilt();
+                    areStructuresUsed = true;
                     builder.RecordBuilds(commands);
                     commands.OnSubmitted([this, deformed = std::move(deformed)] {
                         hasUnbuiltBlases = false;
@@ -287,7 +288,7 @@ struct GpuScene::Impl {
         }
         statistics.tlasBytes = instances->TlasBytes();
         statistics.wideTreeBytes = trees ? trees->Bytes() : 0;
-        statistics.whyNoWideTrees = trees ? trees->WhyNone() : "they were not asked for";
+        statistics.whyNoWideTrees = trees ? trees->WhyNone() : "the driver's traversal is used";
         statistics.lightCount = lights->LightCount();
         statistics.emissiveTriangleCount = lights->EmissiveTriangleCount();
         const LightStatistics& tables = lights->Statistics();
@@ -299,6 +300,7 @@ struct GpuScene::Impl {
 
     GpuSceneDesc desc;
     rhi::Device& device;
+    const Traversal traversal;  // Driver or Own
     rhi::Uploader uploader;
     rhi::BlasBuilder builder;
     Disposer disposer;
@@ -309,13 +311,14 @@ struct GpuScene::Impl {
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
     std::unique_ptr<DeformSet> deform;  // null: nothing is deformed; refers to both
-    std::unique_ptr<WideSet> trees;     // null: without GpuSceneDesc::hasWideTrees
-    bool areTreesUsed = true;
+    std::unique_ptr<WideSet> trees;     // null: of Traversal::Driver
     DrawTable draws;
     glm::dvec3 origin{0.0};
     OriginTurns originTurns;
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
+    // Of the last frame: something read the device's structures that it had to build or refresh.
+    bool areStructuresUsed = true;
     bool areAddressesDue = false;      // BLASes of instances that are in the TLAS have been replaced
     bool areDrawsDue = false;          // groups or placements have come or gone
     bool areUsedMaterialsDue = false;  // meshes have come or gone

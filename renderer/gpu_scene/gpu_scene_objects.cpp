@@ -168,8 +168,9 @@ uint32_t GpuScene::Impl::AddMesh(scene::Mesh&& mesh) {
     part.meshes.push_back(std::move(mesh));
     scene::Check(part, "GpuScene: AddMesh");
     EmitterFinder finder(part);
-    PackedMesh packed = PackMesh(part.meshes.front(), materials,
-                                 {.tree = desc.hasWideTrees ? WideUse::Tree : WideUse::None}, finder);
+    PackedMesh packed =
+        PackMesh(part.meshes.front(), materials,
+                 {.tree = traversal == Traversal::Own ? WideUse::Tree : WideUse::None}, finder);
     RenumberMaterials(packed, used);
     std::optional<uint32_t> number;
     try {

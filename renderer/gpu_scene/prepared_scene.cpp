@@ -22,8 +22,8 @@ namespace {
 
 // One level has a tree of its own.
 WideUse TreesOf(const SceneContent& content, const PrepareSettings& settings) {
-    if (!settings.hasWideTrees) return WideUse::None;
-    if (!settings.prefersOneWideLevel) return WideUse::Tree;
+    if (settings.traversal == Traversal::Driver) return WideUse::None;
+    if (settings.traversal == Traversal::Auto) return WideUse::Triangles;
     uint64_t placed = 0;
     for (const scene::Instance& instance : content.data.instances)
         for (const scene::Primitive& primitive : content.data.meshes[instance.mesh].primitives)

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "base/api.h"
+#include "renderer/bvh/traversal.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph {
@@ -25,10 +26,10 @@ struct PrepareSettings {
     // several structures side by side, split in space. Small ones let a scene that streams build a little in
     // each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
-    // Builds wide trees of meshes, for GpuSceneDesc::hasWideTrees.
-    bool hasWideTrees = false;
-    // For GpuSceneDesc::prefersOneWideLevel: leaves those out that it does without.
-    bool prefersOneWideLevel = false;
+    // GpuScene::UsedTraversal of the one that it is for. Own: trees of meshes that it needs are built here.
+    // Auto: GpuScene builds them, if it needs any, and the call or frame that does takes longer. Driver: the
+    // scene can have no trees.
+    Traversal traversal = Traversal::Auto;
     // For DefaultLight::Auto. True: HasOwnLight measures whether the scene lights itself, which builds trees
     // over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
     bool measuresLight = true;

@@ -1,10 +1,12 @@
 #include "renderer/gpu_scene/wide_set.h"
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <new>
 #include <span>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -29,6 +31,9 @@ uint32_t FlagsOf(const GroupKind& kind) {
     return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
 }
 
+// Above that cost of a ray, of what it was, a tree is built again.
+constexpr double kMostDecay = 1.3;
+
 // No memory, or a table that no shader can bind.
 bool IsTooLarge(const std::exception& error) {
     if (const auto* known = dynamic_cast<const Error*>(&error))
@@ -38,34 +43,52 @@ bool IsTooLarge(const std::exception& error) {
 
 }  // namespace
 
-WideSet::WideSet(rhi::Device& device, bool prefersOneLevel)
-    : m_isOneLevel(prefersOneLevel),
+WideSet::WideSet(rhi::Device& device, bool renewsDecayed)
+    : m_renewsDecayed(renewsDecayed),
       m_nodeTable(device, "wideNodes", "UploadWideNodes", sizeof(gpu::WideNode)),
       m_triangleTable(device, "wideTriangles", "UploadWideTriangles", sizeof(gpu::WideTriangle)),
       m_instanceTable(device, "wideInstances", "UploadWideInstances", sizeof(gpu::WideInstance)) {}
 
 void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
-    if (m_hasFailed || m_version == instances.Version()) return;
+    const bool hasCome =
+        m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    if (m_hasFailed || (m_version == instances.Version() && !hasCome)) return;
     try {
+        if (!m_renewsDecayed && m_asSet.empty())
+            for (const InstanceSet::Placement& placement : instances.Placements())
+                m_asSet.push_back(placement.group == InstanceSet::kNoGroup
+                                      ? glm::mat4x3(1.0f)
+                                      : instances.DeviceTransform(placement.instance));
         std::vector<Part> parts = VisibleParts(resources, instances);
         m_version = instances.Version();
-        if (!m_whyNone.empty() || (m_isBuilt && parts == m_parts)) return;
-        if (m_isOneLevel) m_isOneLevel = BuildLevel(parts);
-        if (!m_isOneLevel) BuildInstances(resources, parts);
-        m_isBuilt = m_whyNone.empty();
+        if (!m_whyNone.empty()) return;
+        if (hasCome) {
+            Built built = m_coming.get();
+            const bool isOfThese = std::ranges::equal(built.parts, parts, [](const Part& a, const Part& b) {
+                return a.tree == b.tree && a.number == b.number && a.flags == b.flags;
+            });
+            if (isOfThese) Take(std::move(built));
+        }
+        if (m_isBuilt && parts == m_parts) return;
+        if (!m_isBuilt || !Refit(parts)) return Build(resources, parts);
         m_parts = std::move(parts);
+        if (m_renewsDecayed && m_top.refit.Decay() > kMostDecay) Renew();
     } catch (const std::exception& error) {
         if (!IsTooLarge(error)) throw;
         // Frames in flight may still read what there was
         m_whyNone = error.what();
         m_hasFailed = true;
-        m_nodes = {};
-        m_triangles = {};
-        m_instances = {};
-        m_placed = {};
-        m_level = {};
-        m_parts = {};
+        ForgetAll();
     }
+}
+
+void WideSet::ForgetAll() {
+    m_nodes = {};
+    m_triangles = {};
+    m_instances = {};
+    m_placed = {};
+    m_top = {};
+    m_parts = {};
 }
 
 std::vector<WideSet::Part> WideSet::VisibleParts(const SceneResources& resources,
@@ -89,51 +112,180 @@ std::vector<WideSet::Part> WideSet::VisibleParts(const SceneResources& resources
     return parts;
 }
 
-bool WideSet::BuildLevel(std::span<const Part> parts) {
-    std::vector<PlacedTriangles> placed;
-    uint64_t count = 0;
-    for (const Part& part : parts) {
-        placed.push_back({.triangles = part.tree->triangles,
-                          .objectToWorld = part.objectToWorld,
-                          .number = part.number,
-                          .flags = part.flags});
-        count += part.tree->triangles.size();
+PlacedTriangles WideSet::TrianglesOf(const Part& part) {
+    return {.triangles = part.tree->triangles,
+            .objectToWorld = part.objectToWorld,
+            .number = part.number,
+            .flags = part.flags};
+}
+
+WidePlacement WideSet::PlacementOf(const Part& part) const {
+    const Placed& placed = m_placed[part.group];
+    return {.objectToWorld = part.objectToWorld,
+            .box = placed.box,
+            .root = placed.nodes.first,
+            .number = part.number,
+            .flags = part.flags};
+}
+
+std::vector<WidePlacement> WideSet::PlacementsOf(std::span<const Part> parts) const {
+    std::vector<WidePlacement> placements;
+    for (const Part& part : parts) placements.push_back(PlacementOf(part));
+    return placements;
+}
+
+void WideSet::Build(SceneResources& resources, const std::vector<Part>& parts) {
+    std::vector<Part> asSet = parts;
+    for (Part& part : asSet)
+        if (part.number < m_asSet.size()) part.objectToWorld = m_asSet[part.number];
+    BuildFrom(resources, std::move(asSet));
+    if (!m_whyNone.empty() || m_parts == parts) return;
+    if (Refit(parts))
+        m_parts = parts;
+    else
+        BuildFrom(resources, std::vector(parts));
+}
+
+void WideSet::BuildFrom(SceneResources& resources, std::vector<Part>&& parts) {
+    m_coming = {};  // waits for what reads the triangles of parts
+    if (m_isOneLevel) {
+        uint64_t count = 0;
+        std::vector<PlacedTriangles> placed;
+        for (const Part& part : parts) {
+            placed.push_back(TrianglesOf(part));
+            count += part.tree->triangles.size();
+        }
+        FreeTop();
+        m_isOneLevel = count <= (m_isBuilt ? kMaxRebuiltTriangles : kMaxLevelTriangles) &&
+                       Take({.parts = parts, .level = BuildWideLevel(placed), .instances = {}});
     }
-    if (m_level.tree) Free(m_level);
-    if (count > kMaxLevelTriangles) return false;
-    const auto tree = std::make_shared<WideMesh>(BuildWideLevel(placed));
-    if (tree->depth > kMaxMeshDepth) return false;
-    Place(m_level, tree);
-    PutInstances({{.root = m_level.nodes.first}});
+    m_isBuilt = true;
+    if (m_isOneLevel) return;
+    // There are no more nodes above instances than instances, or one
+    FollowMeshes(resources, parts.size() + 1);
+    for (size_t i = 0; m_whyNone.empty() && i < parts.size(); ++i)
+        if (const uint32_t depth = m_placed[parts[i].group].depth; depth > kMaxMeshDepth)
+            m_whyNone = Text("a mesh has a tree of {} levels, of {} at most", depth, kMaxMeshDepth);
+    if (!m_whyNone.empty()) {
+        m_isBuilt = false;
+        return;
+    }
+    WideInstances tree = BuildWideInstances(PlacementsOf(parts));
+    const uint32_t depth = tree.depth;
+    if (Take({.parts = std::move(parts), .level = {}, .instances = std::move(tree)})) return;
+    m_isBuilt = false;
+    m_whyNone = Text("the instances have a tree of {} levels, of {} at most", depth, kMaxInstanceDepth);
+}
+
+bool WideSet::Take(Built&& built) {
+    const bool isOneLevel = built.instances.instances.empty();
+    if (isOneLevel ? built.level.mesh.depth > kMaxMeshDepth : built.instances.depth > kMaxInstanceDepth)
+        return false;
+    FreeTop();
+    Top top;
+    // Where the primitives of each part are
+    std::vector<uint32_t> parts;
+    if (isOneLevel) {
+        for (const WideLevel::Source& source : built.level.sources) {
+            parts.push_back(source.placed);
+            top.sources.push_back(source.triangle);
+        }
+    } else {
+        parts = built.instances.placements;
+        top.boxes = std::move(built.instances.boxes);
+    }
+    top.firstPlaces.assign(built.parts.size() + 1, 0);
+    for (const uint32_t part : parts)
+        if (part < built.parts.size()) ++top.firstPlaces[part + 1];
+    for (size_t i = 0; i < built.parts.size(); ++i) top.firstPlaces[i + 1] += top.firstPlaces[i];
+    top.places.resize(top.firstPlaces.back());
+    std::vector<uint32_t> next = top.firstPlaces;
+    for (uint32_t i = 0; i < parts.size(); ++i)
+        if (parts[i] < built.parts.size()) top.places[next[parts[i]]++] = i;
+
+    top.nodes = std::move(isOneLevel ? built.level.mesh.nodes : built.instances.nodes);
+    if (isOneLevel) top.triangles = PutTriangles(built.level.mesh.triangles);
+    top.inTable = PutNodes(top.nodes, top.triangles.first);
+    m_top = std::move(top);
+    m_top.refit = WideRefit(m_top.nodes, [this](uint32_t primitive) { return BoxOf(primitive); });
+    if (isOneLevel) built.instances.instances.emplace_back();
+    built.instances.instances[0].root = m_top.inTable.first;
+    PutInstances(std::move(built.instances.instances));
+    m_parts = std::move(built.parts);
     return true;
 }
 
-void WideSet::BuildInstances(const SceneResources& resources, std::span<const Part> parts) {
-    // There are no more nodes above instances than instances, or one
-    FollowMeshes(resources, parts.size() + 1);
-    if (!m_whyNone.empty()) return;
-    std::vector<WidePlacement> placements;
-    for (const Part& part : parts) {
-        const Placed& placed = m_placed[part.group];
-        if (placed.depth > kMaxMeshDepth) {
-            m_whyNone = Text("a mesh has a tree of {} levels, of {} at most", placed.depth, kMaxMeshDepth);
-            return;
+Box WideSet::BoxOf(uint32_t primitive) const {
+    if (!m_isOneLevel) return m_top.boxes[primitive];
+    const gpu::WideTriangle& triangle = m_triangles[m_top.triangles.first + primitive];
+    Box box;
+    for (const glm::vec3& corner : {triangle.p0, triangle.p1, triangle.p2}) box.Extend(corner);
+    return box;
+}
+
+bool WideSet::Refit(const std::vector<Part>& parts) {
+    if (parts.size() != m_parts.size()) return false;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        Part moved = m_parts[i];
+        moved.objectToWorld = parts[i].objectToWorld;
+        if (!(moved == parts[i])) return false;
+    }
+    std::vector<uint32_t> moved;
+    for (uint32_t i = 0; i < parts.size(); ++i) {
+        if (parts[i].objectToWorld == m_parts[i].objectToWorld) continue;
+        if (!(m_isOneLevel ? MoveTriangles(parts[i], i, moved) : MoveInstance(parts[i], i, moved)))
+            return false;
+    }
+    for (const uint32_t node :
+         m_top.refit.Refit(m_top.nodes, moved, [this](uint32_t primitive) { return BoxOf(primitive); }))
+        PutNode(m_top.inTable.first + node, m_top.nodes[node], m_top.inTable.first, m_top.triangles.first);
+    return true;
+}
+
+bool WideSet::MoveTriangles(const Part& part, uint32_t index, std::vector<uint32_t>& moved) {
+    const uint32_t first = m_top.firstPlaces[index], end = m_top.firstPlaces[index + 1];
+    const std::optional<std::vector<gpu::WideTriangle>> triangles = PlaceTriangles(TrianglesOf(part));
+    if (!triangles || triangles->size() != end - first) return false;
+    for (uint32_t i = first; i < end; ++i) {
+        const uint32_t primitive = m_top.places[i];
+        m_triangles[m_top.triangles.first + primitive] = (*triangles)[m_top.sources[primitive]];
+        m_triangleTable.Mark(m_top.triangles.first + primitive);
+        moved.push_back(primitive);
+    }
+    return true;
+}
+
+bool WideSet::MoveInstance(const Part& part, uint32_t index, std::vector<uint32_t>& moved) {
+    const std::optional<PlacedInstance> placed = PlaceInstance(PlacementOf(part));
+    if (!placed || m_top.firstPlaces[index] == m_top.firstPlaces[index + 1]) return false;
+    const uint32_t primitive = m_top.places[m_top.firstPlaces[index]];
+    m_instances[primitive] = placed->instance;
+    m_instanceTable.Mark(primitive);
+    m_top.boxes[primitive] = placed->box;
+    moved.push_back(primitive);
+    return true;
+}
+
+void WideSet::Renew() {
+    if (m_coming.valid()) return;
+    const auto build = [parts = m_parts,
+                        placements = m_isOneLevel ? std::vector<WidePlacement>() : PlacementsOf(m_parts),
+                        isOneLevel = m_isOneLevel]() mutable {
+        Built built{.parts = std::move(parts), .level = {}, .instances = {}};
+        if (!isOneLevel) {
+            built.instances = BuildWideInstances(placements);
+            return built;
         }
-        placements.push_back({.objectToWorld = part.objectToWorld,
-                              .box = placed.box,
-                              .root = placed.nodes.first,
-                              .number = part.number,
-                              .flags = part.flags});
+        std::vector<PlacedTriangles> placed;
+        for (const Part& part : built.parts) placed.push_back(TrianglesOf(part));
+        built.level = BuildWideLevel(placed);
+        return built;
+    };
+    try {
+        m_coming = std::async(std::launch::async, build);
+    } catch (const std::system_error&) {
+        // Without a thread the tree stays as it is
     }
-    WideInstances tree = BuildWideInstances(placements);
-    if (tree.depth > kMaxInstanceDepth) {
-        m_whyNone =
-            Text("the instances have a tree of {} levels, of {} at most", tree.depth, kMaxInstanceDepth);
-        return;
-    }
-    m_nodeSlots.Free(m_instanceNodes.first, std::exchange(m_instanceNodes.count, 0));
-    tree.instances[0].root = TakeNodes(tree.nodes, 0, m_instanceNodes);
-    PutInstances(std::move(tree.instances));
 }
 
 void WideSet::FollowMeshes(const SceneResources& resources, size_t spareNodes) {
@@ -165,31 +317,46 @@ void WideSet::FollowMeshes(const SceneResources& resources, size_t spareNodes) {
 void WideSet::Place(Placed& placed, const std::shared_ptr<WideMesh>& tree) {
     placed.box = tree->box;
     placed.depth = tree->depth;
-    const auto count = static_cast<uint32_t>(tree->triangles.size());
-    placed.triangles = {m_triangleSlots.Allocate(count), count};
-    Grow(m_triangles, m_triangleTable, m_triangleSlots.End());
-    std::ranges::copy(tree->triangles, m_triangles.begin() + placed.triangles.first);
-    m_triangleTable.Mark(placed.triangles.first, count);
-    TakeNodes(tree->nodes, placed.triangles.first, placed.nodes);
+    placed.triangles = PutTriangles(tree->triangles);
+    placed.nodes = PutNodes(tree->nodes, placed.triangles.first);
     tree->triangles = {};
     tree->nodes = {};
     placed.tree = tree;
 }
 
-uint32_t WideSet::TakeNodes(std::vector<gpu::WideNode>& nodes, uint32_t firstPrimitive, Range& range) {
+WideSet::Range WideSet::PutTriangles(std::span<const gpu::WideTriangle> triangles) {
+    const auto count = static_cast<uint32_t>(triangles.size());
+    const Range range{m_triangleSlots.Allocate(count), count};
+    Grow(m_triangles, m_triangleTable, m_triangleSlots.End());
+    std::ranges::copy(triangles, m_triangles.begin() + range.first);
+    m_triangleTable.Mark(range.first, count);
+    return range;
+}
+
+WideSet::Range WideSet::PutNodes(std::span<const gpu::WideNode> nodes, uint32_t firstPrimitive) {
     const auto count = static_cast<uint32_t>(nodes.size());
-    range = {m_nodeSlots.Allocate(count), count};
+    const Range range{m_nodeSlots.Allocate(count), count};
     Grow(m_nodes, m_nodeTable, m_nodeSlots.End());
-    MoveNodes(nodes, range.first, firstPrimitive);
-    std::ranges::copy(nodes, m_nodes.begin() + range.first);
-    m_nodeTable.Mark(range.first, count);
-    return range.first;
+    for (uint32_t i = 0; i < count; ++i) PutNode(range.first + i, nodes[i], range.first, firstPrimitive);
+    return range;
+}
+
+void WideSet::PutNode(uint32_t place, gpu::WideNode node, uint32_t firstNode, uint32_t firstPrimitive) {
+    MoveNodes({&node, 1}, firstNode, firstPrimitive);
+    m_nodes[place] = node;
+    m_nodeTable.Mark(place);
 }
 
 void WideSet::Free(Placed& placed) {
     m_nodeSlots.Free(placed.nodes.first, placed.nodes.count);
     m_triangleSlots.Free(placed.triangles.first, placed.triangles.count);
     placed = {};
+}
+
+void WideSet::FreeTop() {
+    m_nodeSlots.Free(m_top.inTable.first, m_top.inTable.count);
+    m_triangleSlots.Free(m_top.triangles.first, m_top.triangles.count);
+    m_top = {};
 }
 
 void WideSet::PutInstances(std::vector<gpu::WideInstance>&& instances) {

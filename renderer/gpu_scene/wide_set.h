@@ -1,13 +1,15 @@
 // The wide trees of a scene on the device (shaders/shared/wide_bvh.h): those of meshes, which stay, and the
 // one over the instances; or the one over all triangles. For renderer/gpu_scene alone. Threads: that of the
-// Renderer.
+// Renderer; trees that have decayed are built again on another.
 #pragma once
 
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "renderer/bvh/wide_refit.h"
 #include "renderer/bvh/wide_scene.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/growing_table.h"
@@ -20,11 +22,13 @@ struct SceneResources;
 
 class WideSet {
   public:
-    // `prefersOneLevel`: see GpuSceneDesc.
-    WideSet(rhi::Device& device, bool prefersOneLevel);
+    // `renewsDecayed`: a tree that has become worse because instances have moved is built again. Else trees
+    // are those of the scene as it was set, with the boxes of now: a function of both, whatever came between.
+    WideSet(rhi::Device& device, bool renewsDecayed);
 
-    // Takes what has come and gone since the last call, and builds the tree over the instances, or all
-    // triangles, again if anything that is visible has changed. Of two levels empties the resources' trees.
+    // Takes what has come, gone and moved since the last call. Where instances have only moved, the tree
+    // keeps its nodes, and their boxes follow; else it is built again. Of two levels empties the resources'
+    // trees.
     void Follow(SceneResources& resources, const InstanceSet& instances);
     // Uploads what has changed. Without trees, leaves the ids as they are.
     void Declare(Renderer& renderer, SceneIds& ids);
@@ -37,7 +41,7 @@ class WideSet {
     struct Range {
         uint32_t first = 0, count = 0;
     };
-    // A tree in the tables.
+    // The tree of a mesh in the tables.
     struct Placed {
         std::shared_ptr<WideMesh> tree;  // null: nothing
         Range nodes, triangles;
@@ -54,26 +58,59 @@ class WideSet {
 
         bool operator==(const Part&) const = default;
     };
+    // The tree that follows the instances: over all triangles, or over the instances.
+    struct Top {
+        std::vector<gpu::WideNode> nodes;  // children and primitives count from its own first ones
+        WideRefit refit;
+        Range inTable, triangles;           // triangles: of one level
+        std::vector<uint32_t> firstPlaces;  // by part: its first one in `places`; one more for the end
+        std::vector<uint32_t> places;       // of a part's triangles or its instance among the primitives
+        std::vector<uint32_t> sources;      // of one level, by primitive: which triangle of the part
+        std::vector<Box> boxes;             // of instances, by primitive
+    };
+    // What is built for parts: the one or the other is there.
+    struct Built {
+        std::vector<Part> parts;
+        WideLevel level;
+        WideInstances instances;
+    };
 
     // Nothing, and m_whyNone, where there is no tree of one of them.
     std::vector<Part> VisibleParts(const SceneResources& resources, const InstanceSet& instances);
-    // False: it has too many triangles, or the tree too many levels.
-    bool BuildLevel(std::span<const Part> parts);
-    void BuildInstances(const SceneResources& resources, std::span<const Part> parts);
-    // Leaves room for so many more nodes.
+    static PlacedTriangles TrianglesOf(const Part& part);
+    WidePlacement PlacementOf(const Part& part) const;
+    std::vector<WidePlacement> PlacementsOf(std::span<const Part> parts) const;
+    // Nothing has been built so far, or m_parts cannot become these parts by moving alone.
+    void Build(SceneResources& resources, const std::vector<Part>& parts);
+    void BuildFrom(SceneResources& resources, std::vector<Part>&& parts);
+    // False: that is not possible; then the tree has to be built.
+    bool Refit(const std::vector<Part>& parts);
+    bool MoveTriangles(const Part& part, uint32_t index, std::vector<uint32_t>& moved);
+    bool MoveInstance(const Part& part, uint32_t index, std::vector<uint32_t>& moved);
+    Box BoxOf(uint32_t primitive) const;
+    // What has been built takes the place of the tree. False: it has too many levels.
+    bool Take(Built&& built);
+    // Begins to build a tree that has decayed again, if none is being built.
+    void Renew();
     void FollowMeshes(const SceneResources& resources, size_t spareNodes);
     void Place(Placed& placed, const std::shared_ptr<WideMesh>& tree);
     void Free(Placed& placed);
-    uint32_t TakeNodes(std::vector<gpu::WideNode>& nodes, uint32_t firstPrimitive, Range& range);
+    void FreeTop();
+    Range PutTriangles(std::span<const gpu::WideTriangle> triangles);
+    Range PutNodes(std::span<const gpu::WideNode> nodes, uint32_t firstPrimitive);
+    void PutNode(uint32_t place, gpu::WideNode node, uint32_t firstNode, uint32_t firstPrimitive);
     void PutInstances(std::vector<gpu::WideInstance>&& instances);
+    void ForgetAll();
 
-    bool m_isOneLevel;  // once there were more triangles than that takes, never again
-    Placed m_level;
+    bool m_renewsDecayed;
+    std::vector<glm::mat4x3> m_asSet;  // by Part::number: where the scene had it when it was set
+    bool m_isOneLevel = true;          // once there were more triangles than that takes, never again
     bool m_isBuilt = false;
     std::vector<Part> m_parts;     // of which it was
     std::vector<Placed> m_placed;  // by group: those of two levels
+    Top m_top;
+    std::future<Built> m_coming;
     SlotRanges m_nodeSlots, m_triangleSlots;
-    Range m_instanceNodes;
     std::vector<gpu::WideNode> m_nodes;
     std::vector<gpu::WideTriangle> m_triangles;
     std::vector<gpu::WideInstance> m_instances;

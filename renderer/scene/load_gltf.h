@@ -65,8 +65,8 @@ struct LoadOptions {
 //   Usage        there is no scene `options.scene`;
 //   OutOfMemory  host memory is exhausted.
 // Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:
-// the file, the external files, the JSON tree (up to forty times its text, of nothing but empty objects),
-// tinygltf's model (LoadLimits::maxGeometryBytes), what decoders take and the returned data.
+// the file, the external files, the JSON text once more and its tree (up to forty times that, of nothing but
+// empty objects), tinygltf's model (LoadLimits::maxGeometryBytes), what decoders take and the returned data.
 RAYGRAPH_API SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace raygraph::scene

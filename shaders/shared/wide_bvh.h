@@ -88,8 +88,7 @@ struct WideCounts {
     uint instances;
 };
 
-// What both ways of tracing take that the bench compares; they give WideHits, of which for any hit only the
-// sign of t counts.
+// What both ways of tracing take that are measured against each other; they give WideHits.
 struct BenchRay {
     vec3 origin;
     float tMax;

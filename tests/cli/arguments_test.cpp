@@ -141,10 +141,6 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --max-depth -1", "--max-depth");
     ExpectUsage("bench a.gltf --spp 4", "--spp");
     ExpectUsage("bench a.gltf --tolerance 0.1", "--tolerance", "--compare");
-    ExpectUsage("bench a.gltf --compare-traversal --compare b.json", "--compare-traversal", "--compare");
-    ExpectUsage("bench a.gltf --compare-traversal --env b.hdr", "--compare-traversal", "--env");
-    ExpectUsage("bench a.gltf --compare-traversal --nee off", "--compare-traversal", "--nee");
-    ExpectUsage("bench a.gltf --compare-traversal --pipelines", "--compare-traversal", "--pipelines");
     ExpectUsage("bench a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");
@@ -284,9 +280,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.isAdaptive = true;
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
-    settings.paths.form = {passes::IntegratorForm::Wavefront, 7};
     settings.raster.shadows = passes::RasterShadows::Maps;
-    settings.traversal = passes::Traversal::Own;
     settings.paths.biases = {.maxDepth = 0,
                              .clampIndirect = 2.5f,
                              .regularize = 0.25f,
@@ -310,8 +304,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     EXPECT_EQ(FirstDifference(texts, texts), "");
     for (const PictureSetting& setting : PictureSettingTable()) {
         SettingTexts other = texts;
-        other.erase(setting.name);                                       // its default
-        if (setting.name == kFormSetting) other[setting.name] = "loop";  // whose default is any form
+        other.erase(setting.name);  // its default
         if (setting.name == kLightSetting) other[setting.name] = "studio";
         EXPECT_EQ(FirstDifference(texts, other).find(setting.name), 0u) << setting.name;
     }

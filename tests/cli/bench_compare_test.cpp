@@ -17,7 +17,7 @@ Json Result(const char* scene, double median, double standardError) {
 }
 
 BenchChange Compare(const Json& before, const Json& now, double tolerance = 0.05) {
-    return CompareBench("stored.json", before.dump() + "\n", now, tolerance);
+    return CompareBench("stored.json", before.dump() + "\n", now, tolerance).at(0);
 }
 
 }  // namespace
@@ -57,10 +57,34 @@ TEST(BenchCompare, WorseIsMoreThanToleranceAndNoise) {
               std::string::npos);
 }
 
+TEST(BenchCompare, ViewportsCountWhereBothRunsHaveThem) {
+    const auto with = [](double oneAFrame, double withinBudget, double budget = 120.0) {
+        Json result = Result("a.gltf", 2.0, 0.0);
+        result["viewport"] = {
+            {"budget_ms", budget},
+            {"one_a_frame", {{"cost", ToJson(RelativeCost{"cpu seconds", oneAFrame, 0.0})}}},
+            {"within_budget", {{"cost", ToJson(RelativeCost{"cpu seconds", withinBudget, 0.0})}}}};
+        return result;
+    };
+    const auto compare = [](const Json& before, const Json& now) {
+        return CompareBench("stored.json", before.dump() + "\n", now, 0.05);
+    };
+    const std::vector<BenchChange> changes = compare(with(2.0, 3.0), with(2.2, 3.0));
+    ASSERT_EQ(changes.size(), 3u);
+    EXPECT_FALSE(changes[0].IsWorse());
+    EXPECT_TRUE(changes[1].IsWorse());
+    EXPECT_FALSE(changes[2].IsWorse());
+    EXPECT_TRUE(compare(with(2.0, 3.0), with(2.0, 3.3))[2].IsWorse());
+    EXPECT_NE(ToText(changes[1], with(2.2, 3.0)).find("a.gltf, viewport"), std::string::npos);
+    EXPECT_EQ(compare(Result("a.gltf", 2.0, 0.0), with(2.2, 3.0)).size(), 1u);
+    test::ExpectError(
+        ErrorKind::BadInput, [&] { compare(with(2.0, 3.0, 30.0), with(2.0, 3.0)); }, "budget");
+}
+
 TEST(BenchCompare, TheLineOfTheSameSceneIsTaken) {
     const std::string stored =
         Result("a.gltf", 1.0, 0.0).dump() + "\n" + Result("b.gltf", 4.0, 0.0).dump() + "\n";
-    EXPECT_NEAR(CompareBench("s.json", stored, Result("b.gltf", 3.0, 0.0), 0.0).change, -0.25, 1e-12);
+    EXPECT_NEAR(CompareBench("s.json", stored, Result("b.gltf", 3.0, 0.0), 0.0).at(0).change, -0.25, 1e-12);
 }
 
 TEST(BenchCompare, WhatCannotBeComparedIsRefused) {

@@ -1,6 +1,8 @@
 #include "editor/session/merge.h"
 
+#include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
+#include "tests/support/temporary_folder.h"
 
 namespace raygraph::session {
 namespace {
@@ -28,20 +30,21 @@ TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
                    MakeRender(0, 64));
 }
 
-// Nodes of a cluster may find another form and another traversal the fastest.
-TEST(Merge, PartsOfAnyFormAndTraversalGoTogether) {
-    RenderFile a = MakeRender(0, 2), b = MakeRender(2, 3);
-    a.settings[std::string(kFormSetting)] = "wavefront:4";
-    b.settings[std::string(kFormSetting)] = "loop";
-    a.settings[std::string(kTraversalSetting)] = "own";
-    b.settings[std::string(kTraversalSetting)] = "driver";
-    const RenderFile merged = Merge({{"a", a}, {"b", b}});
-    EXPECT_EQ(merged.sums.radiance, MakeRender(0, 5).sums.radiance);
-    EXPECT_EQ(merged.settings.at(std::string(kFormSetting)), "wavefront:4");
-    EXPECT_EQ(merged.settings.at(std::string(kTraversalSetting)), "own");
-    // As files are from before there was a choice
-    a.settings.erase(std::string(kTraversalSetting));
-    EXPECT_EQ(Merge({{"b", b}, {"a", a}}).sums.radiance, MakeRender(0, 5).sums.radiance);
+// Files of earlier versions say how rays were traced, which changes no picture.
+TEST(Merge, SettingsThatAreNoneAnyMoreAreLeftOut) {
+    const test::TemporaryFolder folder;
+    const RenderFile written = MakeRender(0, 4);
+    WriteRenderFile(folder / "a.exr", written);
+    image::ExrImage file = image::ReadExr(folder / "a.exr");
+    file.attributes["raygraph.setting.traversal"] = "own";
+    file.attributes["raygraph.setting.integrator-form"] = "wavefront:4";
+    image::WriteExr(folder / "a.exr", file);
+    const RenderFile read = ReadRenderFile(folder / "a.exr");
+    EXPECT_EQ(read.settings, written.settings);
+    EXPECT_EQ(FirstMismatch(read, written), "");
+    file.attributes["raygraph.setting.wavelength"] = "500";
+    image::WriteExr(folder / "a.exr", file);
+    EXPECT_THROW(std::ignore = ReadRenderFile(folder / "a.exr"), Error);
 }
 
 TEST(Merge, APartThatIsRefusedLeavesTheOthers) {

@@ -61,19 +61,6 @@ void Animate(SceneData& scene, const AnimationTarget& target, std::vector<float>
     animation.channels.push_back({0, target});
 }
 
-// A row of as many boards, the first of which moves.
-SceneData Row(uint32_t count) {
-    SceneData scene = OneMesh(Triangles({{0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0}}, {0, 1, 2}));
-    for (uint32_t i = 1; i < count; ++i) {
-        scene.nodeOrder.push_back(static_cast<uint32_t>(scene.nodes.size()));
-        scene.instances.push_back({.node = static_cast<uint32_t>(scene.nodes.size())});
-        scene.nodes.emplace_back().translation = glm::vec3(0.001f * static_cast<float>(i), 0.0f, 0.0f);
-    }
-    UpdateWorldTransforms(scene);
-    Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
-    return scene;
-}
-
 class MotionBlurTest : public testing::VulkanTest {
   protected:
     static Session Animated(SceneData scene, double at, const std::optional<Shutter>& shutter = {},
@@ -325,22 +312,6 @@ TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
     session.StartPicture({.at = 0.0});
     session.Run({.samples = 1});
     EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 0.0f);
-}
-
-// The host builds the tree over the instances for each sample: that has to save more than it takes.
-TEST_F(MotionBlurTest, ManyInstancesAreLeftToTheDriver) {
-    const auto traversalOf = [](uint32_t count, const std::optional<Shutter>& shutter) {
-        Session session = Animated(Row(count), 0.5, shutter);
-        session.Run({.samples = 1});
-        return session.Result().render.settings.at(std::string(kTraversalSetting));
-    };
-    const Shutter shutter{-0.25, 0.25};
-    const bool isCpu = Device().Info().type == rhi::DeviceType::Cpu;
-    EXPECT_EQ(traversalOf(200, shutter), "driver");
-    EXPECT_EQ(traversalOf(2, shutter), isCpu ? "own" : "driver") << "that of a GPU is faster than the host";
-    if (isCpu) {
-        EXPECT_EQ(traversalOf(200, {}), "own");
-    }
 }
 
 // Accumulated in one run or in two, and in whichever order times were seen before.

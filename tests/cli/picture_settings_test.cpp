@@ -24,9 +24,7 @@ PictureSettings Plain() {
     settings.crop = passes::Region{0, 0, 8, 8};
     settings.at = 1.0;
     settings.shutter = Shutter{0.0, 0.5};
-    settings.paths.form = {passes::IntegratorForm::Wavefront, 4};
     settings.paths.roulette.kind = Roulette::Constant;
-    settings.traversal = passes::Traversal::Driver;
     settings.background = {0.0f, 0.0f, 0.0f};
     settings.light = DefaultLight::None;
     settings.lightGroups = {{"key", {"lamp"}}};
@@ -75,10 +73,7 @@ const Row kRows[] = {
     {"shadow-terminator", [](PictureSettings& s) { s.paths.biases.shadowTerminator = true; }},
     {"texture-lod", [](PictureSettings& s) { s.paths.biases.textureLod = 0.0f; }},
     {"transparent", [](PictureSettings& s) { s.paths.isEnvironmentHidden = true; }},
-    {"integrator-form", [](PictureSettings& s) { s.paths.form.kind = passes::IntegratorForm::Loop; }},
-    {"integrator-form", [](PictureSettings& s) { s.paths.form.steps = 5; }},
     {"shadows", [](PictureSettings& s) { s.raster.shadows = passes::RasterShadows::Maps; }},
-    {"traversal", [](PictureSettings& s) { s.traversal = passes::Traversal::Own; }},
     {"env-rotation", [](PictureSettings& s) { s.environmentRotation = 0.1f; }},
     {"env-tint", [](PictureSettings& s) { s.environmentTint[0] = 0.5f; }},
     {"env-tint", [](PictureSettings& s) { s.environmentTint[1] = 0.5f; }},
@@ -102,24 +97,22 @@ int Number(Enum value) {
 
 auto FieldsOf(PictureSettings& settings) {
     auto& [size, crop, view, camera, scene, variant, at, clips, shutter, pointsAndLines, aperture,
-           focusDistance, paths, raster, traversal, environmentRotation, environmentTint, background, light,
-           isAdaptive, textureBudget, lightGroups] = settings;
+           focusDistance, paths, raster, environmentRotation, environmentTint, background, light, isAdaptive,
+           textureBudget, lightGroups] = settings;
     auto& [points, lines] = pointsAndLines;
-    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden, form] = paths;
+    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] = paths;
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
     auto& [isOn, lightSampler, mis] = lights;
     auto& [kind, start, survival] = roulette;
     auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
-    auto& [formKind, steps] = form;
     // No option changes these, so they are not recorded
     auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels] = raster;
     return std::tuple(size, crop, Number(view), camera, scene, variant, at, clips, shutter, points, lines,
                       aperture, focusDistance, Number(sampler), seed, Number(brdf), Number(distribution),
                       Number(masking), Number(fresnel), Number(multiscatter), isOn, Number(lightSampler),
                       Number(mis), Number(kind), start, survival, maxDepth, clampIndirect, regularize,
-                      shadowTerminator, textureLod, isEnvironmentHidden, Number(formKind), steps,
-                      Number(shadows), Number(traversal), environmentRotation, environmentTint, background,
-                      Number(light), isAdaptive, textureBudget, lightGroups);
+                      shadowTerminator, textureLod, isEnvironmentHidden, Number(shadows), environmentRotation,
+                      environmentTint, background, Number(light), isAdaptive, textureBudget, lightGroups);
 }
 
 TEST(PictureSettings, EveryFieldIsInTheTexts) {

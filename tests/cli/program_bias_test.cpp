@@ -173,7 +173,7 @@ TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
     EXPECT_EQ(image.at("nonfinite_samples"), 8 * 8 * 3);
     EXPECT_EQ(image.at("mean"), nlohmann::json({0.0, 0.0, 0.0}));
     // Each sample once, also where lists of pixels do not fill their rows
-    for (const char* form : {"loop", "wavefront:2"}) {
+    for (const char* form : {"loop", "wavefront"}) {
         const test::ProgramResult adaptive = RunProgram(
             m_folder, std::string("render bright.gltf -o bright.hdr --report bright.json --size 7x5 --spp "
                                   "128 --adaptive on --brdf lambert --nee off --background 3e38,3e38,3e38 "

@@ -20,7 +20,7 @@ using test::SceneFile;
 TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     const test::TemporaryFolder folder;
     std::ofstream(folder.Path() / "script.txt")
-        << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
+        << "budget 0\nsize 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
         << (folder.Path() / "edit.exr").string() << "\nexpect message sample\n";
     const test::ProgramResult edited = RunProgram(folder, "edit --validate --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
@@ -33,8 +33,7 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
 
     std::string line =
         Text("render @cornell.gltf -o render.exr --spp {} --aov depth,instance", SampleCount(saved.samples));
-    for (const char* setting :
-         {"camera", "size", "background", "seed", "texture-lod", "integrator-form", "traversal"})
+    for (const char* setting : {"camera", "size", "background", "seed", "texture-lod"})
         line += Text(" --{} '{}'", setting, saved.settings.at(setting));
     const test::ProgramResult rendered = RunProgram(folder, line);
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;

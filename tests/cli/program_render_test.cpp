@@ -354,90 +354,17 @@ TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
     EXPECT_NE(changed.messages.find("sky.hdr has changed"), std::string::npos) << changed.messages;
 }
 
-TEST(ProgramBench, ComparesOwnTraversalWithTheDrivers) {
-    const test::TemporaryFolder folder;
-    const ProgramResult result = RunProgram(
-        folder, "bench @cornell.gltf --compare-traversal --size 32x18 --frames 1 --rounds 1 --json b.json");
-    ASSERT_EQ(result.exitCode, 0) << result.messages;
-    const nlohmann::json json = nlohmann::json::parse(result.output);
-    EXPECT_EQ(json, JsonOf(folder / "b.json"));
-    ASSERT_EQ(json.at("kinds").size(), 7u);
-    EXPECT_EQ(json.at("kinds")[0].at("count"), 32 * 18);
-    for (const nlohmann::json& kind : json.at("kinds")) {
-        const double ratio = kind.at("ratio"), driver = kind.at("driver_ms");
-        const double oneLevel = kind.at("one_level_ms");
-        EXPECT_GT(kind.at("wide_ms"), 0.0);
-        EXPECT_NEAR(ratio, driver / oneLevel, 1e-6);
-        EXPECT_GT(kind.at("nodes_per_ray"), 1.0);
-        EXPECT_EQ(kind.at("driver_orders").at("hilbert"), 1.0);
-        EXPECT_EQ(kind.at("differences").at("wide_is_wrong"), 0);
-    }
-}
-
-TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
-    const test::TemporaryFolder folder;
-    const ProgramResult result =
-        RunProgram(folder, "bench @cornell.gltf --size 64x36 --frames 2 --rounds 2 --json b.json");
-    ASSERT_EQ(result.exitCode, 0) << result.messages;
-    EXPECT_EQ(result.output.find('\n') + 1, result.output.size());
-    const nlohmann::json json = nlohmann::json::parse(result.output);
-    EXPECT_EQ(json, JsonOf(folder / "b.json"));
-    EXPECT_EQ(json.at("settings").at("max-depth"), "16");
-    EXPECT_EQ(json.at("frames"), 4);
-    const double trace = json.at("trace").at("mrays_per_s"), path = json.at("limit_path").at("mrays_per_s");
-    EXPECT_GT(trace, 0.0);
-    EXPECT_NEAR(json.at("trace_efficiency").get<double>(), trace / path, 1e-6);
-    const nlohmann::json& own = json.at("limit_path_own");
-    EXPECT_NEAR(json.at("trace_efficiency_own").get<double>(), trace / own.at("mrays_per_s").get<double>(),
-                1e-6);
-    constexpr double kAtEdges = 23.0;  // bound on paths, of 2,304, to which rounding gives a ray more or less
-    EXPECT_NEAR(own.at("rays_per_sample").get<double>(),
-                json.at("limit_path").at("rays_per_sample").get<double>(), kAtEdges / (64.0 * 36.0));
-    EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);
-    EXPECT_GT(json.at("trace").at("rays_per_sample").get<double>(), 1.0);
-    EXPECT_GT(json.at("msamples_per_cpu_s").get<double>(), 0.0);
-    const nlohmann::json& recursion = json.at("recursion");
-    const double loop = recursion.at("loop_ms");
-    EXPECT_GT(loop, 0.0);
-    if (recursion.at("recursive_ms").is_null()) {
-        EXPECT_TRUE(recursion.at("loop_speedup").is_null());
-        EXPECT_NE(result.messages.find("recursive not measured"), std::string::npos) << result.messages;
-    } else {
-        EXPECT_NEAR(recursion.at("loop_speedup"), recursion.at("recursive_ms").get<double>() / loop, 1e-6);
-        EXPECT_NE(result.messages.find("recursion: loop "), std::string::npos) << result.messages;
-    }
-    const nlohmann::json& medians = json.at("gpu_ms_median");
-    const char* tracing = medians.contains("Trace") ? "Trace" : "WaveFirst";  // by the form
-    for (const char* pass : {tracing, "Accumulate", "Tonemap", "Limit", "LimitPath", "LambertLoop"})
-        EXPECT_GT(medians.at(pass).get<double>(), 0.0) << pass;
-
-    // Compared with a stored run at a quarter of the cost, and with one at four times the cost
-    const auto compare = [&](double factor) {
-        nlohmann::json stored = json;
-        stored["cost"]["median"] = factor * json.at("cost").at("median").get<double>();
-        stored["cost"]["standard_error"] = 0.0;
-        std::ofstream(folder / "stored.json") << stored.dump() << "\n";
-        return RunProgram(
-            folder,
-            "bench @cornell.gltf --size 64x36 --frames 2 --rounds 3 --compare stored.json --tolerance 0.5");
-    };
-    const ProgramResult slower = compare(0.25);
-    EXPECT_EQ(slower.exitCode, 6) << slower.messages;
-    EXPECT_NE(slower.messages.find(": worse"), std::string::npos) << slower.messages;
-    EXPECT_EQ(compare(4.0).exitCode, 0);
-}
-
 TEST(ProgramGraph, ShowsThePassesOfAFrame) {
     const test::TemporaryFolder folder;
     const ProgramResult later = RunProgram(folder, "graph @cornell.gltf --size 16x16");
     ASSERT_EQ(later.exitCode, 0) << later.messages;
     for (const char* pass : {"Trace", "Accumulate", "Tonemap"})
         EXPECT_NE(later.output.find(pass), std::string::npos) << later.output << "lacks " << pass;
-    EXPECT_EQ(later.output.find("BuildBlas"), std::string::npos) << later.output;
+    EXPECT_EQ(later.output.find("UploadWideNodes"), std::string::npos) << later.output;
     const ProgramResult first = RunProgram(folder, "graph @cornell.gltf --first --dot");
     ASSERT_EQ(first.exitCode, 0) << first.messages;
     EXPECT_EQ(first.output.find("digraph"), 0u) << first.output;
-    EXPECT_NE(first.output.find("BuildBlas"), std::string::npos) << first.output;
+    EXPECT_NE(first.output.find("UploadInstances"), std::string::npos) << first.output;
 }
 
 TEST(ProgramInfo, ListsTheDevices) {

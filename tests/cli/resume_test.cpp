@@ -55,23 +55,13 @@ TEST(Resume, AnOptionThatSaysOtherwiseIsNamed) {
 TEST(Resume, AnOptionThatLeavesAChoiceOpenTakesThatOfTheFile) {
     ResumedRender resumed = Resumed(0, 8);
     resumed.render.settings["light"] = "studio";
-    resumed.render.settings["traversal"] = "own";
-    resumed.render.settings["integrator-form"] = "wavefront:4";
-    const PictureSettings settings = SettingsOf(
-        resumed, Asking(16, {{"light", "auto"}, {"traversal", "auto"}, {"integrator-form", "auto"}}));
-    EXPECT_EQ(settings.light, DefaultLight::Studio);
-    EXPECT_EQ(settings.traversal, passes::Traversal::Own);
-    EXPECT_EQ(Texts(settings).at("integrator-form"), "wavefront:4");
+    EXPECT_EQ(SettingsOf(resumed, Asking(16, {{"light", "auto"}})).light, DefaultLight::Studio);
     ExpectError(
         ErrorKind::Usage,
         [&] {
             SettingsOf(resumed, Asking(16, {{"light", "none"}}));
         },
         "--light none", "old.exr was rendered with studio");
-    // One from before there was a choice does not say: whether it is this one, the session knows
-    resumed.render.settings.erase("traversal");
-    EXPECT_EQ(SettingsOf(resumed, Asking(16, {{"traversal", "driver"}})).traversal,
-              passes::Traversal::Driver);
 }
 
 TEST(Resume, TheTotalMustBeMoreThanThereIs) {

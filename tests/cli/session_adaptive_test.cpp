@@ -22,9 +22,10 @@ class SessionAdaptiveTest : public testing::VulkanTest {
     static SceneInput Scene(const char* file) { return LoadInput(test::SceneFile(file)); }
     static SessionDesc Desc(const SettingTexts& texts = {}) {
         SettingTexts all = texts;
-        all.insert({{"size", "20x12"}, {"adaptive", "on"}, {"integrator-form", "loop"}, {"brdf", "lambert"}});
+        all.insert({{"size", "20x12"}, {"adaptive", "on"}, {"brdf", "lambert"}});
         SessionDesc desc;
         desc.settings = SettingsFrom(all);
+        desc.tracing.form = passes::IntegratorForm::Loop;
         return desc;
     }
     // Everything that is accumulated.
@@ -155,9 +156,8 @@ TEST_F(SessionAdaptiveTest, FormsAndFramesOfAnySizeGiveTheSameBits) {
     desc.samplesAtOnce = 8;
     ExpectSame(loop, Render(desc, 80));
     if (!RoundsAlike()) return;
-    SettingTexts inWaves = texts;
-    inWaves["integrator-form"] = "wavefront:2";
-    SessionDesc wavefront = DescOfAll(inWaves);
+    SessionDesc wavefront = DescOfAll(texts);
+    wavefront.tracing.form = passes::IntegratorForm::Wavefront;
     wavefront.samplesAtOnce = 16;
     ExpectSame(loop, Render(wavefront, 80));
 }

@@ -25,11 +25,12 @@ class SessionCaseTest : public testing::VulkanTest, public ::testing::WithParamI
   protected:
     // `more`: settings that take the place of the case's.
     static RenderFile RenderCase(const SessionCase& of, const SettingTexts& more, uint32_t samples,
-                                 uint32_t samplesAtOnce = 0) {
+                                 uint32_t samplesAtOnce = 0, const TracingChoice& tracing = {}) {
         SettingTexts texts = more;
         texts.insert(of.settings.begin(), of.settings.end());
         SessionDesc desc;
         desc.samplesAtOnce = samplesAtOnce;
+        desc.tracing = tracing;
         desc.settings = SettingsFrom(texts);
         if (of.hasAll) {
             desc.settings.lightGroups = {{"all", {"*"}}};

@@ -102,7 +102,8 @@ void CompareLines(std::string_view text) {
                                                  {"measure", "cpu seconds"},
                                                  {"median", 2.0},
                                                  {"standard_error", 0.1}}}};
-    cli::ToText(cli::CompareBench("stored", std::string(text), now, 0.05), now);
+    for (const cli::BenchChange& change : cli::CompareBench("stored", std::string(text), now, 0.05))
+        cli::ToText(change, now);
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ CheckLayers() {
     MayInclude editor/viewport/ "$lower|rhi/|renderer/|passes/|editor/viewport/"
     MayInclude editor/session/ "$lower|rhi/|renderer/|passes/|editor/session/"
     MayInclude editor/app/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
-    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/app/edit.h|editor/cli/"
+    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
     Find 'base/|rhi/|renderer/|passes/|editor/' '# *include *"' |
         grep -vE '"(base|rhi|renderer|passes|shaders|editor)/' |
         Report 'include-root: our headers are named from the root of the tree'

@@ -87,18 +87,18 @@ const Option kOfPaths[] = {
 // Structured bindings name the fields of a class or of its base, not both: a field that TraceSettings has beside
 // the seven, of which FieldsOf names four, makes one more initializer valid.
 template <typename Settings>
-concept HasSevenFieldsOfItsOwn = requires {
-    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}, {}};
+concept HasEightFieldsOfItsOwn = requires {
+    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}, {}, {}};
 }
 &&!requires {
-    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}, {}, {}};
+    Settings{PathSettings{}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
 };
-static_assert(HasSevenFieldsOfItsOwn<TraceSettings>);
+static_assert(HasEightFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
-    // All but `form`, `sampleCount` and `traversal`, which change no picture (session_forms_test.cpp and
-    // session_traversal_test.cpp of tests/cli), and `pixels` (session_adaptive_test.cpp)
-    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden, form] =
+    // All but `sampleCount`, `traversal` and `form`, which change no picture (session_forms_test.cpp of
+    // tests/cli), and `pixels` (session_adaptive_test.cpp)
+    auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] =
         static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
     auto& [isOn, lightSampler, mis] = lights;

@@ -7,6 +7,7 @@
 #include "tests/passes/flat_nodes.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
+#include "tests/support/two_levels.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -14,7 +15,6 @@ namespace raygraph::testing {
 using glm::vec2;
 using glm::vec3;
 using passes::TraceSettings;
-using passes::Traversal;
 
 namespace {
 
@@ -79,7 +79,12 @@ class FlatNodes : public VulkanTest, public ::testing::WithParamInterface<uint32
         return render.Render(settings, samples).mean.Mean().y;
     }
 
-    SceneRender render{Device(), {.hasWideTrees = GetParam() > 0, .prefersOneWideLevel = GetParam() == 1}};
+    void SetScene(scene::SceneData&& data) {
+        render.scene.SetScene(std::move(data));
+        if (GetParam() == 2) MakeTwoLevels(render);
+    }
+
+    SceneRender render{Device(), {.traversal = GetParam() == 0 ? Traversal::Driver : Traversal::Own}};
 };
 constexpr std::array kTraversals{"Driver", "OneLevel", "TwoLevels"};
 INSTANTIATE_TEST_SUITE_P(Traversals, FlatNodes, ::testing::Values(0u, 1u, 2u),
@@ -115,9 +120,9 @@ TEST_P(FlatNodes, LitMeshesAreAsBrightAsAPlate) {
                 sun.type = scene::LightType::Directional;
                 const vec3 across = glm::normalize(glm::cross(normal, vec3(0.3f, 0.5f, 0.8f)));
                 sun.lightToWorld[2] = glm::normalize(normal + kSlope * across);  // towards it
-                render.scene.SetScene(std::move(scene));
+                SetScene(std::move(scene));
                 expect(Along(-normal), sunlit);
-                render.scene.SetScene(Under(chain.nodes, mesh, Lambert(vec3(kAlbedo))));
+                SetScene(Under(chain.nodes, mesh, Lambert(vec3(kAlbedo))));
                 render.scene.SetEnvironment({.radiance = vec3(1.0f)});
                 TraceSettings settings = Along(-normal);
                 settings.lights.isOn = false;
@@ -136,7 +141,7 @@ TEST_P(FlatNodes, ABoxIsAsBrightFromFarAway) {
             SCOPED_TRACE(chain.name);
             scene::Material material = Lambert(vec3(kAlbedo));
             material.isDoubleSided = isDoubleSided;
-            render.scene.SetScene(Under(chain.nodes, BoxMesh(1.0f), material));
+            SetScene(Under(chain.nodes, BoxMesh(1.0f), material));
             render.scene.SetEnvironment({.radiance = vec3(1.0f)});
             for (const float distance : {5.0f, 100.0f, 200.0f}) {
                 const vec3 eye = distance * glm::normalize(chain.normal + vec3(0.1f, 0.2f, 0.15f));
@@ -155,7 +160,7 @@ TEST_P(FlatNodes, ABoxIsSeenFromBothSidesInItsColor) {
     for (const Chain& chain : Chains())
         for (const bool isDoubleSided : {false, true}) {
             SCOPED_TRACE(chain.name);
-            render.scene.SetScene(Under(chain.nodes, BoxMesh(0.5f), Shining(kColor, isDoubleSided)));
+            SetScene(Under(chain.nodes, BoxMesh(0.5f), Shining(kColor, isDoubleSided)));
             for (const vec3& direction : {chain.normal, -chain.normal}) {
                 const FloatImage seen = render.TraceOnce(Along(direction));
                 for (uint32_t y = 20; y < 28; ++y)
@@ -180,7 +185,7 @@ TEST_P(FlatNodes, TheSideTowardsTheViewerIsSeen) {
                                                   : glm::vec4(0, 0, 1, 1));
     scene::Material material = Lambert(vec3(1.0f));
     material.isUnlit = true;
-    render.scene.SetScene(Under({Scaled({1, 1, 0})}, box, material));
+    SetScene(Under({Scaled({1, 1, 0})}, box, material));
     EXPECT_EQ(vec3(render.TraceOnce(Along({0, 0, -1})).At(24, 24)), vec3(1, 0, 0));
     EXPECT_EQ(vec3(render.TraceOnce(Along({0, 0, 1})).At(24, 24)), vec3(0, 1, 0));
 }
@@ -188,7 +193,7 @@ TEST_P(FlatNodes, TheSideTowardsTheViewerIsSeen) {
 TEST_P(FlatNodes, NormalsAreThoseOfThePlane) {
     for (const Chain& chain : Chains()) {
         SCOPED_TRACE(chain.name);
-        render.scene.SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), Lambert(vec3(0.5f))));
+        SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), Lambert(vec3(0.5f))));
         const TraceSettings settings = Along(-chain.normal);
         const std::array both{render.PrimaryHits(settings), Drawn(settings)};
         for (const SceneRender::Hits& hits : both) {
@@ -215,7 +220,7 @@ TEST_P(FlatNodes, RaysHitThePlaneWhereTheyMeetIt) {
     for (const Chain& chain : chains) {
         SCOPED_TRACE(chain.name);
         SCOPED_TRACE(chain.nodes[0].scale.z);
-        render.scene.SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), Lambert(vec3(0.5f))));
+        SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), Lambert(vec3(0.5f))));
         const vec3 eye = 20.0f * glm::normalize(chain.normal + vec3(0.2f, 0.1f, 0.0f));
         const TraceSettings settings = Traced(LookAt(eye, vec3(0.0f), 0.1f, 48));
         const SceneRender::Hits hits = render.PrimaryHits(settings);
@@ -246,7 +251,7 @@ TEST_P(FlatNodes, TheFrontOfACardIsThatOfASmallScale) {
             std::array<size_t, 2> thin{}, flat{};
             for (const bool isFlat : {false, true}) {
                 nodes[0].scale.z = isFlat ? 0.0f : 0.01f;
-                render.scene.SetScene(Under(nodes, QuadMesh(0.8f), Shining(kColor, false)));
+                SetScene(Under(nodes, QuadMesh(0.8f), Shining(kColor, false)));
                 std::array<size_t, 2>& covered = isFlat ? flat : thin;
                 covered[0] = Covered(render.TraceOnce(Along({0, 0, -1})));
                 covered[1] = Covered(render.TraceOnce(Along({0, 0, 1})));
@@ -292,7 +297,7 @@ TEST_P(FlatNodes, FlatMeshesShineAsTheirPlanes) {
                     other.objectToWorld[3].z = -5.0f;
                 }
                 Add(scene, QuadMesh(0.001f), Lambert(vec3(1.0f)));
-                render.scene.SetScene(std::move(scene));
+                SetScene(std::move(scene));
                 const double expected = lamp.formFactor(double{distance});
                 EXPECT_NEAR(LightOnWall(true, lamp.isShared ? 128 : 64), expected, 0.01 * expected);
                 if (distance > 1.0f) continue;  // chance finds none there
@@ -314,7 +319,7 @@ TEST_P(FlatNodes, BoxesShineAsTheirOutlines) {
                 double area = 0.0;
                 for (int i = 0; i < 3; ++i) area += glm::length(glm::cross(linear[i], linear[(i + 1) % 3]));
                 Add(scene, QuadMesh(0.001f), Lambert(vec3(1.0f)));
-                render.scene.SetScene(std::move(scene));
+                SetScene(std::move(scene));
                 render.scene.SetEnvironment({.defaultLight = DefaultLight::None});
                 const double expected = area / (M_PI * double{distance} * double{distance});
                 EXPECT_NEAR(LightOnWall(true, 16), expected, (distance < 10.0f ? 0.025 : 0.01) * expected)
@@ -335,7 +340,7 @@ TEST_P(FlatNodes, AnAnimationGoesThroughFlatness) {
     clip.channels.push_back({0, {.property = scene::AnimatedProperty::Scale, .object = 0}});
     PosedScene posed(std::move(scene));
     scene::SceneData data = posed.scene;
-    render.scene.SetScene(std::move(data));
+    SetScene(std::move(data));
     const double flat = 2.0 * 0.239456;
     for (const double seconds : {0.0, 1.0, 2.0, 1.0, 3.0, 1.0, 0.5, 1.0, 2.0, 4.0}) {
         SCOPED_TRACE(seconds);
@@ -367,7 +372,7 @@ TEST_P(FlatNodes, GlassNeitherLosesLightNorMakesUpNumbers) {
     for (const Chain& chain : Chains()) {
         SCOPED_TRACE(chain.name);
         for (const bool isBall : {false, true}) {
-            render.scene.SetScene(Under(chain.nodes, isBall ? SphereMesh(0.8f, 24) : BoxMesh(0.8f), glass));
+            SetScene(Under(chain.nodes, isBall ? SphereMesh(0.8f, 24) : BoxMesh(0.8f), glass));
             render.scene.SetEnvironment({.radiance = vec3(1.0f)});
             TraceSettings settings = Along(-chain.normal);
             settings.scattering.brdf = BrdfModel::Gltf;
@@ -389,7 +394,7 @@ TEST_P(FlatNodes, NoMaterialMakesUpNumbers) {
     material.sheenRoughnessFactor = 0.4f;
     for (const Chain& chain : Chains()) {
         SCOPED_TRACE(chain.name);
-        render.scene.SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), material));
+        SetScene(Under(chain.nodes, SphereMesh(0.8f, 24), material));
         render.scene.SetEnvironment({.radiance = vec3(1.0f)});
         for (const float tilt : {0.0f, 1.5f}) {
             TraceSettings settings = Along(glm::normalize(-chain.normal + tilt * vec3(0.3f, 0.9f, 0.1f)));
@@ -402,7 +407,7 @@ TEST_P(FlatNodes, NoMaterialMakesUpNumbers) {
 TEST_P(FlatNodes, AHostMayFlattenWhatItPlaces) {
     const glm::mat4x3 flat{vec3(1, 0, 0), vec3(0, 1, 0), vec3(0), vec3(0)};
     scene::SceneData scene = SceneOf({BoxMesh(0.5f)}, {Shining(kColor, true)}, {flat});
-    render.scene.SetScene(std::move(scene));
+    SetScene(std::move(scene));
     const auto covered = [&] { return Covered(render.TraceOnce(Along({0, 0, -1}))); };
     const size_t set = covered();
     EXPECT_GT(set, 200u);
@@ -429,7 +434,7 @@ TEST_P(FlatNodes, InstancesOfANodeMayBeFlat) {
     scene::SceneData scene = test::Load(document);
     EXPECT_TRUE(scene.warnings.empty());
     ASSERT_EQ(scene.instances.size(), 3u);
-    render.scene.SetScene(std::move(scene));
+    SetScene(std::move(scene));
     const FloatImage front = render.TraceOnce(Along({0, 0, -1}));
     const auto at = [](const FloatImage& image, float x, float y) {
         return image.At(uint32_t((x + 1.5f) * 16.0f), uint32_t((1.5f - y) * 16.0f)).x;

@@ -319,8 +319,10 @@ TEST_F(GpuSceneTest, SetViewpoint_MovesWhatIsOnTheDeviceAndNothingInTheWorld) {
     const auto originNow = [&] {
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
-        render.renderer.Present(
-            passes::Trace(render.renderer, ids, LookAt({0, 0, 5}, {0, 0, 0}, 1.0f, 1)).radiance);
+        render.renderer.Present(passes::PrimaryHits(render.renderer, ids,
+                                                    LookAt({0, 0, 5}, {0, 0, 0}, 1.0f, 1),
+                                                    passes::FilmPosition::Center)
+                                    .position);
         render.renderer.Execute();
         return ids.origin;
     };

@@ -181,11 +181,11 @@ constexpr uint32_t kMany = 1100;
 // What moves, goes and comes: a render does not depend on it, a view may.
 TEST_F(MeshLights, PicturesOfTheRuleAlwaysDoNotDependOnWhatWasShownBefore) {
     const auto picture = [&](LightRule rule, bool isEdited) {
-        SceneRender other(Device(), {.lightRule = rule});
+        SceneRender other(Device(), {.traversal = Traversal::Driver, .lightRule = rule});
         scene::SceneData data = Panels(kMany);
         const glm::mat4x3 last = data.instances[3].objectToWorld;
-        if (isEdited) data.instances[3].objectToWorld = PanelAt(5, -3.0f, 0.5f);
         other.scene.SetScene(std::move(data));
+        if (isEdited) other.scene.SetTransform(3, PanelAt(5, -3.0f, 0.5f));
         other.Render(Settings(), 1);
         if (isEdited) {
             other.scene.SetVisible(7, false);

@@ -4,12 +4,12 @@
 #include "renderer/bvh/wide_scene.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
+#include "tests/support/two_levels.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
 
 using passes::TraceSettings;
-using passes::Traversal;
 
 namespace {
 
@@ -106,14 +106,20 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
         EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "");
     }
 
-    SceneRender render{Device(), {.hasWideTrees = true, .prefersOneWideLevel = GetParam() == 1}};
+    // Of an empty scene there is nothing of which to make two.
+    void SetScene(scene::SceneData&& data) {
+        render.scene.SetScene(std::move(data));
+        if (GetParam() == 2) MakeTwoLevels(render);
+    }
+
+    SceneRender render{Device(), {.traversal = Traversal::Own}};
 };
 INSTANTIATE_TEST_SUITE_P(Levels, OwnTraversal, ::testing::Values(1u, 2u));
 
 }  // namespace
 
 TEST_P(OwnTraversal, SeesWhatTheDriverSees) {
-    render.scene.SetScene(Things());
+    SetScene(Things());
     ExpectAlike("as it is set");
     // Of the whole program: that of the trees, not of the driver
     const glm::dvec3 mean = Traced(Traversal::Own).Mean();
@@ -121,7 +127,7 @@ TEST_P(OwnTraversal, SeesWhatTheDriverSees) {
 }
 
 TEST_P(OwnTraversal, FollowsEveryChange) {
-    render.scene.SetScene(Things());
+    SetScene(Things());
     ExpectAlike("as it is set");
     render.scene.SetTransform(2, Placed({-0.6f, 0.2f, 0.9f}, {0.5f, 1, 1}));
     ExpectAlike("moved");
@@ -145,7 +151,7 @@ TEST_P(OwnTraversal, FollowsEveryChange) {
     ExpectAlike("without some");
     render.scene.SetViewpoint({5000.0, 0.0, 0.0});
     ExpectAlike("from another origin");
-    render.scene.SetScene(Things());
+    SetScene(Things());
     ExpectAlike("set again");
 }
 
@@ -157,22 +163,52 @@ TEST_P(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
     data.instances.push_back(
         {.mesh = static_cast<uint32_t>(data.meshes.size() - 1), .objectToWorld = glm::mat4x3(1.0f)});
     const uint32_t round = static_cast<uint32_t>(data.instances.size() - 1);
-    render.scene.SetScene(std::move(data));
+    SetScene(std::move(data));
     EXPECT_NE(render.scene.Statistics().whyNoWideTrees, "");
     EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values) << "by the driver";
     render.scene.SetVisible(round, false);
+    if (GetParam() == 2) MakeTwoLevels(render);
     ExpectAlike("without what is round");
 }
 
 TEST_P(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
-    render.scene.SetScene(PlainThings());
+    SetScene(PlainThings());
     TraceSettings settings = View(Traversal::Own);
+    settings.form = passes::IntegratorForm::Loop;
     const FloatImage loop = render.TraceOnce(settings);
-    settings.form = {passes::IntegratorForm::Wavefront, 2};
+    settings.form = passes::IntegratorForm::Wavefront;
     const FloatImage wavefront = render.TraceOnce(settings);
     size_t unlike = 0;
     for (size_t i = 0; i < loop.values.size(); ++i) unlike += loop.values[i] != wavefront.values[i];
     EXPECT_LT(unlike, Device().Info().type == rhi::DeviceType::Cpu ? 1u : loop.values.size() / 50);
+}
+
+// A ball that goes through a crowd, step by step: boxes follow, and the tree is built again when it has become
+// bad, on another thread.
+TEST_P(OwnTraversal, ATreeThatMotionHasMadeWorseIsBuiltAgain) {
+    scene::SceneData data = PlainThings();
+    data.meshes.push_back(BoxMesh(0.05f, 1));
+    for (uint32_t i = 0; i < 60; ++i)
+        data.instances.push_back(
+            {.mesh = 2,
+             .objectToWorld =
+                 Placed({0.2f * float(i % 8) - 0.8f, 0.2f * float(i / 8) - 0.8f, 0.6f}, glm::vec3(1))});
+    const auto count = static_cast<uint32_t>(data.instances.size());
+    SetScene(std::move(data));
+    ExpectAlike("as it is set");
+    for (int step = 0; step < 12; ++step) {
+        // All of them, each its own way
+        for (uint32_t i = 1; i < count; ++i) {
+            const float angle = 2.1f * float(i) + 0.7f * float(step);
+            render.scene.SetTransform(
+                i,
+                Placed({1.2f * std::cos(angle), 1.2f * std::sin(angle), 0.1f * float(i % 9)}, glm::vec3(1)));
+        }
+        Traced(Traversal::Own);
+    }
+    ExpectAlike("moved");
+    for (int frame = 0; frame < 50; ++frame) Traced(Traversal::Own);
+    ExpectAlike("at rest");
 }
 
 // Rays in the space of the mesh would overflow. In the scene's space all is near.
@@ -182,7 +218,7 @@ TEST_P(OwnTraversal, AMeshThatReachesTooFarIsPlacedOrTheDrivers) {
     scene::SceneData data = PlainThings();
     data.meshes.push_back(BoxMesh(2e18f, 1));
     data.instances.push_back({.mesh = 2, .objectToWorld = Placed({1e13f, 1e13f, 0.0f}, glm::vec3(1e-6f))});
-    render.scene.SetScene(std::move(data));
+    SetScene(std::move(data));
     if (GetParam() == 1) return ExpectAlike("in one level");
     EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values);
     EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "a mesh reaches too far for a tree");
@@ -198,7 +234,7 @@ TEST_P(OwnTraversal, ManyTrianglesAreInTwoLevels) {
         data.instances.push_back({.mesh = 2, .objectToWorld = Placed({x, 0.6f, 0.4f}, {1, 1, 1})});
     }
     const auto count = static_cast<uint32_t>(data.instances.size());
-    render.scene.SetScene(std::move(data));
+    SetScene(std::move(data));
     ExpectAlike("too many", false);
     // They stay so: their tables are there
     for (uint32_t i = 8; i < count; ++i) render.scene.RemoveInstance(i);
@@ -207,8 +243,9 @@ TEST_P(OwnTraversal, ManyTrianglesAreInTwoLevels) {
 
 // Nobody reads the driver's structures then, and none are built.
 TEST_P(OwnTraversal, BuildsNothingForTheDriver) {
-    render.scene.SetScene(PlainThings());
+    SetScene(PlainThings());
     Traced(Traversal::Own);
+    Traced(Traversal::Auto);
     EXPECT_EQ(render.scene.Statistics().blasBuilds, 0u);
     EXPECT_EQ(render.scene.Statistics().tlasRebuilds, 0u);
     Traced(Traversal::Driver);

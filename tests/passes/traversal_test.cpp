@@ -1,16 +1,15 @@
-// Both ways of tracing a buffer of rays: the driver's, however its triangles are ordered, and the wide trees',
-// against all triangles one after the other in double precision.
-#include "passes/traversal.h"
+// Both ways of tracing a buffer of rays, the driver's and the wide trees', against all triangles one after the
+// other in double precision; and which is taken on a device.
+#include "renderer/bvh/traversal.h"
 
-#include "renderer/bvh/exact_trace.h"
+#include "renderer/bvh/traversal_scene.h"
 #include "renderer/graph/readback_values.h"
+#include "tests/support/exact_trace.h"
 #include "tests/support/triangle_soup.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
 namespace {
-
-using passes::RayQuestion;
 
 class TraversalTest : public VulkanTest {
   protected:
@@ -30,7 +29,7 @@ class TraversalTest : public VulkanTest {
     uint32_t RayCount() const { return static_cast<uint32_t>(m_rays.size()); }
 
     // Hits as they are exactly, but for rays that are in doubt, of which there are few.
-    void Check(const std::vector<gpu::WideHit>& hits, RayQuestion question) {
+    void Check(const std::vector<gpu::WideHit>& hits) {
         ASSERT_EQ(hits.size(), m_exact.size());
         uint32_t checked = 0, hitCount = 0;
         for (size_t i = 0; i < hits.size(); ++i) {
@@ -40,7 +39,6 @@ class TraversalTest : public VulkanTest {
             ASSERT_EQ(hits[i].t >= 0.0f, exact.t >= 0.0) << i;
             if (exact.t < 0.0) continue;
             ++hitCount;
-            if (question == RayQuestion::Any) continue;
             ASSERT_EQ(hits[i].instance, exact.instance) << i;
             ASSERT_EQ(hits[i].primitive, exact.primitive) << i;
             EXPECT_NEAR(double{hits[i].t}, exact.t, 1e-4 * exact.t);
@@ -70,53 +68,41 @@ class TraversalTest : public VulkanTest {
     Renderer m_renderer{Device()};
 };
 
-TEST_F(TraversalTest, Driver_FindsTheSameInEveryOrder) {
-    for (const BuildOrder order : Values<BuildOrder>()) {
-        SCOPED_TRACE(Name(order));
-        DriverScene driver(Device(), m_scene, order);
-        for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any}) {
-            std::vector<gpu::WideHit> hits = Run([&](BufferId rays) {
-                return passes::TraceBuffer(m_renderer, driver.Declare(m_renderer), rays, RayCount(),
-                                           question);
-            });
-            if (question == RayQuestion::Nearest) driver.NumberTriangles(hits);
-            Check(hits, question);
-        }
-    }
+TEST_F(TraversalTest, TheDriverFindsWhatIsThere) {
+    DriverScene driver(Device(), m_scene);
+    Check(Run([&](BufferId rays) {
+        return TraceByDriver(m_renderer, driver.Declare(m_renderer), rays, RayCount());
+    }));
 }
 
-TEST_F(TraversalTest, WideTrees_FindTheSameInOneLevelAndInTwo) {
+TEST_F(TraversalTest, WideTreesFindTheSameInOneLevelAndInTwo) {
     for (const bool hasOneLevel : {false, true}) {
         SCOPED_TRACE(hasOneLevel);
         WideDeviceScene wide(Device(), hasOneLevel ? BuildOneLevel(m_scene) : BuildWideScene(m_scene));
-        for (const RayQuestion question : {RayQuestion::Nearest, RayQuestion::Any})
-            Check(Run([&](BufferId rays) {
-                      return passes::TraverseBuffer(m_renderer, wide.Declare(m_renderer), rays, RayCount(),
-                                                    {.question = question, .hasOneLevel = hasOneLevel});
-                  }),
-                  question);
+        Check(Run([&](BufferId rays) {
+            return TraceByOwn(m_renderer, wide.Declare(m_renderer), rays, RayCount(), hasOneLevel);
+        }));
     }
 }
 
-// A ray that misses the root's children visits the root alone; others more.
-TEST_F(TraversalTest, WideTrees_CountWhatTheyVisit) {
-    WideDeviceScene wide(Device(), BuildWideScene(m_scene));
-    m_renderer.BeginFrame();
-    BufferId counts;
-    std::ignore =
-        passes::TraverseBuffer(m_renderer, wide.Declare(m_renderer),
-                               m_renderer.Import("rays", m_buffer, m_state), RayCount(), {.counts = &counts});
-    const Readback readback = m_renderer.ReadBack(counts);
-    m_renderer.Execute();
-    const std::vector<gpu::WideCounts> taken = WaitForValues<gpu::WideCounts>(readback);
-    ASSERT_EQ(taken.size(), m_rays.size());
-    for (size_t i = 0; i < taken.size(); ++i) {
-        EXPECT_GE(taken[i].nodes, 1 + taken[i].instances) << i;
-        if (m_exact[i].isDoubtful || m_exact[i].t < 0.0) continue;
-        EXPECT_GE(taken[i].instances, 1u) << i;
-        EXPECT_GE(taken[i].triangles, 1u) << i;
-        EXPECT_LT(taken[i].triangles, 100u) << i;
+TEST_F(TraversalTest, TheFasterOneIsMeasuredOnceAndNotAtAllOnACpu) {
+    constexpr const char* kName = "speed of own traversal over the driver's, 1";
+    const Traversal chosen = FasterTraversal(Device());
+    if (Device().Info().type == rhi::DeviceType::Cpu) {
+        EXPECT_EQ(chosen, Traversal::Own);
+        EXPECT_EQ(Device().Measured(kName), std::nullopt);
+        EXPECT_GT(MeasureOwnSpeed(Device()), 0.0);
+        return;
     }
+    const std::optional<double> measured = Device().Measured(kName);
+    ASSERT_TRUE(measured);
+    EXPECT_NEAR(MeasureOwnSpeed(Device()), *measured, 0.2 * *measured);
+    // What is remembered is believed, and decides
+    for (const double speed : {0.5, 1.05, 1.2, 3.0}) {
+        Device().RememberMeasured(kName, speed);
+        EXPECT_EQ(FasterTraversal(Device()), speed > 1.1 ? Traversal::Own : Traversal::Driver);
+    }
+    Device().RememberMeasured(kName, *measured);
 }
 
 }  // namespace

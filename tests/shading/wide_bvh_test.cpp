@@ -6,9 +6,11 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numeric>
 #include <random>
 
 #include "renderer/bvh/wide_bvh.h"
+#include "renderer/bvh/wide_refit.h"
 #include "renderer/bvh/wide_scene.h"
 #include "tests/shading/wide_traversal.h"
 #include "tests/support/triangle_soup.h"
@@ -137,6 +139,50 @@ TEST(WideBvh, WithoutPrimitivesIsOneEmptyNode) {
     for (uint32_t slot = 0; slot < gpu::kWideChildren; ++slot) EXPECT_EQ(WideMeta(tree.nodes[0], slot), 0u);
 }
 
+// Primitives that have moved: the nodes hold them, and are the same by whatever way they came there.
+TEST(WideRefit, BoxesFollowWhatMovesWhateverCameBetween) {
+    std::vector<Box> boxes = TriangleBoxes(TriangleSoup(3000, 0.1f, 5));
+    WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));
+    const auto bytes = [&] {
+        const auto* first = reinterpret_cast<const char*>(tree.nodes.data());
+        return std::string(first, tree.nodes.size() * sizeof(gpu::WideNode));
+    };
+    const auto boxOf = [&](uint32_t place) { return boxes[tree.primitives[place]]; };
+    std::vector<uint32_t> all(boxes.size());
+    std::iota(all.begin(), all.end(), 0u);
+    WideRefit refit(tree.nodes, boxOf);
+    const std::string made = bytes();
+    EXPECT_EQ(refit.Refit(tree.nodes, all, boxOf).size(), tree.nodes.size());
+    EXPECT_EQ(bytes(), made) << "as the builder stores them";
+    EXPECT_DOUBLE_EQ(refit.Decay(), 1.0);
+
+    const auto move = [&](std::span<const uint32_t> places, const glm::vec3& by) {
+        for (const uint32_t place : places) {
+            Box& box = boxes[tree.primitives[place]];
+            box = {box.min + by, box.max + by};
+        }
+        return refit.Refit(tree.nodes, places, boxOf);
+    };
+    const std::vector<uint32_t> one{17}, some{17, 4, 2000, 2001, 100};
+    EXPECT_LE(move(one, {0.5f, 0, 0}).size(), tree.depth);
+    ExpectEachOnce(CheckWide(tree, boxes, 0), boxes.size());
+    move(some, {0, 8.0f, 0});
+    ExpectEachOnce(CheckWide(tree, boxes, 0), boxes.size());
+    EXPECT_GT(refit.Decay(), 1.0);
+    const std::string there = bytes();
+    move(some, {0, 0, -64.0f});
+    move(one, {16.0f, 0, 0});
+    EXPECT_NE(bytes(), there);
+    move(one, {-16.0f, 0, 0});
+    move(some, {0, 0, 64.0f});
+    EXPECT_EQ(bytes(), there);
+    // All into one place: nothing is left of the order in space
+    for (Box& box : boxes) box = {glm::vec3(0.0f), glm::vec3(1.0f)};
+    refit.Refit(tree.nodes, all, boxOf);
+    ExpectEachOnce(CheckWide(tree, boxes, 0), boxes.size());
+    EXPECT_GT(refit.Decay(), 3.0);
+}
+
 class WideLevels : public ::testing::TestWithParam<uint32_t> {
   protected:
     static WideScene Build(const BvhScene& scene) {
@@ -200,7 +246,7 @@ std::array<WideScene, 2> PlacedQuad(const glm::mat4x3& objectToWorld, uint32_t f
     WideInstances instances =
         BuildWideInstances(std::vector<WidePlacement>{{objectToWorld, mesh.box, 0, 7, flags}});
     const WideMesh level =
-        BuildWideLevel(std::vector<PlacedTriangles>{{mesh.triangles, objectToWorld, 7, flags}});
+        BuildWideLevel(std::vector<PlacedTriangles>{{mesh.triangles, objectToWorld, 7, flags}}).mesh;
     WideScene scene{.nodes = mesh.nodes, .triangles = mesh.triangles, .instances = instances.instances};
     scene.instances[0].root = static_cast<uint32_t>(scene.nodes.size());
     // One instance is none and stands for one level: another one is added, which nothing leads to

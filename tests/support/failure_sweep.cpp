@@ -73,7 +73,11 @@ void ViewFrame(SweptWorld& world, viewport::View view) {
 void Start(SweptScenario& steps) {
     steps.push_back({"renderer", [](SweptWorld& world) { world.renderer.emplace(*world.device); }});
     steps.push_back({"scene", [](SweptWorld& world) {
-                         world.scene.emplace(*world.renderer, GpuSceneDesc{.textureLevels = true});
+                         world.scene.emplace(*world.renderer, GpuSceneDesc{.textureLevels = true,
+                                                                           // A scene that has once had no
+                                                                           // memory for own trees has none,
+                                                                           // and other last bits
+                                                                           .traversal = Traversal::Driver});
                      }});
     steps.push_back({"open",
                      [](SweptWorld& world) {

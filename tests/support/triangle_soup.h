@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/bvh/exact_trace.h"
 #include "renderer/bvh/wide_scene.h"
 #include "shaders/shared/wide_bvh.h"
+#include "tests/support/exact_trace.h"
 
 namespace raygraph::testing {
 

@@ -1,5 +1,7 @@
 // A frame's budget: what it learns, and that submissions keep to it.
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 #include "editor/viewport/frame_budget.h"
 #include "tests/viewport/viewport_test.h"
@@ -151,6 +153,37 @@ TEST_F(ViewportBudget, PictureInTiles_IsThatOfWholeSamples) {
     EXPECT_EQ(tiled.Samples(), 2u);
     EXPECT_EQ(tiled.viewport.Progress().pathTracedShare, 0.0);
     EXPECT_EQ(tiled.Picture(), whole);
+}
+
+// While nothing changes frames are filled; while something does, each has one sample.
+TEST_F(ViewportBudget, StillPictures_GetAsManySamplesAFrameAsFit) {
+    if (Device().Info().timestampValidBits == 0) GTEST_SKIP() << "the device has no timestamps";
+    const double sample = SampleMs(kSize);
+    ViewedScene still(Device(), kSize);
+    still.viewport.SetBudget({.frameMs = 40.0 * sample, .maxSamples = 40, .settleMs = 1.0});
+    const auto framesTo40 = [&] {
+        uint32_t frames = 0;
+        for (; still.Samples() < 40 && frames < 200; ++frames) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            still.RenderFrames(1);
+            Device().WaitIdle();
+        }
+        return frames;
+    };
+    EXPECT_LT(framesTo40(), 30u);
+    EXPECT_EQ(still.Samples(), 40u);
+    viewed.viewport.SetBudget({.maxSamples = 40});
+    viewed.viewport.SetSize(kSize);
+    viewed.RenderFrames(40);
+    EXPECT_EQ(viewed.Samples(), 40u);
+    EXPECT_EQ(still.Picture(), viewed.Picture()) << "the bits of one sample after another";
+
+    still.viewport.SetBudget({.frameMs = 40.0 * sample, .maxSamples = 40, .settleMs = 1e9});
+    scene::CameraView camera = InsideBoxes();
+    camera.eye.x += 0.01f;
+    still.viewport.SetCamera(camera);
+    still.RenderFrames(1);
+    EXPECT_GE(framesTo40(), 39u);
 }
 
 TEST_F(ViewportBudget, FirstPictures_LookLikeTheLastOne) {

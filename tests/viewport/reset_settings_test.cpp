@@ -55,9 +55,6 @@ const Row<PathSettings> kOfPaths[] = {
     {"shadow terminator", [](PathSettings& s) { s.biases.shadowTerminator = true; }},
     {"texture levels", [](PathSettings& s) { s.biases.textureLod = 0.5f; }},
     {"hidden environment", [](PathSettings& s) { s.isEnvironmentHidden = true; }},
-    {"loop", [](PathSettings& s) { s.form.kind = passes::IntegratorForm::Loop; }},
-    {"wavefront", [](PathSettings& s) { s.form.kind = passes::IntegratorForm::Wavefront; }},
-    {"steps", [](PathSettings& s) { s.form.steps = 2; }},
 };
 
 const Row<CameraView> kOfCamera[] = {
@@ -130,14 +127,14 @@ TEST_F(ViewportResetSettings, EveryFieldAndValueOfPathsDoesSo) {
     ExpectEachResets(
         std::span<const Row<PathSettings>>(kOfPaths), viewed.viewport.Paths(),
         [](PathSettings& s) {
-            auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden, form] = s;
+            auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] = s;
             auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
             auto& [isOn, lightSampler, mis] = lights;
             auto& [kind, start, survival] = roulette;
             auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
             return std::tie(sampler, seed, brdf, distribution, masking, fresnel, multiscatter, isOn,
                             lightSampler, mis, kind, start, survival, maxDepth, clampIndirect, regularize,
-                            shadowTerminator, textureLod, isEnvironmentHidden, form.kind, form.steps);
+                            shadowTerminator, textureLod, isEnvironmentHidden);
         },
         [&](const PathSettings& s) { viewed.viewport.SetPaths(s); }, ResetCause::Settings);
 }

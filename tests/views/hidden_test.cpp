@@ -1,5 +1,7 @@
 // What is hidden is in no view, and casts no shadow: the bits of a scene that was set without it being
 // visible, by an update of the TLAS.
+#include <cstring>
+
 #include "passes/raster.h"
 #include "passes/shadow_maps.h"
 #include "renderer/graph/readback_values.h"
@@ -98,7 +100,7 @@ class Hidden : public VulkanTest {
 
     static void Settle(SceneRender& render) {
         for (int frame = 0; frame < 8 && !render.scene.IsSettled(); ++frame)
-            render.TraceOnce(LookAt({0, 0, 7}, {0, 0, 0}, 0.8f, 1));
+            render.PrimaryHits(LookAt({0, 0, 7}, {0, 0, 0}, 0.8f, 1));
         ASSERT_TRUE(render.scene.IsSettled());
     }
 

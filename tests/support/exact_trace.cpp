@@ -1,4 +1,4 @@
-#include "renderer/bvh/exact_trace.h"
+#include "tests/support/exact_trace.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// The rays of a buffer by scene/wide_bvh.glsl, one an invocation.
+// The rays of a buffer by scene/wide_bvh.glsl, nearest hits: nothing but a load, the traversal and a store.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -9,16 +9,13 @@
 #include "shared/wide_bvh.h"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool kIsAny = false;   // any hit: its sign alone is stored
-layout(constant_id = 1) const bool kCounts = false;  // stores what it took
-layout(constant_id = 2) const bool kHasOneLevel = false;
+layout(constant_id = 0) const bool kHasOneLevel = false;
 
 layout(set = 0, binding = 0, std430) readonly buffer WideNodes { u64vec2 at[]; } wideNodes;
 layout(set = 0, binding = 1, std430) readonly buffer WideTriangles { u64vec2 at[]; } wideTriangles;
 layout(set = 0, binding = 2, std430) readonly buffer WideInstances { u64vec2 at[]; } wideInstances;
 layout(set = 0, binding = 3, scalar) readonly buffer Rays { BenchRay at[]; } rays;
 layout(set = 0, binding = 4, scalar) writeonly buffer Hits { WideHit at[]; } hits;
-layout(set = 0, binding = 5, scalar) writeonly buffer Counts { WideCounts at[]; } counts;
 layout(push_constant, scalar) uniform Constants { BenchConstants constants; };
 
 uvec4 WideNodeWord(uint at) { return HalvesOf(wideNodes.at[at]); }
@@ -37,14 +34,9 @@ void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index >= constants.rayCount) return;
     BenchRay ray = rays.at[index];
-    WideCounts taken;
+    WideCounts taken;  // nobody asks for them
     taken.nodes = 0u;
     taken.triangles = 0u;
     taken.instances = 0u;
-    WideHit hit = TraverseWide(ray.origin, ray.direction, ray.tMax, kIsAny, kHasOneLevel, taken);
-    if (kIsAny)
-        hits.at[index].t = hit.t;
-    else
-        hits.at[index] = hit;
-    if (kCounts) counts.at[index] = taken;
+    hits.at[index] = TraverseWide(ray.origin, ray.direction, ray.tMax, false, kHasOneLevel, taken);
 }

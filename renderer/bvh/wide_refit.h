@@ -1,0 +1,48 @@
+// WideRefit gives a wide tree the boxes of primitives that have moved. Which nodes and leaves it has stays,
+// so that the tree becomes worse the farther they move among each other; Decay says how much. Threads: one at
+// a time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "renderer/bvh/box.h"
+#include "shaders/shared/wide_bvh.h"
+
+namespace raygraph {
+
+class WideRefit {
+  public:
+    WideRefit() = default;
+    // The box of a primitive, by its place in the leaves; finite.
+    using BoxOf = std::function<Box(uint32_t primitive)>;
+    // Of a tree as CollapseToWide makes it: children and primitives count from the tree's own first ones.
+    WideRefit(std::span<const gpu::WideNode> nodes, const BoxOf& boxOf);
+
+    // Writes the nodes that contain the primitives which have moved, and returns which these are. The nodes
+    // are then a function of where all primitives are now, whatever came between.
+    std::vector<uint32_t> Refit(std::span<gpu::WideNode> nodes, std::span<const uint32_t> moved,
+                                const BoxOf& boxOf);
+    // The expected cost of rays of a given density in space, which is in proportion to the areas of boxes,
+    // over that when the tree was made.
+    double Decay() const;
+    // Of all primitives.
+    const Box& Bounds() const { return m_nodes.front().box; }
+
+  private:
+    struct Node {
+        Box box;
+        uint32_t parent = 0;
+        double cost = 0.0;  // of it and its leaves
+        bool isDirty = false;
+    };
+    void Store(std::span<gpu::WideNode> nodes, uint32_t node, const BoxOf& boxOf);
+
+    std::vector<Node> m_nodes;
+    std::vector<uint32_t> m_nodeOf;  // by primitive
+    double m_cost = 0.0, m_costMade = 0.0;
+};
+
+}  // namespace raygraph
