@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <limits>
 #include <new>
 #include <span>
 #include <stdexcept>
@@ -54,11 +55,7 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
         m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
     if (m_hasFailed || (m_version == instances.Version() && !hasCome)) return;
     try {
-        if (!m_renewsDecayed && m_asSet.empty())
-            for (const InstanceSet::Placement& placement : instances.Placements())
-                m_asSet.push_back(placement.group == InstanceSet::kNoGroup
-                                      ? glm::mat4x3(1.0f)
-                                      : instances.DeviceTransform(placement.instance));
+        if (!m_renewsDecayed && m_asSet.empty()) NoteAsSet(resources, instances);
         std::vector<Part> parts = VisibleParts(resources, instances);
         m_version = instances.Version();
         if (!m_whyNone.empty()) return;
@@ -80,6 +77,22 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
         m_hasFailed = true;
         ForgetAll();
     }
+}
+
+void WideSet::NoteAsSet(const SceneResources& resources, const InstanceSet& instances) {
+    uint64_t triangles = 0;
+    for (const InstanceSet::Placement& placement : instances.Placements()) {
+        glm::mat4x3& placed = m_asSet.emplace_back(1.0f);
+        if (placement.group == InstanceSet::kNoGroup) continue;
+        placed = instances.DeviceTransform(placement.instance);
+        if (const auto& tree = resources.groups[placement.group].tree) triangles += tree->triangles.size();
+    }
+    m_hadFewTriangles = triangles <= kMaxLevelTriangles;
+}
+
+uint64_t WideSet::MostTriangles() const {
+    if (!m_renewsDecayed) return m_hadFewTriangles ? std::numeric_limits<uint64_t>::max() : 0;
+    return m_isBuilt ? kMaxRebuiltTriangles : kMaxLevelTriangles;
 }
 
 void WideSet::ForgetAll() {
@@ -156,7 +169,7 @@ void WideSet::BuildFrom(SceneResources& resources, std::vector<Part>&& parts) {
             count += part.tree->triangles.size();
         }
         FreeTop();
-        m_isOneLevel = count <= (m_isBuilt ? kMaxRebuiltTriangles : kMaxLevelTriangles) &&
+        m_isOneLevel = count <= MostTriangles() &&
                        Take({.parts = parts, .level = BuildWideLevel(placed), .instances = {}});
     }
     m_isBuilt = true;

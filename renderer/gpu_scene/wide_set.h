@@ -75,6 +75,10 @@ class WideSet {
         WideInstances instances;
     };
 
+    // Of a scene whose trees stay those of the scene as it was set.
+    void NoteAsSet(const SceneResources& resources, const InstanceSet& instances);
+    // How many triangles a tree of one level may have that is built now.
+    uint64_t MostTriangles() const;
     // Nothing, and m_whyNone, where there is no tree of one of them.
     std::vector<Part> VisibleParts(const SceneResources& resources, const InstanceSet& instances);
     static PlacedTriangles TrianglesOf(const Part& part);
@@ -104,6 +108,7 @@ class WideSet {
 
     bool m_renewsDecayed;
     std::vector<glm::mat4x3> m_asSet;  // by Part::number: where the scene had it when it was set
+    bool m_hadFewTriangles = false;    // the scene as it was set, hidden ones included
     bool m_isOneLevel = true;          // once there were more triangles than that takes, never again
     bool m_isBuilt = false;
     std::vector<Part> m_parts;     // of which it was

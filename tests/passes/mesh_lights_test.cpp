@@ -181,7 +181,7 @@ constexpr uint32_t kMany = 1100;
 // What moves, goes and comes: a render does not depend on it, a view may.
 TEST_F(MeshLights, PicturesOfTheRuleAlwaysDoNotDependOnWhatWasShownBefore) {
     const auto picture = [&](LightRule rule, bool isEdited) {
-        SceneRender other(Device(), {.traversal = Traversal::Driver, .lightRule = rule});
+        SceneRender other(Device(), {.lightRule = rule});
         scene::SceneData data = Panels(kMany);
         const glm::mat4x3 last = data.instances[3].objectToWorld;
         other.scene.SetScene(std::move(data));
