@@ -26,9 +26,9 @@ struct PrepareSettings {
     // several structures side by side, split in space. Small ones let a scene that streams build a little in
     // each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
-    // GpuScene::UsedTraversal of the one that it is for. Own: trees of meshes that it needs are built here.
-    // Auto: GpuScene builds them, if it needs any, and the call or frame that does takes longer. Driver: the
-    // scene can have no trees.
+    // GpuScene::UsedTraversal of the one that it is for. Driver: no trees for own traversal are made, and the
+    // scene can have none. Own and Auto: the trees of meshes are built here where there are more triangles
+    // than one tree takes (kMaxLevelTriangles); those of fewer GpuScene builds, if it comes to need them.
     Traversal traversal = Traversal::Auto;
     // For DefaultLight::Auto. True: HasOwnLight measures whether the scene lights itself, which builds trees
     // over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
