@@ -68,6 +68,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     viewport::BudgetSettings budget = editor.Work().view.Budget();
     budget.whilePreparing = viewport::PreparingView::Preview;
     editor.Work().view.SetBudget(budget);
+    editor.Work().hasLongFrames = true;
     if (!config.empty()) editor.UseConfig(config);
     Begin(editor.Work(), options);
     RunFrames(editor, screen,

@@ -59,7 +59,8 @@ void Editor::ChooseBudget(const FrameInput& input) {
     m_idleSeconds = input.IsActiveSince(m_lastInput) ? 0.0f : m_idleSeconds + input.seconds;
     m_lastInput = input;
     viewport::BudgetSettings budget = m_work.view.Budget();
-    budget.frameMs = m_work.frameMs * (m_idleSeconds > kIdleSeconds ? kIdleFactor : 1.0);
+    const bool isLong = m_work.hasLongFrames && m_idleSeconds > kIdleSeconds;
+    budget.frameMs = m_work.frameMs * (isLong ? kIdleFactor : 1.0);
     m_work.view.SetBudget(budget);
 }
 

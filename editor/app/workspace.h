@@ -55,6 +55,7 @@ class Workspace {
 
     // Of the budget of frames (viewport::BudgetSettings), while the user does something.
     double frameMs = 30.0;
+    bool hasLongFrames = false;  // while the user does nothing: in a window
 
     // By the file's extension, .hdr or .exr; any other is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);

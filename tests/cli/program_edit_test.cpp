@@ -108,7 +108,7 @@ double ShareUnlike(const std::vector<float>& a, const std::vector<float>& b) {
 TEST(ProgramEdit, SavedExrIsResumedByRender) {
     const test::TemporaryFolder folder;
     std::ofstream(folder.Path() / "script.txt")
-        << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
+        << "budget 0\nsize 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
         << (folder.Path() / "edit.exr").string() << "\nexpect message sample\n";
     const test::ProgramResult edited = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
