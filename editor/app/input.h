@@ -54,7 +54,7 @@ struct FrameInput {
 
     // What has come after it, before a frame could take it: both as one.
     void Append(FrameInput&& later);
-    // Whether the user does anything that `before`, the input of the frame before, did not say.
+    // True if the user does anything that `before`, the input of the last frame, did not say.
     bool IsActiveSince(const FrameInput& before) const;
     bool IsDown(Key key) const { return keys[static_cast<size_t>(key)]; }
     bool IsDown(MouseButton button) const { return buttons[static_cast<size_t>(button)]; }

@@ -53,9 +53,9 @@ class Workspace {
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
 
-    // Of the budget of frames (viewport::BudgetSettings), while the user does something.
+    // This is BudgetSettings::frameMs of the viewport while the user does something.
     double frameMs = 30.0;
-    bool hasLongFrames = false;  // while the user does nothing: in a window
+    bool hasLongFrames = false;  // frames take longer while the user does nothing, as in a window
 
     // By the file's extension, .hdr or .exr; any other is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);

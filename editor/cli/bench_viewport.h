@@ -8,7 +8,7 @@
 
 namespace raygraph::cli {
 
-// Of one sample of every pixel, with all that frames do beside it. Means over all rounds.
+// What one sample of every pixel costs, with all that frames do beside it: means over all rounds.
 struct SampleCost {
     double cpuSeconds = 0.0;  // of the process
     double gpuMs = 0.0;       // of all passes; 0 on a device without timestamps

@@ -80,11 +80,9 @@ SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& in
 }
 
 void SharedRender::AgreeOnTraversal() {
-    bool isOwn = true;
-    for (const auto& device : m_devices) {
+    for (const auto& device : m_devices)
         if (m_whyNotOwn.empty()) m_whyNotOwn = device->Scene().WhyNoOwnTraversal();
-        isOwn &= m_whyNotOwn.empty();
-    }
+    const bool isOwn = m_whyNotOwn.empty();
     if (m_group != nullptr && m_group->Least(isOwn ? 1 : 0) == 0 && isOwn)
         m_whyNotOwn = "another process cannot";
     if (m_whyNotOwn.empty()) return;

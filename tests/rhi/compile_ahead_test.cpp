@@ -61,33 +61,40 @@ class CompileAheadTest : public ::testing::Test {
                                      entry.path().filename() != "marker";
                           }));
     }
-    // Files that are written by the first execution of a pipeline that comes after `skipped` others.
-    size_t FilesOfFirstExecution(uint32_t skipped, bool isAhead) {
+    // Files that are written by the first execution of what `make` makes on a device; `launch` records it.
+    template <typename Make, typename Launch>
+    size_t FilesOfFirst(Make&& make, Launch&& launch) {
         size_t before = 0;
         {
             const std::unique_ptr<Device> device = Device::Create({.savePipelineCache = false});
-            const std::vector<uint32_t> other = RayGen("7u");
-            for (uint32_t i = 0; i < skipped; ++i)
-                static_cast<void>(CreateRayTracingPipeline(*device, Desc(other)));
-            const std::vector<uint32_t> words = RayGen(std::to_string(skipped + 10) + "u");
-            RayTracingPipelineDesc desc = Desc(words);
-            const RayTracingPipeline pipeline = CreateRayTracingPipeline(*device, desc);
-            if (isAhead) CompileAhead(*device, desc, pipeline);
+            const auto pipeline = make(*device);
             before = FileCount();
             CommandList commands = device->BeginCommands("first");
             commands.Bind(pipeline);
             const std::array<uint32_t, 2> nowhere{};
             commands.PushConstants(std::as_bytes(std::span(nowhere)));
-            commands.TraceRays({1, 1});
+            launch(commands);
             device->WaitFor(device->Submit(std::move(commands)));
         }
         return FileCount() - before;
     }
-    // The same of a compute pipeline.
+    // Those of a ray-tracing pipeline that comes after `skipped` others.
+    size_t FilesOfFirstExecution(uint32_t skipped, bool isAhead) {
+        const auto make = [&](Device& device) {
+            const std::vector<uint32_t> other = RayGen("7u");
+            for (uint32_t i = 0; i < skipped; ++i)
+                static_cast<void>(CreateRayTracingPipeline(device, Desc(other)));
+            const std::vector<uint32_t> words = RayGen(std::to_string(skipped + 10) + "u");
+            RayTracingPipelineDesc desc = Desc(words);
+            RayTracingPipeline pipeline = CreateRayTracingPipeline(device, desc);
+            if (isAhead) CompileAhead(device, desc, pipeline);
+            return pipeline;
+        };
+        return FilesOfFirst(make, [](CommandList& commands) { commands.TraceRays({1, 1}); });
+    }
+    // Those of a compute pipeline.
     size_t FilesOfFirstDispatch(bool isAhead) {
-        size_t before = 0;
-        {
-            const std::unique_ptr<Device> device = Device::Create({.savePipelineCache = false});
+        const auto make = [&](Device& device) {
             const std::vector<uint32_t> words =
                 CompileGlsl({.name = "ahead.comp",
                              .text = R"(#version 460
@@ -98,17 +105,11 @@ class CompileAheadTest : public ::testing::Test {
                                      if (gl_GlobalInvocationID.x > 99u) Number(constants.at).number = )" +
                                      std::string(isAhead ? "1u" : "2u") + "; }\n"});
             const ComputePipelineDesc desc{.name = "ahead", .shader = {.name = "ahead.comp", .spirv = words}};
-            const ComputePipeline pipeline = CreateComputePipeline(*device, desc);
-            if (isAhead) CompileAhead(*device, desc, pipeline);
-            before = FileCount();
-            CommandList commands = device->BeginCommands("first");
-            commands.Bind(pipeline);
-            const std::array<uint32_t, 2> nowhere{};
-            commands.PushConstants(std::as_bytes(std::span(nowhere)));
-            commands.Dispatch(1);
-            device->WaitFor(device->Submit(std::move(commands)));
-        }
-        return FileCount() - before;
+            ComputePipeline pipeline = CreateComputePipeline(device, desc);
+            if (isAhead) CompileAhead(device, desc, pipeline);
+            return pipeline;
+        };
+        return FilesOfFirst(make, [](CommandList& commands) { commands.Dispatch(1); });
     }
 
   private:
