@@ -122,6 +122,7 @@ CheckFiles() {
         [[ $first == '// Data table: '* ]] ||
             echo "$file:$count:" | Report 'size: more than 450 lines is more than one job'
     done
+    find "${folders[@]}" -type f -empty -printf '%p:1:\n' | Report 'empty: a file without content is left over'
     # Tests hold shaders and expected messages as raw strings, which nothing may break.
     grep -nHE '^.{111,}$' -- "${sources[@]}" | grep -v '^tests/' | cut -c -100 | Report 'columns: longer than 110'
     grep -nHIE "$(Word 'TODO|FIXME|XXX')([^[:alnum:]_]|$)" -- "${files[@]}" | grep -v '^tests/layering/' |

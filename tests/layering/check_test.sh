@@ -34,7 +34,7 @@ Expect() {
     cases=$((cases + 1))
     MakeCleanTree
     mkdir -p "$(dirname "$tree/$file")"
-    printf '%b\n' "$text" >"$tree/$file"
+    printf '%b' "${text:+$text\n}" >"$tree/$file"
     output=$("$check" "$tree") || status=$?
     if [[ $rule == quiet ]]; then
         ((status == 0)) && return
@@ -125,6 +125,7 @@ Expect quiet shaders/core/b.glsl "// $(printf 'é%.0s' {1..107})"
 Expect quiet tests/unit/b.cpp "// $(printf 'x%.0s' {1..120})"
 Expect unfinished passes/b.cpp '// TODO: more'
 Expect unfinished cmake/b.cmake '# FIXME'
+Expect empty passes/b.h ''
 Expect readme-size rhi/README.md "$(Lines 61)"
 
 Public threads '// B.\n#pragma once'
