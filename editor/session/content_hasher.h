@@ -13,9 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "renderer/image/image.h"
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/scene_fields.h"
 
 namespace raygraph::session {
 
@@ -56,151 +54,51 @@ class ContentHasher {
         }
     }
 
-    // Those of `fields`, a list of fields, that are not at their default, each with its name. So a field that
-    // is added to Material leaves the hashes of scenes without it as they are, and their renders resumable.
-    template <typename Owner, typename... Fields>
-    void AddChanged(const Owner& owner, const std::tuple<Fields...>& fields) {
-        const Owner atDefault;
-        const auto addIfChanged = [&](const auto& field) {
-            if (owner.*field.member == atDefault.*field.member) return;
-            Add(std::string_view(field.name));
-            Add(owner.*field.member);
-        };
-        std::apply([&](const auto&... field) { (addIfChanged(field), ...); }, fields);
-        Add(std::string_view());  // the end: no field's name
+    // A struct of a scene, as the list of its fields says (scene::Hashed).
+    template <scene::HasFields Owner>
+    void Add(const Owner& owner) {
+        scene::ForEachField<Owner>([&](const auto& field) {
+            if constexpr (std::decay_t<decltype(field)>::kHashed == scene::Hashed::Always)
+                Add(owner.*field.member);
+        });
+        AddChanged(owner, scene::Fields<Owner>::kAll);
+        if constexpr (std::is_same_v<Owner, scene::Primitive>)
+            if (owner.hasFlatNormals && (!owner.influences.IsEmpty() || !owner.targets.empty()))
+                Add(std::string_view("flat"));
     }
 
-    // Each names all fields of its struct: one that is added to the struct does not compile until it is added
-    // here, and to the hash if a picture can depend on it.
-    void Add(const scene::Bounds& bounds) {
-        const auto& [min, max] = bounds;
-        AddAll(min, max);
-    }
-    void Add(const scene::Primitive& primitive) {
-        // Without variants: `material` is that of the one that is shown
-        const auto& [positions, normals, tangents, tangentTexCoord, frameTurns, uv0, uv1, colors, indices,
-                     material, bounds, variants, radii, influences, targets, hasFlatNormals] = primitive;
-        AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
-        // Scenes of triangles keep their hash, as do those that nothing deforms
-        if (!radii.empty()) Add(radii);
-        if (tangentTexCoord != scene::kNone) AddAll(std::string_view("tangents"), tangentTexCoord);
-        if (!frameTurns.empty()) AddAll(std::string_view("turns"), frameTurns);
-        if (!influences.IsEmpty()) AddAll(std::string_view("joints"), influences);
-        if (!targets.empty()) AddAll(std::string_view("targets"), targets);
-        if (hasFlatNormals && (!influences.IsEmpty() || !targets.empty())) Add(std::string_view("flat"));
-    }
-    void Add(const scene::JointInfluences& influences) {
-        const auto& [perVertex, joints, weights, bounds] = influences;
-        AddAll(perVertex, joints, weights);
-    }
-    void Add(const scene::MorphTarget& target) {
-        const auto& [positions, normals, tangents, bounds] = target;
-        AddAll(positions, normals, tangents);
-    }
-    void Add(const scene::Mesh& mesh) {
-        const auto& [name, primitives, weights] = mesh;
-        Add(primitives);
-        if (!weights.empty()) Add(weights);
-    }
-    void Add(const scene::TextureRef& reference) {
-        const auto& [texture, texCoord, transform] = reference;
-        AddAll(texture, texCoord);
-        if (transform != scene::TextureTransform{}) AddChanged(transform, scene::kTransformFields);
-    }
-    void Add(const scene::Material& material) {
-        Add(material.name);
-        AddChanged(material, scene::material_fields::kAll);
-    }
-    void Add(const scene::Sampler& sampler) {
-        const auto& [wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips] = sampler;
-        AddAll(wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips);
-    }
-    void Add(const scene::Texture& texture) {
-        const auto& [name, image, sampler, colorSpace] = texture;
-        AddAll(image, sampler, colorSpace);
-    }
-    void Add(const scene::ImageData& image) {
-        const auto& [name, width, height, rgba, blocks, lowestAlpha] = image;
-        AddAll(width, height, rgba);
-        if (!blocks.IsEmpty()) Add(blocks);
-    }
-    void Add(const image::BlockLevels& blocks) {
-        const auto& [coding, levels] = blocks;
-        AddAll(coding, levels);
-    }
-    void Add(const scene::Node& node) {
-        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible,
-                     skin, weights] = node;
-        AddAll(name, parent, translation, translationRest, rotation, scale, matrix, mesh);
-        if (!isVisible) Add(std::string_view("hidden"));
-        if (skin != scene::kNone) AddAll(std::string_view("skin"), skin);
-        if (!weights.empty()) AddAll(std::string_view("weights"), weights);
-    }
-    void Add(const scene::Instance& instance) {
-        // Without objectToNode: objectToWorld follows from it
-        const auto& [mesh, node, objectToWorld, translationRest, objectToNode, isDeformed, isCollapsed] =
-            instance;
-        AddAll(mesh, node, objectToWorld, translationRest);
-        if (isDeformed) Add(std::string_view("deformed"));
-        if (isCollapsed) Add(std::string_view("collapsed"));
-    }
-    void Add(const scene::Camera& camera) {
-        const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
-                     translationRest] = camera;
-        AddAll(name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
-               translationRest);
-    }
-    void Add(const scene::Light& light) {
-        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, profile,
-                     lightToWorld, translationRest] = light;
-        AddAll(name, node, type, lightToWorld, translationRest);
-        if (profile != scene::kNone) AddAll(std::string_view("profile"), profile);
-        AddChanged(light, scene::light_fields::kAll);
-    }
-    void Add(const scene::LightProfile& profile) {
-        const auto& [name, type, vertical, horizontal, candela] = profile;
-        AddAll(name, type, vertical, horizontal, candela);
-    }
-    void Add(const scene::EnvironmentLight& light) {
-        const auto& [name, faceSize, map] = light;
-        Add(map);
-    }
-    void Add(const scene::SceneData& scene) {
-        const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
-                     profiles, environment, bounds, warnings, variants, variant, skins, animations] = scene;
-        AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
-        if (!profiles.empty()) Add(profiles);
-        if (environment.IsPresent()) Add(environment);
-        if (!skins.empty()) Add(skins);
-        if (!animations.empty()) Add(animations);
-    }
-    void Add(const scene::Skin& skin) {
-        const auto& [name, joints, inverseBinds] = skin;
-        AddAll(joints, inverseBinds);
-    }
-    void Add(const scene::AnimationSampler& sampler) {
-        const auto& [interpolation, width, times, values] = sampler;
-        AddAll(interpolation, width, times, values);
-    }
-    void Add(const scene::AnimationTarget& target) {
-        const auto& [property, field, object, element] = target;
-        AddAll(property, field, object, element);
-    }
-    void Add(const scene::AnimationChannel& channel) {
-        const auto& [sampler, target] = channel;
-        AddAll(sampler, target);
-    }
-    // With its name, by which options may choose.
-    void Add(const scene::Animation& animation) {
-        const auto& [name, samplers, channels, duration, defect] = animation;
-        AddAll(name, samplers, channels);
-    }
-    void Add(const image::ImageF& image) {
-        const auto& [width, height, rgba] = image;
-        AddAll(width, height, rgba);
+    // Those of a list that are hashed if they are changed; after the fields of a file an empty label.
+    template <typename Owner, typename... Fields>
+    void AddChanged(const Owner& owner, const std::tuple<Fields...>& fields) {
+        static const Owner kDefault;
+        const auto addIfChanged = [&](const auto& field) {
+            using Field = std::decay_t<decltype(field)>;
+            if constexpr (Field::kHashed == scene::Hashed::IfChanged) {
+                const auto& value = owner.*field.member;
+                if (IsAtDefault(value, kDefault.*field.member)) return;
+                const std::string_view label = field.Label();
+                if (!label.empty()) Add(label);
+                if (!std::is_same_v<typename Field::Value, bool> || label == field.name) Add(value);
+            }
+        };
+        std::apply([&](const auto&... field) { (addIfChanged(field), ...); }, fields);
+        if constexpr ((requires { Fields::object; } || ...)) Add(std::string_view());
     }
 
   private:
+    // A list or an object of its own is at its default where it is empty.
+    template <typename T>
+    static bool IsAtDefault(const T& value, const T& atDefault) {
+        if constexpr (requires { value.empty(); })
+            return value.empty();
+        else if constexpr (requires { value.IsEmpty(); })
+            return value.IsEmpty();
+        else if constexpr (requires { value == atDefault; })
+            return value == atDefault;
+        else
+            return !value.IsPresent();
+    }
+
     // With its length, so that what lies in neighboring lists is not mixed up.
     template <typename T>
     void AddRun(std::span<T> values) {

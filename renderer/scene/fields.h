@@ -1,6 +1,6 @@
 // The fields of a struct, each stated once: its name, where glTF has it, and which numbers it may hold. Lists
-// of them: material_fields.h, light_fields.h. For this project's own files; not installed. Threads:
-// constants.
+// of them: scene_fields.h has all, of them those with places in material_fields.h, light_fields.h and
+// camera_fields.h. For this project's own files; not installed. Threads: constants.
 #pragma once
 
 #include <limits>
@@ -29,10 +29,37 @@ inline constexpr FieldRange kNotNegative{0.0f, kUnboundedField};
 inline constexpr FieldRange kColorBesideStrength{0.0f, kUnboundedField, false, 1.0f};
 inline constexpr FieldRange kAnyNumber{-kUnboundedField, kUnboundedField};
 
+// How the hash of a scene has a field: renders of scenes of the same hash are resumed and merged.
+enum class Hashed : uint8_t {
+    // Where it is not at its default, with a label before it: a struct may get such a field, and the hashes of
+    // scenes without it stay. A flag with a label of its own is that label alone.
+    IfChanged,
+    Always,  // Without a label, before all others of the struct.
+    Never,   // No picture depends on it, or it follows from others.
+};
+
+// A field that has no place of its own in a file.
+template <typename Owner, typename T, Hashed how>
+struct NamedField {
+    using Value = T;
+    static constexpr Hashed kHashed = how;
+
+    T Owner::*member;
+    const char* name;
+    const char* label;  // "": none. The name, unless older versions had another
+
+    constexpr std::string_view Label() const { return label; }
+};
+template <Hashed how, typename Owner, typename T>
+constexpr NamedField<Owner, T, how> Named(T Owner::*member, const char* name, const char* label = "") {
+    return {member, name, label};
+}
+
 // A field's name, and where it is. Its default is that of the struct.
 template <typename Owner, typename T>
 struct FieldPlace {
     using Value = T;
+    static constexpr Hashed kHashed = Hashed::IfChanged;
 
     T Owner::*member;
     const char* name;
@@ -41,6 +68,8 @@ struct FieldPlace {
     // down a level, to what is in a texture of an extension: "clearcoatNormalTexture.scale".
     const char* object;
     const char* key;
+
+    constexpr std::string_view Label() const { return name; }
 };
 
 template <typename Owner, typename T>
@@ -81,6 +110,34 @@ constexpr auto FindField(T Owner::*member, const List& list) {
             return *found;
         },
         list);
+}
+
+// Of any type, for counting fields alone.
+struct AnyValue {
+    template <typename T>
+    operator T() const;
+};
+
+// How many fields a struct without constructors has.
+template <typename T, typename... Values>
+constexpr size_t FieldCount() {
+    if constexpr (requires { T{Values{}..., AnyValue{}}; })
+        return FieldCount<T, Values..., AnyValue>();
+    else
+        return sizeof...(Values);
+}
+
+// Whether these are all fields of T.
+template <typename T, typename... Members>
+constexpr bool IsEachFieldOf(Members... members) {
+    const auto isSame = [](auto a, auto b) {
+        if constexpr (std::is_same_v<decltype(a), decltype(b)>)
+            return a == b;
+        else
+            return false;
+    };
+    const auto timesListed = [&](auto member) { return (size_t{isSame(member, members)} + ...); };
+    return sizeof...(Members) == FieldCount<T>() && ((timesListed(members) == 1) && ...);
 }
 
 }  // namespace raygraph::scene

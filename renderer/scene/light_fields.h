@@ -26,14 +26,6 @@ inline constexpr auto kAll = std::tuple{
     Number{{&L::outerConeAngle, "outerConeAngle", kSpot, "outerConeAngle"}, kConeAngle, "rad"},
 };
 
-// A field more or less than these does not compile: list it above, then here.
-inline size_t CountMembers(const Light& light) {
-    const auto& [name, node, type, f1, f2, f3, f4, f5, profile, lightToWorld, translationRest] = light;
-    std::ignore = std::tie(name, node, type, profile, lightToWorld, translationRest);
-    static_assert(std::tuple_size_v<decltype(kAll)> == 5, "each field of Light is in the list, once");
-    return 11;
-}
-
 }  // namespace light_fields
 
 // Whether a light of `type` has a field. A directional one is at no place that a range could be around.

@@ -134,17 +134,6 @@ inline constexpr auto kAll = std::tuple{
     MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
 };
 
-// A field more or less than these does not compile: list it above, then here.
-inline size_t CountMembers(const Material& material) {
-    const auto& [name, f1, f2, f3, f4, f5, f6, f7, f8, f9, f10, f11, f12, f13, f14, f15, f16, f17, f18, f19,
-                 f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33, f34, f35, f36, f37,
-                 f38, f39, f40, f41, f42, f43, f44, f45, f46, f47, f48, f49, f50, f51, f52, f53, f54, f55,
-                 f56] = material;
-    std::ignore = name;
-    static_assert(std::tuple_size_v<decltype(kAll)> == 56, "each field of Material is in the list, once");
-    return 57;
-}
-
 }  // namespace material_fields
 
 // A field of a material that isSpecularGlossiness: with its place in the extension and the range there, if it

@@ -2,11 +2,18 @@
 #include "editor/session/content_hash.h"
 
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <set>
+#include <string>
+#include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "editor/session/content_hasher.h"
+#include "renderer/scene/scene_fields.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::session {
@@ -107,163 +114,82 @@ template <typename T>
 void Change(std::vector<T>& value) {
     value.emplace_back();
 }
-
-// All fields of a struct: one that is added to it does not compile here until it is named.
-auto FieldsOf(Bounds& s) {
-    auto& [a, b] = s;
-    return std::tie(a, b);
+void Change(image::ImageF& value) {
+    Change(value.rgba[0]);
 }
-auto FieldsOf(Primitive& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, k, variants, l, m, n, o] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
+void Change(AnimationTarget& value) {
+    Change(value.object);
 }
-auto FieldsOf(JointInfluences& s) {
-    auto& [a, b, c, bounds] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(MorphTarget& s) {
-    auto& [a, b, c, bounds] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(Skin& s) {
-    auto& [name, a, b] = s;
-    return std::tie(a, b);
-}
-auto FieldsOf(AnimationSampler& s) {
-    auto& [a, b, c, d] = s;
-    return std::tie(a, b, c, d);
-}
-auto FieldsOf(AnimationTarget& s) {
-    auto& [a, b, c, d] = s;
-    return std::tie(a, b, c, d);
-}
-auto FieldsOf(AnimationChannel& s) {
-    auto& [a, target] = s;
-    return std::tie(a);
-}
-auto FieldsOf(Animation& s) {
-    auto& [a, b, c, duration, defect] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(Mesh& s) {
-    auto& [name, a, b] = s;
-    return std::tie(a, b);
-}
-auto FieldsOf(TextureTransform& s) {
-    auto& [a, b, c] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(TextureRef& s) {
-    auto& [a, b, c] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(Material& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad, ae, af,
-           ag, ah, ai, aj, ak, al, am, an, ao, ap, aq, ar, at, au, av, aw, ax, ay, az, ba, bb, bc, bd, be, bf,
-           bg] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad,
-                    ae, af, ag, ah, ai, aj, ak, al, am, an, ao, ap, aq, ar, at, au, av, aw, ax, ay, az, ba,
-                    bb, bc, bd, be, bf, bg);
-}
-auto FieldsOf(Sampler& s) {
-    auto& [a, b, c, d, e, f] = s;
-    return std::tie(a, b, c, d, e, f);
-}
-auto FieldsOf(Texture& s) {
-    auto& [name, a, b, c] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(ImageData& s) {
-    auto& [name, a, b, c, d, lowestAlpha] = s;
-    return std::tie(a, b, c, d);
-}
-auto FieldsOf(image::BlockLevels& s) {
-    auto& [a, b] = s;
-    return std::tie(a, b);
-}
-auto FieldsOf(Node& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
-}
-auto FieldsOf(Instance& s) {
-    auto& [a, b, c, d, objectToNode, e, f] = s;
-    return std::tie(a, b, c, d, e, f);
-}
-auto FieldsOf(Camera& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
-}
-auto FieldsOf(Light& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
-}
-auto FieldsOf(LightProfile& s) {
-    auto& [a, b, c, d, e] = s;
-    return std::tie(a, b, c, d, e);
-}
-auto FieldsOf(image::ImageF& s) {
-    auto& [a, b, c] = s;
-    return std::tie(a, b, c);
-}
-auto FieldsOf(SceneData& s) {
-    auto& [name, a, b, c, d, e, f, g, h, i, j, k, l, warnings, variants, variant, m, n] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
+void Change(std::optional<uint8_t>& value) {
+    value.emplace(uint8_t{1});
 }
 
-// Changes each field of what `select` finds in a scene, and expects another hash every time.
-template <typename Select, size_t... I>
-void ExpectEachChangeSeen(const char* what, Select select, std::index_sequence<I...>) {
-    const std::string hash = HashOf(OneOfEach());
-    const auto changeField = [&]<size_t Field>() {
-        SceneData scene = OneOfEach();
-        Change(std::get<Field>(FieldsOf(select(scene))));
-        EXPECT_NE(HashOf(scene), hash) << what << ", field " << Field;
-    };
-    (changeField.template operator()<I>(), ...);
+// Calls visit(select), where select(scene) is one of the structs of a scene, for each kind of struct.
+template <typename Visit>
+void ForEachStruct(Visit&& visit) {
+    visit([](SceneData& s) -> SceneData& { return s; });
+    visit([](SceneData& s) -> Bounds& { return s.bounds; });
+    visit([](SceneData& s) -> Mesh& { return s.meshes[0]; });
+    visit([](SceneData& s) -> Primitive& { return s.meshes[0].primitives[0]; });
+    visit([](SceneData& s) -> JointInfluences& { return s.meshes[0].primitives[0].influences; });
+    visit([](SceneData& s) -> MorphTarget& { return s.meshes[0].primitives[0].targets[0]; });
+    visit([](SceneData& s) -> Material& { return s.materials[0]; });
+    visit([](SceneData& s) -> TextureRef& { return s.materials[0].transmissionTexture; });
+    visit([](SceneData& s) -> TextureTransform& { return s.materials[0].transmissionTexture.transform; });
+    visit([](SceneData& s) -> Texture& { return s.textures[0]; });
+    visit([](SceneData& s) -> Sampler& { return s.textures[0].sampler; });
+    visit([](SceneData& s) -> ImageData& { return s.images[0]; });
+    visit([](SceneData& s) -> image::BlockLevels& { return s.images[0].blocks; });
+    visit([](SceneData& s) -> Node& { return s.nodes[0]; });
+    visit([](SceneData& s) -> Instance& { return s.instances[0]; });
+    visit([](SceneData& s) -> Camera& { return s.cameras[0]; });
+    visit([](SceneData& s) -> Light& { return s.lights[0]; });
+    visit([](SceneData& s) -> LightProfile& { return s.profiles[0]; });
+    visit([](SceneData& s) -> EnvironmentLight& { return s.environment; });
+    visit([](SceneData& s) -> image::ImageF& { return s.environment.map; });
+    visit([](SceneData& s) -> Skin& { return s.skins[0]; });
+    visit([](SceneData& s) -> Animation& { return s.animations[0]; });
+    visit([](SceneData& s) -> AnimationSampler& { return s.animations[0].samplers[0]; });
+    visit([](SceneData& s) -> AnimationChannel& { return s.animations[0].channels[0]; });
+    visit([](SceneData& s) -> AnimationTarget& { return s.animations[0].channels[0].target; });
 }
 
-template <typename Select>
-void ExpectEachChangeSeen(const char* what, Select select) {
-    SceneData scene;
-    using Fields = decltype(FieldsOf(select(scene)));
-    ExpectEachChangeSeen(what, select, std::make_index_sequence<std::tuple_size_v<Fields>>());
-}
+// The fields, in the order of these structs, on which no picture depends, or which follow from others: of the
+// scene, a mesh, a primitive, its joints and a target, a texture, an image, an instance, the environment, a skin
+// and an animation.
+const std::vector<std::string> kNotHashed{
+    "name", "warnings",    "variants",     "variant", "name",     "variants", "bounds",   "bounds", "name",
+    "name", "lowestAlpha", "objectToNode", "name",    "faceSize", "name",     "duration", "defect"};
 
+// Every field of every struct, changed alone. A list in another order, or with a field hashed in another way,
+// has other hashes: their sum is that of the version before the lists. Fields with their own names are no
+// part of it, so that there may be more of them.
 TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
-    ASSERT_EQ(HashOf(OneOfEach()), HashOf(OneOfEach()));
-    EXPECT_EQ(HashOf(OneOfEach()).size(), 16u);
-    ExpectEachChangeSeen("scene", [](SceneData& s) -> SceneData& { return s; });
-    ExpectEachChangeSeen("bounds", [](SceneData& s) -> Bounds& { return s.bounds; });
-    ExpectEachChangeSeen("mesh", [](SceneData& s) -> Mesh& { return s.meshes[0]; });
-    ExpectEachChangeSeen("primitive", [](SceneData& s) -> Primitive& { return s.meshes[0].primitives[0]; });
-    ExpectEachChangeSeen("material", [](SceneData& s) -> Material& { return s.materials[0]; });
-    ExpectEachChangeSeen("reference",
-                         [](SceneData& s) -> TextureRef& { return s.materials[0].transmissionTexture; });
-    ExpectEachChangeSeen("transform", [](SceneData& s) -> TextureTransform& {
-        return s.materials[0].transmissionTexture.transform;
+    const std::string hash = HashOf(OneOfEach());
+    ASSERT_EQ(HashOf(OneOfEach()), hash);
+    EXPECT_EQ(hash.size(), 16u);
+    std::vector<std::string> notHashed;
+    std::set<std::string> sum;
+    const auto look = [&](std::string_view name, std::string_view label,
+                          const std::function<void(SceneData&)>& change) {
+        SceneData scene = OneOfEach();
+        change(scene);
+        const std::string changed = HashOf(scene);
+        if (changed == hash)
+            notHashed.emplace_back(name);
+        else if (label != name)
+            sum.insert(std::string(name) + ' ' + changed);
+    };
+    ForEachStruct([&](auto select) {
+        using Owner = std::decay_t<std::invoke_result_t<decltype(select), SceneData&>>;
+        ForEachField<Owner>([&](const auto& field) {
+            look(field.name, field.Label(), [&](SceneData& scene) { Change(select(scene).*field.member); });
+        });
     });
-    ExpectEachChangeSeen("texture", [](SceneData& s) -> Texture& { return s.textures[0]; });
-    ExpectEachChangeSeen("sampler", [](SceneData& s) -> Sampler& { return s.textures[0].sampler; });
-    ExpectEachChangeSeen("image", [](SceneData& s) -> ImageData& { return s.images[0]; });
-    ExpectEachChangeSeen("blocks", [](SceneData& s) -> image::BlockLevels& { return s.images[0].blocks; });
-    ExpectEachChangeSeen("node", [](SceneData& s) -> Node& { return s.nodes[0]; });
-    ExpectEachChangeSeen("instance", [](SceneData& s) -> Instance& { return s.instances[0]; });
-    ExpectEachChangeSeen("camera", [](SceneData& s) -> Camera& { return s.cameras[0]; });
-    ExpectEachChangeSeen("profile", [](SceneData& s) -> LightProfile& { return s.profiles[0]; });
-    ExpectEachChangeSeen("environment", [](SceneData& s) -> image::ImageF& { return s.environment.map; });
-    ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
-    ExpectEachChangeSeen(
-        "joints", [](SceneData& s) -> JointInfluences& { return s.meshes[0].primitives[0].influences; });
-    ExpectEachChangeSeen("target",
-                         [](SceneData& s) -> MorphTarget& { return s.meshes[0].primitives[0].targets[0]; });
-    ExpectEachChangeSeen("skin", [](SceneData& s) -> Skin& { return s.skins[0]; });
-    ExpectEachChangeSeen("animation", [](SceneData& s) -> Animation& { return s.animations[0]; });
-    ExpectEachChangeSeen("sampler of an animation",
-                         [](SceneData& s) -> AnimationSampler& { return s.animations[0].samplers[0]; });
-    ExpectEachChangeSeen("channel",
-                         [](SceneData& s) -> AnimationChannel& { return s.animations[0].channels[0]; });
-    ExpectEachChangeSeen("target of a channel",
-                         [](SceneData& s) -> AnimationTarget& { return s.animations[0].channels[0].target; });
+    EXPECT_EQ(notHashed, kNotHashed);
+    ContentHasher hasher;
+    for (const std::string& line : sum) hasher.Add(line);
+    EXPECT_EQ(hasher.Text(), "94f243a1d6a1e3be");
 }
 
 template <typename Owner, typename Fields>
@@ -330,8 +256,8 @@ TEST(ContentHash, KnowsWhoseValueItIs) {
     EXPECT_NE(hash(cut, {}), hash({}, cut));
 }
 
-// An .exr has the hash of its scene, and is resumed and merged only with another of the same: the fields' names
-// and the order in which they are hashed stay as they are, or kFormat of render_file.cpp goes up.
+// An .exr has the hash of its scene, and is resumed and merged only with another of the same: the fields'
+// names and the order in which they are hashed stay as they are, or kFormat of render_file.cpp goes up.
 TEST(ContentHash, IsTheOneOfEarlierVersions) {
     SceneData scene = OneOfEach();
     scene.profiles.clear();  // A scene without them is hashed as before there were any.

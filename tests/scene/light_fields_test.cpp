@@ -20,6 +20,15 @@
 namespace raygraph::scene {
 namespace {
 
+// A list that lacks a field of its struct does not compile.
+struct Three {
+    float first = 0.0f, second = 0.0f;
+    std::vector<Light> third = {};
+};
+static_assert(IsEachFieldOf<Three>(&Three::second, &Three::first, &Three::third));
+static_assert(!IsEachFieldOf<Three>(&Three::first, &Three::third));
+static_assert(!IsEachFieldOf<Three>(&Three::first, &Three::first, &Three::third));
+
 // A value that is not the default, and that a light may have.
 void Change(float& value) {
     value = 0.625f;
