@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/scene/fields.h"
+
 namespace raygraph {
 
 namespace {
@@ -13,65 +15,60 @@ uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const uint32_
     return slot | (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
 }
 
+// The fields that a record has by their names, and without the "Factor" at their end.
+#define RAYGRAPH_MATERIAL_VALUES(X)                                                              \
+    X(normalScale), X(alphaCutoff), X(priority), X(clearcoatNormalScale), X(anisotropyRotation), \
+        X(iridescenceIor), X(dispersion), X(scatterAnisotropy)
+#define RAYGRAPH_MATERIAL_FACTORS(X)                                                                       \
+    X(baseColor), X(metallic), X(roughness), X(specular), X(specularColor), X(transmission), X(thickness), \
+        X(clearcoat), X(clearcoatRoughness), X(sheenColor), X(sheenRoughness), X(iridescence),             \
+        X(diffuseTransmission), X(diffuseTransmissionColor), X(retroreflection)
+
+// One that is added to Material does not compile until it is in a list, or here and in ToRecord.
+using M = scene::Material;
+#define RAYGRAPH_VALUE(name)   &M::name
+#define RAYGRAPH_FACTOR(name)  &M::name##Factor
+#define RAYGRAPH_TEXTURE(name) &M::name##Texture,
+static_assert(scene::IsEachFieldOf<M>(
+    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE) RAYGRAPH_MATERIAL_VALUES(RAYGRAPH_VALUE),
+    RAYGRAPH_MATERIAL_FACTORS(RAYGRAPH_FACTOR), &M::emissiveFactor, &M::emissiveStrength, &M::alphaMode,
+    &M::isDoubleSided, &M::ior, &M::attenuationColor, &M::attenuationDistance, &M::isUnlit,
+    &M::anisotropyStrength, &M::iridescenceThicknessMinimum, &M::iridescenceThicknessMaximum,
+    &M::multiscatterColorFactor, &M::isSpecularGlossiness,
+    // Not in the record: pictures do not depend on them
+    &M::name, &M::occlusionTexture, &M::occlusionStrength));
+#undef RAYGRAPH_VALUE
+#undef RAYGRAPH_FACTOR
+#undef RAYGRAPH_TEXTURE
+
 }  // namespace
 
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {
-    // Names all fields: one that is added to Material does not compile until it is added here, and to the
-    // record, or to MaterialRecords if it is a texture
-    const auto& [name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
-                 metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture, occlusionStrength,
-                 emissiveFactor, emissiveStrength, emissiveTexture, alphaMode, alphaCutoff, isDoubleSided,
-                 ior, specularFactor, specularTexture, specularColorFactor, specularColorTexture,
-                 transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
-                 attenuationDistance, isUnlit, clearcoatFactor, clearcoatTexture, clearcoatRoughnessFactor,
-                 clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, sheenColorFactor,
-                 sheenColorTexture, sheenRoughnessFactor, sheenRoughnessTexture, anisotropyStrength,
-                 anisotropyRotation, anisotropyTexture, iridescenceFactor, iridescenceTexture, iridescenceIor,
-                 iridescenceThicknessMinimum, iridescenceThicknessMaximum, iridescenceThicknessTexture,
-                 dispersion, diffuseTransmissionFactor, diffuseTransmissionTexture,
-                 diffuseTransmissionColorFactor, diffuseTransmissionColorTexture, retroreflectionFactor,
-                 retroreflectionTexture, multiscatterColorFactor, scatterAnisotropy, isSpecularGlossiness,
-                 priority] = values;
     gpu::MaterialRecord record = textures;
     // Textures that `values` does not name stay as they are
 #define RAYGRAPH_TRANSFORM(name) \
-    if (name##Texture.IsPresent()) record.name##Transform = name##Texture.transform.Matrix();
+    if (values.name##Texture.IsPresent()) record.name##Transform = values.name##Texture.transform.Matrix();
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM)
 #undef RAYGRAPH_TRANSFORM
-    record.baseColor = baseColorFactor;
+#define RAYGRAPH_COPY(name) record.name = values.name
+    RAYGRAPH_MATERIAL_VALUES(RAYGRAPH_COPY);
+#undef RAYGRAPH_COPY
+#define RAYGRAPH_COPY(name) record.name = values.name##Factor
+    RAYGRAPH_MATERIAL_FACTORS(RAYGRAPH_COPY);
+#undef RAYGRAPH_COPY
     record.emission = values.EmittedRadiance();
-    record.metallic = metallicFactor;
-    record.roughness = roughnessFactor;
-    record.normalScale = normalScale;
-    record.alphaCutoff = alphaCutoff;
-    record.alphaMode = static_cast<uint32_t>(alphaMode);
+    record.alphaMode = static_cast<uint32_t>(values.alphaMode);
     record.flags = (values.IsBackCulled() ? 0u : gpu::kMaterialTwoSided) |
-                   (isUnlit ? gpu::kMaterialUnlit : 0u) | (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
-    if (isSpecularGlossiness && record.specularColorTexture != gpu::kNoTexture)
+                   (values.isUnlit ? gpu::kMaterialUnlit : 0u) |
+                   (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
+    if (values.isSpecularGlossiness && record.specularColorTexture != gpu::kNoTexture)
         record.flags |= gpu::kMaterialGlossiness;
-    record.ior = ior > 0.0f ? ior : gpu::kInfiniteIor;
-    record.specular = specularFactor;
-    record.specularColor = specularColorFactor;
-    record.transmission = transmissionFactor;
+    record.ior = values.ior > 0.0f ? values.ior : gpu::kInfiniteIor;
     record.extinction = values.Extinction();
-    record.priority = priority;
-    record.clearcoat = isUnlit ? 0.0f : clearcoatFactor;
-    record.clearcoatRoughness = clearcoatRoughnessFactor;
-    record.clearcoatNormalScale = clearcoatNormalScale;
-    record.sheenColor = sheenColorFactor;
-    record.sheenRoughness = sheenRoughnessFactor;
-    record.anisotropy = anisotropyStrength;
-    record.anisotropyRotation = anisotropyRotation;
-    record.iridescence = iridescenceFactor;
-    record.iridescenceIor = iridescenceIor;
-    record.iridescenceThickness = {iridescenceThicknessMinimum, iridescenceThicknessMaximum};
-    record.dispersion = dispersion;
-    record.diffuseTransmission = diffuseTransmissionFactor;
-    record.diffuseTransmissionColor = diffuseTransmissionColorFactor;
-    record.retroreflection = retroreflectionFactor;
     record.scattering = values.Scattering();
-    record.scatterAnisotropy = scatterAnisotropy;
-    record.thickness = thicknessFactor;
+    if (values.isUnlit) record.clearcoat = 0.0f;
+    record.anisotropy = values.anisotropyStrength;
+    record.iridescenceThickness = {values.iridescenceThicknessMinimum, values.iridescenceThicknessMaximum};
     return record;
 }
 
