@@ -1,8 +1,10 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "renderer/scene/camera_fields.h"
 #include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/gltf_nodes.h"
+#include "renderer/scene/gltf_values.h"
 #include "renderer/scene/light_fields.h"
 
 namespace raygraph::scene {
@@ -24,19 +26,27 @@ float Magnification(GltfContext& context, double value, const Place& where) {
 Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& where) {
     Camera camera;
     camera.name = file.name;
-    if (file.type == "perspective") {
-        camera.projection = Projection::Perspective;
-        camera.yFov = ToFloat(file.perspective.yfov);
-        camera.aspectRatio = ToFloat(file.perspective.aspectRatio);
-        camera.zNear = ToFloat(file.perspective.znear);
-        camera.zFar = ToFloat(file.perspective.zfar);
-    } else {
-        const Place orthographic = where["orthographic"];
-        camera.projection = Projection::Orthographic;
-        camera.xMag = Magnification(context, file.orthographic.xmag, orthographic["xmag"]);
-        camera.yMag = Magnification(context, file.orthographic.ymag, orthographic["ymag"]);
-        camera.zNear = ToFloat(file.orthographic.znear);
-        camera.zFar = ToFloat(file.orthographic.zfar);
+    camera.projection =
+        file.type == camera_fields::kPerspective ? Projection::Perspective : Projection::Orthographic;
+    ForEachCameraField(camera.projection, [&](const auto& field) {
+        float& value = camera.*field.member;
+        // A number of tinygltf, by its key
+#define RAYGRAPH_READ(view, number) \
+    if (file.type == #view && field.key == std::string_view(#number)) value = ToFloat(file.view.number);
+        RAYGRAPH_READ(perspective, yfov)
+        RAYGRAPH_READ(perspective, aspectRatio)
+        RAYGRAPH_READ(perspective, znear)
+        RAYGRAPH_READ(perspective, zfar)
+        RAYGRAPH_READ(orthographic, xmag)
+        RAYGRAPH_READ(orthographic, ymag)
+        RAYGRAPH_READ(orthographic, znear)
+        RAYGRAPH_READ(orthographic, zfar)
+#undef RAYGRAPH_READ
+    });
+    if (camera.projection == Projection::Orthographic) {
+        const Place orthographic = where[camera_fields::kOrthographic];
+        camera.xMag = Magnification(context, camera.xMag, orthographic["xmag"]);
+        camera.yMag = Magnification(context, camera.yMag, orthographic["ymag"]);
     }
     if (camera.zFar == 0.0f || camera.zFar > camera.zNear) return camera;
     const std::string why = Text("zfar ({:f}) must be greater than znear ({:f})", camera.zFar, camera.zNear);
@@ -46,17 +56,17 @@ Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& w
     return camera;
 }
 
-Light ReadLight(GltfContext& context, const gltf::Light& file, const Place& where) {
+Light ReadLight(GltfContext& context, const ValueReader& file, const Place& where) {
     Light light;
-    light.name = file.name;
-    for (size_t i = 0; i < file.color.size(); ++i) light.color[static_cast<int>(i)] = ToFloat(file.color[i]);
-    light.intensity = ToFloat(file.intensity);
-    ReadChoice(file.type, light.type);
-    if (light.type == LightType::Directional) return light;  // a range would mean nothing
-    light.range = ToFloat(file.range);
+    std::string type;
+    file.Read("name", light.name);
+    file.Read("type", type);
+    ReadChoice(type, light.type);
+    ForEachLightField(light.type, [&](const auto& field) {
+        const ValueReader object = *field.object == 0 ? file : file.In(field.object);
+        object.Read(field.key, light.*field.member);
+    });
     if (light.type == LightType::Spot) {
-        light.innerConeAngle = ToFloat(file.spot.innerConeAngle);
-        light.outerConeAngle = ToFloat(file.spot.outerConeAngle);
         // Exporters mean a cone without a soft edge
         if (light.innerConeAngle == light.outerConeAngle && light.outerConeAngle > 0.0f) {
             context.Warn(
@@ -80,9 +90,9 @@ std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model) 
 
 std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model) {
     const Place lights = Place("extensions")["KHR_lights_punctual"]["lights"];
+    const ValueReader files = ValueReader(model.extensions, "KHR_lights_punctual").In("lights");
     std::vector<Light> read;
-    for (size_t i = 0; i < model.lights.size(); ++i)
-        read.push_back(ReadLight(context, model.lights[i], lights[i]));
+    for (size_t i = 0; i < model.lights.size(); ++i) read.push_back(ReadLight(context, files[i], lights[i]));
     return read;
 }
 

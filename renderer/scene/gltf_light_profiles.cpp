@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/scene/gltf_values.h"
 #include "renderer/scene/ies_file.h"
 
 namespace raygraph::scene {
@@ -52,15 +53,15 @@ std::vector<ProfileSource> ReadProfileSources(const gltf::Model& model,
 }
 
 Light ReadProfileLight(const gltf::Model& model, uint32_t node) {
-    const gltf::Value& file = model.nodes[node].extensions.at(kProfileExtension);
-    const gltf::Value& profile =
-        model.extensions.at(kProfileExtension).Get("lights").Get(file.Get("light").GetNumberAsInt());
+    const ValueReader file(model.nodes[node].extensions, kProfileExtension);
+    int profile = 0;
+    file.Read("light", profile);
     Light light;
-    if (profile.Has("name")) light.name = profile.Get("name").Get<std::string>();
-    if (file.Has("multiplier"))
-        light.intensity = static_cast<float>(file.Get("multiplier").GetNumberAsDouble());
-    for (int i = 0; file.Has("color") && i < 3; ++i)
-        light.color[i] = static_cast<float>(file.Get("color").Get(i).GetNumberAsDouble());
+    ValueReader(model.extensions, kProfileExtension)
+        .In("lights")[static_cast<size_t>(profile)]
+        .Read("name", light.name);
+    file.Read("multiplier", light.intensity);
+    file.Read("color", light.color);
     return light;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "renderer/scene/gltf_choice.h"
+#include "renderer/scene/gltf_values.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
@@ -82,74 +83,27 @@ struct FileTextureInfo {
     TextureTransform transform;
 };
 
-// The properties of an extension, which tinygltf keeps as values of the types that the schema has checked.
-class ExtensionReader {
-  public:
-    ExtensionReader(const gltf::ExtensionMap& extensions, const char* name) {
-        if (const auto found = extensions.find(name); found != extensions.end()) m_extension = &found->second;
-    }
-    // The one of an object that is itself in an extension.
-    ExtensionReader(const gltf::Value& object, const char* name) {
-        if (!object.Has("extensions")) return;
-        const gltf::Value& extensions = object.Get("extensions");
-        if (extensions.Has(name)) m_extension = &extensions.Get(name);
-    }
-    explicit ExtensionReader(const gltf::Value* extension) : m_extension(extension) {}
-
-    // What is in one of its objects.
-    ExtensionReader In(const std::string& object) const {
-        return ExtensionReader(m_extension && m_extension->Has(object) ? &m_extension->Get(object) : nullptr);
-    }
-
-    // What is absent leaves the value as it is.
-    void Read(const char* key, int& value) const {
-        if (Has(key)) value = m_extension->Get(key).GetNumberAsInt();
-    }
-    void Read(const char* key, float& value) const {
-        if (Has(key)) value = ToFloat(m_extension->Get(key).GetNumberAsDouble());
-    }
-    double Number(const char* key, double absent) const {
-        return Has(key) ? m_extension->Get(key).GetNumberAsDouble() : absent;
-    }
-    template <int Length>
-    void Read(const char* key, glm::vec<Length, float>& value) const {
-        for (int i = 0; Has(key) && i < Length; ++i)
-            value[i] = ToFloat(m_extension->Get(key).Get(i).GetNumberAsDouble());
-    }
-    // Without a key: whether the extension is there.
-    void Read(const char* key, bool& value) const {
-        if (*key == 0) value = m_extension != nullptr;
-    }
-    // Of no extension.
-    void Read(const char*, uint32_t&) const {}
-    void Read(const char*, AlphaMode&) const {}
-    FileTextureInfo Texture(const char* key) const {
-        FileTextureInfo info;
-        if (!Has(key)) return info;
-        const gltf::Value& value = m_extension->Get(key);
-        info.index = value.Get("index").GetNumberAsInt();
-        if (value.Has("texCoord")) info.texCoord = value.Get("texCoord").GetNumberAsInt();
-        ExtensionReader(value, kTextureTransform).ReadTransform(info);
-        return info;
-    }
-    // Of KHR_texture_transform, whose set of texture coordinates is the one to be transformed.
-    void ReadTransform(FileTextureInfo& info) const {
-        ForEachTransformField([&](const auto& field) { Read(field.key, info.transform.*field.member); });
-        Read("texCoord", info.texCoord);
-    }
-
-  private:
-    bool Has(const char* key) const { return m_extension && m_extension->Has(key); }
-
-    const gltf::Value* m_extension = nullptr;
-};
+// Of KHR_texture_transform, whose set of texture coordinates is the one to be transformed.
+void ReadTransform(const ValueReader& extension, FileTextureInfo& info) {
+    ForEachTransformField(
+        [&](const auto& field) { extension.Read(field.key, info.transform.*field.member); });
+    extension.Read("texCoord", info.texCoord);
+}
 
 // `info`: any of tinygltf's kinds of them.
 template <typename Info>
 FileTextureInfo ReadTextureInfo(const Info& info) {
     FileTextureInfo read{.index = info.index, .texCoord = info.texCoord, .transform = {}};
-    ExtensionReader(info.extensions, kTextureTransform).ReadTransform(read);
+    ReadTransform(ValueReader(info.extensions, kTextureTransform), read);
     return read;
+}
+// Of a texture in an extension.
+FileTextureInfo ReadTextureInfo(const ValueReader& file) {
+    FileTextureInfo info;
+    file.Read("index", info.index);
+    file.Read("texCoord", info.texCoord);
+    ReadTransform(file.In("extensions").In(kTextureTransform), info);
+    return info;
 }
 
 class MaterialImporter {
@@ -178,7 +132,7 @@ class MaterialImporter {
         };
         for (const char* extension : {"EXT_texture_webp", "MSFT_texture_dds", "KHR_texture_basisu"}) {
             int image = -1;
-            ExtensionReader(file.extensions, extension).Read("source", image);
+            ValueReader(file.extensions, extension).Read("source", image);
             add(image);
         }
         add(file.source);
@@ -251,11 +205,10 @@ class MaterialImporter {
         const Place extensions = where["extensions"];
         ForEachFieldOf(material, [&](const auto& field) {
             if (std::string_view(field.object).starts_with("KHR_"))
-                ReadOfExtension(field, ExtensionReader(file.extensions, field.object), extensions, material);
+                ReadOfExtension(field, ValueReader(file.extensions, field.object), extensions, material);
         });
         constexpr const char* kMediumTexture = "multiscatterColorTexture";
-        if (ExtensionReader(file.extensions, material_fields::kVolumeScatter).Texture(kMediumTexture).index >=
-            0)
+        if (ValueReader(file.extensions, material_fields::kVolumeScatter).In(kMediumTexture))
             m_context.Warn(extensions[material_fields::kVolumeScatter][kMediumTexture], "texture of a medium",
                            "is not read: a medium is the same everywhere");
         // A double: an int does not hold all priorities
@@ -277,20 +230,26 @@ class MaterialImporter {
                                "has no effect: the material is one of KHR_materials_pbrSpecularGlossiness");
     }
 
-    void ReadOfExtension(const TextureField& field, const ExtensionReader& extension, const Place& where,
+    void ReadOfExtension(const TextureField& field, const ValueReader& extension, const Place& where,
                          Material& material) {
-        Read(field, extension.Texture(field.key), where, material);
+        Read(field, ReadTextureInfo(extension.In(field.key)), where, material);
     }
     template <typename T>
-    void ReadOfExtension(const MaterialField<T>& field, const ExtensionReader& extension, const Place&,
+    void ReadOfExtension(const MaterialField<T>& field, const ValueReader& extension, const Place&,
                          Material& material) {
         const KeyParts parts = KeyPartsOf(field.key);
-        if (IsGlossiness(field))
-            material.roughnessFactor = ToFloat(1.0 - extension.Number(field.key, 1.0));
-        else if (parts.object.empty())
-            extension.Read(field.key, material.*field.member);
-        else
-            extension.In(std::string(parts.object)).Read(parts.key.data(), material.*field.member);
+        const ValueReader object = parts.object.empty() ? extension : extension.In(std::string(parts.object));
+        if constexpr (std::is_same_v<T, bool>) {
+            if (*field.key == 0) material.*field.member = static_cast<bool>(extension);
+        } else if constexpr (requires { object.Read("", material.*field.member); }) {
+            if (IsGlossiness(field)) {
+                double glossiness = 1.0;
+                extension.Read(field.key, glossiness);
+                material.roughnessFactor = ToFloat(1.0 - glossiness);
+            } else {
+                object.Read(std::string(parts.key), material.*field.member);
+            }
+        }
     }
 
     GltfContext& m_context;
