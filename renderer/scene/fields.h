@@ -31,8 +31,8 @@ inline constexpr FieldRange kAnyNumber{-kUnboundedField, kUnboundedField};
 
 // How the hash of a scene has a field: renders of scenes of the same hash are resumed and merged.
 enum class Hashed : uint8_t {
-    // Where it is not at its default, with a label before it: a struct may get such a field, and the hashes of
-    // scenes without it stay. A flag with a label of its own is that label alone.
+    // Where it is not at its default, with a label before it: a struct may get such a field, and the hashes
+    // of scenes without it stay. A flag with a label of its own is that label alone.
     IfChanged,
     Always,  // Without a label, before all others of the struct.
     Never,   // No picture depends on it, or it follows from others.

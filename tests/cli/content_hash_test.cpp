@@ -155,8 +155,8 @@ void ForEachStruct(Visit&& visit) {
 }
 
 // The fields, in the order of these structs, on which no picture depends, or which follow from others: of the
-// scene, a mesh, a primitive, its joints and a target, a texture, an image, an instance, the environment, a skin
-// and an animation.
+// scene, a mesh, a primitive, its joints and a target, a texture, an image, an instance, the environment, a
+// skin and an animation.
 const std::vector<std::string> kNotHashed{
     "name", "warnings",    "variants",     "variant", "name",     "variants", "bounds",   "bounds", "name",
     "name", "lowestAlpha", "objectToNode", "name",    "faceSize", "name",     "duration", "defect"};
