@@ -25,12 +25,12 @@ struct BlasBuilder::Impl {
     Impl(Device& owner, const BlasBuilderDesc& builderDesc)
         : device(owner), desc(builderDesc), compaction(owner, builderDesc) {}
 
-    bool IsCompacted(BlasKind kind) const { return kind == BlasKind::Static || desc.compactsDeforming; }
     VkBuildAccelerationStructureFlagsKHR FlagsFor(BlasKind kind) const {
         VkBuildAccelerationStructureFlagsKHR flags =
             VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-        if (kind == BlasKind::Deforming) flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-        if (!compaction.IsOff() && IsCompacted(kind))
+        if (kind == BlasKind::Deforming)
+            flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+        else if (!compaction.IsOff())
             flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
         return flags;
     }
@@ -165,7 +165,7 @@ void BlasBuilder::RecordBuilds(CommandList& commands) {
         auto geometry = std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags);
         geometry->Info().dstAccelerationStructure = blas->m_reserved.Handle();
         steps.Add(std::move(geometry), ScratchShare(impl.device, blas->m_buildScratch));
-        if (impl.IsCompacted(blas->Kind())) queries.push_back({blas, blas->m_reserved.Handle()});
+        if (blas->Kind() == BlasKind::Static) queries.push_back({blas, blas->m_reserved.Handle()});
     }
     const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
     const VkQueryPool pool = impl.compaction.CreatePool(queries.size());
@@ -262,9 +262,6 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
         if (!blas || !blas->IsBuilt())
             throw MakeError(ErrorKind::Usage, "BLAS '{}': update before its build", blas ? blas->Name() : "");
         CheckUpdatable(blas->Desc(), DescOf(request));
-        if (request.rebuilds && blas->IsCompacted())
-            throw MakeError(ErrorKind::Usage, "BLAS '{}': rebuild in the memory of a compacted one",
-                            blas->Name());
         blases.push_back(blas);
     }
     std::ranges::sort(blases);

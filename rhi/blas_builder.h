@@ -30,13 +30,9 @@ class CommandList;
 struct BlasBuilderDesc {
     std::string name = "blas builder";
     uint64_t scratchBudget = 64ull << 20;  // bytes of scratch memory for the builds of one batch
-    // Off: keep the structures as built. On a driver where compaction saves nothing it turns itself off after
-    // the first batch.
+    // Off: keep the structures as built; Deforming ones are always, for a rebuild needs that memory. On a
+    // driver where compaction saves nothing it turns itself off after the first batch.
     bool compacts = true;
-    bool compactsWithoutGain = false;  // keep compacting even then: to test the copy path on such a driver
-    // Compacts Deforming ones, too: to measure what that saves on a device. Their memory is then too small
-    // for a rebuild, which is refused.
-    bool compactsDeforming = false;
     // Bytes of compacted structures of one RecordCompaction, which they take beside the ones they replace; a
     // larger one comes alone.
     uint64_t compactionBudget = 64ull << 20;
@@ -101,8 +97,7 @@ class RAYGRAPH_API BlasBuilder {
         bool rebuilds = false;
     };
     // Throws Error{Usage} naming the BLAS, before anything is recorded: for Static kind, before its build,
-    // for the same BLAS twice, for the rebuild of a compacted one, and for changed geometry, triangle, vertex
-    // or box counts or opacity.
+    // for the same BLAS twice, and for changed geometry, triangle, vertex or box counts or opacity.
     void RecordRefits(CommandList& commands, std::span<const RefitRequest> requests);
 
     CompactionStatistics Statistics() const;

@@ -12,7 +12,7 @@
 namespace raygraph::rhi {
 
 Compaction::Compaction(Device& device, const BlasBuilderDesc& desc)
-    : m_device(device), m_compactsWithoutGain(desc.compactsWithoutGain), m_budget(desc.compactionBudget) {
+    : m_device(device), m_budget(desc.compactionBudget) {
     if (!desc.compacts) m_whyOff = "not asked for";
 }
 
@@ -86,7 +86,7 @@ bool Compaction::Poll() {
 
 bool Compaction::IsWorthIt(const Entry& entry) const {
     const std::shared_ptr<Blas> blas = entry.blas.lock();
-    return blas && (entry.bytes < blas->BytesBuilt() || m_compactsWithoutGain);
+    return blas && entry.bytes < blas->BytesBuilt();
 }
 
 // As many as the budget allows, at least one. Without memory it is tried again later: the larger
@@ -139,7 +139,7 @@ bool Compaction::ReadSizes(Batch& batch) {
 
 // The first batch shows whether compaction saves anything with this driver.
 void Compaction::Judge(const Batch& batch) {
-    if (m_isJudged || m_compactsWithoutGain || IsOff()) return;
+    if (m_isJudged || IsOff()) return;
     uint64_t built = 0;
     uint64_t compacted = 0;
     for (const Entry& entry : batch.entries) {

@@ -72,7 +72,6 @@ class Compaction {
     void Release(Batch& batch);
 
     Device& m_device;
-    bool m_compactsWithoutGain = false;
     uint64_t m_budget = 0;
     bool m_isJudged = false;
     std::string m_whyOff;

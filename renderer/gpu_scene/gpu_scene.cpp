@@ -98,7 +98,7 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
         uint64_t budget = UINT64_MAX;
         upload.Continue(budget);
         newResources = upload.Finish(uploader);
-        newInstances = std::make_unique<InstanceSet>(device, *newResources, data, desc.tlasRule);
+        newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
         newDraws = DrawTable(device, *newResources, *newInstances);
         newDraws.Upload(uploader);
         newLights = std::make_unique<LightSet>(device, uploader, *newResources, newInstances->Placements(),

@@ -184,9 +184,6 @@ struct SceneRevisions {
     bool operator==(const SceneRevisions&) const = default;
 };
 
-// When the TLAS is rebuilt, where an update would do.
-enum class TlasRule : uint8_t { Decay, Never, Always };
-
 // When the light tree is rebuilt, where an update would do (docs/lights.md). Always: pictures depend on the
 // scene as it is alone, not on what was shown before; own trees are then those of the scene as it was set,
 // and only their boxes follow what moves.
@@ -224,10 +221,7 @@ struct GpuSceneDesc {
     // environment, so that DefaultLight::Auto is the same whenever that is set. False saves the measurement
     // for a host that never shows the studio.
     bool measuresLight = true;
-    TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     LightRule lightRule = LightRule::Decay;
-    // Compacts also on a driver where it saves nothing, to test compaction there.
-    bool compactsWithoutGain = false;
 };
 
 class RAYGRAPH_API GpuScene {

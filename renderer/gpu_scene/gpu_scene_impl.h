@@ -42,7 +42,6 @@ struct GpuScene::Impl {
           uploader(device),
           builder(device, {.name = "scene BLASes",
                            .scratchBudget = desc.scratchBudget,
-                           .compactsWithoutGain = desc.compactsWithoutGain,
                            .compactionBudget = desc.compactionBudget}) {
         defaultTexture = WhiteTexture(device, uploader);
         defaultSampler = device.CreateSampler({.name = "default sampler"});

@@ -176,7 +176,6 @@ scene::Bounds InstanceSet::VisibleBounds() {
 
 bool InstanceSet::IsOrderDue() {
     if (m_slots.End() > m_tlasInstances.Capacity()) return true;
-    if (m_rule != TlasRule::Decay) return m_rule == TlasRule::Always && (m_needsUpdate || m_needsRebuild);
     RefreshBoxes();
     const uint32_t taken = m_slots.TakenCount();
     const bool isDecayed = m_quality.NoteFrame(m_boxes.Cost(), m_boxes.BoxCount());

@@ -7,9 +7,8 @@
 #include "renderer/gpu_scene/device_limits.h"
 
 namespace raygraph {
-InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data,
-                         TlasRule rule)
-    : m_device(device), m_resources(resources), m_rule(rule) {
+InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data)
+    : m_device(device), m_resources(resources) {
     for (uint32_t mesh = 0; mesh < resources.meshes.size(); ++mesh) AddMesh(mesh);
     m_instances.reserve(data.instances.size());
     const std::vector<bool> isVisible = scene::VisibleNodes(data);

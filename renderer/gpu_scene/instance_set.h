@@ -35,8 +35,7 @@ class InstanceSet {
     static constexpr uint32_t kNoGroup = ~0u;
 
     // `resources` outlives the set. `data` has lost its meshes by then.
-    InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data,
-                TlasRule rule = TlasRule::Decay);
+    InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data);
 
     // Places an instance of a mesh or copy. Later calls name it by what is returned: the index of one that
     // was removed before, or a new one. Error{Usage} where the device traces no more instances,
@@ -178,7 +177,6 @@ class InstanceSet {
 
     rhi::Device& m_device;
     const SceneResources& m_resources;
-    TlasRule m_rule;
     LargeArray<Instance> m_instances;
     std::vector<bool> m_exists;  // by instance: so small that it stays in caches
     std::vector<Placement> m_placements;

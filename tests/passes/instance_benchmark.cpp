@@ -3,8 +3,8 @@
 //   host    milliseconds of the host in a frame in which some of COUNT instances change: the edits, and all
 //           of the frame from BeginFrame to the end of Execute, as medians; of these the processor time of the
 //           thread; and the device's time in the passes that upload and refresh.
-//   motion  10,000 instances scattered over 100 frames, by rule of GpuSceneDesc::tlasRule: the device's
-//           milliseconds a frame in Trace and RefreshTlas, the host's, and the rebuilds.
+//   motion  10,000 instances scattered over 100 frames: the device's milliseconds a frame in Trace and
+//           RefreshTlas, the host's, and the rebuilds.
 //
 //   raygraph_instance_benchmark host [COUNT [ROUNDS]]
 //   raygraph_instance_benchmark motion [COUNT [FRAMES [PIXELS]]]
@@ -106,8 +106,7 @@ struct FrameTimes {
 
 class Bench {
   public:
-    Bench(rhi::Device& device, uint32_t count, uint32_t pixels, TlasRule rule)
-        : m_renderer(device), m_scene(m_renderer, {.tlasRule = rule}) {
+    Bench(rhi::Device& device, uint32_t count, uint32_t pixels) : m_renderer(device), m_scene(m_renderer) {
         m_scene.SetScene(Grid(count));
         m_settings = ViewOf(GridSide(count), pixels);
         for (int i = 0; i < 8; ++i) Frame([] {});  // pipelines, builds, compaction
@@ -143,7 +142,7 @@ class Bench {
 };
 
 void MeasureHost(rhi::Device& device, uint32_t count, uint32_t rounds) {
-    Bench bench(device, count, 16, TlasRule::Decay);
+    Bench bench(device, count, 16);
     GpuScene& scene = bench.Scene();
     const uint32_t side = GridSide(count);
     std::printf("%u instances: milliseconds a frame\n", count);
@@ -223,38 +222,33 @@ void MeasureMotion(rhi::Device& device, uint32_t count, uint32_t frames, uint32_
     std::iota(targets.begin(), targets.end(), 0u);
     std::shuffle(targets.begin(), targets.end(), std::mt19937(1));
     std::printf("%u instances scattered over %u frames: mean milliseconds a frame\n", count, frames);
-    std::printf("%-32s %-8s %9s %9s %9s %9s  %s\n", "motion", "rule", "trace", "last one", "refresh", "host",
+    std::printf("%-26s %9s %9s %9s %9s  %s\n", "motion", "trace", "last one", "refresh", "host",
                 "updates, rebuilds");
-    for (const bool isJump : {false, true})
-        for (const TlasRule rule : {TlasRule::Never, TlasRule::Decay, TlasRule::Always}) {
-            Bench bench(device, count, pixels, rule);
-            GpuScene& scene = bench.Scene();
-            const GpuSceneStatistics before = scene.Statistics();
-            double trace = 0.0, refresh = 0.0, host = 0.0, last = 0.0;
-            for (uint32_t frame = 0; frame < frames; ++frame) {
-                FrameTimes times = bench.Frame([&] {
-                    for (uint32_t i = 0; i < count; ++i) {
-                        if (isJump && targets[i] % frames != frame) continue;
-                        const float way = isJump ? 1.0f : float(frame + 1) / float(frames);
-                        scene.SetTransform(
-                            i, At(glm::mix(GridPlace(i, side), GridPlace(targets[i], side), way)));
-                    }
-                });
-                trace += last = times.gpuMs["Trace"];
-                refresh += times.gpuMs["RefreshTlas"];
-                host += times.hostMs;
-            }
-            const char* const name = rule == TlasRule::Never   ? "never"
-                                     : rule == TlasRule::Decay ? "decay"
-                                                               : "always";
-            const GpuSceneStatistics& after = scene.Statistics();
-            std::printf("%-32s %-8s %9.2f %9.2f %9.3f %9.3f  %llu, %llu\n",
-                        isJump ? "some jump in each frame" : "all travel in each frame", name, trace / frames,
-                        last, refresh / frames, host / frames,
-                        static_cast<unsigned long long>(after.tlasUpdates - before.tlasUpdates),
-                        static_cast<unsigned long long>(after.tlasRebuilds - before.tlasRebuilds));
-            std::fflush(stdout);
+    for (const bool isJump : {false, true}) {
+        Bench bench(device, count, pixels);
+        GpuScene& scene = bench.Scene();
+        const GpuSceneStatistics before = scene.Statistics();
+        double trace = 0.0, refresh = 0.0, host = 0.0, last = 0.0;
+        for (uint32_t frame = 0; frame < frames; ++frame) {
+            FrameTimes times = bench.Frame([&] {
+                for (uint32_t i = 0; i < count; ++i) {
+                    if (isJump && targets[i] % frames != frame) continue;
+                    const float way = isJump ? 1.0f : float(frame + 1) / float(frames);
+                    scene.SetTransform(i, At(glm::mix(GridPlace(i, side), GridPlace(targets[i], side), way)));
+                }
+            });
+            trace += last = times.gpuMs["Trace"];
+            refresh += times.gpuMs["RefreshTlas"];
+            host += times.hostMs;
         }
+        const GpuSceneStatistics& after = scene.Statistics();
+        std::printf("%-26s %9.2f %9.2f %9.3f %9.3f  %llu, %llu\n",
+                    isJump ? "some jump in each frame" : "all travel in each frame", trace / frames, last,
+                    refresh / frames, host / frames,
+                    static_cast<unsigned long long>(after.tlasUpdates - before.tlasUpdates),
+                    static_cast<unsigned long long>(after.tlasRebuilds - before.tlasRebuilds));
+        std::fflush(stdout);
+    }
 }
 
 }  // namespace

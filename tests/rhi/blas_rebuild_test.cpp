@@ -167,27 +167,5 @@ TEST_F(BlasRebuild, RefitsWithoutADescriptionReadTheBuffersOfTheBuild) {
         6.0f);
 }
 
-// Which no engine does unless it has measured that it pays.
-TEST_F(BlasRebuild, CompactedDeformingOnesAreRefittedButNotRebuilt) {
-    BlasBuilder builder(Device(), {.name = "small", .compactsWithoutGain = true, .compactsDeforming = true});
-    const std::shared_ptr<Blas> blas = builder.Add(Describe(Waves(12), BlasKind::Deforming));
-    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
-    ASSERT_TRUE(builder.Poll());
-    Run([&](CommandList& commands) { builder.RecordCompaction(commands); });
-    ASSERT_TRUE(blas->IsCompacted());
-    BlasBuilder::RefitRequest request{blas.get(), Describe(Waves(12, 0.5f), BlasKind::Deforming), true};
-    CommandList commands = Device().BeginCommands("refused");
-    EXPECT_EQ(testing::ErrorTextOf([&] {
-                  builder.RecordRefits(commands, {&request, 1});
-              }),
-              "BLAS 'mesh': rebuild in the memory of a compacted one");
-    request.rebuilds = false;
-    Run([&](CommandList& refits) { builder.RecordRefits(refits, {&request, 1}); });
-    const std::vector<TestResult> expected = Hits(Build(Describe(Waves(12, 0.5f))));
-    const std::vector<TestResult> results = Hits(blas);
-    for (size_t i = 0; i < expected.size(); ++i)
-        ASSERT_NEAR(results[i].distance, expected[i].distance, 1e-5f) << i;
-}
-
 }  // namespace
 }  // namespace raygraph::rhi

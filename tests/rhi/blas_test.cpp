@@ -3,9 +3,9 @@
 
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
-#include "tests/rhi/fake_loader.h"
 #include "tests/rhi/trace_test.h"
 #include "tests/support/error_of.h"
+#include "tests/support/padded_structures.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -31,13 +31,18 @@ class BlasTest : public TraceTest {
     }
 };
 
+// Where compaction saves memory on every driver.
+class CompactingBlasTest : public BlasTest {
+    testing::PaddedStructures padded{Device()};
+};
+
 uint32_t HitCount(const std::vector<TestResult>& results) {
     return static_cast<uint32_t>(
         std::count_if(results.begin(), results.end(), [](auto& r) { return r.code == 1; }));
 }
 
-TEST_F(BlasTest, CompactionKeepsEveryHit) {
-    BlasBuilder builder(Device(), {.name = "compacting", .compactsWithoutGain = true});
+TEST_F(CompactingBlasTest, CompactionKeepsEveryHit) {
+    BlasBuilder builder(Device(), {.name = "compacting"});
     const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
     Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
     const std::vector<TestResult> before = Hits(blases);
@@ -95,8 +100,8 @@ TEST_F(BlasTest, CompactionTurnsItselfOffWhereItGainsNothingAndSaysSoOnce) {
     EXPECT_EQ(Log().Count(), messagesAfter);
 }
 
-TEST_F(BlasTest, PollNeverWaitsForWorkThatIsNotDone) {
-    BlasBuilder builder(Device(), {.name = "polling", .compactsWithoutGain = true});
+TEST_F(CompactingBlasTest, PollNeverWaitsForWorkThatIsNotDone) {
+    BlasBuilder builder(Device(), {.name = "polling"});
     const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 1);
     CommandList commands = Device().BeginCommands("builds");
     builder.RecordBuilds(commands);
@@ -106,8 +111,8 @@ TEST_F(BlasTest, PollNeverWaitsForWorkThatIsNotDone) {
     EXPECT_TRUE(builder.Poll());
 }
 
-TEST_F(BlasTest, DroppedWhileItsCompactionIsPending_IsLeftOut) {
-    BlasBuilder builder(Device(), {.name = "dropping", .compactsWithoutGain = true});
+TEST_F(CompactingBlasTest, DroppedWhileItsCompactionIsPending_IsLeftOut) {
+    BlasBuilder builder(Device(), {.name = "dropping"});
     std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
     blases[0].reset();  // before its build
     Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
@@ -120,10 +125,10 @@ TEST_F(BlasTest, DroppedWhileItsCompactionIsPending_IsLeftOut) {
     EXPECT_TRUE(blases[2]->IsCompacted());
 }
 
-TEST_F(BlasTest, BuilderMayGoWhileCompactionIsPending) {
+TEST_F(CompactingBlasTest, BuilderMayGoWhileCompactionIsPending) {
     std::vector<std::shared_ptr<Blas>> blases;
     {
-        BlasBuilder builder(Device(), {.name = "short-lived", .compactsWithoutGain = true});
+        BlasBuilder builder(Device(), {.name = "short-lived"});
         blases = AddWaves(builder, 2);
         CommandList commands = Device().BeginCommands("builds");
         builder.RecordBuilds(commands);
@@ -132,8 +137,8 @@ TEST_F(BlasTest, BuilderMayGoWhileCompactionIsPending) {
     EXPECT_GT(HitCount(Hits(blases)), 2000u);
 }
 
-TEST_F(BlasTest, DroppedList_LeavesItsBuildsDue) {
-    BlasBuilder builder(Device(), {.name = "dropped", .compactsWithoutGain = true});
+TEST_F(CompactingBlasTest, DroppedList_LeavesItsBuildsDue) {
+    BlasBuilder builder(Device(), {.name = "dropped"});
     const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 2);
     {
         CommandList commands = Device().BeginCommands("dropped");
@@ -155,8 +160,8 @@ TEST_F(BlasTest, DroppedList_LeavesItsBuildsDue) {
     EXPECT_GT(HitCount(Hits(blases)), 2000u);
 }
 
-TEST_F(BlasTest, DroppedList_LeavesItsCompactionsDue) {
-    BlasBuilder builder(Device(), {.name = "dropped", .compactsWithoutGain = true});
+TEST_F(CompactingBlasTest, DroppedList_LeavesItsCompactionsDue) {
+    BlasBuilder builder(Device(), {.name = "dropped"});
     const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
     Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
     const std::vector<TestResult> before = Hits(blases);
@@ -181,8 +186,8 @@ TEST_F(BlasTest, DroppedList_LeavesItsCompactionsDue) {
     EXPECT_EQ(Hits(blases), before);
 }
 
-TEST_F(BlasTest, CompactionComesInSlicesOfItsBudget) {
-    BlasBuilder builder(Device(), {.name = "slices", .compactsWithoutGain = true, .compactionBudget = 1});
+TEST_F(CompactingBlasTest, CompactionComesInSlicesOfItsBudget) {
+    BlasBuilder builder(Device(), {.name = "slices", .compactionBudget = 1});
     const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
     Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
     const std::vector<TestResult> before = Hits(blases);
@@ -196,8 +201,8 @@ TEST_F(BlasTest, CompactionComesInSlicesOfItsBudget) {
     EXPECT_EQ(Hits(blases), before);
 }
 
-TEST_F(BlasTest, CompactionWithoutMemoryIsTriedAgainLater) {
-    BlasBuilder builder(Device(), {.name = "waiting", .compactsWithoutGain = true});
+TEST_F(CompactingBlasTest, CompactionWithoutMemoryIsTriedAgainLater) {
+    BlasBuilder builder(Device(), {.name = "waiting"});
     const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 2);
     Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
     const std::vector<TestResult> before = Hits(blases);
@@ -243,53 +248,6 @@ TEST_F(BlasTest, DroppedList_MayOutliveTheBuilder) {
     }
     commands = {};
     EXPECT_FALSE(blases[0]->IsBuilt());
-}
-
-// Every buffer that the builds need is refused once; what was added is built by the next call.
-TEST(BlasAllocationTest, FailedAllocation_LosesNoBuild) {
-    testing::FakeLoader loader;
-    DeviceDesc desc;
-    desc.getInstanceProcAddr = loader.Entry();
-    desc.savePipelineCache = false;
-    const std::unique_ptr<Device> device = Device::Create(desc);
-    const std::vector<float> vertices{0, 0, 0, 1, 0, 0, 0, 1, 0};
-    const std::vector<uint32_t> indices{0, 1, 2};
-    const auto upload = [&](const char* name, std::span<const std::byte> bytes) {
-        Buffer buffer = device->CreateBuffer({.name = name,
-                                              .size = bytes.size(),
-                                              .usage = BufferUsage::BuildInput,
-                                              .memory = MemoryKind::Upload});
-        std::copy(bytes.begin(), bytes.end(), buffer.Mapped().begin());
-        return buffer;
-    };
-    const Buffer vertexBuffer = upload("vertices", testing::BytesOf(vertices));
-    const Buffer indexBuffer = upload("indices", testing::BytesOf(indices));
-    const BlasDesc triangle{.name = "triangle",
-                            .triangles = {{.vertices = vertexBuffer.Address(),
-                                           .vertexCount = 3,
-                                           .indices = indexBuffer.Address(),
-                                           .triangleCount = 1}}};
-    int32_t failureCount = 0;
-    for (bool hasFailed = true; hasFailed && failureCount < 100;) {
-        BlasBuilder builder(*device, {.name = "builder"});
-        const std::array blases{builder.Add(triangle), builder.Add(triangle)};
-        loader.Tell().buffersBeforeFailure = failureCount;
-        CommandList commands = device->BeginCommands("builds");
-        try {
-            builder.RecordBuilds(commands);
-            hasFailed = false;
-        } catch (const Error& error) {
-            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
-            EXPECT_FALSE(blases[0]->IsBuilt() || blases[1]->IsBuilt());
-            ++failureCount;
-        }
-        loader.Tell().buffersBeforeFailure = -1;
-        if (hasFailed) builder.RecordBuilds(commands);
-        device->WaitFor(device->Submit(std::move(commands)));
-        EXPECT_EQ(builder.Statistics().buildCount, 2u);
-        EXPECT_TRUE(blases[0]->IsBuilt() && blases[1]->IsBuilt());
-    }
-    EXPECT_GE(failureCount, 3) << "two structures and their scratch memory";
 }
 
 TEST_F(BlasTest, BuildsInBatchesUnderTheScratchBudgetHitTheSame) {

@@ -10,6 +10,7 @@
 #include "rhi/upload.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
+#include "tests/support/padded_structures.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph {
@@ -19,6 +20,7 @@ using rhi::BufferUsage;
 using rhi::MemoryKind;
 using testing::ErrorOf;
 using testing::FakeLoader;
+using testing::PaddedStructures;
 
 // A device that has memory of its own beside the host's, unlike the CPU driver.
 class SeparateMemoryTest : public ::testing::Test {
@@ -123,7 +125,8 @@ TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitF
                                             .vertexCount = 3,
                                             .indices = indices.Address(),
                                             .triangleCount = 1}}};
-    rhi::BlasBuilder builder(*device, {.name = "builder", .compactsWithoutGain = true});
+    const PaddedStructures padded(*device);
+    rhi::BlasBuilder builder(*device, {.name = "builder"});
     const std::shared_ptr<rhi::Blas> blas = builder.Add(desc);
     rhi::CommandList commands = device->BeginCommands("build");
     builder.RecordBuilds(commands);
@@ -182,6 +185,53 @@ TEST_F(MemoryLimitTest, WhatWouldExceedItIsRefusedAndNothingElse) {
     EXPECT_EQ(error.what(),
               "buffer 'b' (16 bytes): " + now + " of the limit of " + now + " bytes are in use");
     EXPECT_TRUE(Device().CreateBuffer({.name = "b", .size = 16}));
+}
+
+// Every buffer that the builds need is refused once; what was added is built by the next call.
+TEST(BlasAllocationTest, FailedAllocation_LosesNoBuild) {
+    FakeLoader loader;
+    rhi::DeviceDesc desc;
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.savePipelineCache = false;
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    const std::vector<float> vertices{0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::vector<uint32_t> indices{0, 1, 2};
+    const auto upload = [&](const char* name, std::span<const std::byte> bytes) {
+        rhi::Buffer buffer = device->CreateBuffer({.name = name,
+                                                   .size = bytes.size(),
+                                                   .usage = BufferUsage::BuildInput,
+                                                   .memory = MemoryKind::Upload});
+        std::copy(bytes.begin(), bytes.end(), buffer.Mapped().begin());
+        return buffer;
+    };
+    const rhi::Buffer vertexBuffer = upload("vertices", testing::BytesOf(vertices));
+    const rhi::Buffer indexBuffer = upload("indices", testing::BytesOf(indices));
+    const rhi::BlasDesc triangle{.name = "triangle",
+                                 .triangles = {{.vertices = vertexBuffer.Address(),
+                                                .vertexCount = 3,
+                                                .indices = indexBuffer.Address(),
+                                                .triangleCount = 1}}};
+    int32_t failureCount = 0;
+    for (bool hasFailed = true; hasFailed && failureCount < 100;) {
+        rhi::BlasBuilder builder(*device, {.name = "builder"});
+        const std::array blases{builder.Add(triangle), builder.Add(triangle)};
+        loader.Tell().buffersBeforeFailure = failureCount;
+        rhi::CommandList commands = device->BeginCommands("builds");
+        try {
+            builder.RecordBuilds(commands);
+            hasFailed = false;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+            EXPECT_FALSE(blases[0]->IsBuilt() || blases[1]->IsBuilt());
+            ++failureCount;
+        }
+        loader.Tell().buffersBeforeFailure = -1;
+        if (hasFailed) builder.RecordBuilds(commands);
+        device->WaitFor(device->Submit(std::move(commands)));
+        EXPECT_EQ(builder.Statistics().buildCount, 2u);
+        EXPECT_TRUE(blases[0]->IsBuilt() && blases[1]->IsBuilt());
+    }
+    EXPECT_GE(failureCount, 3) << "two structures and their scratch memory";
 }
 
 }  // namespace
