@@ -40,7 +40,7 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             scene::DeformInstances(data);
             Document document(file, data, stamp, std::move(hash), root);
             m_result = LoadedScene{std::move(document),
-                                   PreparedScene(std::move(data), {.traversal = m_traversal}), camera};
+                                   PreparedScene(std::move(data), {.makesTrees = m_makesTrees}), camera};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

@@ -35,9 +35,9 @@ using LoadResult = std::variant<LoadedScene, LoadFailure>;
 // Threads: the main thread's.
 class SceneLoader {
   public:
-    // `traversal`: that of the GpuScene which shows what is loaded. `log`: of what is loaded.
-    explicit SceneLoader(Traversal traversal = Traversal::Auto, Log log = {})
-        : m_traversal(traversal), m_log(std::move(log)) {}
+    // `makesTrees`: GpuScene::TakesTrees of the one which shows what is loaded. `log`: of what is loaded.
+    explicit SceneLoader(bool makesTrees = true, Log log = {})
+        : m_makesTrees(makesTrees), m_log(std::move(log)) {}
     ~SceneLoader();  // waits for the current load
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
@@ -58,7 +58,7 @@ class SceneLoader {
     std::optional<LoadResult> Take();
 
   private:
-    Traversal m_traversal;
+    bool m_makesTrees;
     Log m_log;
     std::thread m_thread;
     std::atomic<bool> m_isDone{false};

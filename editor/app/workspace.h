@@ -45,7 +45,7 @@ class Workspace {
           renderer(of, {.shaderRoot = shaders}),
           gpu(renderer, {.textureLevels = true, .textureBudget = textureBudget}),
           view(renderer, gpu),
-          loader(gpu.UsedTraversal(), of.Log()) {
+          loader(gpu.TakesTrees(), of.Log()) {
         view.SetBudget({.frameMs = frameMs, .whileMoving = viewport::MotionView::PathTraced});
         viewport::PathSettings paths;
         paths.biases.textureLod = 0.0f;

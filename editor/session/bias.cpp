@@ -29,10 +29,6 @@ bool IsOn(const passes::BiasSettings& biases, Bias bias) {
     return false;
 }
 
-bool IsAnyOn(const passes::BiasSettings& biases) {
-    return std::ranges::any_of(kBiases, [&](Bias bias) { return IsOn(biases, bias); });
-}
-
 passes::TraceSettings Without(passes::TraceSettings settings, Bias bias) {
     const passes::BiasSettings off;
     switch (bias) {

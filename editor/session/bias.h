@@ -32,7 +32,6 @@ inline constexpr std::array kBiases = Values<Bias>();
 inline constexpr uint32_t kSecondTracePeriod = 16;
 
 RAYGRAPH_API bool IsOn(const passes::BiasSettings& biases, Bias bias);
-RAYGRAPH_API bool IsAnyOn(const passes::BiasSettings& biases);
 
 // The same with this bias off. Paths that only a depth limit would have ended then end by roulette.
 RAYGRAPH_API passes::TraceSettings Without(passes::TraceSettings settings, Bias bias);

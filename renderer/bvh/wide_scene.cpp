@@ -5,7 +5,6 @@
 #include <functional>
 
 #include "base/error.h"
-#include "base/stopwatch.h"
 #include "base/text.h"
 #include "renderer/bvh/wide_bvh.h"
 
@@ -52,12 +51,6 @@ WideMesh WithoutFlat(std::vector<gpu::WideTriangle> triangles) {
 
 }  // namespace
 
-std::vector<Box> TriangleBoxes(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
-    std::vector<Box> boxes(indices.size() / 3);
-    for (size_t i = 0; i < 3 * boxes.size(); ++i) boxes[i / 3].Extend(positions[indices[i]]);
-    return boxes;
-}
-
 Box PlacedBox(const Box& mesh, const glm::mat4x3& objectToWorld) {
     constexpr float kRoundings = 8.0f * std::numeric_limits<float>::epsilon();
     Box box;
@@ -70,15 +63,6 @@ Box PlacedBox(const Box& mesh, const glm::mat4x3& objectToWorld) {
     box.min -= margin;
     box.max += margin;
     return box;
-}
-
-std::vector<Box> InstanceBoxes(const BvhScene& scene) {
-    std::vector<Box> ofMeshes(scene.meshes.size()), boxes(scene.instances.size());
-    for (size_t i = 0; i < scene.meshes.size(); ++i)
-        for (const glm::vec3& position : scene.meshes[i].positions) ofMeshes[i].Extend(position);
-    for (size_t i = 0; i < boxes.size(); ++i)
-        boxes[i] = PlacedBox(ofMeshes[scene.instances[i].mesh], scene.instances[i].objectToWorld);
-    return boxes;
 }
 
 WideMesh CollectTriangles(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
@@ -105,15 +89,7 @@ std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads) {
     mesh.triangles = std::move(ordered);
     mesh.nodes = std::move(tree.nodes);
     mesh.depth = tree.depth;
-    mesh.sahCost = tree.sahCost;
     return std::move(tree.primitives);
-}
-
-WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
-                       uint32_t maxThreads) {
-    WideMesh mesh = CollectTriangles(positions, indices);
-    BuildTree(mesh, maxThreads);
-    return mesh;
 }
 
 std::optional<std::vector<gpu::WideTriangle>> PlaceTriangles(const PlacedTriangles& placed) {
@@ -178,8 +154,7 @@ WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {
                          .instances = {{}},
                          .boxes = {{}},
                          .placements = {std::numeric_limits<uint32_t>::max()},
-                         .depth = tree.depth,
-                         .sahCost = tree.sahCost};
+                         .depth = tree.depth};
     MoveNodes(result.nodes, 0, 1);
     for (const uint32_t i : tree.primitives) {
         result.instances.push_back(placed[i]);
@@ -196,46 +171,7 @@ void MoveNodes(std::span<gpu::WideNode> nodes, uint32_t firstNode, uint32_t firs
     }
 }
 
-WideScene BuildWideScene(const BvhScene& scene) {
-    const Stopwatch watch;
-    WideScene wide;
-    std::vector<uint32_t> roots;
-    std::vector<Box> boxes;
-    uint32_t depth = 0;
-    for (const BvhMesh& mesh : scene.meshes) {
-        WideMesh tree = BuildWideMesh(mesh.positions, mesh.indices);
-        if (tree.nodes.empty())
-            throw Error(ErrorKind::Usage, "a wide tree of a mesh that reaches farther than 1e18");
-        roots.push_back(static_cast<uint32_t>(wide.nodes.size()));
-        boxes.push_back(tree.box);
-        MoveNodes(tree.nodes, roots.back(), static_cast<uint32_t>(wide.triangles.size()));
-        wide.nodes.insert(wide.nodes.end(), tree.nodes.begin(), tree.nodes.end());
-        wide.triangles.insert(wide.triangles.end(), tree.triangles.begin(), tree.triangles.end());
-        wide.sahOfMeshes += tree.sahCost * static_cast<double>(mesh.TriangleCount());
-        depth = std::max(depth, tree.depth);
-    }
-    if (!wide.triangles.empty()) wide.sahOfMeshes /= static_cast<double>(wide.triangles.size());
-    std::vector<WidePlacement> placements;
-    for (const BvhInstance& instance : scene.instances)
-        placements.push_back({.objectToWorld = instance.objectToWorld,
-                              .box = boxes[instance.mesh],
-                              .root = roots[instance.mesh],
-                              .number = static_cast<uint32_t>(placements.size())});
-    WideInstances instances = BuildWideInstances(placements);
-    if (depth > kMaxMeshDepth || instances.depth > kMaxInstanceDepth)
-        throw MakeError(ErrorKind::Usage, "wide trees of {} and {} levels: there is room for {} and {}",
-                        instances.depth, depth, kMaxInstanceDepth, kMaxMeshDepth);
-    wide.sahOfInstances = instances.sahCost;
-    instances.instances[0].root = static_cast<uint32_t>(wide.nodes.size());
-    MoveNodes(instances.nodes, instances.instances[0].root, 0);
-    wide.nodes.insert(wide.nodes.end(), instances.nodes.begin(), instances.nodes.end());
-    wide.instances = std::move(instances.instances);
-    wide.buildSeconds = watch.Seconds();
-    return wide;
-}
-
 WideScene BuildOneLevel(const BvhScene& scene) {
-    const Stopwatch watch;
     std::vector<WideMesh> meshes;
     for (const BvhMesh& mesh : scene.meshes) meshes.push_back(CollectTriangles(mesh.positions, mesh.indices));
     std::vector<PlacedTriangles> placed;
@@ -247,11 +183,7 @@ WideScene BuildOneLevel(const BvhScene& scene) {
     if (level.depth > kMaxMeshDepth)
         throw MakeError(ErrorKind::Usage, "a wide tree of {} levels: there is room for {}", level.depth,
                         kMaxMeshDepth);
-    return {.nodes = std::move(level.nodes),
-            .triangles = std::move(level.triangles),
-            .instances = {{}},
-            .sahOfMeshes = level.sahCost,
-            .buildSeconds = watch.Seconds()};
+    return {.nodes = std::move(level.nodes), .triangles = std::move(level.triangles), .instances = {{}}};
 }
 
 }  // namespace raygraph

@@ -34,7 +34,6 @@ struct WideMesh {
     std::vector<gpu::WideTriangle> triangles;
     Box box;
     uint32_t depth = 0;
-    double sahCost = 0.0;
 };
 // Of the triangles that have an area: rounding might let rays hit others.
 RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
@@ -43,10 +42,6 @@ RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
 // triangles that reach farther than 1e18. One that would be deeper than kMaxMeshDepth is built again,
 // balanced. `maxThreads` as of BvhSettings.
 RAYGRAPH_API std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
-// Both.
-RAYGRAPH_API WideMesh BuildWideMesh(std::span<const glm::vec3> positions, std::span<const uint32_t> indices,
-                                    uint32_t maxThreads = 0);
-
 // The triangles of a WideMesh where an instance places them.
 struct PlacedTriangles {
     std::span<const gpu::WideTriangle> triangles;
@@ -92,7 +87,6 @@ struct WideInstances {
     std::vector<Box> boxes;                    // of these
     std::vector<uint32_t> placements;          // likewise, which they are of; the first is of none
     uint32_t depth = 0;
-    double sahCost = 0.0;
 };
 // Of those that PlaceInstance gives.
 RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> placements);
@@ -109,23 +103,12 @@ struct WideScene {
     std::vector<gpu::WideNode> nodes;
     std::vector<gpu::WideTriangle> triangles;
     std::vector<gpu::WideInstance> instances;
-    double sahOfInstances = 0.0;  // WideBvh::sahCost of the tree of instances,
-    double sahOfMeshes = 0.0;     // and that of meshes, weighted by their numbers of triangles
-    double buildSeconds = 0.0;
 };
 
-// Error{Usage} for trees that are too deep.
-RAYGRAPH_API WideScene BuildWideScene(const BvhScene& scene);
-// Of one level, likewise.
+// One level. Error{Usage} for a tree that is too deep.
 RAYGRAPH_API WideScene BuildOneLevel(const BvhScene& scene);
 
-RAYGRAPH_API std::vector<Box> TriangleBoxes(std::span<const glm::vec3> positions,
-                                            std::span<const uint32_t> indices);
-inline std::vector<Box> TriangleBoxes(const BvhMesh& mesh) {
-    return TriangleBoxes(mesh.positions, mesh.indices);
-}
 // The box around the corners of the mesh's box, placed; a little larger than rounding may make it.
 RAYGRAPH_API Box PlacedBox(const Box& mesh, const glm::mat4x3& objectToWorld);
-RAYGRAPH_API std::vector<Box> InstanceBoxes(const BvhScene& scene);
 
 }  // namespace raygraph

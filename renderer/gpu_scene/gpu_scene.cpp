@@ -198,8 +198,8 @@ const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
     return m_impl->instances->Transform(instance);
 }
 
-Traversal GpuScene::UsedTraversal() const {
-    return m_impl->traversal;
+bool GpuScene::TakesTrees() const {
+    return m_impl->traversal == Traversal::Own;
 }
 
 void GpuScene::SetViewpoint(const glm::dvec3& eye) {

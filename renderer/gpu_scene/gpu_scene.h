@@ -294,8 +294,8 @@ class RAYGRAPH_API GpuScene {
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
 
-    // Driver or Own: what GpuSceneDesc::traversal has become. For PrepareSettings.
-    Traversal UsedTraversal() const;
+    // Whether GpuSceneDesc::traversal is, or has become, Own. For PrepareSettings.
+    bool TakesTrees() const;
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
     // which are floats, is near there or at the scene's nearest place (docs/large-coordinates.md). Costs

@@ -61,7 +61,7 @@ struct GpuScene::Impl {
     void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
     ResourceSettings SettingsOfResources() const;
     PrepareSettings Preparing() const {
-        return {.traversal = traversal, .measuresLight = desc.measuresLight};
+        return {.makesTrees = traversal == Traversal::Own, .measuresLight = desc.measuresLight};
     }
     TextureUploadSettings TextureSettings(uint64_t budget) const {
         return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};

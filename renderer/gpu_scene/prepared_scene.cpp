@@ -22,7 +22,7 @@ namespace {
 
 // One level has a tree of its own.
 WideUse TreesOf(const SceneContent& content, const PrepareSettings& settings) {
-    if (settings.traversal == Traversal::Driver) return WideUse::None;
+    if (!settings.makesTrees) return WideUse::None;
     uint64_t placed = 0;
     for (const scene::Instance& instance : content.data.instances)
         for (const scene::Primitive& primitive : content.data.meshes[instance.mesh].primitives)

@@ -13,7 +13,6 @@
 #include <memory>
 
 #include "base/api.h"
-#include "renderer/bvh/traversal.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph {
@@ -26,10 +25,10 @@ struct PrepareSettings {
     // several structures side by side, split in space. Small ones let a scene that streams build a little in
     // each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
-    // GpuScene::UsedTraversal of the one that it is for. Driver: no trees for own traversal are made, and the
-    // scene can have none. Own and Auto: the trees of meshes are built here where there are more triangles
-    // than one tree takes (kMaxLevelTriangles); those of fewer GpuScene builds, if it comes to need them.
-    Traversal traversal = Traversal::Auto;
+    // For own traversal. True: the trees of meshes are built here where there are more triangles than one
+    // tree takes (kMaxLevelTriangles); those of fewer GpuScene builds, if it comes to need them. False: the
+    // scene can have none, as for a GpuScene that does not take trees (GpuScene::TakesTrees).
+    bool makesTrees = true;
     // For DefaultLight::Auto. True: HasOwnLight measures whether the scene lights itself, which builds trees
     // over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
     bool measuresLight = true;

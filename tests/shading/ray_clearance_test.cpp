@@ -7,6 +7,7 @@
 #include "core/frame.glsl"
 #include "core/ray_offset.glsl"
 #include "tests/shading/wide_traversal.h"
+#include "tests/support/triangle_soup.h"
 
 namespace raygraph::shading {
 namespace {
@@ -235,7 +236,7 @@ TEST(RayClearance, NoTraversalMeetsTheTriangleThatARayLeaves) {
             scene.meshes.push_back({{placed.p0, placed.p0 + placed.e1, placed.p0 + placed.e2}, {0, 1, 2}});
             scene.instances.push_back(
                 {0, glm::mat4x3(placed.linear[0], placed.linear[1], placed.linear[2], placed.translation)});
-            const std::array levels{BuildOneLevel(scene), BuildWideScene(scene)};
+            const std::array levels{BuildOneLevel(scene), testing::BuildWideScene(scene)};
             const float clearance = placed.Clearance();
             for (uint32_t ray = 0; ray < kRays; ++ray) {
                 const vec3 normal = ray % 2 == 0 ? placed.Normal() : -placed.Normal();

@@ -18,7 +18,10 @@
 namespace raygraph {
 namespace {
 
+using testing::BuildWideMesh;
+using testing::BuildWideScene;
 using testing::RandomRays;
+using testing::TriangleBoxes;
 using testing::TriangleSoup;
 
 // Checks a subtree, and appends its primitives.
@@ -110,7 +113,7 @@ TEST(WideBvh, DeepTreesAreBalanced) {
     std::vector<uint32_t> found;
     CheckSubtree(tree, boxes, 0, found);
     ExpectEachOnce(found, boxes.size());
-    const WideMesh wide = BuildWideMesh(mesh.positions, mesh.indices);
+    const WideMesh wide = BuildWideMesh(mesh);
     EXPECT_LE(wide.depth, kMaxMeshDepth);
     EXPECT_EQ(wide.triangles.size(), 140u);
 }
@@ -241,8 +244,8 @@ TEST_P(WideLevels, AnyHitIsWhetherSomethingIsNearer) {
 
 // A quad in the plane z = 0, whose front faces +z, placed; in two levels, and in one.
 std::array<WideScene, 2> PlacedQuad(const glm::mat4x3& objectToWorld, uint32_t flags) {
-    WideMesh mesh = BuildWideMesh(std::vector<glm::vec3>{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}},
-                                  std::vector<uint32_t>{0, 1, 2, 0, 2, 3});
+    WideMesh mesh = BuildWideMesh(
+        {.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, .indices = {0, 1, 2, 0, 2, 3}});
     WideInstances instances =
         BuildWideInstances(std::vector<WidePlacement>{{objectToWorld, mesh.box, 0, 7, flags}});
     const WideMesh level =

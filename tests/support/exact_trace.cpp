@@ -57,6 +57,15 @@ bool MeetsBox(const glm::dvec3& origin, const glm::dvec3& d, const Box& box, dou
     return tNear <= tFar;
 }
 
+std::vector<Box> InstanceBoxes(const BvhScene& scene) {
+    std::vector<Box> ofMeshes(scene.meshes.size()), boxes(scene.instances.size());
+    for (size_t i = 0; i < scene.meshes.size(); ++i)
+        for (const glm::vec3& position : scene.meshes[i].positions) ofMeshes[i].Extend(position);
+    for (size_t i = 0; i < boxes.size(); ++i)
+        boxes[i] = PlacedBox(ofMeshes[scene.instances[i].mesh], scene.instances[i].objectToWorld);
+    return boxes;
+}
+
 }  // namespace
 
 ExactHit TraceExactly(const BvhScene& scene, const gpu::BenchRay& ray) {

@@ -2,7 +2,6 @@
 // two ways of tracing disagree. Threads: pure functions.
 #pragma once
 
-#include "base/api.h"
 #include "renderer/bvh/wide_scene.h"
 
 namespace raygraph {
@@ -17,6 +16,6 @@ struct ExactHit {
 };
 
 // The nearest triangle between 0 and the ray's tMax.
-RAYGRAPH_API ExactHit TraceExactly(const BvhScene& scene, const gpu::BenchRay& ray);
+ExactHit TraceExactly(const BvhScene& scene, const gpu::BenchRay& ray);
 
 }  // namespace raygraph

@@ -1,7 +1,10 @@
 #include "tests/support/triangle_soup.h"
 
+#include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
+
+#include "base/text.h"
 
 namespace raygraph::testing {
 namespace {
@@ -63,6 +66,51 @@ std::vector<gpu::BenchRay> RandomRays(uint32_t count, uint32_t seed) {
         ray.tMax = 1e30f;
     }
     return rays;
+}
+
+std::vector<Box> TriangleBoxes(const BvhMesh& mesh) {
+    std::vector<Box> boxes(mesh.TriangleCount());
+    for (size_t i = 0; i < mesh.indices.size(); ++i) boxes[i / 3].Extend(mesh.positions[mesh.indices[i]]);
+    return boxes;
+}
+
+WideMesh BuildWideMesh(const BvhMesh& mesh) {
+    WideMesh wide = CollectTriangles(mesh.positions, mesh.indices);
+    BuildTree(wide);
+    return wide;
+}
+
+WideScene BuildWideScene(const BvhScene& scene) {
+    WideScene wide;
+    std::vector<uint32_t> roots;
+    std::vector<Box> boxes;
+    uint32_t depth = 0;
+    for (const BvhMesh& mesh : scene.meshes) {
+        WideMesh tree = BuildWideMesh(mesh);
+        if (tree.nodes.empty())
+            throw Error(ErrorKind::Usage, "a wide tree of a mesh that reaches farther than 1e18");
+        roots.push_back(static_cast<uint32_t>(wide.nodes.size()));
+        boxes.push_back(tree.box);
+        MoveNodes(tree.nodes, roots.back(), static_cast<uint32_t>(wide.triangles.size()));
+        wide.nodes.insert(wide.nodes.end(), tree.nodes.begin(), tree.nodes.end());
+        wide.triangles.insert(wide.triangles.end(), tree.triangles.begin(), tree.triangles.end());
+        depth = std::max(depth, tree.depth);
+    }
+    std::vector<WidePlacement> placements;
+    for (const BvhInstance& instance : scene.instances)
+        placements.push_back({.objectToWorld = instance.objectToWorld,
+                              .box = boxes[instance.mesh],
+                              .root = roots[instance.mesh],
+                              .number = static_cast<uint32_t>(placements.size())});
+    WideInstances instances = BuildWideInstances(placements);
+    if (depth > kMaxMeshDepth || instances.depth > kMaxInstanceDepth)
+        throw MakeError(ErrorKind::Usage, "wide trees of {} and {} levels: there is room for {} and {}",
+                        instances.depth, depth, kMaxInstanceDepth, kMaxMeshDepth);
+    instances.instances[0].root = static_cast<uint32_t>(wide.nodes.size());
+    MoveNodes(instances.nodes, instances.instances[0].root, 0);
+    wide.nodes.insert(wide.nodes.end(), instances.nodes.begin(), instances.nodes.end());
+    wide.instances = std::move(instances.instances);
+    return wide;
 }
 
 }  // namespace raygraph::testing

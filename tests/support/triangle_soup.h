@@ -17,4 +17,9 @@ BvhScene SoupWithInstances();
 // From points in [-2, 2]^3, most of them through [-1, 1]^3, of different lengths.
 std::vector<gpu::BenchRay> RandomRays(uint32_t count, uint32_t seed);
 
+std::vector<Box> TriangleBoxes(const BvhMesh& mesh);
+WideMesh BuildWideMesh(const BvhMesh& mesh);
+// Two levels. Error{Usage} for trees that are too deep, and for meshes that reach too far for one.
+WideScene BuildWideScene(const BvhScene& scene);
+
 }  // namespace raygraph::testing
