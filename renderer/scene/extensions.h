@@ -13,7 +13,6 @@ struct GltfExtension {
     std::string_view name;
     bool isRead = false;
     std::string_view note;  // What becomes of it; of one that is not read: why.
-    std::string_view test;  // Of one that is read: the test that fails if it is ignored, "Suite.Name".
 };
 
 // In the order of their names.
