@@ -24,7 +24,7 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
                 pass.RayGen(rayCounts ? "bench/limit_counted.rgen" : "bench/limit.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
             if (isOwn) {
-                pass.Specialize("kTraceFeatures", 0);
+                SpecializeFeatures(pass, {});
                 BindOwnTracing(pass, scene, ParametersFor(scene, settings));
                 pass.Reads("geometries", scene.geometries);  // by the text of alpha tests, which never runs
                 BindMaterials(pass, scene);

@@ -14,7 +14,7 @@ TextureId TraceHits(Renderer& renderer, const SceneIds& scene, const TraceSettin
             pass.RayGen("raster/trace_visibility.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
             BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
-            if (scene.hasAlpha || scene.hasCapsules) {
+            if (scene.features.Has(kTraceAnyHit | kTraceCapsules)) {
                 BindGeometry(pass, scene);
                 BindMaterials(pass, scene);
             }
@@ -32,7 +32,7 @@ TextureId ProjectHits(Renderer& renderer, const SceneIds& scene, const TraceSett
         "ProjectHits", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("raster/project_hits.comp");
-            pass.Specialize("kTraceFeatures", scene.hasCapsules ? kTraceCapsules : 0u);
+            SpecializeFeatures(pass, scene.features & kTraceCapsules);
             pass.Uniform("parameters", RasterParameters(scene, settings));
             pass.Uniform("seenBy", seenBy);
             BindInstances(pass, scene);

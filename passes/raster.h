@@ -80,7 +80,7 @@ struct RasterSettings {
     // Glass shows what is behind it (passes/see_through.h), else the environment.
     bool hasTransmission = true;
     // Textures are read at the mip level that fits a pixel's footprint (shaders/raster/pixel_footprint.glsl),
-    // else at level 0. Only where SceneIds::hasTextureLevels is set.
+    // else at level 0. Only where SceneIds::features has kTraceTextureLod.
     bool hasTextureLevels = true;
 
     bool operator==(const RasterSettings&) const = default;

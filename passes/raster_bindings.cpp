@@ -124,7 +124,7 @@ void TraceCapsules(Renderer& renderer, const SceneIds& scene, const TraceSetting
 void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
               RasterVisibility& seen, GlassDrawn glass) {
     DrawTriangles(renderer, scene, settings, seen, glass);
-    if (scene.hasCapsules) TraceCapsules(renderer, scene, settings, seen, glass);
+    if (scene.features.Has(kTraceCapsules)) TraceCapsules(renderer, scene, settings, seen, glass);
 }
 
 }  // namespace raygraph::passes

@@ -98,7 +98,7 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
         shading.maps = DrawShadowMaps(renderer, scene, settings, {.atlasSize = raster.shadowAtlasSize});
     const bool hasDepth = seen.depth.IsValid();
     const bool hasOcclusion = raster.hasOcclusion && hasDepth && scene.lightSet.hasEnvironment != 0u;
-    if (raster.hasTransmission && hasDepth && (LobeFeatures(scene, settings) & kTraceGlass) != 0) {
+    if (raster.hasTransmission && hasDepth && ProgramFeatures(scene, settings).Has(kTraceGlass)) {
         const RasterVisibility behind = DrawBehindGlass(renderer, scene, settings, seen);
         Shading ofBehind = shading;
         if (hasOcclusion) ofBehind.openShare = Occlusion(renderer, scene, settings, behind);
@@ -115,7 +115,7 @@ TextureId AnyRasterShade(Renderer& renderer, const SceneIds& scene, const TraceS
     RasterSettings possible = raster;
     // Round primitives are found by rays alone
     if (possible.shadows == RasterShadows::Maps &&
-        (scene.hasCapsules || !renderer.Device().Info().optional.drawIndirectFirstInstance))
+        (scene.features.Has(kTraceCapsules) || !renderer.Device().Info().optional.drawIndirectFirstInstance))
         possible.shadows = RasterShadows::Rays;
     return RasterShade(renderer, scene, settings, AnyVisibility(renderer, scene, settings, film), environment,
                        possible);

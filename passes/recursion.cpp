@@ -17,7 +17,7 @@ TextureId LambertPath(Renderer& renderer, const SceneIds& scene, const TraceSett
         [&](PassBuilder& pass) {
             pass.RayGen(isLoop ? "bench/lambert_loop.rgen" : "bench/lambert_recursive.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            pass.Specialize("kTraceFeatures", scene.textureFeatures);
+            SpecializeFeatures(pass, scene.features & FeaturesOfKind(TraceFeatureKind::Textures));
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::Off);
             if (!isLoop) {
                 pass.Miss(RayType::Radiance, "bench/lambert_recursive.rmiss");

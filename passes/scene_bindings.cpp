@@ -30,7 +30,7 @@ HitGroupShaders Capsules(HitGroupShaders shaders) {
 
 void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType, const HitGroupShaders& shaders) {
     pass.HitGroup(rayType, shaders, kHitSetTriangles);
-    if (scene.hasCapsules) pass.HitGroup(rayType, Capsules(shaders), kHitSetCapsules);
+    if (scene.features.Has(kTraceCapsules)) pass.HitGroup(rayType, Capsules(shaders), kHitSetCapsules);
 }
 
 // The bounces of all paths of a sample: from roulette.start on, each is survived with the same probability. A
@@ -43,42 +43,22 @@ uint32_t FrameDepth(const TraceSettings& settings) {
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 
-// What a program that samples lights has, whatever the lights are.
-constexpr uint32_t kLightSamplingFeatures = kTraceLightSampling | kTraceTriangleLights |
-                                            kTracePunctualLights | kTraceLightProfiles |
-                                            kTraceEnvironmentLight;
-
-// The shader features that lights and materials need; bits of kTraceFeatures.
-uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
-    const uint32_t more = scene.moreFeatures & ~(settings.lights.isOn ? 0u : kLightSamplingFeatures);
-    uint32_t features = LobeFeatures(scene, settings) | scene.textureFeatures | more;
-    const gpu::LightSetRecord& lights = scene.lightSet;
-    if (settings.lights.isOn && lights.activeCount > 0) {
-        features |= kTraceLightSampling;
-        if (scene.triangleLights > 0) features |= kTraceTriangleLights;
-        if (scene.punctualLights > 0) features |= kTracePunctualLights;
-        if (scene.hasLightProfiles) features |= kTraceLightProfiles;
-        if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
-    }
-    // Even if no light is sampled: hits know the group of their light by it
-    if (scene.hasMeshLights) features |= kTraceMeshLights;
-    if (scene.hasThinWalls) features |= kTraceThinWalls;
-    if (scene.hasAlpha) features |= kTraceAnyHit;
-    if (scene.hasCapsules) features |= kTraceCapsules;
-    return features;
+// The features that settings make no use of.
+TraceFeatures Unused(const SceneIds& scene, const TraceSettings& settings) {
+    TraceFeatures unused;
+    if (!settings.lights.isOn) unused |= FeaturesOfKind(TraceFeatureKind::Lights);
+    // No model but glTF's own has lobes
+    if (settings.scattering.brdf != BrdfModel::Gltf) unused |= FeaturesOfKind(TraceFeatureKind::Lobes);
+    if (settings.biases.textureLod == -kInfinity || !scene.features.Has(kTraceTextures))
+        unused |= kTraceTextureLod;
+    return unused;
 }
 
-// That of reading textures at other levels than 0, if the scene has any.
-uint32_t LevelFeature(const SceneIds& scene) {
-    const bool hasTextures = ((scene.textureFeatures | scene.moreFeatures) & kTraceTextures) != 0;
-    return hasTextures && scene.hasTextureLevels ? kTraceTextureLod : 0u;
-}
-
-void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, uint32_t features) {
+void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, TraceFeatures features) {
     const auto specialize = [&](const char* name, auto value) {
         pass.Specialize(name, static_cast<uint32_t>(value));
     };
-    specialize("kTraceFeatures", features);
+    SpecializeFeatures(pass, features);
     specialize("kSamplerKind", settings.sampler);
     specialize("kBrdf", settings.scattering.brdf);
     specialize("kDistribution", settings.scattering.distribution);
@@ -96,10 +76,6 @@ gpu::CameraRecord FromSceneOrigin(gpu::CameraRecord camera, const glm::dvec3& sc
 }
 
 }  // namespace
-
-uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
-    return settings.scattering.brdf == BrdfModel::Gltf ? scene.lobeFeatures : 0u;
-}
 
 Region RegionOf(const TraceSettings& settings) {
     const Extent2D& extent = settings.extent;
@@ -146,7 +122,7 @@ void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
                  AlphaTest alphaTest) {
     pass.Miss(RayType::Radiance, "scene/miss.rmiss");
     if (alphaTest == AlphaTest::On)
-        BindHits(pass, scene, RayType::Radiance, scene.hasAlpha ? kTestedHit : kOpaqueHit);
+        BindHits(pass, scene, RayType::Radiance, scene.features.Has(kTraceAnyHit) ? kTestedHit : kOpaqueHit);
     else
         pass.HitGroup(RayType::Radiance, kOpaqueHit);
     pass.Reads("sceneTlas", scene.tlas);
@@ -156,8 +132,9 @@ void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
 
 void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     pass.Miss(RayType::Shadow, "scene/shadow.rmiss");
-    const HitGroupShaders& tested = scene.hasThinWalls ? kWallShadow : kTestedShadow;
-    BindHits(pass, scene, RayType::Shadow, scene.hasThinWalls || scene.hasAlpha ? tested : kOpaqueShadow);
+    const HitGroupShaders& tested = scene.features.Has(kTraceThinWalls) ? kWallShadow : kTestedShadow;
+    const bool areTested = scene.features.Has(kTraceThinWalls | kTraceAnyHit);
+    BindHits(pass, scene, RayType::Shadow, areTested ? tested : kOpaqueShadow);
 }
 
 bool TracesItself(const SceneIds& scene, const TraceSettings& settings) {
@@ -174,10 +151,10 @@ void BindOwnTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TracePa
 
 void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,
                   const TraceSettings& settings) {
-    const uint32_t features = TraceFeatures(scene, settings);
+    const TraceFeatures features = ProgramFeatures(scene, settings);
     const bool hasOneTrace = device.Info().type == rhi::DeviceType::Cpu &&
-                             (features & kTraceLightSampling) != 0 &&
-                             (features & (kTraceThinWalls | kTraceMatchedMedia)) == 0;
+                             features.Has(kTraceLightSampling) &&
+                             !features.Has(kTraceThinWalls | kTraceMatchedMedia);
     pass.Specialize("kLoopOptions", hasOneTrace ? kLoopOneTrace : 0u);
     if (!hasOneTrace && !TracesItself(scene, settings)) BindShadowRays(pass, scene);
 }
@@ -210,37 +187,36 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("environmentTable", scene.environmentTable);
 }
 
+void SpecializeFeatures(PassBuilder& pass, TraceFeatures features) {
+    pass.Specialize("kTraceFeatures0", features.x);
+    pass.Specialize("kTraceFeatures1", features.y);
+}
+
 void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
                       bool hasTextureLevels) {
     TraceSettings direct;
     direct.scattering = settings.scattering;
-    const uint32_t levels = hasTextureLevels ? LevelFeature(scene) : 0u;
-    SpecializeModels(pass, settings, FeaturesOf(scene, direct) | levels);
+    if (hasTextureLevels) direct.biases.textureLod = 0.0f;
+    SpecializeModels(pass, settings,
+                     ProgramFeatures(scene, direct) & ~FeaturesOfKind(TraceFeatureKind::Media));
 }
 
-uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = FeaturesOf(scene, settings);
-    if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
+TraceFeatures ProgramFeatures(const SceneIds& scene, const TraceSettings& settings) {
+    TraceFeatures features = scene.features & ~Unused(scene, settings);
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
     if (settings.isEnvironmentHidden) features |= kTraceHiddenEnvironment;
-    if (settings.biases.textureLod > -kInfinity) features |= LevelFeature(scene);
     if (settings.pixels.IsGiven()) features |= kTracePixelList;
     return features;
 }
 
-SceneIds WithFeatures(const SceneIds& scene, uint32_t features) {
-    constexpr uint32_t kOfSettings =
-        kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment | kTracePixelList;
+SceneIds WithFeatures(const SceneIds& scene, TraceFeatures features) {
     SceneIds wide = scene;
-    wide.moreFeatures |= features & ~kOfSettings;
-    wide.hasAlpha |= (features & kTraceAnyHit) != 0;
-    wide.hasThinWalls |= (features & kTraceThinWalls) != 0;
-    wide.hasCapsules |= (features & kTraceCapsules) != 0;
+    wide.features |= features & ~FeaturesOfKind(TraceFeatureKind::Settings);
     return wide;
 }
 
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
-    SpecializeModels(pass, settings, TraceFeatures(scene, settings));
+    SpecializeModels(pass, settings, ProgramFeatures(scene, settings));
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));
     if (settings.pixels.IsGiven()) pass.ReadsByAddress(settings.pixels.list);

@@ -47,18 +47,17 @@ RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 // The tables of light sampling.
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
-// The lobes that materials have under that model: bits of kTraceFeatures. None but glTF's own has any.
-RAYGRAPH_API uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings);
+// For a pass whose shaders ask HasTraceFeature; SpecializeDirect and SpecializeTrace do it.
+RAYGRAPH_API void SpecializeFeatures(PassBuilder& pass, TraceFeatures features);
 // Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has; whether
 // textures are read at other levels than 0, if there are any.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
                                    bool hasTextureLevels);
-// The features of the integrator for that: bits of kTraceFeatures.
-RAYGRAPH_API uint32_t TraceFeatures(const SceneIds& scene, const TraceSettings& settings);
-// The scene as one that needs these features, too (bits of kTraceFeatures, but those that follow from
-// settings): Trace's program has them, and the samples have the same mean. One program then does for scenes
-// that need them or not.
-RAYGRAPH_API SceneIds WithFeatures(const SceneIds& scene, uint32_t features);
+// Those of the scene that settings use, and those of the settings.
+RAYGRAPH_API TraceFeatures ProgramFeatures(const SceneIds& scene, const TraceSettings& settings);
+// The scene as one that needs these features, too, but those that follow from settings: Trace's program has
+// them, and the samples have the same mean. One program then does for scenes that need them or not.
+RAYGRAPH_API SceneIds WithFeatures(const SceneIds& scene, TraceFeatures features);
 // The choices that TraceSettings makes when a pipeline is created.
 RAYGRAPH_API void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 

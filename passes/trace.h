@@ -63,7 +63,7 @@ struct RAYGRAPH_API BiasSettings {
     // self-shadow of a smooth body.
     bool shadowTerminator = false;
     // Textures are read at the mip level that fits the path's cone (shaders/core/ray_cone.glsl), plus this;
-    // negative: sharper. -infinity: at level 0. Does nothing where SceneIds::hasTextureLevels is not set.
+    // negative: sharper. -infinity: at level 0. Does nothing without kTraceTextureLod in SceneIds::features.
     float textureLod = -std::numeric_limits<float>::infinity();
 
     bool operator==(const BiasSettings&) const = default;

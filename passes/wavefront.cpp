@@ -21,11 +21,11 @@ constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
 // How many rows the records of a picture have.
 struct RecordRows {
-    uint32_t features;
+    TraceFeatures features;
     bool hasParts;
 
     // The conditions of rows.
-    bool HasTraceFeature(uint32_t feature) const { return (features & feature) != 0u; }
+    bool HasTraceFeature(TraceFeatures any) const { return features.Has(any); }
     bool KeepsParts() const { return hasParts; }
 
     uint32_t OfPath() const { return 0u RAYGRAPH_WAVE_PATH_ROWS(RAYGRAPH_WAVE_COUNT_ROW); }
@@ -40,7 +40,7 @@ class Wavefront {
           m_scene(scene),
           m_settings(settings),
           m_outputs(outputs),
-          m_features(TraceFeatures(scene, settings)),
+          m_features(ProgramFeatures(scene, settings)),
           m_rows{m_features, outputs.parts},
           m_isOwn(TracesItself(scene, settings)),
           m_extent(renderer.Desc(ids.radiance).extent),
@@ -59,9 +59,9 @@ class Wavefront {
     }
 
     TraceIds Declare() {
-        const bool hasLights = (m_features & kTraceLightSampling) != 0u;
+        const bool hasLights = m_features.Has(kTraceLightSampling);
         // Shadow rays that may take several rays come first: the next ray's number depends on how many
-        const bool isApart = (m_features & kTraceMatchedMedia) != 0u;
+        const bool isApart = m_features.Has(kTraceMatchedMedia);
         ClearCounts();
         TraceFirst();
         for (uint32_t step = 0; step < kSteps; ++step) {
@@ -244,7 +244,7 @@ class Wavefront {
     const SceneIds& m_scene;
     const TraceSettings& m_settings;
     TraceOutputs m_outputs;
-    uint32_t m_features;
+    TraceFeatures m_features;
     RecordRows m_rows;
     bool m_isOwn;  // kernels that trace are compute shaders
     Extent2D m_extent;

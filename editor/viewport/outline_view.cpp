@@ -25,7 +25,7 @@ TextureId OutlineView::Declare(Renderer& renderer, const SceneIds& scene, const 
     Key now{revisions, camera, extent, look.width, m_selection};
     // No outline depends on lights and environment, nor, without alpha, on materials
     now.revisions.lights = now.revisions.environment = 0;
-    if (!scene.hasAlpha) now.revisions.materials = 0;
+    if (!scene.features.Has(kTraceAnyHit)) now.revisions.materials = 0;
     const bool isThere = m_made && m_made->key == now && (!m_made->isCoarse || isMoving);
     if (!isThere || renderer.IsFresh(line)) {
         if (isMoving)

@@ -126,8 +126,8 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewThere);
         if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
         m_isPreviewThere = false;  // for the scene of now, as far as anybody knows
-        if (program.moreFeatures != 0) {
-            const SceneIds wide = passes::WithFeatures(scene, program.moreFeatures);
+        if (program.more != TraceFeatures{}) {
+            const SceneIds wide = passes::WithFeatures(scene, program.more);
             return DeclareTraced(renderer, wide, settings, budget, most, end);
         }
     }

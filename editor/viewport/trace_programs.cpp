@@ -11,9 +11,9 @@ namespace {
 class DeclaredProgram {
   public:
     DeclaredProgram(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                    uint32_t moreFeatures)
+                    TraceFeatures more)
         : m_renderer(renderer), m_first(renderer.NextPass()) {
-        static_cast<void>(passes::Trace(renderer, passes::WithFeatures(scene, moreFeatures), settings));
+        static_cast<void>(passes::Trace(renderer, passes::WithFeatures(scene, more), settings));
         m_end = renderer.NextPass();
     }
     bool IsThere() const { return m_renderer.HasPipelines(m_first, m_end); }
@@ -30,20 +30,20 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
                                             const passes::TraceSettings& settings, uint32_t samples,
                                             bool mayMake) {
     if (!mayMake && !m_isUsed) return {};
-    const uint32_t wanted = passes::TraceFeatures(scene, settings);
-    const uint32_t more = m_features & ~wanted;
-    const DeclaredProgram own(renderer, scene, settings, 0);
+    const TraceFeatures wanted = passes::ProgramFeatures(scene, settings);
+    const TraceFeatures more = m_features & ~wanted;
+    const DeclaredProgram own(renderer, scene, settings, {});
     if (!own.IsThere()) {
-        const bool canDoAll = more != 0 && (wanted & ~m_features) == 0;
+        const bool canDoAll = more != TraceFeatures{} && (wanted & ~m_features) == TraceFeatures{};
         const bool isOtherThere = canDoAll && DeclaredProgram(renderer, scene, settings, more).IsThere();
         const bool makes = isOtherThere ? samples >= kSettledSamples : mayMake;
         // A failure counts only where there is no other
         const bool isReady = makes && own.Prepare() && (own.IsThere() || !isOtherThere);
-        if (!isReady) return {isOtherThere, isOtherThere ? more : 0};
+        if (!isReady) return {isOtherThere, isOtherThere ? more : TraceFeatures{}};
     }
     m_features = wanted;
     m_isUsed = true;
-    return {true, 0};
+    return {true, {}};
 }
 
 }  // namespace raygraph::viewport

@@ -7,7 +7,7 @@
 
 namespace raygraph::viewport {
 
-// A program has the features of a scene (kTraceFeatures), compiled in. One that has more gives the right
+// A program has the features of a scene compiled in. One that has more gives the right
 // picture, only slower: it goes on being used when the scene comes to need less, so that no pipeline is made
 // for a light that is off for a moment. Once the picture has kSettledSamples, the scene's own program is made
 // on another thread, and takes over when it is there.
@@ -16,8 +16,8 @@ class TracePrograms {
     static constexpr uint32_t kSettledSamples = 64;
 
     struct Choice {
-        bool isThere = false;       // else it is being made, and no other program does
-        uint32_t moreFeatures = 0;  // of the program (passes::WithFeatures)
+        bool isThere = false;  // else it is being made, and no other program does
+        TraceFeatures more;    // of the program (passes::WithFeatures)
     };
     // Of the open frame. `samples`: of the picture so far. Without `mayMake` none is made: others come first.
     Choice Choose(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
@@ -27,8 +27,8 @@ class TracePrograms {
     void NoteUsed() { m_isUsed = true; }
 
   private:
-    uint32_t m_features = 0;  // of the program that was used last
-    bool m_isUsed = false;    // else none is there: reading its shaders takes longer than a preview's do
+    TraceFeatures m_features;  // of the program that was used last
+    bool m_isUsed = false;     // else none is there: reading its shaders takes longer than a preview's do
 };
 
 }  // namespace raygraph::viewport

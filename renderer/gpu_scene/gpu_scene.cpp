@@ -339,15 +339,8 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
         renderer, std::as_bytes(std::span<const gpu::MaterialRecord>(resources->materialRecords)));
     ids.placementCount = instances->RecordCount();
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
-    ids.lobeFeatures = LobeFeatures(*resources);
-    ids.textureFeatures = TextureFeatures(*resources);
-    ids.hasTextureLevels = desc.textureLevels;
-    ids.hasVolumes = HasVolumes(*resources);
-    for (const GroupResources& group : resources->groups) {
-        ids.hasAlpha |= !group.kind.isOpaque;
-        ids.hasThinWalls |= group.kind.isThinWall;
-        ids.hasCapsules |= group.kind.isRound;
-    }
+    ids.features = MaterialFeatures(*resources);
+    if (desc.textureLevels) ids.features |= kTraceTextureLod;
     ids.textures = renderer.Import("textures", resources->textures->Table());
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
     if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);

@@ -33,6 +33,7 @@
 #include "renderer/image/image.h"
 #include "renderer/scene/scene_data.h"
 #include "shaders/shared/scene_records.h"
+#include "shaders/shared/trace_options.h"
 
 namespace raygraph {
 
@@ -81,19 +82,12 @@ struct SceneIds {
     BufferId lightProfiles;           // "lightProfiles": float[], see shaders/lights/light_profile.glsl
     BufferId environmentTable;        // "environmentTable": gpu::EnvironmentEntry[]
     gpu::LightSetRecord lightSet{};
-    BufferId energyTables;          // "energyTables": float[], see shaders/shared/energy_tables.h
-    bool hasAlpha = false;          // an any-hit shader decides whether rays hit some surfaces
-    uint32_t lobeFeatures = 0;      // bits of kTraceFeatures: LobeFeatures of all materials
-    uint32_t textureFeatures = 0;   // bits of kTraceFeatures: TextureFeatures of all surfaces
-    uint32_t moreFeatures = 0;      // bits of kTraceFeatures: passes::WithFeatures
-    bool hasTextureLevels = false;  // textures have mip levels (GpuSceneDesc::textureLevels)
-    bool hasVolumes = false;        // a material bounds a medium
-    bool hasCapsules = false;       // some primitives are round
-    bool hasThinWalls = false;      // light passes straight through some surfaces: smooth thin walls
-    uint32_t triangleLights = 0;    // of the lights, meshes and dark ones included
-    bool hasMeshLights = false;     // some of these are placed meshes
+    BufferId energyTables;  // "energyTables": float[], see shaders/shared/energy_tables.h
+    // What the scene needs of programs, as far as settings use it. Of the kind Settings it has TextureLod
+    // alone: textures have mip levels (GpuSceneDesc::textureLevels).
+    TraceFeatures features;
+    uint32_t triangleLights = 0;  // of the lights, meshes and dark ones included
     uint32_t punctualLights = 0;
-    bool hasLightProfiles = false;                     // of these
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
     uint32_t placementCount = 0;                       // records of `instances`; some are free

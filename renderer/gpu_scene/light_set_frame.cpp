@@ -134,9 +134,16 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances
     ids.lightGroupCount = gpu::kLightGroupNamed + m_scene.lightGroups.namedCount;
     ids.punctualLights = static_cast<uint32_t>(m_scene.punctual.size());
     ids.triangleLights = ids.lightSet.lightCount - ids.punctualLights;
-    ids.hasMeshLights = !m_table.Meshes().empty();
+    // Even if no light is sampled: hits know the group of their light by it
+    if (!m_table.Meshes().empty()) ids.features |= kTraceMeshLights;
+    if (ids.lightSet.activeCount > 0) {
+        ids.features |= kTraceLightSampling;
+        if (ids.triangleLights > 0) ids.features |= kTraceTriangleLights;
+        if (ids.punctualLights > 0) ids.features |= kTracePunctualLights;
+        if (!m_scene.profiles.words.empty()) ids.features |= kTraceLightProfiles;
+        if (ids.lightSet.hasEnvironment != 0u) ids.features |= kTraceEnvironmentLight;
+    }
     ids.lightProfiles = renderer.Import("lightProfiles", m_profiles, m_profilesState);
-    ids.hasLightProfiles = !m_scene.profiles.words.empty();
     ids.lights = DeclareUpload(renderer, m_lights, m_table.LightCount(),
                                [this](uint32_t index) { return m_table.LightAt(index); });
     ids.lightNodes = DeclareUpload(renderer, m_nodes, m_table.NodeCount(),

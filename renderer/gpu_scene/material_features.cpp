@@ -4,7 +4,6 @@
 
 #include "renderer/gpu_scene/scene_resources.h"
 #include "shaders/shared/microfacet_models.h"
-#include "shaders/shared/trace_options.h"
 
 namespace raygraph {
 
@@ -16,13 +15,14 @@ bool HasFilm(const gpu::MaterialRecord& material) {
     return material.iridescence > 0.0f && (thickness.y > 0.0f || (isTextured && thickness.x > 0.0f));
 }
 
-uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
-    if ((material.flags & gpu::kMaterialUnlit) != 0u) return 0;
+// Of the lobes that the material may have; an unlit one has none.
+TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
+    if ((material.flags & gpu::kMaterialUnlit) != 0u) return {};
     // Textures scale their factors down
     const bool isDielectric =
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
     const bool isOpaque = material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture;
-    uint32_t features = 0;
+    TraceFeatures features;
     if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
@@ -100,34 +100,38 @@ bool MayNeedFrames(const SceneResources& resources) {
     return areMixed && sets != 0 && resources.tangentSets != 0;
 }
 
+TraceFeatures TextureFeatures(const SceneResources& resources) {
+    TraceFeatures features;
+    if (resources.hasVertexColors) features |= kTraceVertexColors;
+    if (!resources.textures || resources.textures->Count() == 0) return features;
+    const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
+        return HasTextureTransform(resources.materialRecords[used]);
+    });
+    features |= kTraceTextures;
+    if (areTransformed || MayNeedFrames(resources)) features |= kTraceTextureTransforms;
+    return features;
+}
+
 }  // namespace
 
 bool MayBeSmooth(float roughness, uint32_t texture) {
     return roughness * roughness < kSmoothAlpha || texture != gpu::kNoTexture;
 }
 
-uint32_t LobeFeatures(const SceneResources& resources) {
-    uint32_t features = 0;
-    for (const uint32_t used : resources.usedMaterials)
-        features |= LobeFeatures(resources.materialRecords[used]);
+TraceFeatures MaterialFeatures(const SceneResources& resources) {
+    TraceFeatures features = TextureFeatures(resources);
+    for (const uint32_t used : resources.usedMaterials) {
+        const gpu::MaterialRecord& material = resources.materialRecords[used];
+        features |= LobeFeatures(material);
+        if ((material.flags & gpu::kMaterialVolume) != 0u) features |= kTraceVolumes | kTraceProbeMedia;
+    }
     if (HasMatchedMedia(resources)) features |= kTraceMatchedMedia;
+    for (const GroupResources& group : resources.groups) {
+        if (!group.kind.isOpaque) features |= kTraceAnyHit;
+        if (group.kind.isThinWall) features |= kTraceThinWalls;
+        if (group.kind.isRound) features |= kTraceCapsules;
+    }
     return features;
-}
-
-uint32_t TextureFeatures(const SceneResources& resources) {
-    const uint32_t colors = resources.hasVertexColors ? kTraceVertexColors : 0u;
-    if (!resources.textures || resources.textures->Count() == 0) return colors;
-    const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
-        return HasTextureTransform(resources.materialRecords[used]);
-    });
-    const bool needsTransforms = areTransformed || MayNeedFrames(resources);
-    return colors | kTraceTextures | (needsTransforms ? kTraceTextureTransforms : 0u);
-}
-
-bool HasVolumes(const SceneResources& resources) {
-    return std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
-        return (resources.materialRecords[used].flags & gpu::kMaterialVolume) != 0u;
-    });
 }
 
 }  // namespace raygraph

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "shaders/shared/trace_options.h"
+
 namespace raygraph {
 
 struct SceneResources;  // renderer/gpu_scene/scene_resources.h
@@ -12,13 +14,8 @@ struct SceneResources;  // renderer/gpu_scene/scene_resources.h
 // direction somewhere (bxdf/microfacet.glsl, IsEffectivelySmooth).
 bool MayBeSmooth(float roughness, uint32_t texture);
 
-// What lobes the materials in use may have at some point of them (shaders/bxdf/gltf_lobes.glsl): bits of
-// kTraceFeatures. Unlit ones have none.
-uint32_t LobeFeatures(const SceneResources& resources);
-// Whether there are textures, whether some are transformed, and whether vertices have colors: bits of
-// kTraceFeatures.
-uint32_t TextureFeatures(const SceneResources& resources);
-// Whether surfaces of some material in use bound a medium.
-bool HasVolumes(const SceneResources& resources);
+// Those of the kinds Textures, Lobes, Media and Hits (but MeshLights) that the materials in use, and the
+// meshes with them, need somewhere.
+TraceFeatures MaterialFeatures(const SceneResources& resources);
 
 }  // namespace raygraph

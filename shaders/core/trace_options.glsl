@@ -11,8 +11,8 @@ OPTION(BrdfModel, Brdf, 5, Gltf)
 OPTION(MisHeuristic, Mis, 7, Power)
 OPTION(Roulette, Roulette, 8, Throughput)
 // All, without biases, of a camera that sees all
-OPTION_BITS(TraceFeatures, HasTraceFeature, 9,
-            ~(kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment))
+OPTION_FEATURES(TraceFeatures, HasTraceFeature, 9, 12,
+                ~(kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment))
 
 // Of the integrator's loop alone
 OPTION_BITS(LoopOptions, HasLoopOption, 10, 0u)

@@ -36,95 +36,83 @@
 //             same where neither ThinWalls nor MatchedMedia is set. For devices that compile each place anew
 #define RAYGRAPH_LOOP_OPTIONS(X) X(OneTrace, 1)
 
-// The features of the integrator that a scene needs: bits of kTraceFeatures. A bit that is off removes its
-// code, which saves time on a device and, on a CPU device, seconds of compilation.
-//   LightSampling:    lights are sampled, of which there are
-//   TriangleLights, PunctualLights, EnvironmentLight
-//   LightProfiles:    some punctual lights have one
-//   MeshLights:       some triangle lights are those of a mesh that is placed often
-//   Textures:         materials have textures
-//   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates, or along other
-//                     axes than its tangents
-//   VertexColors:     some vertices have a color
-//   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
-//                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen
-//   Smooth:           some materials or coats reflect in a single direction
-//   Anisotropy:       highlights of some materials are stretched
-//   Iridescence:      some are under a thin film
-//   Dispersion:       some glass refracts colors differently
-//   DiffuseTransmission: some opaque ones scatter light to their other side
-//   Scattering:       some media scatter
-//   Retroreflection:  facets of some materials reflect light back to where it came from
-//   Volumes:          surfaces enclose media
-//   MatchedMedia:     light goes straight on into and out of some, of the index of what is around them
-//   ProbeMedia:       the camera may be inside of some
-//   ThinWalls:        light goes straight on through some surfaces
-//   Capsules:         some primitives are round
-//   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
-// and of the biases, those that change what a surface is:
-//   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
-//   TextureLod:       textures are read at a level that fits the path's cone (core/ray_cone.glsl), or, by
-//                     passes over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
-// and of the camera:
-//   HiddenEnvironment: it does not see the environment
-// and of the samples:
-//   PixelList: they are of the pixels of a list (passes/pixel_list.h), not of all
-#define RAYGRAPH_TRACE_FEATURES(X)  \
-    X(LightSampling, 1)             \
-    X(TriangleLights, 2)            \
-    X(PunctualLights, 4)            \
-    X(EnvironmentLight, 8)          \
-    X(Textures, 16)                 \
-    X(Glass, 32)                    \
-    X(Volumes, 64)                  \
-    X(ProbeMedia, 128)              \
-    X(ThinWalls, 256)               \
-    X(AnyHit, 512)                  \
-    X(ShadowTerminator, 1024)       \
-    X(Metals, 2048)                 \
-    X(Opaque, 4096)                 \
-    X(TextureTransforms, 8192)      \
-    X(Clearcoat, 16384)             \
-    X(Sheen, 32768)                 \
-    X(Anisotropy, 65536)            \
-    X(Iridescence, 131072)          \
-    X(Dispersion, 262144)           \
-    X(DiffuseTransmission, 524288)  \
-    X(Scattering, 1048576)          \
-    X(LightProfiles, 2097152)       \
-    X(TextureLod, 4194304)          \
-    X(MatchedMedia, 8388608)        \
-    X(Retroreflection, 16777216)    \
-    X(Capsules, 33554432)           \
-    X(Smooth, 67108864)             \
-    X(MeshLights, 134217728)        \
-    X(VertexColors, 536870912)      \
-    X(HiddenEnvironment, 268435456) \
-    X(PixelList, 1073741824)
+// Of a feature's two words, x (0) and y (1), with its bit in one of them.
+#define RAYGRAPH_TRACE_WORD(word, line) (((line) >> 5 & 1) == (word) ? 1u << ((line)&31) : 0u)
 
 #ifdef __cplusplus
+
 namespace raygraph {
 RAYGRAPH_CHOICE(BrdfModel, RAYGRAPH_BRDF_MODELS)
 RAYGRAPH_CHOICE(MisHeuristic, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE(Roulette, RAYGRAPH_ROULETTES)
-#define RAYGRAPH_DECLARE(name, value)      inline constexpr uint32_t kTrace##name = value;
+
+// A set of features (trace_feature_list.h). GLSL's uvec2 has the same operators.
+struct TraceFeatures {
+    uint32_t x = 0, y = 0;
+
+    constexpr bool Has(TraceFeatures any) const { return ((x & any.x) | (y & any.y)) != 0u; }
+    constexpr TraceFeatures operator|(TraceFeatures other) const { return {x | other.x, y | other.y}; }
+    constexpr TraceFeatures operator&(TraceFeatures other) const { return {x & other.x, y & other.y}; }
+    constexpr TraceFeatures operator~() const { return {~x, ~y}; }
+    constexpr TraceFeatures& operator|=(TraceFeatures other) { return *this = *this | other; }
+    constexpr bool operator==(const TraceFeatures&) const = default;
+};
+
 #define RAYGRAPH_DECLARE_LOOP(name, value) inline constexpr uint32_t kLoop##name = value;
+#define RAYGRAPH_TRACE_FEATURE(name, kind)                                        \
+    inline constexpr TraceFeatures kTrace##name{RAYGRAPH_TRACE_WORD(0, __LINE__), \
+                                                RAYGRAPH_TRACE_WORD(1, __LINE__)};
+#define RAYGRAPH_TRACE_FEATURES_OF(name) inline constexpr TraceFeatures kTrace##name =
 #else
-#define RAYGRAPH_DECLARE(name, value)      const uint kTrace##name = value;
 #define RAYGRAPH_DECLARE_LOOP(name, value) const uint kLoop##name = value;
+#define RAYGRAPH_TRACE_FEATURE(name, kind) \
+    const uvec2 kTrace##name = uvec2(RAYGRAPH_TRACE_WORD(0, __LINE__), RAYGRAPH_TRACE_WORD(1, __LINE__));
+#define RAYGRAPH_TRACE_FEATURES_OF(name) const uvec2 kTrace##name =
 #endif
 
 RAYGRAPH_CHOICE_CONSTANTS(Brdf, RAYGRAPH_BRDF_MODELS)
 RAYGRAPH_CHOICE_CONSTANTS(Mis, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE_CONSTANTS(Roulette, RAYGRAPH_ROULETTES)
-RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
 RAYGRAPH_LOOP_OPTIONS(RAYGRAPH_DECLARE_LOOP)
-// The lobes through which light passes to the other side of a surface.
-RAYGRAPH_DECLARE(Transmission, kTraceGlass | kTraceDiffuseTransmission)
-#undef RAYGRAPH_DECLARE
 #undef RAYGRAPH_DECLARE_LOOP
+#include "trace_feature_list.h"
+#undef RAYGRAPH_TRACE_FEATURE
+
+// The lobes through which light passes to the other side of a surface.
+RAYGRAPH_TRACE_FEATURES_OF(Transmission) kTraceGlass | kTraceDiffuseTransmission;
+#undef RAYGRAPH_TRACE_FEATURES_OF
 
 #ifdef __cplusplus
+
+enum class TraceFeatureKind : uint32_t { Lights, Textures, Lobes, Media, Hits, Settings };
+
+struct TraceFeatureRow {
+    TraceFeatures feature;
+    TraceFeatureKind kind;
+};
+inline constexpr TraceFeatureRow kTraceFeatureRows[] = {
+#define RAYGRAPH_TRACE_FEATURE(name, kind) {kTrace##name, TraceFeatureKind::kind},
+#include "trace_feature_list.h"
+#undef RAYGRAPH_TRACE_FEATURE
+};
+
+constexpr TraceFeatures FeaturesOfKind(TraceFeatureKind kind) {
+    TraceFeatures features;
+    for (const TraceFeatureRow& row : kTraceFeatureRows)
+        if (row.kind == kind) features |= row.feature;
+    return features;
+}
+
+constexpr bool HaveOwnBits() {
+    TraceFeatures taken;
+    for (const TraceFeatureRow& row : kTraceFeatureRows) {
+        if (taken.Has(row.feature)) return false;
+        taken |= row.feature;
+    }
+    return true;
+}
+static_assert(HaveOwnBits(), "two rows of the list share a line, or there are more than 64");
+
 }  // namespace raygraph
 #endif
 

@@ -32,7 +32,7 @@ class AlphaBounds : public VulkanTest {
     }
     bool HasAlpha() {
         render.renderer.BeginFrame();
-        const bool hasAlpha = render.scene.Declare(render.renderer).hasAlpha;
+        const bool hasAlpha = render.scene.Declare(render.renderer).features.Has(kTraceAnyHit);
         render.renderer.Execute();
         return hasAlpha;
     }

@@ -136,9 +136,9 @@ TEST_F(ImportedVariants, PictureIsOfTheMaterialsOfTheVariant) {
 TEST_F(ImportedVariants, ShownIsWhatItWouldHaveBeenSetTo) {
     struct Picture {
         FloatImage traced, raster;
-        uint32_t lights = 0, lobes = 0;
+        uint32_t lights = 0;
+        TraceFeatures features;
         uint64_t emissive = 0;
-        bool hasAlpha = false, hasThinWalls = false;
     };
     const auto take = [&] {
         Picture picture;
@@ -147,9 +147,7 @@ TEST_F(ImportedVariants, ShownIsWhatItWouldHaveBeenSetTo) {
         const SceneIds ids = Ids();
         picture.lights = render.scene.Statistics().lightCount;
         picture.emissive = render.scene.Statistics().emissiveTriangleCount;
-        picture.lobes = ids.lobeFeatures;
-        picture.hasAlpha = ids.hasAlpha;
-        picture.hasThinWalls = ids.hasThinWalls;
+        picture.features = ids.features;
         return picture;
     };
     std::vector<Picture> set;
@@ -158,7 +156,8 @@ TEST_F(ImportedVariants, ShownIsWhatItWouldHaveBeenSetTo) {
         set.push_back(take());
     }
     EXPECT_EQ(set[Dark].emissive + 1, set[Red].emissive);
-    EXPECT_TRUE(set[Hole].hasAlpha && set[Glass].hasThinWalls && !set[Red].hasAlpha);
+    EXPECT_TRUE(set[Hole].features.Has(kTraceAnyHit) && set[Glass].features.Has(kTraceThinWalls));
+    EXPECT_FALSE(set[Red].features.Has(kTraceAnyHit));
     EXPECT_NE(set[Red].raster.values, set[Green].raster.values);
     EXPECT_NE(set[Red].raster.values, set[Hole].raster.values);
     Set(scene::kNone);
@@ -173,9 +172,7 @@ TEST_F(ImportedVariants, ShownIsWhatItWouldHaveBeenSetTo) {
         EXPECT_EQ(shown.raster.values, set[variant].raster.values);
         EXPECT_EQ(shown.lights, set[variant].lights);
         EXPECT_EQ(shown.emissive, set[variant].emissive);
-        EXPECT_EQ(shown.lobes, set[variant].lobes);
-        EXPECT_EQ(shown.hasAlpha, set[variant].hasAlpha);
-        EXPECT_EQ(shown.hasThinWalls, set[variant].hasThinWalls);
+        EXPECT_EQ(shown.features, set[variant].features);
         const uint32_t next = (variant + 1) % MaterialCount;
         EXPECT_NE(shown.traced.values, set[next].traced.values);
     }

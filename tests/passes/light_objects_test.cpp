@@ -75,7 +75,7 @@ class World {
         for (const gpu::LightRecord& record : records)
             groups.push_back(record.flags >> gpu::kLightGroupShift);
         set = ids.lightSet;
-        hasMeshes = ids.hasMeshLights;
+        hasMeshes = ids.features.Has(kTraceMeshLights);
         for (uint32_t i = 0; i < set.lightCount; ++i) {
             if (!(alias[i].probability > 0.0f)) continue;
             const bool isSurface = i < ids.triangleLights;

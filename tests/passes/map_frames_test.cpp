@@ -124,11 +124,11 @@ class MapFrames : public VulkanTest {
     }
 
     glm::vec3 NormalSeen() { return render.PrimaryHits(Facing(1.0f, 4)).normal.At(1, 1); }
-    uint32_t TextureFeatures() {
+    TraceFeatures TextureFeatures() {
         render.renderer.BeginFrame();
-        const uint32_t features = render.scene.Declare(render.renderer).textureFeatures;
+        const TraceFeatures features = render.scene.Declare(render.renderer).features;
         render.renderer.Execute();
-        return features;
+        return features & FeaturesOfKind(TraceFeatureKind::Textures);
     }
 
     SceneRender render{Device()};

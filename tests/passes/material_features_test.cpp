@@ -17,15 +17,15 @@ namespace {
 
 using scene::Material;
 
-uint32_t FeaturesOf(const std::vector<Material>& materials) {
+TraceFeatures FeaturesOf(const std::vector<Material>& materials) {
     SceneResources resources;
     resources.materialRecords = MaterialRecords(materials, {});
     for (uint32_t i = 0; i < materials.size(); ++i) resources.usedMaterials.push_back(i);
-    return LobeFeatures(resources);
+    return MaterialFeatures(resources);
 }
 
 // Rough plastic, but for what `change` makes of it.
-uint32_t FeaturesWith(const std::function<void(Material&)>& change) {
+TraceFeatures FeaturesWith(const std::function<void(Material&)>& change) {
     Material material;
     material.metallicFactor = 0.0f;
     material.roughnessFactor = 0.5f;
@@ -39,7 +39,7 @@ TEST(MaterialFeatures, AreThoseOfTheLobesThatAMaterialMayHave) {
     struct Row {
         const char* what;
         std::function<void(Material&)> change;
-        uint32_t features;
+        TraceFeatures features;
     };
     const auto smoothCoat = [](Material& m) {
         m.clearcoatFactor = 0.5f;
@@ -126,7 +126,7 @@ TEST(MaterialFeatures, OfASceneAreThoseOfAllItsMaterials) {
     glass.roughnessFactor = 1.0f;
     glass.transmissionFactor = 1.0f;
     EXPECT_EQ(FeaturesOf({metal, glass}), kTraceMetals | kTraceGlass);
-    EXPECT_EQ(FeaturesOf({}), 0u);
+    EXPECT_EQ(FeaturesOf({}), TraceFeatures{});
 }
 
 }  // namespace

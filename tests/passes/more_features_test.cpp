@@ -1,5 +1,6 @@
 // Programs that can do more than a scene needs.
 #include <cmath>
+#include <functional>
 
 #include "passes/scene_bindings.h"
 #include "tests/support/scene_render.h"
@@ -13,8 +14,8 @@ namespace {
 
 constexpr uint32_t kSamples = 64;
 // Those of light and of what materials read; all of them would take a minute to compile.
-constexpr uint32_t kMore = kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights |
-                           kTraceEnvironmentLight | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
+constexpr TraceFeatures kMore =
+    FeaturesOfKind(TraceFeatureKind::Lights) | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
 
 class MoreFeatures : public VulkanTest {
   protected:
@@ -88,17 +89,34 @@ TEST_F(MoreFeatures, OfADarkScene_StayDark) {
 TEST(WithFeatures, AreThoseOfTheProgram) {
     TraceSettings settings = Inside();
     settings.scattering.brdf = BrdfModel::Gltf;
-    const SceneIds scene{.lobeFeatures = kTraceOpaque};
-    for (const uint32_t feature : {kTraceAnyHit, kTraceThinWalls, kTraceCapsules, kTraceVolumes, kMore}) {
+    const SceneIds scene{.features = kTraceOpaque};
+    for (const TraceFeatures feature :
+         {kTraceAnyHit, kTraceThinWalls, kTraceCapsules, kTraceVolumes, kMore}) {
         const SceneIds wide = passes::WithFeatures(scene, feature);
-        EXPECT_EQ(passes::TraceFeatures(wide, settings), kTraceOpaque | feature);
-        EXPECT_EQ(wide.hasAlpha, feature == kTraceAnyHit);
-        EXPECT_EQ(wide.hasThinWalls, feature == kTraceThinWalls);
-        EXPECT_EQ(wide.hasCapsules, feature == kTraceCapsules);
+        EXPECT_EQ(passes::ProgramFeatures(wide, settings), kTraceOpaque | feature);
     }
-    constexpr uint32_t kOfSettings =
-        kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment | kTracePixelList;
-    EXPECT_EQ(passes::TraceFeatures(passes::WithFeatures(scene, kOfSettings), settings), kTraceOpaque);
+    const SceneIds asSet = passes::WithFeatures(scene, FeaturesOfKind(TraceFeatureKind::Settings));
+    EXPECT_EQ(passes::ProgramFeatures(asSet, settings), kTraceOpaque);
+}
+
+// Of what a scene has, programs have what settings use.
+TEST(ProgramFeatures, AreThoseThatSettingsUse) {
+    const TraceFeatures scene = ~FeaturesOfKind(TraceFeatureKind::Settings) | kTraceTextureLod;
+    const auto of = [](TraceFeatures features, const std::function<void(TraceSettings&)>& set) {
+        TraceSettings settings;
+        set(settings);
+        return passes::ProgramFeatures({.features = features}, settings);
+    };
+    const auto levels = [](TraceSettings& s) { s.biases.textureLod = 0.0f; };
+    EXPECT_EQ(of(scene, levels), scene);
+    EXPECT_EQ(of(scene, [](TraceSettings&) {}), scene & ~kTraceTextureLod);
+    EXPECT_EQ(of(kTraceTextureLod | kTraceOpaque, levels), kTraceOpaque) << "nothing has levels";
+    const TraceFeatures unlit = of(scene, [](TraceSettings& s) { s.lights.isOn = false; });
+    EXPECT_EQ(unlit, scene & ~(FeaturesOfKind(TraceFeatureKind::Lights) | kTraceTextureLod));
+    const TraceFeatures plain = of(scene, [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lambert; });
+    EXPECT_EQ(plain, scene & ~(FeaturesOfKind(TraceFeatureKind::Lobes) | kTraceTextureLod));
+    EXPECT_EQ(of({}, [](TraceSettings& s) { s.biases.shadowTerminator = true; }), kTraceShadowTerminator);
+    EXPECT_EQ(of({}, [](TraceSettings& s) { s.isEnvironmentHidden = true; }), kTraceHiddenEnvironment);
 }
 
 }  // namespace raygraph::testing

@@ -51,7 +51,7 @@ class SceneTextures : public VulkanTest {
         const Extent2D extent{kMaxLevels + 1, count};
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
-        hasLevels = ids.hasTextureLevels;
+        hasLevels = ids.features.Has(kTraceTextureLod);
         TextureId rows = render.renderer.CreateTexture("rows", {.extent = extent});
         render.renderer.AddPass(
             "ReadSlots", PassKind::Compute,

@@ -104,7 +104,7 @@ TEST_F(TraceScattering, SetScene_OnlyMediaThatLightPassesStraightIntoAreMatched)
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
         render.renderer.DropFrame();
-        return (ids.lobeFeatures & kTraceMatchedMedia) != 0u;
+        return ids.features.Has(kTraceMatchedMedia);
     };
     scene::Material glass = Fog();
     glass.ior = 1.5f;

@@ -159,7 +159,8 @@ TEST(ShaderSpecializer, WhatIsNoModuleIsLeftAlone) {
 
 TEST(ShaderSpecializer, EveryShaderIsValidAfterwards) {
     // Of the Cornell box; the path tracer's others are the same code with more of it.
-    const Values values{{9, kTraceLightSampling | kTraceTriangleLights | kTraceOpaque}};
+    const TraceFeatures features = kTraceLightSampling | kTraceTriangleLights | kTraceOpaque;
+    const Values values{{9, features.x}, {12, features.y}};
     size_t specialized = 0;
     for (const EmbeddedShader& shader : EmbeddedShaders()) {
         const Values own = ValuesOf(shader.words, values);

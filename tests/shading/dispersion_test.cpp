@@ -101,7 +101,7 @@ class Dispersion : public ::testing::Test {
     }
 
   private:
-    const uint m_features = threadTraceFeatures;
+    const TraceFeatures m_features = threadTraceFeatures;
     const BrdfModel m_brdf = threadBrdfModel;
 };
 

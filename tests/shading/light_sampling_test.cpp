@@ -55,7 +55,7 @@ class LightSampling : public ::testing::TestWithParam<LightSampler> {
         threadLightSampler = LightSampler::Bvh;
     }
 
-    const uint m_features = threadTraceFeatures;
+    const TraceFeatures m_features = threadTraceFeatures;
 
     static double Probability(const LightContext& context, uint light) {
         const LightSetRecord lights = LightSet();

@@ -12,13 +12,15 @@ namespace {
 
 class FeatureScope {
   public:
-    explicit FeatureScope(uint features) : m_before(threadTraceFeatures) { threadTraceFeatures = features; }
+    explicit FeatureScope(TraceFeatures features) : m_before(threadTraceFeatures) {
+        threadTraceFeatures = features;
+    }
     ~FeatureScope() { threadTraceFeatures = m_before; }
     FeatureScope(const FeatureScope&) = delete;
     FeatureScope& operator=(const FeatureScope&) = delete;
 
   private:
-    uint m_before;
+    TraceFeatures m_before;
 };
 
 // Leaves NaN where the next function has its variables: a value that is read without having been set shows.
@@ -55,7 +57,7 @@ void ExpectSame(const Outcome& a, const Outcome& b, const std::string& where) {
 struct Case {
     const char* name;
     GltfBxDF lobe;
-    uint features;  // what it needs
+    TraceFeatures features;  // what it needs
 };
 
 std::vector<Case> Cases() {
@@ -104,10 +106,10 @@ std::vector<Case> Cases() {
 }
 
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
-    const uint all = threadTraceFeatures;
-    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
-                       kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy |
-                       kTraceRetroreflection | kTraceSmooth;
+    const TraceFeatures all = threadTraceFeatures;
+    const TraceFeatures lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
+                                kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy |
+                                kTraceRetroreflection | kTraceSmooth;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -118,9 +120,10 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
-                    for (const uint others :
-                         {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat, kTraceSheen,
-                          kTraceIridescence, kTraceDiffuseTransmission, kTraceAnisotropy, kTraceSmooth}) {
+                    for (const TraceFeatures others :
+                         {TraceFeatures{}, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat,
+                          kTraceSheen, kTraceIridescence, kTraceDiffuseTransmission, kTraceAnisotropy,
+                          kTraceSmooth}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

@@ -104,8 +104,8 @@ namespace raygraph::shading {
 
 namespace {
 
-constexpr uint kFeatures = kTraceSmooth | kTraceGlass | kTraceMetals | kTraceOpaque | kTraceVolumes |
-                           kTraceScattering | kTraceMatchedMedia | kTraceClearcoat;
+constexpr TraceFeatures kFeatures = kTraceSmooth | kTraceGlass | kTraceMetals | kTraceOpaque | kTraceVolumes |
+                                    kTraceScattering | kTraceMatchedMedia | kTraceClearcoat;
 
 Medium Fog(vec3 extinction, vec3 albedo, float g, float ior = 1.0f, uint priority = 0u) {
     return {.extinction = extinction,
@@ -153,7 +153,7 @@ class MatchedMedia : public ::testing::Test {
     }
 
   private:
-    const uint m_features = threadTraceFeatures;
+    const TraceFeatures m_features = threadTraceFeatures;
     const BrdfModel m_brdf = threadBrdfModel;
     const MisHeuristic m_mis = threadMisHeuristic;
 };

@@ -135,7 +135,7 @@ class MeshLight : public ::testing::TestWithParam<LightSampler> {
         threadLightSampler = LightSampler::Bvh;
     }
 
-    const uint m_features = threadTraceFeatures;
+    const TraceFeatures m_features = threadTraceFeatures;
 };
 
 TEST_P(MeshLight, EveryPlacementIsOneLight) {

@@ -188,14 +188,14 @@ class PathFixture : public ::testing::Test {
     }
 
   private:
-    const uint m_features = threadTraceFeatures;
+    const TraceFeatures m_features = threadTraceFeatures;
     const BrdfModel m_brdf = threadBrdfModel;
     const MisHeuristic m_mis = threadMisHeuristic;
     const Roulette m_roulette = threadRoulette;
     const uint m_loop = threadLoopOptions;
 };
 
-inline void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {
+inline void UseOptions(TraceFeatures features, BrdfModel brdf = BrdfModel::Gltf) {
     threadTraceFeatures = features | kTraceMetals | kTraceOpaque | kTraceSmooth;
     threadBrdfModel = brdf;
     threadMisHeuristic = MisHeuristic::Power;
@@ -203,7 +203,7 @@ inline void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {
 
 // Unbiased, and all materials Lambert's.
 inline PathSettings Unbiased(uint maxDepth, uint rouletteStart) {
-    UseOptions(0u, BrdfModel::Lambert);
+    UseOptions({}, BrdfModel::Lambert);
     return {.maxDepth = maxDepth,
             .rouletteStart = rouletteStart,
             .survival = 1.0f,

@@ -146,7 +146,7 @@ TEST_F(Path, GlossySurfacesChooseAmongLightsWithoutBias) {
         testLights.Build();
         const Ray ray{.origin = vec3(0.2f, 4.0f, 3.0f), .direction = normalize(vec3(0.0f, -4.0f, -3.0f))};
         const PathSettings settings = Unbiased(kNoLimit, 100u);
-        UseOptions(0u);
+        UseOptions({});
         const Mean byChance = MeanRadiance(ray, settings, 1u << 18);
         ASSERT_LT(byChance.standardError, 0.01 * byChance.radiance);
         UseOptions(kTraceLightSampling | kTraceEnvironmentLight);

@@ -202,7 +202,7 @@ TEST(RayCone, CurvatureIsThatOfTheSurfaceOfTheNormals) {
 class ConeOfPath : public PathFixture {
   protected:
     // Extended by one ray, which meets the ball or a wall.
-    static PathState Extended(PathState path, BrdfModel brdf, uint features) {
+    static PathState Extended(PathState path, BrdfModel brdf, TraceFeatures features) {
         const PathSettings settings = Unbiased(kNoLimit, kNoLimit);
         UseOptions(features | kTraceTextureLod, brdf);
         EXPECT_TRUE(ExtendPath(path, settings));
@@ -218,7 +218,7 @@ class ConeOfPath : public PathFixture {
 // 4 meters to the ball, whose radius is 1, and which is diffuse.
 TEST_F(ConeOfPath, WidensByDistanceCurvatureAndLobe) {
     SetScene({.albedo = vec3(0.7f)});
-    const PathState path = Extended(FromAboveWith(MakeCone(0.01f, 0.02f)), BrdfModel::Lambert, 0u);
+    const PathState path = Extended(FromAboveWith(MakeCone(0.01f, 0.02f)), BrdfModel::Lambert, {});
     const float width = 0.01f + 4.0f * 0.02f;
     EXPECT_NEAR(path.ray.cone.width, width, 1e-5f);
     ASSERT_GT(path.scatterPDF, 0.0f);

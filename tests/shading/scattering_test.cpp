@@ -118,7 +118,7 @@ class Scattering : public ::testing::Test {
     }
 
   private:
-    const uint m_features = threadTraceFeatures;
+    const TraceFeatures m_features = threadTraceFeatures;
     const BrdfModel m_brdf = threadBrdfModel;
     const MisHeuristic m_mis = threadMisHeuristic;
 };

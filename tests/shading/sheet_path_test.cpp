@@ -107,7 +107,8 @@ TEST_F(SheetPath, WhiteDiffuselyTransmittingBallVanishesInAnEvenEnvironment) {
             paper = PaperMaterial(0.4f, 1.0f);
             paper.transmission = glass;
             paper.baseColor = paper.diffuseTransmissionColor = vec3(1.0f);
-            UseOptions(kTraceDiffuseTransmission | kTraceVolumes | (glass > 0.0f ? kTraceGlass : 0u));
+            UseOptions(kTraceDiffuseTransmission | kTraceVolumes |
+                       (glass > 0.0f ? kTraceGlass : TraceFeatures{}));
             mediumIor = ior;
             Ray ray = FromAbove();
             ray.origin.x = 0.4f;
