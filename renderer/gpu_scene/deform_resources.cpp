@@ -4,8 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/device_table.h"
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
 
@@ -25,17 +24,16 @@ void Place(uint64_t& offset, VkDeviceAddress start) {
 }
 
 // One more of a group that is drawn by itself, with its streams.
-GroupResources CopyOf(const GroupResources& group, std::vector<gpu::GeometryRecord>& records) {
+GroupResources CopyOf(const GroupResources& group, DeviceArray<gpu::GeometryRecord>& records) {
     GroupResources copy;
     copy.kind = group.kind;
     copy.parts = group.parts;
     copy.blas = group.blas;  // of a group that does not deform
     copy.record = group.record;
-    copy.record.firstGeometry = static_cast<uint32_t>(records.size());
-    for (size_t i = 0; i < group.parts.size(); ++i) {
-        const gpu::GeometryRecord record = records[group.record.firstGeometry + i];
-        records.push_back(record);
-    }
+    copy.record.firstGeometry = static_cast<uint32_t>(records.Size());
+    records.Grow(records.Size() + group.parts.size());
+    for (uint32_t i = 0; i < group.parts.size(); ++i)
+        records.Edit(copy.record.firstGeometry + i) = records[group.record.firstGeometry + i];
     copy.emitters = group.emitters;
     copy.emitterVariants = group.emitterVariants;
     copy.triangleCount = group.triangleCount;
@@ -174,7 +172,7 @@ void DeformUpload::AddCopiesOf(uint32_t mesh, SceneResources& resources) {
             groups.firstGroup = static_cast<uint32_t>(resources.groups.size());
             for (uint32_t group = 0; group < base.groupCount; ++group)
                 resources.groups.push_back(
-                    CopyOf(resources.groups[base.firstGroup + group], resources.geometryRecords));
+                    CopyOf(resources.groups[base.firstGroup + group], resources.geometries));
             copy.mesh = static_cast<uint32_t>(m_plan.isBaseShapeDrawn.size() + m_copies.size());
             m_copies.push_back(groups);
         }
@@ -197,7 +195,7 @@ void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources, V
         group.record.positions = take(group.base->vertexCount * sizeof(glm::vec3));
         for (size_t i = 0; i < group.base->parts.size(); ++i) {
             const BaseShape::Part& part = group.base->parts[i];
-            gpu::GeometryRecord& geometry = resources.geometryRecords[group.record.firstGeometry + i];
+            gpu::GeometryRecord& geometry = resources.geometries.Edit(group.record.firstGeometry + i);
             gpu::DeformRecord record = part.record;
             const size_t end = i + 1 < group.base->parts.size() ? group.base->parts[i + 1].firstVertex
                                                                 : group.base->vertexCount;
@@ -264,7 +262,6 @@ void DeformUpload::AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::
     result.weightBuffer = CreateTable(device, "morph weights", result.weights.size(), sizeof(float));
     if (!result.records.empty())
         uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
-    RequireBindable(device, "geometries", resources.geometryRecords.size(), sizeof(gpu::GeometryRecord));
     resources.deform = std::move(m_result);
 }
 

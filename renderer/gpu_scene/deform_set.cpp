@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/text.h"
-#include "renderer/gpu_scene/device_table.h"
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {

@@ -14,13 +14,13 @@ DrawKind KindOf(const GroupKind& group) {
 }
 
 DrawTable::DrawTable(rhi::Device& device, SceneResources& resources, const InstanceSet& instances)
-    : m_table(device, "draws", "UploadDraws", sizeof(gpu::DrawRecord)) {
+    : m_draws(device, "draws", "UploadDraws") {
     Number(resources, 1);
     Refresh(resources, instances);
 }
 
 void DrawTable::Upload(rhi::Uploader& uploader) {
-    m_table.Upload(uploader, std::as_bytes(std::span<const gpu::DrawRecord>(m_records)));
+    m_draws.Upload(uploader);
 }
 
 void DrawTable::Number(SceneResources& resources, uint32_t roomFactor) {
@@ -35,8 +35,7 @@ void DrawTable::Number(SceneResources& resources, uint32_t roomFactor) {
         kind.room *= roomFactor;
         first += kind.room;
     }
-    m_records.assign(first, {});
-    m_table.Reserve(m_records.size());
+    m_draws.Assign(std::vector<gpu::DrawRecord>(first));
     for (GroupResources& group : resources.groups)
         if (group.IsDrawn()) Add(group);
 }
@@ -62,12 +61,12 @@ void DrawTable::Renumber(SceneResources& resources, const InstanceSet& instances
 }
 
 void DrawTable::Refresh(const SceneResources& resources, const InstanceSet& instances) {
-    std::ranges::fill(m_records, gpu::DrawRecord{});
+    for (uint32_t i = 0; i < m_draws.Size(); ++i) m_draws.Edit(i) = {};
     m_chunkCount = 0;
     for (uint32_t i = 0; i < resources.groups.size(); ++i) {
         const GroupResources& group = resources.groups[i];
         if (group.record.draw == gpu::kNotDrawn) continue;
-        gpu::DrawRecord& record = m_records[group.record.draw];
+        gpu::DrawRecord& record = m_draws.Edit(group.record.draw);
         record.vertexCount = static_cast<uint32_t>(3 * group.triangleCount);
         record.firstSlot = instances.PlacementsOf(i);
         SetBounds(group);
@@ -75,20 +74,18 @@ void DrawTable::Refresh(const SceneResources& resources, const InstanceSet& inst
             record.firstSlot * ((group.triangleCount + gpu::kChunkTriangles - 1) / gpu::kChunkTriangles);
     }
     uint32_t slots = 0;
-    for (gpu::DrawRecord& record : m_records) slots += std::exchange(record.firstSlot, slots);
-    m_table.Mark(0, static_cast<uint32_t>(m_records.size()));
+    for (uint32_t i = 0; i < m_draws.Size(); ++i) slots += std::exchange(m_draws.Edit(i).firstSlot, slots);
 }
 
 void DrawTable::SetBounds(const GroupResources& group) {
     if (group.record.draw == gpu::kNotDrawn) return;  // round, or not numbered yet
-    gpu::DrawRecord& record = m_records[group.record.draw];
+    gpu::DrawRecord& record = m_draws.Edit(group.record.draw);
     record.boundsMin = group.bounds.min;
     record.boundsMax = group.bounds.max;
-    m_table.Mark(group.record.draw);
 }
 
 void DrawTable::Declare(Renderer& renderer, SceneIds& ids) {
-    ids.draws = m_table.Declare(renderer, std::as_bytes(std::span<const gpu::DrawRecord>(m_records)));
+    ids.draws = m_draws.Declare(renderer);
     for (size_t kind = 0; kind < kDrawKindCount; ++kind)
         ids.drawsOfKind[kind] = {.first = m_kinds[kind].first, .count = m_kinds[kind].taken.End()};
     ids.chunkCount = m_chunkCount;

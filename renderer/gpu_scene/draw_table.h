@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/growing_table.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "renderer/gpu_scene/slot_ranges.h"
@@ -47,9 +47,8 @@ class DrawTable {
     void Number(SceneResources& resources, uint32_t roomFactor);
 
     std::array<Kind, kDrawKindCount> m_kinds;
-    std::vector<gpu::DrawRecord> m_records;
     uint64_t m_chunkCount = 0;
-    GrowingTable m_table;
+    DeviceArray<gpu::DrawRecord> m_draws;
 };
 
 }  // namespace raygraph

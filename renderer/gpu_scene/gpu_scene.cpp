@@ -223,12 +223,12 @@ bool GpuScene::IsVisible(uint32_t instance) const {
 
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
-    std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
     m_impl->RequireMaterial(material);
     scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
-    const gpu::MaterialRecord record = ToRecord(values, records[material]);
+    const gpu::MaterialRecord& shown = m_impl->resources->materials[material];
+    const gpu::MaterialRecord record = ToRecord(values, shown);
     // There is no padding that differs: scene_records.h asserts the size
-    if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;
+    if (std::memcmp(&record, &shown, sizeof(record)) == 0) return;
     WithMemoryErrors("SetMaterial", [&] { m_impl->SetMaterial(material, record); });
 }
 
@@ -271,7 +271,7 @@ const scene::Light& GpuScene::Light(uint32_t light) const {
 
 void GpuScene::SetLightGroups(LightGroups groups) {
     m_impl->RequireNoFrame("SetLightGroups");
-    RequireFitting(groups, m_impl->instances->Count(), m_impl->resources->materialRecords.size(),
+    RequireFitting(groups, m_impl->instances->Count(), m_impl->resources->materials.Size(),
                    m_impl->lights->PunctualCount());
     m_impl->lights->SetGroups(std::move(groups));
 }
@@ -333,10 +333,8 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     SceneIds ids;
     ids.origin = origin;
     DeclareEnvironment(renderer, ids);
-    ids.geometries = resources->geometries.Declare(
-        renderer, std::as_bytes(std::span<const gpu::GeometryRecord>(resources->geometryRecords)));
-    ids.materials = resources->materials.Declare(
-        renderer, std::as_bytes(std::span<const gpu::MaterialRecord>(resources->materialRecords)));
+    ids.geometries = resources->geometries.Declare(renderer);
+    ids.materials = resources->materials.Declare(renderer);
     ids.placementCount = instances->RecordCount();
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
     ids.features = MaterialFeatures(*resources);

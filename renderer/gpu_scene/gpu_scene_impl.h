@@ -148,7 +148,6 @@ struct GpuScene::Impl {
         const KindChanges changes =
             ChangeMaterial(*resources, builder, material, record);  // everything that may fail
         ++revisions.materials;
-        resources->materials.Mark(material);
         lights->SetEmission(material, record.emission);
         lights->SetSides(material, !IsBackCulled(record));
         areAddressesDue |= changes.areStructures;
@@ -162,7 +161,6 @@ struct GpuScene::Impl {
         const KindChanges changes = ChangeVariant(*resources, builder, variant);  // everything that may fail
         ++revisions.materials;
         ++revisions.geometry;  // alpha of another texture, if not sides
-        resources->geometries.Mark(0, static_cast<uint32_t>(resources->geometryRecords.size()));
         lights->SetVariant(*resources);
         areAddressesDue |= changes.areStructures;
         hasUnbuiltBlases |= changes.areStructures;
@@ -276,7 +274,7 @@ struct GpuScene::Impl {
         statistics.deformations = deform ? deform->DeformCount() : 0;
         statistics.textureBytes = resources->textures->Bytes();
         statistics.reducedTextures = resources->textures->ReducedImages();
-        statistics.geometryCount = static_cast<uint32_t>(resources->geometryRecords.size());
+        statistics.geometryCount = static_cast<uint32_t>(resources->geometries.Size());
         statistics.geometryBytes = resources->geometryBytes;
         statistics.deformedMeshes = deform ? static_cast<uint32_t>(resources->deform->meshes.size()) : 0;
         statistics.instanceCount = instances->ExistingCount();

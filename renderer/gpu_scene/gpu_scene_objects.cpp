@@ -158,9 +158,9 @@ uint32_t GpuScene::Impl::AddMesh(scene::Mesh&& mesh) {
     scene::SceneData part;
     PackingMaterials materials;
     for (const uint32_t material : used) {
-        materials.records.push_back(resources->materialRecords[material]);
+        materials.records.push_back(resources->materials[material]);
         materials.textureAlphas.push_back(resources->materialUses[material].textureAlpha);
-        const gpu::MaterialRecord& record = resources->materialRecords[material];
+        const gpu::MaterialRecord& record = resources->materials[material];
         // What a texture may make shine is found, too; its texels are not there any more
         const bool hasTexture = record.emissiveTexture != gpu::kNoTexture;
         part.materials.emplace_back().emissiveFactor = hasTexture ? glm::vec3(1.0f) : record.emission;
@@ -198,7 +198,7 @@ uint32_t GpuScene::Impl::AddMesh(const HostMesh& mesh) {
     const MaterialUse& material = resources->materialUses[mesh.material];
     group.parts.push_back({.material = mesh.material,
                            .lowestAlpha = (mesh.colors ? mesh.lowestAlpha : 1.0f) * material.textureAlpha});
-    group.kind = KindOf(group.parts, resources->materialRecords);
+    group.kind = KindOf(group.parts, resources->materials.Records());
     group.record.positions = AddressOf(mesh.positions);
     group.record.indices = AddressOf(mesh.indices);
     group.triangleCount = mesh.triangleCount;

@@ -22,7 +22,7 @@ void GpuScene::Impl::RequireMesh(uint32_t mesh) const {
 }
 
 void GpuScene::Impl::RequireMaterial(uint32_t material) const {
-    RequireIndex("material", material, resources->materialRecords.size());
+    RequireIndex("material", material, resources->materials.Size());
     if (!resources->HasMaterial(material))
         throw MakeError(ErrorKind::Usage, "GpuScene: material {} has been removed", material);
 }
@@ -54,7 +54,7 @@ bool GpuScene::Impl::Emits(uint32_t mesh) const {
     const MeshResources& placed = resources->meshes[mesh];
     for (uint32_t i = placed.firstGroup; i < placed.firstGroup + placed.groupCount; ++i)
         for (const GroupPart& part : resources->groups[i].parts)
-            if (resources->materialRecords[part.material].emission != glm::vec3(0.0f)) return true;
+            if (resources->materials[part.material].emission != glm::vec3(0.0f)) return true;
     return false;
 }
 

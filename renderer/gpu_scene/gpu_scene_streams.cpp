@@ -82,7 +82,7 @@ bool GpuScene::Impl::BringMaterial(PartUpload& part, uint32_t material, uint64_t
     const scene::Material& values = part.content->data.materials[material];
     for (const uint32_t texture : TexturesOf(values))
         if (!BringTexture(part, texture, budget)) return false;
-    owners.materials.Reserve(resources->materialRecords.size() + 1);
+    owners.materials.Reserve(resources->materials.Size() + 1);
     number = AddMaterial(values, part.added->textures);
     owners.materials.Set(number, part.added->owner);
     return true;

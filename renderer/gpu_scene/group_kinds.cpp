@@ -71,7 +71,7 @@ bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
 }
 
 std::vector<uint32_t> UsedMaterials(const SceneResources& resources) {
-    std::vector<bool> isUsed(resources.materialRecords.size());
+    std::vector<bool> isUsed(resources.materials.Size());
     for (const GroupResources& group : resources.groups)
         for (const GroupPart& part : group.parts) isUsed[part.material] = true;
     std::vector<uint32_t> used;
@@ -96,7 +96,7 @@ KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
     KindChanges changes;
     for (GroupResources& group : resources.groups) {
         if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;
-        const GroupKind kind = KindOf(group.parts, resources.materialRecords);
+        const GroupKind kind = KindOf(group.parts, resources.materials.Records());
         if (kind == group.kind) continue;
         if (group.hostBlas != 0 && IsAnyHit(kind) != IsAnyHit(group.kind))
             throw Error(
@@ -132,7 +132,7 @@ void TakeVariant(SceneResources& resources, uint32_t variant) noexcept {
             const PartVariant& taken = variants[scene::VariantEntry(variants, variant)];
             part.material = taken.material;
             part.lowestAlpha = taken.lowestAlpha;
-            resources.geometryRecords[group.record.firstGeometry + i].material = taken.material;
+            resources.geometries.Edit(group.record.firstGeometry + i).material = taken.material;
         }
 }
 
@@ -140,7 +140,7 @@ void TakeVariant(SceneResources& resources, uint32_t variant) noexcept {
 
 KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
                            const gpu::MaterialRecord& record) {
-    gpu::MaterialRecord& current = resources.materialRecords[material];
+    gpu::MaterialRecord& current = resources.materials.Edit(material);
     const gpu::MaterialRecord old = std::exchange(current, record);
     try {
         return UpdateKinds(resources, builder,

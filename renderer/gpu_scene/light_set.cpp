@@ -7,8 +7,8 @@
 
 #include "base/text.h"
 #include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
 
@@ -313,7 +313,7 @@ void LightSet::SetVariant(const SceneResources& resources) {
             m_edits.isAll |= emitter.material != variant.material;
             emitter.material = variant.material;
             emitter.meanTexture = variant.meanTexture;
-            emitter.isDoubleSided = !IsBackCulled(resources.materialRecords[variant.material]);
+            emitter.isDoubleSided = !IsBackCulled(resources.materials[variant.material]);
         }
     }
 }

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <utility>
 
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/light_set.h"
 
 namespace raygraph {

@@ -54,11 +54,11 @@ bool HasMatchedMedia(const SceneResources& resources) {
                material.transmission > 0.0f;
     };
     for (const uint32_t used : resources.usedMaterials) {
-        const gpu::MaterialRecord& inner = resources.materialRecords[used];
+        const gpu::MaterialRecord& inner = resources.materials[used];
         if (!isOpen(inner)) continue;
         if (inner.ior == 1.0f) return true;
         for (const uint32_t other : resources.usedMaterials) {
-            const gpu::MaterialRecord& outer = resources.materialRecords[other];
+            const gpu::MaterialRecord& outer = resources.materials[other];
             if (other != used && (outer.flags & gpu::kMaterialVolume) != 0u && outer.ior == inner.ior &&
                 (inner.scattering != glm::vec3(0.0f) || outer.scattering != glm::vec3(0.0f)))
                 return true;
@@ -93,8 +93,7 @@ uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
 // tangents.
 bool MayNeedFrames(const SceneResources& resources) {
     uint32_t sets = 0;
-    for (const uint32_t used : resources.usedMaterials)
-        sets |= DirectionalSets(resources.materialRecords[used]);
+    for (const uint32_t used : resources.usedMaterials) sets |= DirectionalSets(resources.materials[used]);
     const bool areMixed =
         (sets | resources.tangentSets) == (gpu::kTangentsOfFirstSet | gpu::kTangentsOfSecondSet);
     return areMixed && sets != 0 && resources.tangentSets != 0;
@@ -105,7 +104,7 @@ TraceFeatures TextureFeatures(const SceneResources& resources) {
     if (resources.hasVertexColors) features |= kTraceVertexColors;
     if (!resources.textures || resources.textures->Count() == 0) return features;
     const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
-        return HasTextureTransform(resources.materialRecords[used]);
+        return HasTextureTransform(resources.materials[used]);
     });
     features |= kTraceTextures;
     if (areTransformed || MayNeedFrames(resources)) features |= kTraceTextureTransforms;
@@ -121,7 +120,7 @@ bool MayBeSmooth(float roughness, uint32_t texture) {
 TraceFeatures MaterialFeatures(const SceneResources& resources) {
     TraceFeatures features = TextureFeatures(resources);
     for (const uint32_t used : resources.usedMaterials) {
-        const gpu::MaterialRecord& material = resources.materialRecords[used];
+        const gpu::MaterialRecord& material = resources.materials[used];
         features |= LobeFeatures(material);
         if ((material.flags & gpu::kMaterialVolume) != 0u) features |= kTraceVolumes | kTraceProbeMedia;
     }

@@ -21,10 +21,8 @@ ResourceUpload::ResourceUpload(rhi::Device& device, rhi::Uploader& uploader, rhi
       m_resources(std::make_unique<SceneResources>()) {
     m_bytes = m_textures.Bytes();
     for (const PackedMesh& mesh : content.meshes) m_bytes += mesh.Bytes();
-    m_resources->geometries =
-        GrowingTable(device, "geometries", "UploadGeometries", sizeof(gpu::GeometryRecord));
-    m_resources->materials =
-        GrowingTable(device, "materials", "UploadMaterials", sizeof(gpu::MaterialRecord));
+    m_resources->geometries = DeviceArray<gpu::GeometryRecord>(device, "geometries", "UploadGeometries");
+    m_resources->materials = DeviceArray<gpu::MaterialRecord>(device, "materials", "UploadMaterials");
     m_resources->textures =
         std::make_unique<TextureSet>(device, *settings.defaultTexture, *settings.defaultSampler,
                                      settings.textures.hasLevels ? settings.textures.maxAnisotropy : 1.0f);
@@ -67,11 +65,8 @@ std::unique_ptr<SceneResources> ResourceUpload::Finish(rhi::Uploader& uploader) 
     }
     for (const uint32_t mesh : resources.meshOf) ++resources.meshes[mesh].instanceCount;
     resources.usedMaterials = UsedMaterials(resources);
-    const std::vector<gpu::GeometryRecord>& geometries = resources.geometryRecords;
-    resources.geometries.Reserve(geometries.size());
-    resources.geometries.Upload(uploader, std::as_bytes(std::span(geometries)));
-    const std::vector<gpu::MaterialRecord>& materials = resources.materialRecords;
-    resources.materials.Upload(uploader, std::as_bytes(std::span(materials)));
+    resources.geometries.Upload(uploader);
+    resources.materials.Upload(uploader);
     resources.variantCount = static_cast<uint32_t>(scene.variants.size());
     resources.variant = scene.variant;
     return std::move(m_resources);

@@ -53,8 +53,7 @@ uint32_t SceneResources::AddMesh(UploadedMesh&& mesh) {
         firstGeometry = m_geometrySlots.Allocate(geometryCount);
         meshes.resize(std::max<size_t>(meshes.size(), m_meshSlots.End()), {.exists = false});
         groups.resize(std::max<size_t>(groups.size(), m_groupSlots.End()));
-        geometryRecords.resize(std::max<size_t>(geometryRecords.size(), m_geometrySlots.End()));
-        geometries.Reserve(geometryRecords.size());
+        geometries.Grow(m_geometrySlots.End());
     } catch (...) {
         m_meshSlots.Free(number, 1);
         if (firstGroup != scene::kNone) m_groupSlots.Free(firstGroup, groupCount);
@@ -67,12 +66,11 @@ uint32_t SceneResources::AddMesh(UploadedMesh&& mesh) {
         group.record.firstGeometry += firstGeometry;
         added.triangleCount += group.triangleCount;
     }
-    std::ranges::copy(mesh.records, geometryRecords.begin() + firstGeometry);
+    geometries.Write(firstGeometry, mesh.records);
     for (const gpu::GeometryRecord& record : mesh.records) {
         hasVertexColors |= record.colors != 0;
         tangentSets |= record.tangentSet;
     }
-    geometries.Mark(firstGeometry, geometryCount);
     geometryBytes += mesh.bytes;
     CountParts(added, 1);
     return number;
@@ -110,19 +108,16 @@ std::vector<uint32_t> SceneResources::AddMaterials(std::span<const scene::Materi
     numbers.reserve(added.size());
     try {
         for (size_t i = 0; i < added.size(); ++i) numbers.push_back(m_materialSlots.Allocate(1));
-        const size_t size = std::max<size_t>(materialRecords.size(), m_materialSlots.End());
-        materials.Reserve(size);
-        materialRecords.resize(size);
-        materialUses.resize(size, {.exists = false});
+        materials.Grow(m_materialSlots.End());
+        materialUses.resize(materials.Size(), {.exists = false});
     } catch (...) {
         for (const uint32_t number : numbers) m_materialSlots.Free(number, 1);
         throw;
     }
     for (size_t i = 0; i < added.size(); ++i) {
         for (const uint32_t texture : uses[i].textures) ++textureUses[texture];
-        materialRecords[numbers[i]] = records[i];
+        materials.Edit(numbers[i]) = records[i];
         materialUses[numbers[i]] = std::move(uses[i]);
-        materials.Mark(numbers[i]);
     }
     return numbers;
 }
@@ -147,7 +142,7 @@ void SceneResources::RemoveTexture(uint32_t texture) {
 void SceneResources::TakeSlots() {
     m_meshSlots.Allocate(static_cast<uint32_t>(meshes.size()) - m_meshSlots.End());
     m_groupSlots.Allocate(static_cast<uint32_t>(groups.size()) - m_groupSlots.End());
-    m_geometrySlots.Allocate(static_cast<uint32_t>(geometryRecords.size()) - m_geometrySlots.End());
+    m_geometrySlots.Allocate(static_cast<uint32_t>(geometries.Size()) - m_geometrySlots.End());
 }
 
 }  // namespace raygraph

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/emitters.h"
-#include "renderer/gpu_scene/growing_table.h"
 #include "renderer/gpu_scene/light_table.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 #include "renderer/gpu_scene/texture_set.h"
@@ -127,14 +127,12 @@ struct SceneResources {
     std::vector<GroupResources> groups;
     std::unique_ptr<TextureSet> textures;
     std::vector<uint32_t> textureUses;  // materials that read each
-    std::vector<gpu::MaterialRecord> materialRecords;
+    DeviceArray<gpu::MaterialRecord> materials;
     std::vector<MaterialUse> materialUses;
     std::vector<uint32_t> usedMaterials;  // by some triangle, ascending
     uint32_t variantCount = 0;
     uint32_t variant = scene::kNone;  // the one shown
-    std::vector<gpu::GeometryRecord> geometryRecords;
-    GrowingTable geometries;                  // gpu::GeometryRecord[]
-    GrowingTable materials;                   // gpu::MaterialRecord[]
+    DeviceArray<gpu::GeometryRecord> geometries;
     std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
     uint64_t geometryBytes = 0;
     bool hasVertexColors = false;  // some mesh has or had them: pipelines differ by it

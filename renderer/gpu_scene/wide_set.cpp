@@ -18,15 +18,6 @@
 namespace raygraph {
 namespace {
 
-// Memory for a table of so many records, which are all there.
-template <typename T>
-void Grow(std::vector<T>& records, GrowingTable& table, size_t count) {
-    if (count > records.size()) {
-        table.Reserve(count);
-        records.resize(count);
-    }
-}
-
 uint32_t FlagsOf(const GroupKind& kind) {
     const bool isTested = !kind.isOpaque || kind.isThinWall;
     return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
@@ -46,9 +37,9 @@ bool IsTooLarge(const std::exception& error) {
 
 WideSet::WideSet(rhi::Device& device, bool renewsDecayed)
     : m_renewsDecayed(renewsDecayed),
-      m_nodeTable(device, "wideNodes", "UploadWideNodes", sizeof(gpu::WideNode)),
-      m_triangleTable(device, "wideTriangles", "UploadWideTriangles", sizeof(gpu::WideTriangle)),
-      m_instanceTable(device, "wideInstances", "UploadWideInstances", sizeof(gpu::WideInstance)) {}
+      m_nodes(device, "wideNodes", "UploadWideNodes"),
+      m_triangles(device, "wideTriangles", "UploadWideTriangles"),
+      m_instances(device, "wideInstances", "UploadWideInstances") {}
 
 void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
     const bool hasCome =
@@ -96,9 +87,9 @@ uint64_t WideSet::MostTriangles() const {
 }
 
 void WideSet::ForgetAll() {
-    m_nodes = {};
-    m_triangles = {};
-    m_instances = {};
+    m_nodes.Clear();
+    m_triangles.Clear();
+    m_instances.Clear();
     m_placed = {};
     m_top = {};
     m_parts = {};
@@ -261,8 +252,7 @@ bool WideSet::MoveTriangles(const Part& part, uint32_t index, std::vector<uint32
     if (!triangles || triangles->size() != end - first) return false;
     for (uint32_t i = first; i < end; ++i) {
         const uint32_t primitive = m_top.places[i];
-        m_triangles[m_top.triangles.first + primitive] = (*triangles)[m_top.sources[primitive]];
-        m_triangleTable.Mark(m_top.triangles.first + primitive);
+        m_triangles.Edit(m_top.triangles.first + primitive) = (*triangles)[m_top.sources[primitive]];
         moved.push_back(primitive);
     }
     return true;
@@ -272,8 +262,7 @@ bool WideSet::MoveInstance(const Part& part, uint32_t index, std::vector<uint32_
     const std::optional<PlacedInstance> placed = PlaceInstance(PlacementOf(part));
     if (!placed || m_top.firstPlaces[index] == m_top.firstPlaces[index + 1]) return false;
     const uint32_t primitive = m_top.places[m_top.firstPlaces[index]];
-    m_instances[primitive] = placed->instance;
-    m_instanceTable.Mark(primitive);
+    m_instances.Edit(primitive) = placed->instance;
     m_top.boxes[primitive] = placed->box;
     moved.push_back(primitive);
     return true;
@@ -320,8 +309,8 @@ void WideSet::FollowMeshes(const SceneResources& resources, size_t spareNodes) {
         nodes += tree->nodes.size();
         triangles += tree->triangles.size();
     }
-    m_nodeTable.Reserve(m_nodeSlots.End() + nodes + spareNodes);
-    m_triangleTable.Reserve(m_triangleSlots.End() + triangles);
+    m_nodes.Reserve(m_nodeSlots.End() + nodes + spareNodes);
+    m_triangles.Reserve(m_triangleSlots.End() + triangles);
     for (size_t i = 0; i < m_placed.size(); ++i)
         if (const std::shared_ptr<WideMesh> tree = treeOf(i); tree != m_placed[i].tree)
             Place(m_placed[i], tree);
@@ -340,24 +329,22 @@ void WideSet::Place(Placed& placed, const std::shared_ptr<WideMesh>& tree) {
 WideSet::Range WideSet::PutTriangles(std::span<const gpu::WideTriangle> triangles) {
     const auto count = static_cast<uint32_t>(triangles.size());
     const Range range{m_triangleSlots.Allocate(count), count};
-    Grow(m_triangles, m_triangleTable, m_triangleSlots.End());
-    std::ranges::copy(triangles, m_triangles.begin() + range.first);
-    m_triangleTable.Mark(range.first, count);
+    m_triangles.Grow(m_triangleSlots.End());
+    m_triangles.Write(range.first, triangles);
     return range;
 }
 
 WideSet::Range WideSet::PutNodes(std::span<const gpu::WideNode> nodes, uint32_t firstPrimitive) {
     const auto count = static_cast<uint32_t>(nodes.size());
     const Range range{m_nodeSlots.Allocate(count), count};
-    Grow(m_nodes, m_nodeTable, m_nodeSlots.End());
+    m_nodes.Grow(m_nodeSlots.End());
     for (uint32_t i = 0; i < count; ++i) PutNode(range.first + i, nodes[i], range.first, firstPrimitive);
     return range;
 }
 
 void WideSet::PutNode(uint32_t place, gpu::WideNode node, uint32_t firstNode, uint32_t firstPrimitive) {
     MoveNodes({&node, 1}, firstNode, firstPrimitive);
-    m_nodes[place] = node;
-    m_nodeTable.Mark(place);
+    m_nodes.Edit(place) = node;
 }
 
 void WideSet::Free(Placed& placed) {
@@ -373,23 +360,19 @@ void WideSet::FreeTop() {
 }
 
 void WideSet::PutInstances(std::vector<gpu::WideInstance>&& instances) {
-    m_instanceTable.Reserve(instances.size());
-    m_instances = std::move(instances);
-    m_instanceTable.Mark(0, static_cast<uint32_t>(m_instances.size()));
+    m_instances.Assign(std::move(instances));
 }
 
 void WideSet::Declare(Renderer& renderer, SceneIds& ids) {
     if (!m_whyNone.empty()) return;
     ids.hasOneWideLevel = HasOneLevel();
-    ids.wideNodes = m_nodeTable.Declare(renderer, std::as_bytes(std::span<const gpu::WideNode>(m_nodes)));
-    ids.wideTriangles =
-        m_triangleTable.Declare(renderer, std::as_bytes(std::span<const gpu::WideTriangle>(m_triangles)));
-    ids.wideInstances =
-        m_instanceTable.Declare(renderer, std::as_bytes(std::span<const gpu::WideInstance>(m_instances)));
+    ids.wideNodes = m_nodes.Declare(renderer);
+    ids.wideTriangles = m_triangles.Declare(renderer);
+    ids.wideInstances = m_instances.Declare(renderer);
 }
 
 uint64_t WideSet::Bytes() const {
-    return m_nodeTable.Buffer().Size() + m_triangleTable.Buffer().Size() + m_instanceTable.Buffer().Size();
+    return m_nodes.DeviceBytes() + m_triangles.DeviceBytes() + m_instances.DeviceBytes();
 }
 
 }  // namespace raygraph

@@ -11,8 +11,8 @@
 
 #include "renderer/bvh/wide_refit.h"
 #include "renderer/bvh/wide_scene.h"
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/growing_table.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 
 namespace raygraph {
@@ -116,10 +116,9 @@ class WideSet {
     Top m_top;
     std::future<Built> m_coming;
     SlotRanges m_nodeSlots, m_triangleSlots;
-    std::vector<gpu::WideNode> m_nodes;
-    std::vector<gpu::WideTriangle> m_triangles;
-    std::vector<gpu::WideInstance> m_instances;
-    GrowingTable m_nodeTable, m_triangleTable, m_instanceTable;
+    DeviceArray<gpu::WideNode> m_nodes;
+    DeviceArray<gpu::WideTriangle> m_triangles;
+    DeviceArray<gpu::WideInstance> m_instances;
     uint64_t m_version = 0;    // of the instances
     bool m_hasFailed = false;  // for good: there was no memory
     std::string m_whyNone;

@@ -19,7 +19,7 @@ using scene::Material;
 
 TraceFeatures FeaturesOf(const std::vector<Material>& materials) {
     SceneResources resources;
-    resources.materialRecords = MaterialRecords(materials, {});
+    resources.materials.Assign(MaterialRecords(materials, {}));
     for (uint32_t i = 0; i < materials.size(); ++i) resources.usedMaterials.push_back(i);
     return MaterialFeatures(resources);
 }

@@ -1,0 +1,114 @@
+// Arrays of records on the device, and how frames change them. Threads: that of the Renderer.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/graph/renderer.h"
+#include "rhi/command_list.h"
+#include "rhi/device.h"
+#include "rhi/upload.h"
+
+namespace raygraph {
+
+// For shaders to read and copies to write, and to read in tests; one record at least, because an empty buffer
+// cannot be bound. Error{OutOfMemory} if a shader cannot bind so many.
+rhi::Buffer CreateTable(rhi::Device& device, const char* name, uint64_t count, uint64_t recordBytes);
+
+// How many records a table gets that has to grow to `count`: twice what it has, as far as shaders can bind
+// them. Error{OutOfMemory} naming it if they cannot bind `count`.
+uint64_t GrownCount(const rhi::Device& device, const std::string& name, uint64_t count, uint64_t capacity,
+                    uint64_t recordBytes);
+
+struct TableCopy {
+    std::span<const std::byte> bytes;
+    const rhi::Buffer& target;
+    uint64_t offset = 0;  // in the target
+};
+// Through staging memory, which the device frees once the list has completed.
+void RecordCopies(rhi::CommandList& commands, rhi::Device& device, const char* stagingName,
+                  std::span<const TableCopy> copies);
+
+// The device's part of a DeviceArray.
+class DeviceArrayBuffer {
+  public:
+    DeviceArrayBuffer() = default;
+    DeviceArrayBuffer(rhi::Device& device, std::string name, std::string passName, uint64_t recordBytes);
+
+    // Room for as many records, at least. All are due if it has to grow.
+    void Reserve(size_t count);
+    void Upload(rhi::Uploader& uploader, std::span<const std::byte> records);
+    void Mark(uint32_t first, uint32_t count);
+    BufferId Declare(Renderer& renderer, std::span<const std::byte> records);
+    uint64_t Bytes() const { return m_buffer.Size(); }
+
+  private:
+    rhi::Device* m_device = nullptr;
+    std::string m_name, m_passName;
+    uint64_t m_recordBytes = 0;
+    size_t m_capacity = 0;
+    rhi::Buffer m_buffer;
+    ResourceState m_state;
+    uint32_t m_firstDue = 0, m_endDue = 0;  // from the first to the last record that has changed
+};
+
+// Records that the host and the device have: both grow, and a frame copies to the device what has changed on
+// the host, from the first to the last such record. For records that the host does not keep, or that change
+// here and there among many, see RecordTable.
+template <typename T>
+class DeviceArray {
+  public:
+    // Of the host alone: it cannot be uploaded or declared.
+    DeviceArray() = default;
+    DeviceArray(rhi::Device& device, std::string name, std::string passName)
+        : m_onDevice(device, std::move(name), std::move(passName), sizeof(T)) {}
+
+    size_t Size() const { return m_records.size(); }
+    const T& operator[](size_t index) const { return m_records[index]; }
+    std::span<const T> Records() const { return m_records; }
+
+    // The record, which is to change.
+    T& Edit(size_t index) {
+        m_onDevice.Mark(static_cast<uint32_t>(index), 1);
+        return m_records[index];
+    }
+    void Write(uint32_t first, std::span<const T> records) {
+        m_onDevice.Mark(first, static_cast<uint32_t>(records.size()));
+        std::ranges::copy(records, m_records.begin() + first);
+    }
+    // So many records, at least; more than before are T{}. Here and below an Error has changed nothing:
+    // Error{OutOfMemory} for more than a shader can bind, or than memory has.
+    void Grow(size_t count) {
+        if (count <= m_records.size()) return;
+        m_onDevice.Reserve(count);
+        m_records.resize(count);
+    }
+    // These in place of all.
+    void Assign(std::vector<T>&& records) {
+        m_onDevice.Reserve(records.size());
+        m_records = std::move(records);
+        m_onDevice.Mark(0, static_cast<uint32_t>(m_records.size()));
+    }
+    // Room on the device for so many, before Grow or Assign.
+    void Reserve(size_t count) { m_onDevice.Reserve(count); }
+    // Frees the host's memory, not the device's.
+    void Clear() { m_records = {}; }
+
+    // All records at once: nothing is due then.
+    void Upload(rhi::Uploader& uploader) { m_onDevice.Upload(uploader, std::as_bytes(Records())); }
+    // The array after all that is due, which stays due while the pass is culled or its frame dropped. No
+    // record changes, and none comes, until Execute.
+    BufferId Declare(Renderer& renderer) { return m_onDevice.Declare(renderer, std::as_bytes(Records())); }
+    uint64_t DeviceBytes() const { return m_onDevice.Bytes(); }
+
+  private:
+    std::vector<T> m_records;
+    DeviceArrayBuffer m_onDevice;
+};
+
+}  // namespace raygraph
