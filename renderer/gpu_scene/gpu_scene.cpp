@@ -131,18 +131,13 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     resources = std::move(newResources);
     draws = std::move(newDraws);
     builder.Trim();
-    if (newEnvironment || sceneEnvironment) {
-        sceneEnvironment = std::move(newEnvironment);
-        ++environmentVersion;
-    }
+    environment.SetScene(std::move(newEnvironment), content.hasOwnLight);
     content.data.environment = {};
     areDrawsDue = areDrawNumbersDue = areUsedMaterialsDue = false;
     while (!streams.empty()) EndStream(streams.begin());
     changedHostMeshes.clear();
     hostPlacements.clear();
     owners = std::move(newOwners);
-    lightSources = {};
-    lightSources.isScene = content.hasOwnLight;
     origin = newOrigin;
     originTurns = {};
     hasUnbuiltBlases = areAddressesDue = true;
@@ -278,45 +273,26 @@ void GpuScene::SetLightGroups(LightGroups groups) {
 
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
     m_impl->RequireNoFrame("SetEnvironment");
-    if (m_impl->environment == settings) return;
-    if (!scene::IsFinite(settings.radiance) || glm::any(glm::lessThan(settings.radiance, glm::vec3(0.0f))) ||
-        !std::isfinite(settings.rotation))
-        throw Error(ErrorKind::Usage,
-                    "GpuScene: SetEnvironment: radiance and rotation must be finite, radiance not negative");
-    m_impl->environment = settings;
-    ++m_impl->revisions.environment;
+    if (m_impl->environment.Set(settings)) ++m_impl->revisions.environment;
 }
 
 const EnvironmentSettings& GpuScene::Environment() const {
-    return m_impl->environment;
+    return m_impl->environment.Settings();
 }
 
 EnvironmentSettings GpuScene::ShownEnvironment() const {
-    EnvironmentSettings shown = m_impl->environment;
-    shown.defaultLight = m_impl->ShownDefault();
-    return shown;
+    return m_impl->environment.Shown();
 }
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     m_impl->RequireNoFrame("SetEnvironmentMap");
-    WithMemoryErrors("SetEnvironmentMap", [&] { m_impl->SetEnvironmentMap(equirectangular); });
-}
-
-void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
-    RequireRadiance(equirectangular);
-    std::optional<EnvironmentOnDevice> uploaded;
-    uploader.FlushAfter([&] { uploaded = UploadEnvironment(device, uploader, equirectangular); });
-    hostEnvironment = std::move(uploaded);
-    ++environmentVersion;
-    ++revisions.environment;
+    WithMemoryErrors("SetEnvironmentMap", [&] { m_impl->environment.SetMap(equirectangular); });
+    ++m_impl->revisions.environment;
 }
 
 void GpuScene::RemoveEnvironmentMap() {
     m_impl->RequireNoFrame("RemoveEnvironmentMap");
-    if (!m_impl->hostEnvironment) return;
-    m_impl->hostEnvironment.reset();
-    ++m_impl->revisions.environment;
-    ++m_impl->environmentVersion;
+    if (m_impl->environment.RemoveMap()) ++m_impl->revisions.environment;
 }
 
 SceneIds GpuScene::Declare(Renderer& renderer) {
@@ -332,7 +308,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     areUsedMaterialsDue = false;
     SceneIds ids;
     ids.origin = origin;
-    DeclareEnvironment(renderer, ids);
+    environment.Declare(renderer, ids, *lights);
     ids.geometries = resources->geometries.Declare(renderer);
     ids.materials = resources->materials.Declare(renderer);
     ids.placementCount = instances->RecordCount();

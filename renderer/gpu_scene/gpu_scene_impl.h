@@ -5,7 +5,6 @@
 #include <list>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -14,7 +13,6 @@
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
-#include "renderer/gpu_scene/environment_upload.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/instance_set.h"
@@ -23,12 +21,12 @@
 #include "renderer/gpu_scene/part_upload.h"
 #include "renderer/gpu_scene/prepared_scene.h"
 #include "renderer/gpu_scene/scene_content.h"
+#include "renderer/gpu_scene/scene_environment.h"
 #include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "renderer/gpu_scene/scene_upload_content.h"
 #include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/gpu_scene/wide_set.h"
-#include "renderer/scene/studio.h"
 #include "rhi/blas_builder.h"
 #include "rhi/upload.h"
 
@@ -40,6 +38,7 @@ struct GpuScene::Impl {
           device(r.Device()),
           traversal(desc.traversal == Traversal::Auto ? FasterTraversal(device) : desc.traversal),
           uploader(device),
+          environment(device, uploader),
           builder(device, {.name = "scene BLASes",
                            .scratchBudget = desc.scratchBudget,
                            .compactionBudget = desc.compactionBudget}) {
@@ -50,7 +49,6 @@ struct GpuScene::Impl {
         energyTables =
             device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
         uploader.UploadBuffer(energyTables, 0, tables);
-        blank = BlankEnvironment(device, uploader);
         SceneContent nothing;
         SetContent(nothing);
     }
@@ -121,7 +119,6 @@ struct GpuScene::Impl {
     }
     void EndStream(std::list<PartUpload>::iterator part);
 
-    void SetEnvironmentMap(const image::ImageF& equirectangular);
     SceneIds Declare(Renderer& renderer);
     // Error{Usage} naming the call for a skin or an instance that has not as many, or does not exist.
     void RequireMatrices(const char* call, uint32_t skin, size_t count) const;
@@ -176,31 +173,6 @@ struct GpuScene::Impl {
             draws.Refresh(*resources, *instances);
         }
         areDrawsDue = areDrawNumbersDue = false;
-    }
-
-    // Resolves the default light that is shown; never Auto.
-    DefaultLight ShownDefault() const {
-        if (hostEnvironment || !environment.usesScene) return DefaultLight::None;
-        if (environment.defaultLight != DefaultLight::Auto) return environment.defaultLight;
-        return sceneEnvironment || lightSources.IsAny() ? DefaultLight::None : DefaultLight::Studio;
-    }
-
-    void DeclareEnvironment(Renderer& r, SceneIds& ids) {
-        EnvironmentOnDevice* map = hostEnvironment ? &*hostEnvironment : nullptr;
-        const bool hasStudio = ShownDefault() == DefaultLight::Studio;
-        if (hasStudio && !studio)
-            uploader.FlushAfter([&] { studio = UploadEnvironment(device, uploader, scene::StudioMap()); });
-        if (std::exchange(hadStudio, hasStudio) != hasStudio) ++environmentVersion;
-        if (hasStudio) map = &*studio;
-        if (!map && environment.usesScene && sceneEnvironment) map = &*sceneEnvironment;
-        const bool isDark = !map && environment.usesScene;
-        const glm::vec3 radiance = isDark ? glm::vec3(0.0f) : environment.radiance;
-        EnvironmentOnDevice& shown = map ? *map : blank;
-        ids.environment = {.radiance = radiance, .rotation = environment.rotation, .hasMap = map ? 1u : 0u};
-        ids.environmentVersion = environmentVersion;
-        ids.environmentMap = r.Import("environmentMap", shown.map, shown.mapState);
-        ids.environmentTable = r.Import("environmentTable", shown.table, shown.tableState);
-        lights->SetEnvironment(radiance * shown.meanRadiance, environment.rotation, shown.cells);
     }
 
     // An edit would change or destroy what the open frame was declared from.
@@ -299,6 +271,7 @@ struct GpuScene::Impl {
     rhi::Device& device;
     const Traversal traversal;  // Driver or Own
     rhi::Uploader uploader;
+    SceneEnvironment environment;
     rhi::BlasBuilder builder;
     Disposer disposer;
     rhi::Texture defaultTexture;
@@ -334,20 +307,6 @@ struct GpuScene::Impl {
     } set;  // what SetScene brought: poses are of these
     SceneRevisions revisions;
 
-    EnvironmentSettings environment{.radiance = glm::vec3(1.0f), .usesScene = true};
-    std::optional<EnvironmentOnDevice> hostEnvironment, sceneEnvironment;
-    std::optional<EnvironmentOnDevice> studio;  // made by the first frame that shows it
-    bool hadStudio = false;                     // the last frame showed it
-    // The sources of light that keep DefaultLight::Auto from showing the studio.
-    struct {
-        bool isScene = false;
-        std::set<uint32_t> parts;              // owners of parts that bring light
-        std::set<uint32_t> instances, lights;  // those of emitting host meshes; those of AddLight
-
-        bool IsAny() const { return isScene || !parts.empty() || !instances.empty() || !lights.empty(); }
-    } lightSources;
-    EnvironmentOnDevice blank;  // for an environment without a map
-    uint64_t environmentVersion = 0;
     ResourceState energyTablesState;
     ResourceState blasState;
     GpuSceneStatistics statistics;

@@ -131,7 +131,7 @@ uint32_t GpuScene::AddInstance(uint32_t mesh, const scene::PlacedTransform& obje
     return WithMemoryErrors("AddInstance", [&] {
         const uint32_t number = m_impl->AddInstance(mesh, shown, isVisible);
         if (m_impl->owners.meshes.Of(mesh) == kOwnedByNone && m_impl->Emits(mesh))
-            m_impl->lightSources.instances.insert(number);
+            m_impl->environment.Sources().instances.insert(number);
         return number;
     });
 }
@@ -264,7 +264,7 @@ uint32_t GpuScene::AddLight(const scene::Light& light, bool isVisible) {
     m_impl->RequireNoFrame("AddLight");
     return WithMemoryErrors("AddLight", [&] {
         const uint32_t number = m_impl->AddLight(light, isVisible, LightPlace::OfHost);
-        m_impl->lightSources.lights.insert(number);
+        m_impl->environment.Sources().lights.insert(number);
         return number;
     });
 }

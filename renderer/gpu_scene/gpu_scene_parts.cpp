@@ -141,7 +141,7 @@ void GpuScene::Impl::RemoveInstance(uint32_t instance) {
     if (const auto placing = hostPlacements.find(mesh); placing != hostPlacements.end())
         std::erase(placing->second, instance);
     owners.instances.Forget(instance);
-    lightSources.instances.erase(instance);
+    environment.Sources().instances.erase(instance);
     --resources->meshes[mesh].instanceCount;
     areDrawsDue = true;
     ++revisions.geometry;
@@ -163,7 +163,7 @@ void GpuScene::Impl::ForgetMesh(uint32_t number) noexcept {
 void GpuScene::Impl::RemoveLight(uint32_t light) {
     lights->RemovePunctual(light);
     owners.lights.Forget(light);
-    lightSources.lights.erase(light);
+    environment.Sources().lights.erase(light);
     ++revisions.lights;
 }
 
@@ -185,7 +185,7 @@ bool GpuScene::Impl::IsMeshUsed(uint32_t mesh) const {
 // Of what it names, what is still its own, and as far as nothing else uses it.
 void GpuScene::Impl::Remove(const AddedPart& part) {
     if (part.owner <= kOwnedByScene) return;
-    lightSources.parts.erase(part.owner);
+    environment.Sources().parts.erase(part.owner);
     for (const uint32_t light : part.lights)
         if (owners.lights.Of(light) == part.owner) RemoveLight(light);
     for (const uint32_t instance : part.instances)

@@ -56,7 +56,7 @@ PartUpload GpuScene::Impl::BeginPart(const char* call, PreparedScene&& part, rhi
     }
     for (const PackedMesh& mesh : upload.content->meshes) upload.bytes += mesh.Bytes();
     upload.added->owner = ++lastOwner;
-    if (upload.content->hasOwnLight) lightSources.parts.insert(upload.added->owner);
+    if (upload.content->hasOwnLight) environment.Sources().parts.insert(upload.added->owner);
     upload.added->textures.assign(data.textures.size(), scene::kNone);
     upload.added->materials.assign(data.materials.size(), scene::kNone);
     upload.added->meshes.assign(data.meshes.size(), scene::kNone);
