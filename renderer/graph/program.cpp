@@ -119,7 +119,11 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
 
 void ProgramCache::EnsurePipeline(Program& program) {
     if (program.m_coming.valid()) TakeComing(program);
-    if (program.m_failure) std::rethrow_exception(std::exchange(program.m_failure, nullptr));
+    if (const std::exception_ptr failure = program.m_failure) {
+        // One frame is lost to all of them: the next one makes them again
+        for (const auto& failed : m_programs) failed->m_failure = nullptr;
+        std::rethrow_exception(failure);
+    }
     if (!program.m_hasPipeline) Take(program, MakePipeline(program, false));
 }
 

@@ -100,7 +100,7 @@ class Program {
     std::chrono::steady_clock::time_point m_lastAsked;  // the end of a frame
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
-    std::exception_ptr m_failure;           // of its thread, until EnsurePipeline reports it
+    std::exception_ptr m_failure;           // of its thread, until EnsurePipeline reports one
     std::future<ProgramPipeline> m_coming;  // its thread reads m_request, m_name and m_specialization
 };
 
