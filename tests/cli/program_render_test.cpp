@@ -91,10 +91,13 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     EXPECT_GT(report.at("image").at("relative_error").get<double>(), 0.0);
     EXPECT_EQ(report.at("image").at("nonfinite_samples"), 0);
     const auto& passes = report.at("passes");
-    const auto trace = std::find_if(passes.begin(), passes.end(),
-                                    [](const auto& pass) { return pass.at("name") == "Trace"; });
-    ASSERT_NE(trace, passes.end());
-    EXPECT_EQ(trace->at("count"), 4);
+    const auto trace = std::find_if(passes.begin(), passes.end(), [](const auto& pass) {
+        const std::string name = pass.at("name");  // by the form
+        return name == "Trace" || name == "WaveFirst";
+    });
+    ASSERT_NE(trace, passes.end()) << passes.dump();
+    EXPECT_GE(trace->at("count"), 1);
+    EXPECT_LE(trace->at("count"), 4) << "samples may be traced several at once";
     EXPECT_GT(trace->at("gpu_ms_median").get<double>(), 0.0);
 }
 

@@ -66,6 +66,9 @@ class SceneLimitTest : public ::testing::Test {
         desc.savePipelineCache = false;
         device = rhi::Device::Create(desc);
     }
+    // Rays that would measure which traversal is faster do not fit.
+    static inline const GpuSceneDesc kDriver{.traversal = Traversal::Driver};
+
     static std::string Message(GpuScene& scene, scene::SceneData&& data, ErrorKind kind) {
         const Error error = ErrorOf([&] { scene.SetScene(std::move(data)); });
         EXPECT_EQ(error.Kind(), kind) << error.what();
@@ -215,7 +218,7 @@ TEST_F(RefusedSceneTest, MaterialsAndEnvironmentsThatAreNoLightAreRefused) {
 
 TEST_F(SceneLimitTest, MoreLightsThanAShaderCanReadAreRefused) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer);
+    GpuScene gpu(renderer, kDriver);
     scene::SceneData scene;
     scene.lights.resize(200);
     const uint64_t most = 4096 / sizeof(gpu::LightRecord);
@@ -226,7 +229,7 @@ TEST_F(SceneLimitTest, MoreLightsThanAShaderCanReadAreRefused) {
 
 TEST_F(SceneLimitTest, MoreGeometriesAndInstancesThanAShaderCanReadAreRefused) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer);
+    GpuScene gpu(renderer, kDriver);
     scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
     scene.instances.resize(100, scene.instances[0]);
     EXPECT_NE(Message(gpu, std::move(scene), ErrorKind::OutOfMemory).find("GpuScene: 100 instances of "),
@@ -243,7 +246,7 @@ TEST_F(SceneLimitTest, MoreGeometriesAndInstancesThanAShaderCanReadAreRefused) {
 
 TEST_F(SceneLimitTest, MoreAndLargerTexturesThanTheDeviceHasAreRefused) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer);
+    GpuScene gpu(renderer, kDriver);
     scene::SceneData scene;
     scene.images = {Texel()};
     scene.textures.resize(rhi::kMaxTextureTableSlots + 1);
@@ -262,7 +265,7 @@ TEST_F(SceneLimitTest, MoreAndLargerTexturesThanTheDeviceHasAreRefused) {
 
 TEST_F(SceneLimitTest, SceneMayHaveAsManyTexturesAsAShaderCanRead) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer);
+    GpuScene gpu(renderer, kDriver);
     for (const size_t count : {size_t{1}, size_t{rhi::kMaxTextureTableSlots}, size_t{2}}) {
         scene::SceneData scene;
         scene.images = {Texel()};
@@ -274,7 +277,7 @@ TEST_F(SceneLimitTest, SceneMayHaveAsManyTexturesAsAShaderCanRead) {
 
 TEST_F(SceneLimitTest, TexturesShareAnImageUnlessItDiffersOnTheDevice) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer, {.textureLevels = true});
+    GpuScene gpu(renderer, {.textureLevels = true, .traversal = Traversal::Driver});
     const auto bytes = [&](const scene::Texture& other) {
         scene::SceneData scene;
         scene.images = {Texel(), Texel()};
