@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/median.h"
 #include "base/text.h"
-#include "editor/session/pass_times.h"
 #include "editor/session/picture_settings.h"
 
 namespace raygraph::cli {
@@ -48,12 +48,12 @@ void RequireAlike(const std::filesystem::path& file, const std::string& scene, c
 }  // namespace
 
 RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& ratios) {
-    RelativeCost cost{.measure = std::move(measure), .median = session::Median(ratios), .standardError = 0.0};
+    RelativeCost cost{.measure = std::move(measure), .median = Median(ratios), .standardError = 0.0};
     std::vector<double> deviations;
     for (const double ratio : ratios) deviations.push_back(std::abs(ratio - cost.median));
     // Of normally distributed ratios: their deviation is 1.4826 times the median absolute one, and the error
     // of a median sqrt(pi / 2) times that of a mean
-    cost.standardError = ratios.size() > 1 ? 1.4826 * session::Median(std::move(deviations)) * 1.2533 /
+    cost.standardError = ratios.size() > 1 ? 1.4826 * Median(std::move(deviations)) * 1.2533 /
                                                  std::sqrt(static_cast<double>(ratios.size()))
                                            : std::numeric_limits<double>::infinity();
     return cost;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <tuple>
 
+#include "base/median.h"
 #include "base/os/process.h"
 #include "base/stopwatch.h"
 #include "base/text.h"

@@ -1,16 +1,10 @@
 #include "editor/session/pass_times.h"
 
-#include <algorithm>
 #include <numeric>
 
-namespace raygraph::session {
+#include "base/median.h"
 
-double Median(std::vector<double> values) {
-    if (values.empty()) return 0.0;
-    std::ranges::sort(values);
-    const size_t middle = values.size() / 2;
-    return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
+namespace raygraph::session {
 
 void PassTimes::Add(const FrameTiming& frame) {
     std::map<std::string_view, double> inFrame;

@@ -20,9 +20,6 @@ struct PassTime {
     uint32_t count = 0;
 };
 
-// The middle value, the mean of the two middle ones for an even count; 0 of none.
-RAYGRAPH_API double Median(std::vector<double> values);
-
 // Passes of one name are one entry. In one frame they add up; `count` is of frames.
 class RAYGRAPH_API PassTimes {
   public:

@@ -1,12 +1,12 @@
 #include "renderer/bvh/traversal.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string_view>
 #include <vector>
 
 #include "base/log.h"
+#include "base/median.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "renderer/bvh/traversal_scene.h"
@@ -59,11 +59,6 @@ std::vector<gpu::BenchRay> RaysAbove() {
             .padding = 0};
     }
     return rays;
-}
-
-double Median(std::vector<double> values) {
-    std::ranges::sort(values);
-    return values.empty() ? 0.0 : values[values.size() / 2];
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "base/median.h"
 #include "editor/session/image_statistics.h"
 #include "editor/session/pass_times.h"
 #include "tests/cli/cli_test.h"
@@ -32,7 +33,7 @@ TEST(ImageStatistics, NoErrorWithoutTwoSamplesVarianceOrLight) {
     EXPECT_FALSE(Measure({}, {}, 8).relativeError);
 }
 
-TEST(PassTimes, MedianIsTheMiddleOrTheMeanOfTheTwo) {
+TEST(Median, IsTheMiddleOrTheMeanOfTheTwo) {
     EXPECT_EQ(Median({}), 0.0);
     EXPECT_EQ(Median({3, 1, 2}), 2.0);
     EXPECT_EQ(Median({4, 1, 3, 2}), 2.5);
