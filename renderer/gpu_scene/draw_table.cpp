@@ -24,20 +24,19 @@ void DrawTable::Upload(rhi::Uploader& uploader) {
 }
 
 void DrawTable::Number(SceneResources& resources, uint32_t roomFactor) {
-    m_kinds = {};
-    for (GroupResources& group : resources.groups) {
-        group.record.draw = gpu::kNotDrawn;
-        if (group.IsDrawn()) ++m_kinds[static_cast<size_t>(KindOf(group.kind))].room;
-    }
+    decltype(m_kinds) kinds;
+    for (const GroupResources& group : resources.groups)
+        if (group.IsDrawn()) ++kinds[static_cast<size_t>(KindOf(group.kind))].room;
     uint32_t first = 0;
-    for (Kind& kind : m_kinds) {
+    for (Kind& kind : kinds) {
         kind.first = first;
         kind.room *= roomFactor;
         first += kind.room;
     }
     m_draws.Assign(std::vector<gpu::DrawRecord>(first));
-    for (GroupResources& group : resources.groups)
-        if (group.IsDrawn()) Add(group);
+    // Nothing fails from here on: numbers are always those of records
+    m_kinds = std::move(kinds);
+    for (GroupResources& group : resources.groups) Add(group);
 }
 
 bool DrawTable::Add(GroupResources& group) {
