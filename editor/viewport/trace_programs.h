@@ -7,10 +7,10 @@
 
 namespace raygraph::viewport {
 
-// A program has the features of a scene compiled in. One that has more gives the right
-// picture, only slower: it goes on being used when the scene comes to need less, so that no pipeline is made
-// for a light that is off for a moment. Once the picture has kSettledSamples, the scene's own program is made
-// on another thread, and takes over when it is there.
+// A program has the features of a scene compiled in. One that has more gives the right picture, only slower:
+// it goes on being used when the scene comes to need less, so that no pipeline is made for a light that is
+// off for a moment. Once the picture has kSettledSamples, the scene's own program is made on another thread,
+// and takes over when it is there.
 class TracePrograms {
   public:
     static constexpr uint32_t kSettledSamples = 64;

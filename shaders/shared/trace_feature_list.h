@@ -1,8 +1,40 @@
 // The features of the integrator that a scene needs. A bit that is off removes its code, which saves time on
 // a device and, on a CPU device, seconds of compilation. trace_options.h alone includes this list, once for
-// each meaning of RAYGRAPH_TRACE_FEATURE(Name, Kind). A feature's bit is the number of its line (modulo 64),
-// so every row has a line of its own.
-//
+// each meaning of RAYGRAPH_TRACE_FEATURE(Name, Kind). A feature's bit is the number of its line (modulo 64):
+// a row has a line of its own, new rows come last, and nothing else goes above them, or shaders that are
+// loaded from a folder at run time have other bits than the program.
+RAYGRAPH_TRACE_FEATURE(LightSampling, Lights)
+RAYGRAPH_TRACE_FEATURE(TriangleLights, Lights)
+RAYGRAPH_TRACE_FEATURE(PunctualLights, Lights)
+RAYGRAPH_TRACE_FEATURE(EnvironmentLight, Lights)
+RAYGRAPH_TRACE_FEATURE(LightProfiles, Lights)
+RAYGRAPH_TRACE_FEATURE(Textures, Textures)
+RAYGRAPH_TRACE_FEATURE(TextureTransforms, Textures)
+RAYGRAPH_TRACE_FEATURE(VertexColors, Textures)
+RAYGRAPH_TRACE_FEATURE(Glass, Lobes)
+RAYGRAPH_TRACE_FEATURE(Metals, Lobes)
+RAYGRAPH_TRACE_FEATURE(Opaque, Lobes)
+RAYGRAPH_TRACE_FEATURE(Clearcoat, Lobes)
+RAYGRAPH_TRACE_FEATURE(Sheen, Lobes)
+RAYGRAPH_TRACE_FEATURE(Smooth, Lobes)
+RAYGRAPH_TRACE_FEATURE(Anisotropy, Lobes)
+RAYGRAPH_TRACE_FEATURE(Iridescence, Lobes)
+RAYGRAPH_TRACE_FEATURE(Dispersion, Lobes)
+RAYGRAPH_TRACE_FEATURE(DiffuseTransmission, Lobes)
+RAYGRAPH_TRACE_FEATURE(Retroreflection, Lobes)
+RAYGRAPH_TRACE_FEATURE(Scattering, Lobes)
+RAYGRAPH_TRACE_FEATURE(MatchedMedia, Lobes)
+RAYGRAPH_TRACE_FEATURE(Volumes, Media)
+RAYGRAPH_TRACE_FEATURE(ProbeMedia, Media)
+RAYGRAPH_TRACE_FEATURE(MeshLights, Hits)
+RAYGRAPH_TRACE_FEATURE(ThinWalls, Hits)
+RAYGRAPH_TRACE_FEATURE(Capsules, Hits)
+RAYGRAPH_TRACE_FEATURE(AnyHit, Hits)
+RAYGRAPH_TRACE_FEATURE(ShadowTerminator, Settings)
+RAYGRAPH_TRACE_FEATURE(TextureLod, Settings)
+RAYGRAPH_TRACE_FEATURE(HiddenEnvironment, Settings)
+RAYGRAPH_TRACE_FEATURE(PixelList, Settings)
+
 // Lights: light sampling.
 //   LightSampling:    lights are sampled, of which there are
 //   TriangleLights, PunctualLights, EnvironmentLight
@@ -37,34 +69,3 @@
 //                     passes over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
 //   HiddenEnvironment: the camera does not see the environment
 //   PixelList:        samples are of the pixels of a list (passes/pixel_list.h), not of all
-RAYGRAPH_TRACE_FEATURE(LightSampling, Lights)
-RAYGRAPH_TRACE_FEATURE(TriangleLights, Lights)
-RAYGRAPH_TRACE_FEATURE(PunctualLights, Lights)
-RAYGRAPH_TRACE_FEATURE(EnvironmentLight, Lights)
-RAYGRAPH_TRACE_FEATURE(LightProfiles, Lights)
-RAYGRAPH_TRACE_FEATURE(Textures, Textures)
-RAYGRAPH_TRACE_FEATURE(TextureTransforms, Textures)
-RAYGRAPH_TRACE_FEATURE(VertexColors, Textures)
-RAYGRAPH_TRACE_FEATURE(Glass, Lobes)
-RAYGRAPH_TRACE_FEATURE(Metals, Lobes)
-RAYGRAPH_TRACE_FEATURE(Opaque, Lobes)
-RAYGRAPH_TRACE_FEATURE(Clearcoat, Lobes)
-RAYGRAPH_TRACE_FEATURE(Sheen, Lobes)
-RAYGRAPH_TRACE_FEATURE(Smooth, Lobes)
-RAYGRAPH_TRACE_FEATURE(Anisotropy, Lobes)
-RAYGRAPH_TRACE_FEATURE(Iridescence, Lobes)
-RAYGRAPH_TRACE_FEATURE(Dispersion, Lobes)
-RAYGRAPH_TRACE_FEATURE(DiffuseTransmission, Lobes)
-RAYGRAPH_TRACE_FEATURE(Retroreflection, Lobes)
-RAYGRAPH_TRACE_FEATURE(Scattering, Lobes)
-RAYGRAPH_TRACE_FEATURE(MatchedMedia, Lobes)
-RAYGRAPH_TRACE_FEATURE(Volumes, Media)
-RAYGRAPH_TRACE_FEATURE(ProbeMedia, Media)
-RAYGRAPH_TRACE_FEATURE(MeshLights, Hits)
-RAYGRAPH_TRACE_FEATURE(ThinWalls, Hits)
-RAYGRAPH_TRACE_FEATURE(Capsules, Hits)
-RAYGRAPH_TRACE_FEATURE(AnyHit, Hits)
-RAYGRAPH_TRACE_FEATURE(ShadowTerminator, Settings)
-RAYGRAPH_TRACE_FEATURE(TextureLod, Settings)
-RAYGRAPH_TRACE_FEATURE(HiddenEnvironment, Settings)
-RAYGRAPH_TRACE_FEATURE(PixelList, Settings)
