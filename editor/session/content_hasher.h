@@ -32,11 +32,6 @@ class ContentHasher {
     // Sixteen hexadecimal digits.
     std::string Text() const;
 
-    template <typename... Values>
-    void AddAll(const Values&... values) {
-        (Add(values), ...);
-    }
-
     void Add(const Plain auto& value) { AddBytes(&value, sizeof value); }
     void Add(std::string_view text) { AddRun(std::span(text)); }
     template <typename T>
@@ -67,7 +62,8 @@ class ContentHasher {
                 Add(std::string_view("flat"));
     }
 
-    // Those of a list that are hashed if they are changed; after the fields of a file an empty label.
+    // Adds those of a list that are hashed if they are changed. An empty label ends a list that has fields
+    // of a file.
     template <typename Owner, typename... Fields>
     void AddChanged(const Owner& owner, const std::tuple<Fields...>& fields) {
         static const Owner kDefault;
