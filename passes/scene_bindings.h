@@ -53,7 +53,7 @@ RAYGRAPH_API void SpecializeFeatures(PassBuilder& pass, TraceFeatures features);
 // textures are read at other levels than 0, if there are any.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
                                    bool hasTextureLevels);
-// Those of the scene that settings use, and those of the settings.
+// Returns the features of the scene that the settings use, and those that the settings add.
 RAYGRAPH_API TraceFeatures ProgramFeatures(const SceneIds& scene, const TraceSettings& settings);
 // The scene as one that needs these features, too, but those that follow from settings: Trace's program has
 // them, and the samples have the same mean. One program then does for scenes that need them or not.

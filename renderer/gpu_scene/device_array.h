@@ -63,7 +63,7 @@ class DeviceArrayBuffer {
 template <typename T>
 class DeviceArray {
   public:
-    // Of the host alone: it cannot be uploaded or declared.
+    // Makes an array that the host alone has: it cannot be uploaded or declared.
     DeviceArray() = default;
     DeviceArray(rhi::Device& device, std::string name, std::string passName)
         : m_onDevice(device, std::move(name), std::move(passName), sizeof(T)) {}

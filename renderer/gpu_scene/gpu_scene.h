@@ -83,8 +83,8 @@ struct SceneIds {
     BufferId environmentTable;        // "environmentTable": gpu::EnvironmentEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;  // "energyTables": float[], see shaders/shared/energy_tables.h
-    // What the scene needs of programs, as far as settings use it. Of the kind Settings it has TextureLod
-    // alone: textures have mip levels (GpuSceneDesc::textureLevels).
+    // The features that programs need for the scene, as far as settings use them. TextureLod is the only one
+    // of kind Settings: it says that textures have mip levels (GpuSceneDesc::textureLevels).
     TraceFeatures features;
     uint32_t triangleLights = 0;  // of the lights, meshes and dark ones included
     uint32_t punctualLights = 0;
@@ -288,7 +288,7 @@ class RAYGRAPH_API GpuScene {
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
 
-    // Whether GpuSceneDesc::traversal is, or has become, Own. For PrepareSettings.
+    // Tells whether the traversal is Own, by GpuSceneDesc or by measurement (PrepareSettings::makesTrees).
     bool TakesTrees() const;
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,

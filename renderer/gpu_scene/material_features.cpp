@@ -15,7 +15,7 @@ bool HasFilm(const gpu::MaterialRecord& material) {
     return material.iridescence > 0.0f && (thickness.y > 0.0f || (isTextured && thickness.x > 0.0f));
 }
 
-// Of the lobes that the material may have; an unlit one has none.
+// Returns the features of the lobes that the material may have; an unlit one has none.
 TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     if ((material.flags & gpu::kMaterialUnlit) != 0u) return {};
     // Textures scale their factors down

@@ -14,8 +14,8 @@ struct SceneResources;  // renderer/gpu_scene/scene_resources.h
 // direction somewhere (bxdf/microfacet.glsl, IsEffectivelySmooth).
 bool MayBeSmooth(float roughness, uint32_t texture);
 
-// Those of the kinds Textures, Lobes, Media and Hits (but MeshLights) that the materials in use, and the
-// meshes with them, need somewhere.
+// Returns the features of kinds Textures, Lobes, Media and Hits (but MeshLights) that the materials in use,
+// and the meshes with them, need somewhere.
 TraceFeatures MaterialFeatures(const SceneResources& resources);
 
 }  // namespace raygraph

@@ -27,7 +27,7 @@ class SceneEnvironment {
   public:
     SceneEnvironment(rhi::Device& device, rhi::Uploader& uploader);
 
-    // As GpuScene's calls. False: nothing has changed.
+    // These do what GpuScene's calls of their names say. They return false if nothing has changed.
     bool Set(const EnvironmentSettings& settings);
     void SetMap(const image::ImageF& equirectangular);
     bool RemoveMap();

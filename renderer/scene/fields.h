@@ -112,7 +112,7 @@ constexpr auto FindField(T Owner::*member, const List& list) {
         list);
 }
 
-// Of any type, for counting fields alone.
+// A value that converts to any type, without a definition: it serves to count fields.
 struct AnyValue {
     template <typename T>
     operator T() const;
@@ -127,7 +127,7 @@ constexpr size_t FieldCount() {
         return sizeof...(Values);
 }
 
-// Whether these are all fields of T.
+// Tells whether these are all fields of T.
 template <typename T, typename... Members>
 constexpr bool IsEachFieldOf(Members... members) {
     const auto isSame = [](auto a, auto b) {

@@ -83,7 +83,7 @@ struct FileTextureInfo {
     TextureTransform transform;
 };
 
-// Of KHR_texture_transform, whose set of texture coordinates is the one to be transformed.
+// Reads KHR_texture_transform, whose set of texture coordinates is the one to be transformed.
 void ReadTransform(const ValueReader& extension, FileTextureInfo& info) {
     ForEachTransformField(
         [&](const auto& field) { extension.Read(field.key, info.transform.*field.member); });
@@ -97,7 +97,7 @@ FileTextureInfo ReadTextureInfo(const Info& info) {
     ReadTransform(ValueReader(info.extensions, kTextureTransform), read);
     return read;
 }
-// Of a texture in an extension.
+// Reads a texture that is in an extension.
 FileTextureInfo ReadTextureInfo(const ValueReader& file) {
     FileTextureInfo info;
     file.Read("index", info.index);
