@@ -43,9 +43,10 @@ std::string LabelOf(std::string_view name) {
 
 bool Counts(const scene::Material& material, std::string_view object, std::string_view key,
             std::string_view name) {
+    constexpr std::string_view kVolume = scene::FieldOf(&scene::Material::thicknessFactor).object;
     const scene::KeyParts parts = scene::KeyPartsOf(key);
     if (!IsPresentOrNoTexture(material, parts.object.empty() ? object : parts.object)) return false;
-    if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
+    if (object == kVolume || name == "priority") return material.IsTransmissive();
     if (name == "isSpecularGlossiness") return false;  // a material stays what it is
     if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
     return true;

@@ -72,9 +72,10 @@ bool HasTextureTransform(const gpu::MaterialRecord& material) {
     const auto isTransformed = [&](uint32_t texture, const glm::mat3x2& transform) {
         return texture != gpu::kNoTexture && transform != none;
     };
-#define RAYGRAPH_OR_IS_TRANSFORMED(name) || isTransformed(material.name##Texture, material.name##Transform)
-    return false RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_OR_IS_TRANSFORMED);
-#undef RAYGRAPH_OR_IS_TRANSFORMED
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
+    if (isTransformed(material.name##Texture, material.name##Transform)) return true;
+#include "shaders/shared/material_list.h"
+    return false;
 }
 
 // Mask of gpu::kTangents*: the texture coordinate sets by which the material reads its directional maps.

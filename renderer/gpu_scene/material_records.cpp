@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/scene/fields.h"
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph {
 
@@ -15,47 +15,15 @@ uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const uint32_
     return slot | (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
 }
 
-// The fields that a record has by their names, and without the "Factor" at their end.
-#define RAYGRAPH_MATERIAL_VALUES(X)                                                              \
-    X(normalScale), X(alphaCutoff), X(priority), X(clearcoatNormalScale), X(anisotropyRotation), \
-        X(iridescenceIor), X(dispersion), X(scatterAnisotropy)
-#define RAYGRAPH_MATERIAL_FACTORS(X)                                                                       \
-    X(baseColor), X(metallic), X(roughness), X(specular), X(specularColor), X(transmission), X(thickness), \
-        X(clearcoat), X(clearcoatRoughness), X(sheenColor), X(sheenRoughness), X(iridescence),             \
-        X(diffuseTransmission), X(diffuseTransmissionColor), X(retroreflection)
-
-// One that is added to Material does not compile until it is in a list, or here and in ToRecord.
-using M = scene::Material;
-#define RAYGRAPH_VALUE(name)   &M::name
-#define RAYGRAPH_FACTOR(name)  &M::name##Factor
-#define RAYGRAPH_TEXTURE(name) &M::name##Texture,
-static_assert(scene::IsEachFieldOf<M>(
-    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE) RAYGRAPH_MATERIAL_VALUES(RAYGRAPH_VALUE),
-    RAYGRAPH_MATERIAL_FACTORS(RAYGRAPH_FACTOR), &M::emissiveFactor, &M::emissiveStrength, &M::alphaMode,
-    &M::isDoubleSided, &M::ior, &M::attenuationColor, &M::attenuationDistance, &M::isUnlit,
-    &M::anisotropyStrength, &M::iridescenceThicknessMinimum, &M::iridescenceThicknessMaximum,
-    &M::multiscatterColorFactor, &M::isSpecularGlossiness,
-    // Not in the record: pictures do not depend on them
-    &M::name, &M::occlusionTexture, &M::occlusionStrength));
-#undef RAYGRAPH_VALUE
-#undef RAYGRAPH_FACTOR
-#undef RAYGRAPH_TEXTURE
-
 }  // namespace
 
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {
     gpu::MaterialRecord record = textures;
+#define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) record.name = values.field;
     // Textures that `values` does not name stay as they are
-#define RAYGRAPH_TRANSFORM(name) \
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
     if (values.name##Texture.IsPresent()) record.name##Transform = values.name##Texture.transform.Matrix();
-    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM)
-#undef RAYGRAPH_TRANSFORM
-#define RAYGRAPH_COPY(name) record.name = values.name
-    RAYGRAPH_MATERIAL_VALUES(RAYGRAPH_COPY);
-#undef RAYGRAPH_COPY
-#define RAYGRAPH_COPY(name) record.name = values.name##Factor
-    RAYGRAPH_MATERIAL_FACTORS(RAYGRAPH_COPY);
-#undef RAYGRAPH_COPY
+#include "shaders/shared/material_list.h"
     record.emission = values.EmittedRadiance();
     record.alphaMode = static_cast<uint32_t>(values.alphaMode);
     record.flags = (values.IsBackCulled() ? 0u : gpu::kMaterialTwoSided) |
@@ -67,18 +35,15 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.extinction = values.Extinction();
     record.scattering = values.Scattering();
     if (values.isUnlit) record.clearcoat = 0.0f;
-    record.anisotropy = values.anisotropyStrength;
     record.iridescenceThickness = {values.iridescenceThicknessMinimum, values.iridescenceThicknessMaximum};
     return record;
 }
 
 std::vector<uint32_t> TexturesOf(const scene::Material& material) {
     std::vector<uint32_t> textures;
-#define RAYGRAPH_ADD(name)                  \
-    if (material.name##Texture.IsPresent()) \
-        textures.push_back(static_cast<uint32_t>(material.name##Texture.texture));
-    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_ADD)
-#undef RAYGRAPH_ADD
+    scene::ForEachShownTexture(material, [&](const scene::TextureRef& reference) {
+        textures.push_back(static_cast<uint32_t>(reference.texture));
+    });
     std::ranges::sort(textures);
     textures.erase(std::unique(textures.begin(), textures.end()), textures.end());
     return textures;
@@ -89,9 +54,9 @@ std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material
     std::vector<gpu::MaterialRecord> records;
     for (const scene::Material& material : materials) {
         gpu::MaterialRecord fields{};
-#define RAYGRAPH_SLOT(name) fields.name##Texture = TextureSlot(material.name##Texture, slots);
-        RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_SLOT)
-#undef RAYGRAPH_SLOT
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
+    fields.name##Texture = TextureSlot(material.name##Texture, slots);
+#include "shaders/shared/material_list.h"
         records.push_back(ToRecord(material, fields));
     }
     return records;

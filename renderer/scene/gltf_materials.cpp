@@ -184,7 +184,7 @@ class MaterialImporter {
             Read(field, ReadTextureInfo(info), where, material);
         };
         material.name = file.name;
-        if (file.extensions.contains(material_fields::kSpecularGlossiness)) {
+        if (file.extensions.contains(kSpecularGlossiness)) {
             ReadGlossiness(file, where, material);
         } else {
             ReadColor(pbr.baseColorFactor, material.baseColorFactor);
@@ -207,9 +207,10 @@ class MaterialImporter {
             if (std::string_view(field.object).starts_with("KHR_"))
                 ReadOfExtension(field, ValueReader(file.extensions, field.object), extensions, material);
         });
+        constexpr const char* kMedium = FieldOf(&Material::multiscatterColorFactor).object;
         constexpr const char* kMediumTexture = "multiscatterColorTexture";
-        if (ValueReader(file.extensions, material_fields::kVolumeScatter).In(kMediumTexture))
-            m_context.Warn(extensions[material_fields::kVolumeScatter][kMediumTexture], "texture of a medium",
+        if (ValueReader(file.extensions, kMedium).In(kMediumTexture))
+            m_context.Warn(extensions[kMedium][kMediumTexture], "texture of a medium",
                            "is not read: a medium is the same everywhere");
         // A double: an int does not hold all priorities
         if (file.extras.IsObject() && file.extras.Has(kPriority))
@@ -223,7 +224,8 @@ class MaterialImporter {
         material.isSpecularGlossiness = true;
         material.metallicFactor = 0.0f;
         material.ior = 0.0f;
-        const char* const others[] = {FieldOf(&Material::ior).object, material_fields::kSpecular};
+        const char* const others[] = {FieldOf(&Material::ior).object,
+                                      FieldOf(&Material::specularFactor).object};
         for (const char* other : others)
             if (file.extensions.contains(other))
                 m_context.Warn(where["extensions"][other], "beside specular-glossiness",

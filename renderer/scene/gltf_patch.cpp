@@ -212,12 +212,12 @@ bool HasSameTextures(const Material& a, const Material& b) {
 void RequireSameKind(const Material& loaded, const Material& edited, size_t index) {
     if (loaded.isSpecularGlossiness != edited.isSpecularGlossiness)
         throw MakeError(ErrorKind::Usage, "materials[{}]: whether it is one of {} cannot be changed", index,
-                        material_fields::kSpecularGlossiness);
+                        kSpecularGlossiness);
     if (!edited.isSpecularGlossiness) return;
     ForEachMaterialField([&](const auto& field) {
         if (!SpecularGlossinessField(field) && !(loaded.*field.member == edited.*field.member))
             throw MakeError(ErrorKind::Usage, "materials[{}]: its {} cannot be changed, {} has none", index,
-                            field.name, material_fields::kSpecularGlossiness);
+                            field.name, kSpecularGlossiness);
     });
 }
 

@@ -3,7 +3,8 @@
 //
 // A row a property, made by gltf_schema_rows.h: its type, its range or what it points at, and what becomes of
 // a value out of range. What has no row is not read, and taken out of the tree. An extension is a line of
-// extensions.cpp, and for each place that it stands in a table of its properties and a line of kExtensions.
+// extensions.cpp, and for each place that it stands in a table of its properties and a line of
+// kOtherExtensions; those of a material follow from shaders/shared/material_list.h.
 #pragma once
 
 #include <cstddef>

@@ -92,96 +92,113 @@ constexpr auto kTextureInfo = Table(kTextureIndex, kTexCoord, kTextureInfoExtens
 // Of a texture that nothing reads.
 constexpr auto kUnreadTextureInfo = Table(kTextureIndex, Whole("texCoord"));
 
-// Of a field of a material or a texture's transform. What is out of its range is put into it.
+// Of a field of a material or a texture's transform. What is out of its range is put into it, but for what no
+// number stands for.
+template <typename Owner>
+constexpr auto FactorRow(const Field<Owner, float>& field) {
+    const NumberRow row = RowFor(field);
+    return field.zeroIsLeftOut ? row.OrLeftOut("distance", "taken as infinite") : row.PutIntoRange();
+}
 template <typename Owner, typename T>
-consteval auto Factor(T Owner::*member) {
-    return RowFor(FieldOf(member)).PutIntoRange();
+constexpr auto FactorRow(const Field<Owner, T>& field) {
+    return RowFor(field).PutIntoRange();
+}
+constexpr Row FactorRow(const MaterialField<bool>& field) {
+    return RowFor(field);
+}
+constexpr TextRow FactorRow(const MaterialField<AlphaMode>& field) {
+    return Text(field.key).OneOf(kGltfNames<AlphaMode>);
+}
+// Not glTF's: `extras` belongs to applications, and what is no number as we mean it may be another's.
+constexpr WholeRow FactorRow(const MaterialField<uint32_t>& field) {
+    return Whole(field.key)
+        .Between(0, std::numeric_limits<uint32_t>::max())
+        .OrLeftOutWhateverItIs(field.name, "taken as 0");
+}
+template <typename Owner, typename T>
+constexpr auto Factor(T Owner::*member) {
+    return FactorRow(FieldOf(member));
 }
 constexpr auto kTextureTransformRows =
     Table(Factor(&TextureTransform::offset), Factor(&TextureTransform::rotation),
           Factor(&TextureTransform::scale), kTexCoord);
 
-consteval ObjectRow TextureOf(TextureRef Material::*member, std::span<const Property> rows = kTextureInfo) {
-    return Object(FieldOf(member).key, rows);
-}
-
+// Of textures with a field of their own.
 constexpr auto kNormalTextureInfo =
     Table(kTextureIndex, kTexCoord, Factor(&Material::normalScale), kTextureInfoExtensions);
 constexpr auto kOcclusionTextureInfo =
     Table(kTextureIndex, kTexCoord, Factor(&Material::occlusionStrength), kTextureInfoExtensions);
-
-constexpr auto kPbr = Table(Factor(&Material::baseColorFactor), TextureOf(&Material::baseColorTexture),
-                            Factor(&Material::metallicFactor), Factor(&Material::roughnessFactor),
-                            TextureOf(&Material::metallicRoughnessTexture));
-
-// Not glTF's: `extras` belongs to applications, and what is no priority as we mean it may be another's.
-constexpr auto kMaterialExtras = Table(Whole(FieldOf(&Material::priority).key)
-                                           .Between(0, std::numeric_limits<uint32_t>::max())
-                                           .OrLeftOutWhateverItIs("priority", "taken as 0"));
-
-constexpr auto kMaterial = Table(
-    kName, Object(material_fields::kPbr, kPbr), TextureOf(&Material::normalTexture, kNormalTextureInfo),
-    TextureOf(&Material::occlusionTexture, kOcclusionTextureInfo),
-    // Above 1 is out of the standard's range, but files from before KHR_materials_emissive_strength mean it.
-    Factor(&Material::emissiveFactor), TextureOf(&Material::emissiveTexture),
-    Text(FieldOf(&Material::alphaMode).key).OneOf(kGltfNames<AlphaMode>), Factor(&Material::alphaCutoff),
-    RowFor(FieldOf(&Material::isDoubleSided)), Extensions(ExtensionPlace::Material), Extras(kMaterialExtras));
-
-constexpr auto kEmissiveStrength = Table(Factor(&Material::emissiveStrength));
-constexpr auto kIor = Table(Factor(&Material::ior));
-constexpr auto kSpecular =
-    Table(Factor(&Material::specularFactor), TextureOf(&Material::specularTexture),
-          Factor(&Material::specularColorFactor), TextureOf(&Material::specularColorTexture));
-constexpr auto kTransmission =
-    Table(Factor(&Material::transmissionFactor), TextureOf(&Material::transmissionTexture));
-constexpr auto kVolume =
-    Table(Factor(&Material::thicknessFactor), Factor(&Material::attenuationColor),
-          RowFor(FieldOf(&Material::attenuationDistance)).OrLeftOut("distance", "taken as infinite"));
-
-constexpr auto kClearcoatNormalInfo =
-    Table(kTextureIndex, kTexCoord, Factor(&Material::clearcoatNormalScale), kTextureInfoExtensions);
-constexpr auto kClearcoat =
-    Table(Factor(&Material::clearcoatFactor), TextureOf(&Material::clearcoatTexture),
-          Factor(&Material::clearcoatRoughnessFactor), TextureOf(&Material::clearcoatRoughnessTexture),
-          TextureOf(&Material::clearcoatNormalTexture, kClearcoatNormalInfo));
-
-constexpr auto kSheen =
-    Table(Factor(&Material::sheenColorFactor), TextureOf(&Material::sheenColorTexture),
-          Factor(&Material::sheenRoughnessFactor), TextureOf(&Material::sheenRoughnessTexture));
-
-constexpr auto kAnisotropy =
-    Table(Factor(&Material::anisotropyStrength), Factor(&Material::anisotropyRotation),
-          TextureOf(&Material::anisotropyTexture));
-
-constexpr auto kIridescence =
-    Table(Factor(&Material::iridescenceFactor), TextureOf(&Material::iridescenceTexture),
-          Factor(&Material::iridescenceIor), Factor(&Material::iridescenceThicknessMinimum),
-          Factor(&Material::iridescenceThicknessMaximum), TextureOf(&Material::iridescenceThicknessTexture));
-
-constexpr auto kDispersion = Table(Factor(&Material::dispersion));
-
-constexpr auto kDiffuseTransmission = Table(
-    Factor(&Material::diffuseTransmissionFactor), TextureOf(&Material::diffuseTransmissionTexture),
-    Factor(&Material::diffuseTransmissionColorFactor), TextureOf(&Material::diffuseTransmissionColorTexture));
-
-constexpr auto kRetroreflection =
-    Table(Factor(&Material::retroreflectionFactor), TextureOf(&Material::retroreflectionTexture));
-
-constexpr auto kVolumeScatter =
-    Table(Factor(&Material::multiscatterColorFactor), Factor(&Material::scatterAnisotropy),
-          Object("multiscatterColorTexture", kUnreadTextureInfo));
-
-template <typename T>
-consteval auto GlossyFactor(T Material::*member) {
-    return RowFor(*SpecularGlossinessField(FieldOf(member))).PutIntoRange();
+constexpr std::span<const Property> InfoOf(TextureRef Material::*member) {
+    if (member == &Material::occlusionTexture) return kOcclusionTextureInfo;
+    const bool isScaled = member == &Material::normalTexture || member == &Material::clearcoatNormalTexture;
+    return isScaled ? std::span<const Property>(kNormalTextureInfo) : kTextureInfo;
 }
-consteval ObjectRow GlossyTexture(TextureRef Material::*member) {
-    return Object(SpecularGlossinessField(FieldOf(member))->key, kTextureInfo);
+constexpr ObjectRow FactorRow(const TextureField& field) {
+    return Object(field.key, InfoOf(field.member));
 }
-constexpr auto kSpecularGlossiness =
-    Table(GlossyFactor(&Material::baseColorFactor), GlossyTexture(&Material::baseColorTexture),
-          GlossyFactor(&Material::specularColorFactor), GlossyFactor(&Material::roughnessFactor),
-          GlossyTexture(&Material::specularColorTexture));
+
+// The rows of one of a material's objects.
+struct MaterialRows {
+    std::array<Property, 16> rows{};
+    size_t count = 0;
+
+    constexpr void Add(const Property& row) { rows[count++] = row; }
+    constexpr std::span<const Property> All() const { return {rows.data(), count}; }
+};
+
+constexpr auto kScatterTexture = Object("multiscatterColorTexture", kUnreadTextureInfo);
+
+// By the fields that are there.
+constexpr MaterialRows RowsOf(std::string_view object) {
+    MaterialRows rows;
+    const auto add = [&](const auto& field) {
+        if (field.object == object && *field.key != 0 && KeyPartsOf(field.key).object.empty())
+            rows.Add(FactorRow(field));
+    };
+    ForEachMaterialField([&](const auto& field) {
+        if (object != kSpecularGlossiness)
+            add(field);
+        else if (const auto placed = SpecularGlossinessField(field))
+            add(*placed);
+    });
+    if (object == FieldOf(&Material::multiscatterColorFactor).object) rows.Add(kScatterTexture);
+    return rows;
+}
+
+constexpr MaterialRows kPbr = RowsOf("pbrMetallicRoughness");
+constexpr MaterialRows kMaterialExtras = RowsOf("extras");
+constexpr MaterialRows kMaterial = [] {
+    MaterialRows rows;
+    rows.Add(kName);
+    rows.Add(Object("pbrMetallicRoughness", kPbr.All()));
+    const MaterialRows own = RowsOf("");
+    for (const Property& row : own.All()) rows.Add(row);
+    rows.Add(Extensions(ExtensionPlace::Material));
+    rows.Add(Extras(kMaterialExtras.All()));
+    return rows;
+}();
+
+// The extensions that fields are in, each once.
+struct MaterialExtensions {
+    std::array<std::string_view, 64> names{};
+    size_t count = 0;
+};
+constexpr MaterialExtensions kMaterialExtensions = [] {
+    MaterialExtensions found;
+    ForEachMaterialField([&](const auto& field) {
+        const std::string_view name = field.object;
+        if (!name.starts_with("KHR_")) return;
+        for (size_t i = 0; i < found.count; ++i)
+            if (found.names[i] == name) return;
+        found.names[found.count++] = name;
+    });
+    return found;
+}();
+constexpr auto kMaterialTables = [] {
+    std::array<MaterialRows, kMaterialExtensions.count> tables;
+    for (size_t i = 0; i < tables.size(); ++i) tables[i] = RowsOf(kMaterialExtensions.names[i]);
+    return tables;
+}();
 
 // --- Meshes ---
 
@@ -314,14 +331,14 @@ constexpr auto kRoot =
           Objects("images", kImage).PointedAtAs(Target::Images),
           Objects("samplers", kSampler).PointedAtAs(Target::Samplers),
           Objects("textures", kTexture).PointedAtAs(Target::Textures),
-          Objects("materials", kMaterial).PointedAtAs(Target::Materials),
+          Objects("materials", kMaterial.All()).PointedAtAs(Target::Materials),
           Objects("meshes", kMesh).PointedAtAs(Target::Meshes),
           Objects("cameras", kCamera).PointedAtAs(Target::Cameras),
           Objects("skins", kSkin).PointedAtAs(Target::Skins),
           Objects("nodes", kNode).PointedAtAs(Target::Nodes), Objects("animations", kAnimation),
           Objects("scenes", kScene).PointedAtAs(Target::Scenes), Index("scene", Target::Scenes));
 
-constexpr std::array kExtensions{
+constexpr std::array kOtherExtensions{
     Extension{"EXT_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
     Extension{"EXT_meshopt_compression", ExtensionPlace::BufferView, kExtMeshoptView},
     Extension{"KHR_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
@@ -339,24 +356,18 @@ constexpr std::array kExtensions{
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},
     Extension{"KHR_texture_basisu", ExtensionPlace::Texture, kTextureSource},
     Extension{kTextureTransform, ExtensionPlace::TextureInfo, kTextureTransformRows},
-    Extension{"KHR_materials_emissive_strength", ExtensionPlace::Material, kEmissiveStrength},
-    Extension{"KHR_materials_ior", ExtensionPlace::Material, kIor},
-    Extension{material_fields::kSpecular, ExtensionPlace::Material, kSpecular},
-    Extension{material_fields::kTransmission, ExtensionPlace::Material, kTransmission},
-    Extension{material_fields::kVolume, ExtensionPlace::Material, kVolume},
-    Extension{material_fields::kClearcoat, ExtensionPlace::Material, kClearcoat},
-    Extension{material_fields::kSheen, ExtensionPlace::Material, kSheen},
-    Extension{material_fields::kAnisotropy, ExtensionPlace::Material, kAnisotropy},
-    Extension{material_fields::kIridescence, ExtensionPlace::Material, kIridescence},
-    Extension{FieldOf(&Material::dispersion).object, ExtensionPlace::Material, kDispersion},
-    Extension{material_fields::kDiffuseTransmission, ExtensionPlace::Material, kDiffuseTransmission},
-    Extension{material_fields::kRetroreflection, ExtensionPlace::Material, kRetroreflection},
-    Extension{material_fields::kVolumeScatter, ExtensionPlace::Material, kVolumeScatter},
-    Extension{material_fields::kSpecularGlossiness, ExtensionPlace::Material, kSpecularGlossiness},
-    Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
     Extension{"KHR_materials_variants", ExtensionPlace::Root, kVariants},
     Extension{"KHR_materials_variants", ExtensionPlace::Primitive, kVariantMappings},
 };
+
+constexpr auto kExtensions = [] {
+    std::array<Extension, kOtherExtensions.size() + kMaterialTables.size()> all;
+    for (size_t i = 0; i < kOtherExtensions.size(); ++i) all[i] = kOtherExtensions[i];
+    for (size_t i = 0; i < kMaterialTables.size(); ++i)
+        all[kOtherExtensions.size() + i] = {kMaterialExtensions.names[i], ExtensionPlace::Material,
+                                            kMaterialTables[i].All()};
+    return all;
+}();
 
 }  // namespace
 

@@ -1,6 +1,6 @@
-// The fields of a Material. The saver, the scene's hash, Check and the editor's inspector go over this list,
-// so that none of them can leave one out; the importer and its tables take from it what they need of a field
-// (fields.h), and a test that goes over the list sees to it that each is read. Threads: constants.
+// The fields of a Material, made of shaders/shared/material_list.h. The importer and its tables, the saver,
+// the scene's hash, Check and the editor's inspector go over this list, so that none of them can leave one
+// out. Threads: constants.
 #pragma once
 
 #include <optional>
@@ -18,123 +18,60 @@ struct TextureField : FieldPlace<Material, TextureRef> {
 
 namespace material_fields {
 
-using M = Material;
-inline constexpr const char* kPbr = "pbrMetallicRoughness";
-inline constexpr const char* kSpecular = "KHR_materials_specular";
-inline constexpr const char* kTransmission = "KHR_materials_transmission";
-inline constexpr const char* kVolume = "KHR_materials_volume";
-inline constexpr const char* kClearcoat = "KHR_materials_clearcoat";
-inline constexpr const char* kSheen = "KHR_materials_sheen";
-inline constexpr const char* kAnisotropy = "KHR_materials_anisotropy";
-inline constexpr const char* kIridescence = "KHR_materials_iridescence";
-inline constexpr const char* kDiffuseTransmission = "KHR_materials_diffuse_transmission";
-inline constexpr const char* kRetroreflection = "KHR_materials_retroreflection";
-inline constexpr const char* kVolumeScatter = "KHR_materials_volume_scatter";
-inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
-using Texture = TextureField;
-using Number = MaterialField<float>;
-using Color = MaterialField<glm::vec3>;
+// What kind of number a field is, with the names that the list has for them.
+struct Quantity {
+    FieldRange range;
+    const char* unit = "";
+    bool zeroIsLeftOut = false;
+};
+inline constexpr Quantity kNoNumber{};
+inline constexpr Quantity kShare{scene::kShare};
+inline constexpr Quantity kNotNegative{scene::kNotNegative};
+inline constexpr Quantity kAnyNumber{scene::kAnyNumber};
+inline constexpr Quantity kColorBesideStrength{scene::kColorBesideStrength};
+inline constexpr Quantity kRadiance{scene::kNotNegative, "W/(sr m^2)"};
+inline constexpr Quantity kLength{scene::kNotNegative, "m"};
+inline constexpr Quantity kDistance{scene::kNotNegative, "m", true};
+inline constexpr Quantity kAngle{{-1e9f, 1e9f}, "rad"};
+inline constexpr Quantity kIndex{{1.0f, Material::kMaxIor, true}};
+inline constexpr Quantity kFilmIndex{{1.0f, Material::kMaxIor}};
+inline constexpr Quantity kFilmThickness{{0.0f, Material::kMaxFilm}, "nm"};
+inline constexpr Quantity kMeanCosine{{-Material::kMaxScatterAnisotropy, Material::kMaxScatterAnisotropy}};
+
+// `object`: as the list has it.
+template <typename T>
+constexpr FieldPlace<Material, T> PlaceOf(T Material::*member, const char* name, const char* object,
+                                          const char* key) {
+    return {member, name, std::string_view(object) == "material" ? "" : object, key};
+}
+template <typename T>
+constexpr MaterialField<T> Make(const FieldPlace<Material, T>& place, const Quantity& quantity) {
+    return {place, quantity.range, quantity.unit, quantity.zeroIsLeftOut};
+}
 
 // All but the name, in the order of Material.
 inline constexpr auto kAll = std::tuple{
-    MaterialField<glm::vec4>{{&M::baseColorFactor, "baseColorFactor", kPbr, "baseColorFactor"}, kShare},
-    Texture{{&M::baseColorTexture, "baseColorTexture", kPbr, "baseColorTexture"}, ColorSpace::Srgb},
-    Number{{&M::metallicFactor, "metallicFactor", kPbr, "metallicFactor"}, kShare},
-    Number{{&M::roughnessFactor, "roughnessFactor", kPbr, "roughnessFactor"}, kShare},
-    Texture{{&M::metallicRoughnessTexture, "metallicRoughnessTexture", kPbr, "metallicRoughnessTexture"},
-            ColorSpace::Linear},
-    Texture{{&M::normalTexture, "normalTexture", "", "normalTexture"}, ColorSpace::Linear},
-    Number{{&M::normalScale, "normalScale", "normalTexture", "scale"}, kAnyNumber},
-    Texture{{&M::occlusionTexture, "occlusionTexture", "", "occlusionTexture"}, ColorSpace::Linear},
-    Number{{&M::occlusionStrength, "occlusionStrength", "occlusionTexture", "strength"}, kShare},
-    Color{{&M::emissiveFactor, "emissiveFactor", "", "emissiveFactor"}, kColorBesideStrength},
-    Number{{&M::emissiveStrength, "emissiveStrength", "KHR_materials_emissive_strength", "emissiveStrength"},
-           kNotNegative,
-           "W/(sr m^2)"},
-    Texture{{&M::emissiveTexture, "emissiveTexture", "", "emissiveTexture"}, ColorSpace::Srgb},
-    MaterialField<AlphaMode>{{&M::alphaMode, "alphaMode", "", "alphaMode"}},
-    Number{{&M::alphaCutoff, "alphaCutoff", "", "alphaCutoff"}, kNotNegative},
-    MaterialField<bool>{{&M::isDoubleSided, "isDoubleSided", "", "doubleSided"}},
-    Number{{&M::ior, "ior", "KHR_materials_ior", "ior"}, {1.0f, M::kMaxIor, true}},
-    Number{{&M::specularFactor, "specularFactor", kSpecular, "specularFactor"}, kShare},
-    Texture{{&M::specularTexture, "specularTexture", kSpecular, "specularTexture"}, ColorSpace::Linear},
-    Color{{&M::specularColorFactor, "specularColorFactor", kSpecular, "specularColorFactor"}, kNotNegative},
-    Texture{{&M::specularColorTexture, "specularColorTexture", kSpecular, "specularColorTexture"},
-            ColorSpace::Srgb},
-    Number{{&M::transmissionFactor, "transmissionFactor", kTransmission, "transmissionFactor"}, kShare},
-    Texture{{&M::transmissionTexture, "transmissionTexture", kTransmission, "transmissionTexture"},
-            ColorSpace::Linear},
-    Number{{&M::thicknessFactor, "thicknessFactor", kVolume, "thicknessFactor"}, kNotNegative, "m"},
-    Color{{&M::attenuationColor, "attenuationColor", kVolume, "attenuationColor"}, kShare},
-    Number{{&M::attenuationDistance, "attenuationDistance", kVolume, "attenuationDistance"},
-           kNotNegative,
-           "m",
-           true},
-    MaterialField<bool>{{&M::isUnlit, "isUnlit", "KHR_materials_unlit", ""}},
-    Number{{&M::clearcoatFactor, "clearcoatFactor", kClearcoat, "clearcoatFactor"}, kShare},
-    Texture{{&M::clearcoatTexture, "clearcoatTexture", kClearcoat, "clearcoatTexture"}, ColorSpace::Linear},
-    Number{{&M::clearcoatRoughnessFactor, "clearcoatRoughnessFactor", kClearcoat, "clearcoatRoughnessFactor"},
-           kShare},
-    Texture{
-        {&M::clearcoatRoughnessTexture, "clearcoatRoughnessTexture", kClearcoat, "clearcoatRoughnessTexture"},
-        ColorSpace::Linear},
-    Texture{{&M::clearcoatNormalTexture, "clearcoatNormalTexture", kClearcoat, "clearcoatNormalTexture"},
-            ColorSpace::Linear},
-    Number{{&M::clearcoatNormalScale, "clearcoatNormalScale", kClearcoat, "clearcoatNormalTexture.scale"},
-           kAnyNumber},
-    Color{{&M::sheenColorFactor, "sheenColorFactor", kSheen, "sheenColorFactor"}, kShare},
-    Texture{{&M::sheenColorTexture, "sheenColorTexture", kSheen, "sheenColorTexture"}, ColorSpace::Srgb},
-    Number{{&M::sheenRoughnessFactor, "sheenRoughnessFactor", kSheen, "sheenRoughnessFactor"}, kShare},
-    Texture{{&M::sheenRoughnessTexture, "sheenRoughnessTexture", kSheen, "sheenRoughnessTexture"},
-            ColorSpace::Linear},
-    Number{{&M::anisotropyStrength, "anisotropyStrength", kAnisotropy, "anisotropyStrength"}, kShare},
-    Number{{&M::anisotropyRotation, "anisotropyRotation", kAnisotropy, "anisotropyRotation"},
-           {-1e9f, 1e9f},
-           "rad"},
-    Texture{{&M::anisotropyTexture, "anisotropyTexture", kAnisotropy, "anisotropyTexture"},
-            ColorSpace::Linear},
-    Number{{&M::iridescenceFactor, "iridescenceFactor", kIridescence, "iridescenceFactor"}, kShare},
-    Texture{{&M::iridescenceTexture, "iridescenceTexture", kIridescence, "iridescenceTexture"},
-            ColorSpace::Linear},
-    Number{{&M::iridescenceIor, "iridescenceIor", kIridescence, "iridescenceIor"}, {1.0f, M::kMaxIor}},
-    Number{{&M::iridescenceThicknessMinimum, "iridescenceThicknessMinimum", kIridescence,
-            "iridescenceThicknessMinimum"},
-           {0.0f, M::kMaxFilm},
-           "nm"},
-    Number{{&M::iridescenceThicknessMaximum, "iridescenceThicknessMaximum", kIridescence,
-            "iridescenceThicknessMaximum"},
-           {0.0f, M::kMaxFilm},
-           "nm"},
-    Texture{{&M::iridescenceThicknessTexture, "iridescenceThicknessTexture", kIridescence,
-             "iridescenceThicknessTexture"},
-            ColorSpace::Linear},
-    Number{{&M::dispersion, "dispersion", "KHR_materials_dispersion", "dispersion"}, kNotNegative},
-    Number{{&M::diffuseTransmissionFactor, "diffuseTransmissionFactor", kDiffuseTransmission,
-            "diffuseTransmissionFactor"},
-           kShare},
-    Texture{{&M::diffuseTransmissionTexture, "diffuseTransmissionTexture", kDiffuseTransmission,
-             "diffuseTransmissionTexture"},
-            ColorSpace::Linear},
-    Color{{&M::diffuseTransmissionColorFactor, "diffuseTransmissionColorFactor", kDiffuseTransmission,
-           "diffuseTransmissionColorFactor"},
-          kShare},
-    Texture{{&M::diffuseTransmissionColorTexture, "diffuseTransmissionColorTexture", kDiffuseTransmission,
-             "diffuseTransmissionColorTexture"},
-            ColorSpace::Srgb},
-    Number{{&M::retroreflectionFactor, "retroreflectionFactor", kRetroreflection, "retroreflectionFactor"},
-           kShare},
-    Texture{
-        {&M::retroreflectionTexture, "retroreflectionTexture", kRetroreflection, "retroreflectionTexture"},
-        ColorSpace::Linear},
-    Color{{&M::multiscatterColorFactor, "multiscatterColorFactor", kVolumeScatter, "multiscatterColorFactor"},
-          kShare},
-    Number{{&M::scatterAnisotropy, "scatterAnisotropy", kVolumeScatter, "scatterAnisotropy"},
-           {-M::kMaxScatterAnisotropy, M::kMaxScatterAnisotropy}},
-    MaterialField<bool>{{&M::isSpecularGlossiness, "isSpecularGlossiness", kSpecularGlossiness, ""}},
-    MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
+#define RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity) \
+    Make(PlaceOf(&Material::field, #field, #object, #key), quantity),
+#define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) \
+    Make(PlaceOf(&Material::field, #field, #object, #key), quantity),
+#define RAYGRAPH_MATERIAL_FLAG(field, object) Make(PlaceOf(&Material::field, #field, #object, ""), kNoNumber),
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
+    TextureField{PlaceOf(&Material::name##Texture, #name "Texture", #object, #key), ColorSpace::space},
+#define RAYGRAPH_MATERIAL_UNSHOWN(name, object, key, space) \
+    TextureField{PlaceOf(&Material::name##Texture, #name "Texture", #object, #key), ColorSpace::space},
+#include "shaders/shared/material_list.h"
 };
 
 }  // namespace material_fields
+
+// The one of a member.
+template <typename T>
+constexpr auto FieldOf(T Material::*member) {
+    return FindField(member, material_fields::kAll);
+}
+
+inline constexpr const char* kSpecularGlossiness = FieldOf(&Material::isSpecularGlossiness).object;
 
 // A field of a material that isSpecularGlossiness: with its place in the extension and the range there, if it
 // is one of those that the extension has. Nothing: such a material has no such field.
@@ -159,7 +96,7 @@ constexpr std::optional<Field> SpecularGlossinessField(Field field) {
     for (const Key& place : kKeys) {
         if (place.name != field.name) continue;
         if (!place.key) return std::nullopt;
-        field.object = material_fields::kSpecularGlossiness;
+        field.object = kSpecularGlossiness;
         field.key = place.key;
         if constexpr (requires { field.range; }) field.range = kShare;
     }
@@ -228,12 +165,6 @@ void ForEachShownTexture(const Material& material, Visit&& visit) {
         if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
             if ((material.*field.member).IsPresent() && IsShown(field.member)) visit(material.*field.member);
     });
-}
-
-// The one of a member.
-template <typename T>
-constexpr auto FieldOf(T Material::*member) {
-    return FindField(member, material_fields::kAll);
 }
 
 }  // namespace raygraph::scene

@@ -55,7 +55,8 @@ uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
                           Triangle triangle, vec3 toViewer) {
     SurfaceInteraction surface;
-    surface.material.clearcoat = ClearcoatAt(geometry, material, triangle);
+    surface.material.clearcoat =
+        material.clearcoat * SampleTexture(TEXTURE_OF(material, clearcoat), geometry, triangle).x;
     if (!(surface.material.clearcoat > 0.0f)) return surface;
     Vec3Stream positions = Vec3Stream(instance.positions);
     vec3 p0 = positions.at[triangle.vertices.x];
@@ -65,7 +66,8 @@ SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, Mate
     bool isFront = dot(ng, toViewer) >= 0.0f;
     surface.coatNormal =
         CoatNormalAt(instance, geometry, material, triangle, e1, e2, isFront ? ng : -ng, isFront, toViewer);
-    surface.material.clearcoatRoughness = ClearcoatRoughnessAt(geometry, material, triangle);
+    vec4 roughness = SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle);
+    surface.material.clearcoatRoughness = material.clearcoatRoughness * roughness.y;
     return surface;
 }
 

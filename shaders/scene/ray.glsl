@@ -43,18 +43,13 @@ struct SurfaceMaterial {
     vec3 specularColor;
     float ior;
     float transmission;
-    float clearcoat;  // the coat's weight
-    float clearcoatRoughness;
-    vec3 sheenColor;
-    float sheenRoughness;
-    float iridescence;  // share of the facets under a thin film
-    float iridescenceIor;
-    float iridescenceThickness;  // nm
-    float diffuseTransmission;
-    vec3 diffuseTransmissionColor;
-    float retroreflection;  // share of the facets' reflection that goes back; set if kTraceRetroreflection is
+    float iridescenceIor;        // of the film, with its thickness in nm; set if kTraceIridescence is
+    float iridescenceThickness;
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
+    // Each is set if its feature is
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) type name;
+#include "shared/material_list.h"
 };
 
 // The inside of a closed surface.

@@ -110,15 +110,6 @@ vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialReco
     return AdaptShadingNormal(isFront ? n : -n, ng, wo);
 }
 
-float ClearcoatAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
-    return material.clearcoat * SampleTexture(TEXTURE_OF(material, clearcoat), geometry, triangle).x;
-}
-
-float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
-    return material.clearcoatRoughness *
-           SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle).y;
-}
-
 // The direction in which highlights are stretched (xy, in the frame of StretchToWorld) and its strength (z).
 vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
@@ -165,35 +156,17 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
     result.ior = material.ior;
     result.transmission =
         material.transmission * SampleTexture(TEXTURE_OF(material, transmission), geometry, triangle).x;
-    if (HasTraceFeature(kTraceClearcoat)) {
-        result.clearcoat = ClearcoatAt(geometry, material, triangle);
-        result.clearcoatRoughness = ClearcoatRoughnessAt(geometry, material, triangle);
-    }
-    if (HasTraceFeature(kTraceSheen)) {
-        result.sheenColor =
-            material.sheenColor * SampleTexture(TEXTURE_OF(material, sheenColor), geometry, triangle).xyz;
-        vec4 roughness = SampleTexture(TEXTURE_OF(material, sheenRoughness), geometry, triangle);
-        result.sheenRoughness = material.sheenRoughness * roughness.w;
-    }
     if (HasTraceFeature(kTraceIridescence)) {
-        result.iridescence =
-            material.iridescence * SampleTexture(TEXTURE_OF(material, iridescence), geometry, triangle).x;
         result.iridescenceIor = material.iridescenceIor;
         result.iridescenceThickness =
             mix(material.iridescenceThickness.x, material.iridescenceThickness.y,
                 SampleTexture(TEXTURE_OF(material, iridescenceThickness), geometry, triangle).y);
     }
-    if (HasTraceFeature(kTraceDiffuseTransmission)) {
-        result.diffuseTransmission =
-            material.diffuseTransmission *
-            SampleTexture(TEXTURE_OF(material, diffuseTransmission), geometry, triangle).w;
-        vec4 color = SampleTexture(TEXTURE_OF(material, diffuseTransmissionColor), geometry, triangle);
-        result.diffuseTransmissionColor = material.diffuseTransmissionColor * color.xyz;
-    }
-    if (HasTraceFeature(kTraceRetroreflection)) {
-        vec4 share = SampleTexture(TEXTURE_OF(material, retroreflection), geometry, triangle);
-        result.retroreflection = material.retroreflection * share.x;
-    }
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)        \
+    if (HasTraceFeature(kTrace##feature))                                                            \
+        result.name =                                                                                \
+            material.name * SampleTexture(TEXTURE_OF(material, name), geometry, triangle).channels;
+#include "shared/material_list.h"
     result.flags = material.flags;
     result.id = geometry.material;
     return result;

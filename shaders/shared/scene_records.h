@@ -103,77 +103,25 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 // alpha.
 RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 
-// The textures that shaders read; those of the same names of scene::Material.
-//   metallicRoughness: roughness in green, metallic in blue
-//   specular:          alpha
-//   transmission:      red
-//   clearcoat:         red; its roughness: green
-//   sheenRoughness:    alpha
-//   diffuseTransmission: alpha
-//   retroreflection:   red
-#define RAYGRAPH_MATERIAL_TEXTURES(X) \
-    X(baseColor)                      \
-    X(metallicRoughness)              \
-    X(normal)                         \
-    X(emissive)                       \
-    X(specular)                       \
-    X(specularColor)                  \
-    X(transmission)                   \
-    X(clearcoat)                      \
-    X(clearcoatRoughness)             \
-    X(clearcoatNormal)                \
-    X(sheenColor)                     \
-    X(sheenRoughness)                 \
-    X(anisotropy)                     \
-    X(iridescence)                    \
-    X(iridescenceThickness)           \
-    X(diffuseTransmission)            \
-    X(diffuseTransmissionColor)       \
-    X(retroreflection)
-
-#define RAYGRAPH_TEXTURE_FIELD(name)   uint name##Texture;
-#define RAYGRAPH_TRANSFORM_FIELD(name) mat3x2 name##Transform;
-
+// Its values and textures are those of material_list.h, with what ToRecord makes of other fields of
+// scene::Material.
 struct MaterialRecord {
-    vec4 baseColor;  // linear; alpha
-    vec3 emission;   // radiance, W/(sr m^2)
-    float metallic;
-    float roughness;
-    float normalScale;
-    float alphaCutoff;
-    uint alphaMode;  // kAlpha* (alpha_modes.h)
-    uint flags;      // kMaterial*
-    float ior;       // kInfiniteIor: reflects all
-    float specular;
-    vec3 specularColor;  // linear
-    float transmission;
+    vec3 emission;    // radiance, W/(sr m^2)
+    uint alphaMode;   // kAlpha* (alpha_modes.h)
+    uint flags;       // kMaterial*
+    float ior;        // kInfiniteIor: reflects all
     vec3 extinction;  // of the medium inside, 1/m: the share that passes d meters is exp(-extinction d)
-    uint priority;    // where media overlap, the one of higher priority is present
-    float clearcoat;  // weight of a layer over all of it
-    float clearcoatRoughness;
-    float clearcoatNormalScale;
-    vec3 sheenColor;  // linear; 0: no sheen
-    float sheenRoughness;
-    float anisotropy;          // stretches highlights
-    float anisotropyRotation;  // from the tangent, radians
-    float iridescence;         // share of the surface under a thin film
-    float iridescenceIor;
+    vec3 scattering;  // its part that scatters, 1/m
     vec2 iridescenceThickness;  // minimum, maximum; nm
-    float dispersion;           // 20 / Abbe number
-    float diffuseTransmission;  // share of the diffuse light that passes to the other side
-    vec3 diffuseTransmissionColor;
-    float retroreflection;    // share of the facets' reflection that goes back
-    vec3 scattering;          // of the medium inside, 1/m
-    float scatterAnisotropy;  // mean cosine of its scattering angle
-    float thickness;          // about that of the body, for raster views; meters
+#define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) type name;
+#include "material_list.h"
     // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
-    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE_FIELD)
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) uint name##Texture;
+#include "material_list.h"
     // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
-    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM_FIELD)
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) mat3x2 name##Transform;
+#include "material_list.h"
 };
-
-#undef RAYGRAPH_TEXTURE_FIELD
-#undef RAYGRAPH_TRANSFORM_FIELD
 
 struct CameraRecord {
     // On the device, relative to the scene's origin. As returned by ToRecord and passed to passes, in

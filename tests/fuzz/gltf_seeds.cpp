@@ -27,7 +27,7 @@ Bytes ToBytes(std::string_view text) {
     return {input.begin(), input.end()};
 }
 
-// All that is read, in one small file, but for kMaterialExtensions.
+// All that is read, in one small file, but for MaterialExtensions().
 constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0"}, "scene": 0,
 "extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds",
  "KHR_texture_basisu", "X_unknown"],
@@ -156,7 +156,7 @@ std::vector<Seed> GltfSeeds(std::string_view target) {
         seeds.push_back({name, bytes});
     };
     Json rich = Json::parse(kRich);
-    rich["materials"][0]["extensions"] = Json::parse(test::kMaterialExtensions);
+    rich["materials"][0]["extensions"] = test::MaterialExtensions();
     add("rich", rich.dump());
     if (target != "gltf_container") {
         // A name with broken characters is repaired, and a path with ".." is resolved

@@ -160,52 +160,55 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
 }
 
 // The slots of the table are numbered by the device: what tells textures apart here is that each is in one
-// place alone.
+// place alone. By what glTF says, colors are sRGB and all else is linear.
 TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     GltfDocument document;
     document.AddTriangle()["material"] = 0;
-    for (uint32_t i = 0; i < 18; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
-    const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
-    Json material{
-        {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
-        {"normalTexture", ref(2, 1)},
-        {"emissiveTexture", ref(3, 0)}};
+    Json material;
+    std::vector<std::pair<std::string, scene::TextureRef scene::Material::*>> textures;
+    scene::ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>) {
+            if (!scene::IsShown(field.member)) return;
+            const auto index = static_cast<uint32_t>(textures.size());
+            AddTexture(document, test::MakePng(index + 1, 1, {1, 2, 3, 4}));
+            const std::string object = field.object;
+            const std::string parent = object.starts_with("KHR_") ? "/extensions/"
+                                       : object.empty()           ? ""
+                                                                  : "/";
+            material[Json::json_pointer(parent + object + "/" + field.key)] = {{"index", index},
+                                                                               {"texCoord", 1 - index % 2}};
+            textures.emplace_back(field.name, field.member);
+        }
+    });
     material["normalTexture"]["scale"] = 0.25;
-    for (int next = 4;
-         const std::string texture :
-         {"specular/specular", "specular/specularColor", "transmission/transmission", "clearcoat/clearcoat",
-          "clearcoat/clearcoatRoughness", "clearcoat/clearcoatNormal", "sheen/sheenColor",
-          "sheen/sheenRoughness", "anisotropy/anisotropy", "iridescence/iridescence",
-          "iridescence/iridescenceThickness", "diffuse_transmission/diffuseTransmission",
-          "diffuse_transmission/diffuseTransmissionColor", "retroreflection/retroreflection"}) {
-        material[Json::json_pointer("/extensions/KHR_materials_" + texture + "Texture")] =
-            ref(next, 1 - next % 2);
-        ++next;
-    }
     material["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"]["scale"] = 0.5;
     document.AddMaterial(material);
     const scene::SceneData scene = test::Load(document);
     const scene::Material& imported = scene.materials.at(0);
-#define RAYGRAPH_REFERENCE(name) imported.name##Texture,
-    const scene::TextureRef refs[] = {RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_REFERENCE)};
-#undef RAYGRAPH_REFERENCE
     const auto record = TableOf<gpu::MaterialRecord>(document, &SceneIds::materials).at(0);
     EXPECT_EQ(glm::vec2(record.normalScale, record.clearcoatNormalScale), glm::vec2(0.25f, 0.5f));
-#define RAYGRAPH_SLOT(name) record.name##Texture,
-    const uint32_t fields[] = {RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_SLOT)};
-#undef RAYGRAPH_SLOT
-    const uint32_t firstSlot = fields[0] & ~gpu::kSecondTexCoord;
-    for (uint32_t i = 0; i < std::size(refs); ++i) {
-        ASSERT_TRUE(refs[i].IsPresent()) << i;
-        const scene::Texture& texture = scene.textures.at(static_cast<size_t>(refs[i].texture));
+    std::vector<std::pair<std::string, uint32_t>> slots;
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
+    slots.emplace_back(#name "Texture", record.name##Texture);
+#include "shaders/shared/material_list.h"
+    ASSERT_EQ(slots.size(), textures.size());
+    const uint32_t firstSlot = slots[0].second & ~gpu::kSecondTexCoord;
+    const scene::TextureRef& first = imported.*textures[0].second;
+    for (uint32_t i = 0; i < textures.size(); ++i) {
+        const auto& [name, member] = textures[i];
+        SCOPED_TRACE(name);
+        const scene::TextureRef& read = imported.*member;
+        ASSERT_TRUE(read.IsPresent());
+        const scene::Texture& texture = scene.textures.at(static_cast<size_t>(read.texture));
         EXPECT_EQ(scene.images.at(texture.image).width, i + 1);
-        const bool isColor = i == 0 || i == 3 || i == 5 || i == 10 || i == 16;
-        EXPECT_EQ(texture.colorSpace, isColor ? scene::ColorSpace::Srgb : scene::ColorSpace::Linear) << i;
+        const bool isColor = name.find("olor") != name.npos || name == "emissiveTexture";
+        EXPECT_EQ(texture.colorSpace, isColor ? scene::ColorSpace::Srgb : scene::ColorSpace::Linear);
+        EXPECT_EQ(slots[i].first, name);
+        const uint32_t slot = slots[i].second;
         // A fresh table gives out slots in the order of the scene's textures
-        EXPECT_EQ((fields[i] & ~gpu::kSecondTexCoord) - firstSlot,
-                  static_cast<uint32_t>(refs[i].texture - refs[0].texture))
-            << i;
-        EXPECT_EQ((fields[i] & gpu::kSecondTexCoord) != 0, i % 2 == 0) << i;
+        EXPECT_EQ((slot & ~gpu::kSecondTexCoord) - firstSlot,
+                  static_cast<uint32_t>(read.texture - first.texture));
+        EXPECT_EQ((slot & gpu::kSecondTexCoord) != 0, i % 2 == 0);
     }
 }
 

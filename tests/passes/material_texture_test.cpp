@@ -95,7 +95,8 @@ struct Slot {
     void (*apply)(Material&, const glm::vec4& texel);
 };
 
-const Slot kSlots[] = {
+// With the channels that glTF says.
+const Slot kKnownSlots[] = {
     {"base color", &Material::baseColorTexture, ColorSpace::Srgb,
      [](Material& material, const glm::vec4& texel) { material.baseColorFactor *= texel; }},
     {"metallic and roughness", &Material::metallicRoughnessTexture, ColorSpace::Linear,
@@ -141,8 +142,26 @@ const Slot kSlots[] = {
      [](Material& material, const glm::vec4& texel) { material.retroreflectionFactor *= texel.x; }},
 };
 
-// Every factor matters and none is 1. A film, highlights that are stretched and light that goes back are there for
-// their own textures alone: they make the shader several times as long to compile.
+struct Channels {
+    float x, y, z, w;
+    glm::vec3 xyz{x, y, z};
+};
+
+// And those of other rows of the list of fields.
+std::vector<Slot> Slots() {
+    std::vector<Slot> slots(std::begin(kKnownSlots), std::end(kKnownSlots));
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)                \
+    if (std::ranges::find(slots, &Material::name##Texture, &Slot::texture) == slots.end())                   \
+        slots.push_back({#name, &Material::name##Texture, ColorSpace::space,                                 \
+                         [](Material& material, const glm::vec4& texel) {                                    \
+                             material.name##Factor *= Channels{texel.x, texel.y, texel.z, texel.w}.channels; \
+                         }});
+#include "shaders/shared/material_list.h"
+    return slots;
+}
+
+// Every factor matters and none is 1. A film, highlights that are stretched and lobes of an extension alone are there
+// for their own textures alone: they make the shader several times as long to compile.
 Material OfEverythingFor(const Slot& slot) {
     Material material;
     material.baseColorFactor = {0.8f, 0.6f, 0.9f, 0.7f};
@@ -171,7 +190,14 @@ Material OfEverythingFor(const Slot& slot) {
         material.anisotropyStrength = 0.8f;
         material.anisotropyRotation = 0.4f;
     }
-    if (slot.texture == &Material::retroreflectionTexture) material.retroreflectionFactor = 0.9f;
+    std::string_view extension;
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
+    if (slot.texture == &Material::name##Texture) extension = #object;
+#include "shaders/shared/material_list.h"
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)   \
+    if (extension == #object && material.name##Factor == decltype(material.name##Factor)(0.0f)) \
+        material.name##Factor = decltype(material.name##Factor)(0.9f);
+#include "shaders/shared/material_list.h"
     return material;
 }
 
@@ -205,7 +231,7 @@ double MeanDifference(const FloatImage& a, const FloatImage& b) {
 // picture of a texture is that of the factors it stands for, to rounding.
 TEST_F(MaterialTextures, EverySlotIsMultipliedWithItsFactorByChannelSpaceAndUvSet) {
     for (const scene::AlphaMode alphaMode : {scene::AlphaMode::Opaque, scene::AlphaMode::Blend}) {
-        for (const Slot& slot : kSlots) {
+        for (const Slot& slot : Slots()) {
             // What goes back goes where a mirror sends it if it is seen from straight above
             const bool goesBack = slot.texture == &Material::retroreflectionTexture;
             TraceSettings settings =

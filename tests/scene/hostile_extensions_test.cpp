@@ -2,16 +2,11 @@
 // one line that names the place, or loads.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/material_fields.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/material_extensions.h"
 
 namespace raygraph::test {
 namespace {
-
-bool IsOfExtension(const char* object) {
-    return std::string_view(object).starts_with("KHR_");
-}
 
 GltfDocument WithExtensions(const Json& extensions) {
     GltfDocument document;
@@ -23,21 +18,14 @@ GltfDocument WithExtensions(const Json& extensions) {
     return document;
 }
 
-const Json kAll = Json::parse(kMaterialExtensions);
+const Json kAll = MaterialExtensions();
 const Json kGlossiness = R"({"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 0.5, 0.25, 1],
     "diffuseTexture": {"index": 0}, "specularFactor": [0, 0, 1], "glossinessFactor": 0.5,
     "specularGlossinessTexture": {"index": 1}}})"_json;
 
-TEST(HostileExtensions, RandomlyChangedFilesHaveEachField) {
+TEST(HostileExtensions, FilesLoadBeforeTheyAreChanged) {
     EXPECT_EQ(LoadError(WithExtensions(kAll)), "loaded");
     EXPECT_EQ(LoadError(WithExtensions(kGlossiness)), "loaded");
-    scene::ForEachMaterialField([&](const auto& field) {
-        if (!IsOfExtension(field.object) || *field.key == 0) return;
-        const scene::KeyParts parts = scene::KeyPartsOf(field.key);
-        const Json* place = &kAll.at(field.object);
-        if (!parts.object.empty()) place = &place->at(std::string(parts.object));
-        EXPECT_TRUE(place->contains(std::string(parts.key))) << field.object << " " << field.key;
-    });
 }
 
 // Calls visit(pointer) for each value below an extension.

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -35,7 +36,8 @@ std::string Refusal(const Material& material) {
     return testing::ErrorTextOf([&] { Check(material, "paint"); });
 }
 
-// The hash of a scene goes over the fields in this order: another one would have old renders not be resumed.
+// The hash of a scene goes over the fields in this order: another one would have old renders not be resumed. Fields
+// that have come since may stand between them.
 TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
     std::vector<std::string> names;
     std::set<std::string> places;
@@ -44,62 +46,21 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
         places.insert(std::string(field.object) + "/" + field.key);
     });
     EXPECT_EQ(places.size(), names.size());
-    const std::vector<std::string> expected{"baseColorFactor",
-                                            "baseColorTexture",
-                                            "metallicFactor",
-                                            "roughnessFactor",
-                                            "metallicRoughnessTexture",
-                                            "normalTexture",
-                                            "normalScale",
-                                            "occlusionTexture",
-                                            "occlusionStrength",
-                                            "emissiveFactor",
-                                            "emissiveStrength",
-                                            "emissiveTexture",
-                                            "alphaMode",
-                                            "alphaCutoff",
-                                            "isDoubleSided",
-                                            "ior",
-                                            "specularFactor",
-                                            "specularTexture",
-                                            "specularColorFactor",
-                                            "specularColorTexture",
-                                            "transmissionFactor",
-                                            "transmissionTexture",
-                                            "thicknessFactor",
-                                            "attenuationColor",
-                                            "attenuationDistance",
-                                            "isUnlit",
-                                            "clearcoatFactor",
-                                            "clearcoatTexture",
-                                            "clearcoatRoughnessFactor",
-                                            "clearcoatRoughnessTexture",
-                                            "clearcoatNormalTexture",
-                                            "clearcoatNormalScale",
-                                            "sheenColorFactor",
-                                            "sheenColorTexture",
-                                            "sheenRoughnessFactor",
-                                            "sheenRoughnessTexture",
-                                            "anisotropyStrength",
-                                            "anisotropyRotation",
-                                            "anisotropyTexture",
-                                            "iridescenceFactor",
-                                            "iridescenceTexture",
-                                            "iridescenceIor",
-                                            "iridescenceThicknessMinimum",
-                                            "iridescenceThicknessMaximum",
-                                            "iridescenceThicknessTexture",
-                                            "dispersion",
-                                            "diffuseTransmissionFactor",
-                                            "diffuseTransmissionTexture",
-                                            "diffuseTransmissionColorFactor",
-                                            "diffuseTransmissionColorTexture",
-                                            "retroreflectionFactor",
-                                            "retroreflectionTexture",
-                                            "multiscatterColorFactor",
-                                            "scatterAnisotropy",
-                                            "isSpecularGlossiness",
-                                            "priority"};
+    std::istringstream first(
+        R"(baseColorFactor baseColorTexture metallicFactor roughnessFactor metallicRoughnessTexture
+normalTexture normalScale occlusionTexture occlusionStrength emissiveFactor emissiveStrength
+emissiveTexture alphaMode alphaCutoff isDoubleSided ior specularFactor specularTexture
+specularColorFactor specularColorTexture transmissionFactor transmissionTexture thicknessFactor
+attenuationColor attenuationDistance isUnlit clearcoatFactor clearcoatTexture
+clearcoatRoughnessFactor clearcoatRoughnessTexture clearcoatNormalTexture clearcoatNormalScale
+sheenColorFactor sheenColorTexture sheenRoughnessFactor sheenRoughnessTexture anisotropyStrength
+anisotropyRotation anisotropyTexture iridescenceFactor iridescenceTexture iridescenceIor
+iridescenceThicknessMinimum iridescenceThicknessMaximum iridescenceThicknessTexture dispersion
+diffuseTransmissionFactor diffuseTransmissionTexture diffuseTransmissionColorFactor
+diffuseTransmissionColorTexture retroreflectionFactor retroreflectionTexture multiscatterColorFactor
+scatterAnisotropy isSpecularGlossiness priority)");
+    const std::vector<std::string> expected{std::istream_iterator<std::string>(first), {}};
+    std::erase_if(names, [&](const std::string& name) { return std::ranges::count(expected, name) == 0; });
     EXPECT_EQ(names, expected);
     constexpr auto kThickness = FieldOf(&Material::thicknessFactor);
     EXPECT_STREQ(kThickness.unit, "m");

@@ -91,7 +91,7 @@ GltfDocument RichDocument() {
            {"extensions",
             {{"KHR_texture_transform", {{"offset", {0, 1}}, {"rotation", 1}, {"scale", {1, 2}}}}}}}},
          {"alphaMode", "MASK"},
-         {"extensions", Json::parse(kMaterialExtensions)},
+         {"extensions", MaterialExtensions()},
          {"extras", {{"priority", 3}}}});
     document.AddMaterial({{"extensions",
                            {{"KHR_materials_pbrSpecularGlossiness",

@@ -64,16 +64,11 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.specular = u.y;
     material.specularColor = wo;
     material.ior = 1.5f;
-    material.clearcoat = u.y;
-    material.clearcoatRoughness = uc;
-    material.sheenColor = vec3(u, uc);
-    material.sheenRoughness = u.x;
-    material.retroreflection = u.y;
-    material.iridescence = uc;
     material.iridescenceIor = 1.0f + u.x;
     material.iridescenceThickness = 1e3f * u.y;
-    material.diffuseTransmission = u.y;
-    material.diffuseTransmissionColor = vec3(uc, u);
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) \
+    material.name = type(u.y);
+#include "shared/material_list.h"
     material.flags = 0u;
     material.id = 0u;
     return material;

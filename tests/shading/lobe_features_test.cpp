@@ -73,43 +73,48 @@ std::vector<Case> Cases() {
     coated.coatAlpha = 0.16f;
     GltfBxDF lacquered = coated;
     lacquered.clearcoatRoughness = lacquered.coatAlpha = 0.0f;
-    GltfBxDF velvet = GltfLobe(0.6f);
-    velvet.sheenColor = vec3(0.4f, 0.2f, 0.1f);
-    velvet.sheenRoughness = 0.5f;
     GltfBxDF bubble = ThinGlass(0.3f);
     bubble.iridescence = 0.8f;
     bubble.iridescenceIor = 1.4f;
     bubble.iridescenceThickness = 300.0f;
-    GltfBxDF leaf = GltfLobe(0.5f);
-    leaf.diffuseTransmission = 0.6f;
-    leaf.diffuseTransmissionColor = vec3(0.5f, 0.8f, 0.1f);
     GltfBxDF brushed = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
     brushed.alpha.x = 0.7f;
-    GltfBxDF cone = Blend(0.3f);
-    cone.retroreflection = 0.4f;
-    return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
-            {"dielectric", GltfLobe(0.3f), kTraceOpaque},
-            {"faint dielectric", faint, kTraceOpaque},
-            {"green dielectric", green, kTraceOpaque},
-            {"glass", Glass(0.3f, 1.5f), kTraceGlass},
-            {"almost glass", almostGlass, kTraceGlass | kTraceOpaque},
-            {"thin wall", ThinGlass(0.3f), kTraceGlass},
-            {"smooth thin wall", ThinGlass(0.0f), kTraceGlass | kTraceSmooth},
-            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals | kTraceSmooth},
-            {"coated metal", coated, kTraceMetals | kTraceClearcoat},
-            {"lacquered metal", lacquered, kTraceMetals | kTraceClearcoat | kTraceSmooth},
-            {"brushed metal", brushed, kTraceMetals | kTraceAnisotropy},
-            {"cone", cone, kTraceMetals | kTraceGlass | kTraceOpaque | kTraceRetroreflection},
-            {"velvet", velvet, kTraceOpaque | kTraceSheen},
-            {"bubble", bubble, kTraceGlass | kTraceIridescence},
-            {"leaf", leaf, kTraceOpaque | kTraceDiffuseTransmission}};
+    std::vector<Case> cases{{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
+                            {"dielectric", GltfLobe(0.3f), kTraceOpaque},
+                            {"faint dielectric", faint, kTraceOpaque},
+                            {"green dielectric", green, kTraceOpaque},
+                            {"glass", Glass(0.3f, 1.5f), kTraceGlass},
+                            {"almost glass", almostGlass, kTraceGlass | kTraceOpaque},
+                            {"thin wall", ThinGlass(0.3f), kTraceGlass},
+                            {"smooth thin wall", ThinGlass(0.0f), kTraceGlass | kTraceSmooth},
+                            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals | kTraceSmooth},
+                            {"coated metal", coated, kTraceMetals | kTraceClearcoat},
+                            {"lacquered metal", lacquered, kTraceMetals | kTraceClearcoat | kTraceSmooth},
+                            {"brushed metal", brushed, kTraceMetals | kTraceAnisotropy},
+                            {"bubble", bubble, kTraceGlass | kTraceIridescence}};
+    // Something of each lobe that has a feature of its own, over metal, glass and plastic
+    GltfBxDF blend = Blend(0.3f);
+    blend.coatAlpha = 0.16f;
+    blend.iridescenceIor = 1.4f;
+    blend.iridescenceThickness = 300.0f;
+    const TraceFeatures base = kTraceMetals | kTraceGlass | kTraceOpaque;
+    const auto lobeOf = [&](TraceFeatures feature) -> GltfBxDF& {
+        for (Case& test : cases)
+            if (test.features == (base | feature)) return test.lobe;
+        return cases.emplace_back(Case{"blend", blend, base | feature}).lobe;
+    };
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) \
+    lobeOf(kTrace##feature).name = type(0.4f);
+#include "shared/material_list.h"
+    return cases;
 }
 
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const TraceFeatures all = threadTraceFeatures;
-    const TraceFeatures lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
-                                kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy |
-                                kTraceRetroreflection | kTraceSmooth;
+    const TraceFeatures lobes = FeaturesOfKind(TraceFeatureKind::Lobes);
+    std::vector<TraceFeatures> alsoOn{TraceFeatures{}};
+    for (const TraceFeatureRow& row : kTraceFeatureRows)
+        if (row.kind == TraceFeatureKind::Lobes) alsoOn.push_back(row.feature);
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -120,10 +125,7 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
-                    for (const TraceFeatures others :
-                         {TraceFeatures{}, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat,
-                          kTraceSheen, kTraceIridescence, kTraceDiffuseTransmission, kTraceAnisotropy,
-                          kTraceSmooth}) {
+                    for (const TraceFeatures others : alsoOn) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

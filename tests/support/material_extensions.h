@@ -1,37 +1,38 @@
 // Every property of every material extension, for files that are changed at random.
 #pragma once
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
+
+#include "renderer/scene/material_fields.h"
+
 namespace raygraph::test {
 
-// JSON of a material's `extensions`; there are textures 0 and 1. But for KHR_materials_pbrSpecularGlossiness,
-// which excludes others.
-inline constexpr const char* kMaterialExtensions = R"({
-"KHR_materials_emissive_strength": {"emissiveStrength": 4},
-"KHR_materials_ior": {"ior": 1.3},
-"KHR_materials_specular": {"specularFactor": 0.5, "specularTexture": {"index": 0},
- "specularColorFactor": [1, 2, 3], "specularColorTexture": {"index": 1, "texCoord": 1}},
-"KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": {"index": 0}},
-"KHR_materials_volume": {"thicknessFactor": 1, "thicknessTexture": {"index": 1},
- "attenuationColor": [0, 0.5, 1], "attenuationDistance": 2},
-"KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatTexture": {"index": 0},
- "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": {"index": 1},
- "clearcoatNormalTexture": {"index": 0, "scale": 0.5}},
-"KHR_materials_sheen": {"sheenColorFactor": [0.5, 1, 0], "sheenColorTexture": {"index": 0},
- "sheenRoughnessFactor": 0.5,
- "sheenRoughnessTexture": {"index": 1, "extensions": {"KHR_texture_transform":
-  {"offset": [0, 1], "rotation": 1, "scale": [1, 2], "texCoord": 1}}}},
-"KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": 3,
- "anisotropyTexture": {"index": 0}},
-"KHR_materials_iridescence": {"iridescenceFactor": 1, "iridescenceTexture": {"index": 0},
- "iridescenceIor": 1.5, "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 500,
- "iridescenceThicknessTexture": {"index": 1}},
-"KHR_materials_dispersion": {"dispersion": 0.1},
-"KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5,
- "diffuseTransmissionTexture": {"index": 0}, "diffuseTransmissionColorFactor": [1, 0.5, 0],
- "diffuseTransmissionColorTexture": {"index": 1}},
-"KHR_materials_volume_scatter": {"multiscatterColorFactor": [0.5, 1, 0.25], "scatterAnisotropy": -0.5,
- "multiscatterColorTexture": {"index": 0}},
-"KHR_materials_retroreflection": {"retroreflectionFactor": 0.5, "retroreflectionTexture": {"index": 1}}
-})";
+// A material's `extensions`; there are textures 0 and 1. But for KHR_materials_pbrSpecularGlossiness, which
+// excludes others.
+inline nlohmann::json MaterialExtensions() {
+    nlohmann::json extensions;
+    int texture = 0;
+    scene::ForEachMaterialField([&](const auto& field) {
+        using Value = typename std::decay_t<decltype(field)>::Value;
+        std::string place = std::string("/") + field.object + "/" + field.key;
+        if (!place.starts_with("/KHR_") || *field.key == 0) return;
+        std::ranges::replace(place, '.', '/');
+        nlohmann::json& value = extensions[nlohmann::json::json_pointer(place)];
+        if constexpr (std::is_same_v<Value, scene::TextureRef>)
+            value["index"] = texture++ % 2;
+        else if constexpr (std::is_same_v<Value, glm::vec3>)
+            value = {0, 0.5, 1};
+        else
+            value = std::max(0.5f, field.range.min);
+    });
+    extensions["KHR_materials_volume"]["thicknessTexture"]["index"] = 1;
+    extensions["KHR_materials_volume_scatter"]["multiscatterColorTexture"]["index"] = 0;
+    extensions["KHR_materials_sheen"]["sheenRoughnessTexture"]["extensions"]["KHR_texture_transform"] = {
+        {"offset", {0, 1}}, {"rotation", 1}, {"scale", {1, 2}}, {"texCoord", 1}};
+    return extensions;
+}
 
 }  // namespace raygraph::test
