@@ -96,9 +96,9 @@ std::span<const float> DeformResources::WeightsOf(const DeformedMesh& mesh) cons
     return std::span(weights).subspan(mesh.firstWeight, mesh.weightCount);
 }
 
-void DeformResources::Follow(DeformedMesh& mesh, SceneResources& resources) const {
+void DeformResources::Follow(DeformedMesh& mesh, SceneGeometry& geometry) const {
     for (DeformedGroup& deformed : mesh.groups) {
-        GroupResources& group = resources.groups[deformed.group];
+        GroupResources& group = geometry.groups[deformed.group];
         group.base->outline.Deform(WeightsOf(mesh), MatricesOf(mesh), deformed.pose);
         group.bounds = deformed.pose.bounds;
         deformed.isRebuildDue = deformed.quality.Follow(deformed.pose.samples) > RefitQuality::kMaxDecay;
@@ -159,8 +159,8 @@ MeshUse DeformUpload::UseOf(uint32_t mesh) const {
     return {.isDeformed = first < end, .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
 }
 
-void DeformUpload::AddCopiesOf(uint32_t mesh, SceneResources& resources) {
-    const MeshResources base = resources.meshes[mesh];
+void DeformUpload::AddCopiesOf(uint32_t mesh, SceneGeometry& geometry) {
+    const MeshResources base = geometry.meshes[mesh];
     bool isBaseFree = !m_plan.isBaseShapeDrawn[mesh];
     const auto [first, end] = CopiesOf(mesh);
     for (size_t i = first; i < end; ++i) {
@@ -169,21 +169,20 @@ void DeformUpload::AddCopiesOf(uint32_t mesh, SceneResources& resources) {
         copy.mesh = mesh;
         if (!std::exchange(isBaseFree, false)) {
             groups.isCopy = true;
-            groups.firstGroup = static_cast<uint32_t>(resources.groups.size());
+            groups.firstGroup = static_cast<uint32_t>(geometry.groups.size());
             for (uint32_t group = 0; group < base.groupCount; ++group)
-                resources.groups.push_back(
-                    CopyOf(resources.groups[base.firstGroup + group], resources.geometries));
+                geometry.groups.push_back(CopyOf(geometry.groups[base.firstGroup + group], geometry.records));
             copy.mesh = static_cast<uint32_t>(m_plan.isBaseShapeDrawn.size() + m_copies.size());
             m_copies.push_back(groups);
         }
         for (uint32_t group = 0; group < base.groupCount; ++group)
-            if (resources.groups[base.firstGroup + group].base)
+            if (geometry.groups[base.firstGroup + group].base)
                 copy.groups.push_back({.group = groups.firstGroup + group});
     }
 }
 
 // Gives the groups of a copy their part of the streams. With a `next` of 0 only the size is found.
-void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources, VkDeviceAddress& next) {
+void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneGeometry& geometry, VkDeviceAddress& next) {
     const auto take = [&](uint64_t bytes) {
         const VkDeviceAddress address = next;
         next += AlignStream(bytes);
@@ -191,11 +190,11 @@ void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources, V
     };
     mesh.firstRecord = static_cast<uint32_t>(m_result->records.size());
     for (const DeformedGroup& deformed : mesh.groups) {
-        GroupResources& group = resources.groups[deformed.group];
+        GroupResources& group = geometry.groups[deformed.group];
         group.record.positions = take(group.base->vertexCount * sizeof(glm::vec3));
         for (size_t i = 0; i < group.base->parts.size(); ++i) {
             const BaseShape::Part& part = group.base->parts[i];
-            gpu::GeometryRecord& geometry = resources.geometries.Edit(group.record.firstGeometry + i);
+            gpu::GeometryRecord& shown = geometry.records.Edit(group.record.firstGeometry + i);
             gpu::DeformRecord record = part.record;
             const size_t end = i + 1 < group.base->parts.size() ? group.base->parts[i + 1].firstVertex
                                                                 : group.base->vertexCount;
@@ -203,11 +202,11 @@ void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources, V
             record.deformedPositions = group.record.positions + part.firstVertex * sizeof(glm::vec3);
             if (record.normals != 0) {
                 record.deformedNormals = take(record.vertexCount * sizeof(glm::vec3));
-                geometry.normals = record.deformedNormals - part.firstVertex * sizeof(glm::vec3);
+                shown.normals = record.deformedNormals - part.firstVertex * sizeof(glm::vec3);
             }
             if (record.tangents != 0) {
                 record.deformedTangents = take(record.vertexCount * sizeof(glm::vec4));
-                geometry.tangents = record.deformedTangents - part.firstVertex * sizeof(glm::vec4);
+                shown.tangents = record.deformedTangents - part.firstVertex * sizeof(glm::vec4);
             }
             if (mesh.skin == scene::kNone)
                 record.perVertex = 0;
@@ -222,27 +221,27 @@ void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources, V
 }
 
 void DeformUpload::AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                             SceneResources& resources) {
-    for (uint32_t mesh = 0; mesh < m_plan.isBaseShapeDrawn.size(); ++mesh) AddCopiesOf(mesh, resources);
+                             SceneGeometry& geometry) {
+    for (uint32_t mesh = 0; mesh < m_plan.isBaseShapeDrawn.size(); ++mesh) AddCopiesOf(mesh, geometry);
     DeformResources& result = *m_result;
-    resources.meshes.insert(resources.meshes.end(), m_copies.begin(), m_copies.end());
+    geometry.meshes.insert(geometry.meshes.end(), m_copies.begin(), m_copies.end());
     for (size_t i = 0; i < result.meshOf.size(); ++i)
-        if (result.meshOf[i] != scene::kNone) resources.meshOf[i] = result.meshes[result.meshOf[i]].mesh;
+        if (result.meshOf[i] != scene::kNone) geometry.meshOf[i] = result.meshes[result.meshOf[i]].mesh;
 
     VkDeviceAddress bytes = 0;
-    for (DeformedMesh& mesh : result.meshes) PlaceStreams(mesh, resources, bytes);
+    for (DeformedMesh& mesh : result.meshes) PlaceStreams(mesh, geometry, bytes);
     result.records.clear();
     result.streams = device.CreateBuffer(
         {.name = "deformed streams",
          .size = std::max<uint64_t>(kStreamAlignment, bytes),
          .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput | rhi::BufferUsage::CopySource});
-    resources.geometryBytes += result.streams.Size();
+    geometry.streamBytes += result.streams.Size();
     VkDeviceAddress next = result.streams.Address();
     for (DeformedMesh& mesh : result.meshes) {
-        PlaceStreams(mesh, resources, next);
-        result.Follow(mesh, resources);
+        PlaceStreams(mesh, geometry, next);
+        result.Follow(mesh, geometry);
         for (DeformedGroup& deformed : mesh.groups) {
-            GroupResources& group = resources.groups[deformed.group];
+            GroupResources& group = geometry.groups[deformed.group];
             PlaceEmitters(deformed.pose, group.emitters);
             rhi::BlasDesc blas;
             blas.name = "deformed mesh";
@@ -262,7 +261,7 @@ void DeformUpload::AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::
     result.weightBuffer = CreateTable(device, "morph weights", result.weights.size(), sizeof(float));
     if (!result.records.empty())
         uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
-    resources.deform = std::move(m_result);
+    geometry.deform = std::move(m_result);
 }
 
 }  // namespace raygraph

@@ -12,7 +12,7 @@
 #include "renderer/gpu_scene/deform_outline.h"
 #include "renderer/gpu_scene/deform_plan.h"
 #include "renderer/gpu_scene/refit_quality.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "renderer/gpu_scene/stream_packer.h"
 #include "shaders/shared/deform_records.h"
 
@@ -39,7 +39,7 @@ void PlaceBase(BaseShape::Part& part, const gpu::GeometryRecord& geometry, uint6
                uint64_t firstVertex, VkDeviceAddress start, StreamPacker& packer);
 
 struct DeformedGroup {
-    uint32_t group = 0;  // into SceneResources::groups
+    uint32_t group = 0;  // into SceneGeometry::groups
     OutlinePose pose;    // as the joints and weights are now
     RefitQuality quality;
     bool isRefitDue = false;    // the vertices have changed since the BLAS was built or refitted
@@ -48,7 +48,7 @@ struct DeformedGroup {
 
 struct DeformedMesh {
     std::vector<uint32_t> instances;
-    uint32_t mesh = 0;  // into SceneResources::meshes
+    uint32_t mesh = 0;  // into SceneGeometry::meshes
     uint32_t skin = scene::kNone;
     uint32_t firstWeight = 0, weightCount = 0;
     uint32_t firstRecord = 0, recordCount = 0;  // into DeformResources::records
@@ -77,7 +77,7 @@ struct DeformResources {
     std::span<const glm::mat4x3> MatricesOf(const DeformedMesh& mesh) const;
     std::span<const float> WeightsOf(const DeformedMesh& mesh) const;
     // Brings poses, and of the groups the boxes, up to date on the host; the device is to follow.
-    void Follow(DeformedMesh& mesh, SceneResources& resources) const;
+    void Follow(DeformedMesh& mesh, SceneGeometry& geometry) const;
 };
 
 // Moves the emitters of a group to where its pose has them.
@@ -106,13 +106,13 @@ class DeformUpload {
     // After all meshes, which are numbered as in the scene: appends the copies, with memory, records and
     // BLASes.
     void AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                   SceneResources& resources);
+                   SceneGeometry& geometry);
 
   private:
     // Of a mesh, consecutive in the plan: the first one, and past the last one.
     std::pair<size_t, size_t> CopiesOf(uint32_t mesh) const;
-    void AddCopiesOf(uint32_t mesh, SceneResources& resources);
-    void PlaceStreams(DeformedMesh& mesh, SceneResources& resources, VkDeviceAddress& next);
+    void AddCopiesOf(uint32_t mesh, SceneGeometry& geometry);
+    void PlaceStreams(DeformedMesh& mesh, SceneGeometry& geometry, VkDeviceAddress& next);
 
     DeformPlan m_plan;
     std::unique_ptr<DeformResources> m_result;

@@ -24,8 +24,8 @@ uint32_t GroupsOf(const gpu::DeformRecord& record) {
 
 }  // namespace
 
-DeformSet::DeformSet(rhi::Device& device, SceneResources& resources, InstanceSet& instances)
-    : m_device(device), m_resources(resources), m_deform(*resources.deform), m_instances(instances) {
+DeformSet::DeformSet(rhi::Device& device, SceneGeometry& geometry, InstanceSet& instances)
+    : m_device(device), m_geometry(geometry), m_deform(*geometry.deform), m_instances(instances) {
     m_tasks.reserve(m_deform.records.size());  // frames allocate none
 }
 
@@ -101,10 +101,10 @@ bool DeformSet::HasWork() const {
 }
 
 void DeformSet::Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws) {
-    m_deform.Follow(mesh, m_resources);
+    m_deform.Follow(mesh, m_geometry);
     m_instances.MarkDeformed(mesh.mesh, mesh.instances);
     for (DeformedGroup& deformed : mesh.groups) {
-        const GroupResources& group = m_resources.groups[deformed.group];
+        const GroupResources& group = m_geometry.groups[deformed.group];
         lights.SetPose(deformed.group, deformed.pose);
         draws.SetBounds(group);
     }
@@ -190,7 +190,7 @@ std::vector<DeformedGroup*> DeformSet::Unbuilt() {
     std::vector<DeformedGroup*> unbuilt;
     for (DeformedMesh& mesh : m_deform.meshes)
         for (DeformedGroup& group : mesh.groups)
-            if (!m_resources.groups[group.group].blas->IsBuilt()) unbuilt.push_back(&group);
+            if (!m_geometry.groups[group.group].blas->IsBuilt()) unbuilt.push_back(&group);
     return unbuilt;
 }
 
@@ -205,7 +205,7 @@ void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilde
     std::vector<DeformedGroup*> due;
     for (DeformedMesh& mesh : m_deform.meshes)
         for (DeformedGroup& group : mesh.groups)
-            if (group.isRefitDue && m_resources.groups[group.group].blas->IsBuilt()) due.push_back(&group);
+            if (group.isRefitDue && m_geometry.groups[group.group].blas->IsBuilt()) due.push_back(&group);
     if (due.empty()) return;
     m_instances.MarkRefitted();
     renderer.AddPass(
@@ -217,7 +217,7 @@ void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilde
         [this, due = std::move(due), &builder](CommandList& commands) {
             std::vector<rhi::BlasBuilder::RefitRequest> requests;
             for (const DeformedGroup* group : due)
-                requests.push_back({.blas = m_resources.groups[group->group].blas.get(),
+                requests.push_back({.blas = m_geometry.groups[group->group].blas.get(),
                                     .desc = {},
                                     .rebuilds = group->isRebuildDue});
             builder.RecordRefits(commands, requests);

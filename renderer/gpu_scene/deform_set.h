@@ -18,8 +18,8 @@ namespace raygraph {
 
 class DeformSet {
   public:
-    // `resources` and `instances` outlive the set; something in them deforms.
-    DeformSet(rhi::Device& device, SceneResources& resources, InstanceSet& instances);
+    // `geometry` and `instances` outlive the set; something in them deforms.
+    DeformSet(rhi::Device& device, SceneGeometry& geometry, InstanceSet& instances);
 
     // As many as there are. True if what is visible changes by it. Error{Usage} naming the call for numbers
     // that are not finite.
@@ -53,7 +53,7 @@ class DeformSet {
     void DeclareDeform(Renderer& renderer, SceneIds& ids);
 
     rhi::Device& m_device;
-    SceneResources& m_resources;
+    SceneGeometry& m_geometry;
     DeformResources& m_deform;
     InstanceSet& m_instances;
     std::vector<gpu::DeformTask> m_tasks;  // of the frame

@@ -13,19 +13,19 @@ DrawKind KindOf(const GroupKind& group) {
     return group.isBackCulled ? DrawKind::AlphaTested : DrawKind::AlphaTestedTwoSided;
 }
 
-DrawTable::DrawTable(rhi::Device& device, SceneResources& resources, const InstanceSet& instances)
+DrawTable::DrawTable(rhi::Device& device, SceneGeometry& geometry, const InstanceSet& instances)
     : m_draws(device, "draws", "UploadDraws") {
-    Number(resources, 1);
-    Refresh(resources, instances);
+    Number(geometry, 1);
+    Refresh(geometry, instances);
 }
 
 void DrawTable::Upload(rhi::Uploader& uploader) {
     m_draws.Upload(uploader);
 }
 
-void DrawTable::Number(SceneResources& resources, uint32_t roomFactor) {
+void DrawTable::Number(SceneGeometry& geometry, uint32_t roomFactor) {
     decltype(m_kinds) kinds;
-    for (const GroupResources& group : resources.groups)
+    for (const GroupResources& group : geometry.groups)
         if (group.IsDrawn()) ++kinds[static_cast<size_t>(KindOf(group.kind))].room;
     uint32_t first = 0;
     for (Kind& kind : kinds) {
@@ -36,7 +36,7 @@ void DrawTable::Number(SceneResources& resources, uint32_t roomFactor) {
     m_draws.Assign(std::vector<gpu::DrawRecord>(first));
     // Nothing fails from here on: numbers are always those of records
     m_kinds = std::move(kinds);
-    for (GroupResources& group : resources.groups) Add(group);
+    for (GroupResources& group : geometry.groups) Add(group);
 }
 
 bool DrawTable::Add(GroupResources& group) {
@@ -54,16 +54,16 @@ void DrawTable::Remove(const GroupResources& group) {
         if (group.record.draw - kind.first < kind.room) kind.taken.Free(group.record.draw - kind.first, 1);
 }
 
-void DrawTable::Renumber(SceneResources& resources, const InstanceSet& instances) {
-    Number(resources, 2);
-    Refresh(resources, instances);
+void DrawTable::Renumber(SceneGeometry& geometry, const InstanceSet& instances) {
+    Number(geometry, 2);
+    Refresh(geometry, instances);
 }
 
-void DrawTable::Refresh(const SceneResources& resources, const InstanceSet& instances) {
+void DrawTable::Refresh(const SceneGeometry& geometry, const InstanceSet& instances) {
     for (uint32_t i = 0; i < m_draws.Size(); ++i) m_draws.Edit(i) = {};
     m_chunkCount = 0;
-    for (uint32_t i = 0; i < resources.groups.size(); ++i) {
-        const GroupResources& group = resources.groups[i];
+    for (uint32_t i = 0; i < geometry.groups.size(); ++i) {
+        const GroupResources& group = geometry.groups[i];
         if (group.record.draw == gpu::kNotDrawn) continue;
         gpu::DrawRecord& record = m_draws.Edit(group.record.draw);
         record.vertexCount = static_cast<uint32_t>(3 * group.triangleCount);

@@ -10,7 +10,7 @@
 #include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 #include "shaders/shared/draw_records.h"
 
@@ -22,7 +22,7 @@ class DrawTable {
   public:
     DrawTable() = default;
     // Of all groups, whose records get the numbers of their draws.
-    DrawTable(rhi::Device& device, SceneResources& resources, const InstanceSet& instances);
+    DrawTable(rhi::Device& device, SceneGeometry& geometry, const InstanceSet& instances);
     void Upload(rhi::Uploader& uploader);
 
     // A group has come, or is about to go. Its record gets its number, and Refresh comes before the next
@@ -30,9 +30,9 @@ class DrawTable {
     bool Add(GroupResources& group);
     void Remove(const GroupResources& group);
     // Numbers all again, with room for more. Records of all placements are then old.
-    void Renumber(SceneResources& resources, const InstanceSet& instances);
+    void Renumber(SceneGeometry& geometry, const InstanceSet& instances);
     // After groups or placements have come or gone.
-    void Refresh(const SceneResources& resources, const InstanceSet& instances);
+    void Refresh(const SceneGeometry& geometry, const InstanceSet& instances);
     void SetBounds(const GroupResources& group);
 
     // Sets `draws`, `drawsOfKind` and `chunkCount`; uploads what has changed.
@@ -44,7 +44,7 @@ class DrawTable {
         uint32_t room = 0;
         SlotRanges taken;  // from `first`
     };
-    void Number(SceneResources& resources, uint32_t roomFactor);
+    void Number(SceneGeometry& geometry, uint32_t roomFactor);
 
     std::array<Kind, kDrawKindCount> m_kinds;
     uint64_t m_chunkCount = 0;

@@ -6,7 +6,6 @@
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
-#include "renderer/gpu_scene/material_features.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/flat_transform.h"
@@ -88,7 +87,7 @@ void GpuScene::Impl::SetContent(SceneContent& content) {
 
 void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch) {
     const scene::SceneData& data = content.data;
-    std::unique_ptr<SceneResources> newResources;
+    SceneResources newResources;
     std::unique_ptr<InstanceSet> newInstances;
     std::unique_ptr<LightSet> newLights;
     std::unique_ptr<DeformSet> newDeform;
@@ -98,13 +97,13 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
         uint64_t budget = UINT64_MAX;
         upload.Continue(budget);
         newResources = upload.Finish(uploader);
-        newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
-        newDraws = DrawTable(device, *newResources, *newInstances);
+        newInstances = std::make_unique<InstanceSet>(device, *newResources.geometry, data);
+        newDraws = DrawTable(device, *newResources.geometry, *newInstances);
         newDraws.Upload(uploader);
-        newLights = std::make_unique<LightSet>(device, uploader, *newResources, newInstances->Placements(),
-                                               data, desc.lightRule);
-        if (newResources->deform)
-            newDeform = std::make_unique<DeformSet>(device, *newResources, *newInstances);
+        newLights = std::make_unique<LightSet>(device, uploader, *newResources.geometry,
+                                               newInstances->Placements(), data, desc.lightRule);
+        if (newResources.geometry->deform)
+            newDeform = std::make_unique<DeformSet>(device, *newResources.geometry, *newInstances);
         if (data.environment.IsPresent())
             newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
         builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
@@ -120,7 +119,7 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     std::unique_ptr<WideSet> newTrees;
     if (traversal == Traversal::Own) {
         newTrees = std::make_unique<WideSet>(device, desc.lightRule == LightRule::Decay);
-        newTrees->Follow(*newResources, *newInstances);
+        newTrees->Follow(*newResources.geometry, *newInstances);
         Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
             newTrees->WhyNone().empty() ? BytesText(newTrees->Bytes()) : newTrees->WhyNone());
     }
@@ -128,12 +127,13 @@ void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, cons
     lights = std::move(newLights);
     trees = std::move(newTrees);
     instances = std::move(newInstances);
-    resources = std::move(newResources);
+    geometry = std::move(newResources.geometry);
+    materials = std::move(newResources.materials);
     draws = std::move(newDraws);
     builder.Trim();
     environment.SetScene(std::move(newEnvironment), content.hasOwnLight);
     content.data.environment = {};
-    areDrawsDue = areDrawNumbersDue = areUsedMaterialsDue = false;
+    areDrawsDue = areDrawNumbersDue = false;
     while (!streams.empty()) EndStream(streams.begin());
     changedHostMeshes.clear();
     hostPlacements.clear();
@@ -220,7 +220,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     m_impl->RequireMaterial(material);
     scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
-    const gpu::MaterialRecord& shown = m_impl->resources->materials[material];
+    const gpu::MaterialRecord& shown = m_impl->materials->Records()[material];
     const gpu::MaterialRecord record = ToRecord(values, shown);
     // There is no padding that differs: scene_records.h asserts the size
     if (std::memcmp(&record, &shown, sizeof(record)) == 0) return;
@@ -229,13 +229,13 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
 
 void GpuScene::SetVariant(uint32_t variant) {
     m_impl->RequireNoFrame("SetVariant");
-    if (variant != scene::kNone) RequireIndex("variant", variant, m_impl->resources->variantCount);
-    if (m_impl->resources->variant == variant) return;
+    if (variant != scene::kNone) RequireIndex("variant", variant, m_impl->geometry->variantCount);
+    if (m_impl->geometry->variant == variant) return;
     WithMemoryErrors("SetVariant", [&] { m_impl->SetVariant(variant); });
 }
 
 uint32_t GpuScene::Variant() const {
-    return m_impl->resources->variant;
+    return m_impl->geometry->variant;
 }
 
 void GpuScene::SetLightVisible(uint32_t light, bool isVisible) {
@@ -266,7 +266,7 @@ const scene::Light& GpuScene::Light(uint32_t light) const {
 
 void GpuScene::SetLightGroups(LightGroups groups) {
     m_impl->RequireNoFrame("SetLightGroups");
-    RequireFitting(groups, m_impl->instances->Count(), m_impl->resources->materials.Size(),
+    RequireFitting(groups, m_impl->instances->Count(), m_impl->materials->Size(),
                    m_impl->lights->PunctualCount());
     m_impl->lights->SetGroups(std::move(groups));
 }
@@ -304,24 +304,20 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     declaredIn = renderer.OpenFrame();
     ContinueStreams();
     RefreshDraws();
-    if (areUsedMaterialsDue) resources->usedMaterials = UsedMaterials(*resources);
-    areUsedMaterialsDue = false;
     SceneIds ids;
     ids.origin = origin;
     environment.Declare(renderer, ids, *lights);
-    ids.geometries = resources->geometries.Declare(renderer);
-    ids.materials = resources->materials.Declare(renderer);
+    ids.geometries = geometry->records.Declare(renderer);
+    materials->Declare(renderer, ids, *geometry);
     ids.placementCount = instances->RecordCount();
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
-    ids.features = MaterialFeatures(*resources);
     if (desc.textureLevels) ids.features |= kTraceTextureLod;
-    ids.textures = renderer.Import("textures", resources->textures->Table());
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
     if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);
     draws.Declare(renderer, ids);
     DeclareBlasWork(renderer, ids);
     if (trees) {
-        trees->Follow(*resources, *instances);
+        trees->Follow(*geometry, *instances);
         trees->Declare(renderer, ids);
     }
     lights->Declare(renderer, ids, *instances);

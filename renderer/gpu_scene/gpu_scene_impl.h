@@ -22,8 +22,8 @@
 #include "renderer/gpu_scene/prepared_scene.h"
 #include "renderer/gpu_scene/scene_content.h"
 #include "renderer/gpu_scene/scene_environment.h"
+#include "renderer/gpu_scene/scene_materials.h"
 #include "renderer/gpu_scene/scene_origin.h"
-#include "renderer/gpu_scene/scene_resources.h"
 #include "renderer/gpu_scene/scene_upload_content.h"
 #include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/gpu_scene/wide_set.h"
@@ -143,7 +143,7 @@ struct GpuScene::Impl {
 
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
         const KindChanges changes =
-            ChangeMaterial(*resources, builder, material, record);  // everything that may fail
+            ChangeMaterial(*geometry, *materials, builder, material, record);  // everything that may fail
         ++revisions.materials;
         lights->SetEmission(material, record.emission);
         lights->SetSides(material, !IsBackCulled(record));
@@ -155,10 +155,11 @@ struct GpuScene::Impl {
     }
 
     void SetVariant(uint32_t variant) {
-        const KindChanges changes = ChangeVariant(*resources, builder, variant);  // everything that may fail
+        const KindChanges changes =
+            ChangeVariant(*geometry, *materials, builder, variant);  // everything that may fail
         ++revisions.materials;
         ++revisions.geometry;  // alpha of another texture, if not sides
-        lights->SetVariant(*resources);
+        lights->SetVariant(*geometry, materials->Records());
         areAddressesDue |= changes.areStructures;
         hasUnbuiltBlases |= changes.areStructures;
         areDrawNumbersDue |= changes.areSides;
@@ -168,9 +169,9 @@ struct GpuScene::Impl {
     void RefreshDraws() {
         if (areDrawNumbersDue) {
             instances->MarkGroupsChanged();
-            draws.Renumber(*resources, *instances);
+            draws.Renumber(*geometry, *instances);
         } else if (areDrawsDue) {
-            draws.Refresh(*resources, *instances);
+            draws.Refresh(*geometry, *instances);
         }
         areDrawsDue = areDrawNumbersDue = false;
     }
@@ -224,7 +225,7 @@ struct GpuScene::Impl {
                 std::vector<rhi::BlasBuilder::RefitRequest> requests;
                 for (const uint32_t mesh : changedHostMeshes)
                     requests.push_back(
-                        {.blas = resources->groups[resources->meshes[mesh].firstGroup].blas.get(),
+                        {.blas = geometry->groups[geometry->meshes[mesh].firstGroup].blas.get(),
                          .desc = {},
                          .rebuilds = true});
                 builder.RecordRefits(commands, requests);
@@ -244,14 +245,14 @@ struct GpuScene::Impl {
         statistics.blasRefits = blas.refitCount;
         statistics.blasRebuilds = blas.rebuildCount;
         statistics.deformations = deform ? deform->DeformCount() : 0;
-        statistics.textureBytes = resources->textures->Bytes();
-        statistics.reducedTextures = resources->textures->ReducedImages();
-        statistics.geometryCount = static_cast<uint32_t>(resources->geometries.Size());
-        statistics.geometryBytes = resources->geometryBytes;
-        statistics.deformedMeshes = deform ? static_cast<uint32_t>(resources->deform->meshes.size()) : 0;
+        statistics.textureBytes = materials->Textures().Bytes();
+        statistics.reducedTextures = materials->Textures().ReducedImages();
+        statistics.geometryCount = static_cast<uint32_t>(geometry->records.Size());
+        statistics.geometryBytes = geometry->streamBytes;
+        statistics.deformedMeshes = deform ? static_cast<uint32_t>(geometry->deform->meshes.size()) : 0;
         statistics.instanceCount = instances->ExistingCount();
         statistics.trianglesUnique = statistics.trianglesPlaced = 0;
-        for (const MeshResources& mesh : resources->meshes) {
+        for (const MeshResources& mesh : geometry->meshes) {
             if (!mesh.isCopy) statistics.trianglesUnique += mesh.triangleCount;
             statistics.trianglesPlaced += mesh.triangleCount * mesh.instanceCount;
         }
@@ -277,8 +278,9 @@ struct GpuScene::Impl {
     rhi::Texture defaultTexture;
     rhi::Sampler defaultSampler;
     rhi::Buffer energyTables;
-    std::unique_ptr<SceneResources> resources;
-    std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
+    std::unique_ptr<SceneMaterials> materials;
+    std::unique_ptr<SceneGeometry> geometry;
+    std::unique_ptr<InstanceSet> instances;  // refers to geometry: declared after it
     std::unique_ptr<LightSet> lights;
     std::unique_ptr<DeformSet> deform;  // null: nothing is deformed; refers to both
     std::unique_ptr<WideSet> trees;     // null: of Traversal::Driver
@@ -289,10 +291,9 @@ struct GpuScene::Impl {
     bool hasUnbuiltBlases = false;
     // Of the last frame: something read the device's structures that it had to build or refresh.
     bool areStructuresUsed = true;
-    bool areAddressesDue = false;      // BLASes of instances that are in the TLAS have been replaced
-    bool areDrawsDue = false;          // groups or placements have come or gone
-    bool areUsedMaterialsDue = false;  // meshes have come or gone
-    std::list<PartUpload> streams;     // the first is on its way
+    bool areAddressesDue = false;   // BLASes of instances that are in the TLAS have been replaced
+    bool areDrawsDue = false;       // groups or placements have come or gone
+    std::list<PartUpload> streams;  // the first is on its way
     std::list<std::weak_ptr<SceneUpload>> uploads;  // likewise; before streams
     std::optional<rhi::Uploader> streamUploader;
     std::list<TextureUpload> endedTextures;  // that the device still works on

@@ -156,11 +156,11 @@ uint32_t GpuScene::Impl::AddMesh(scene::Mesh&& mesh) {
         primitive.material =
             static_cast<uint32_t>(std::ranges::lower_bound(used, primitive.material) - used.begin());
     scene::SceneData part;
-    PackingMaterials materials;
+    PackingMaterials packing;
     for (const uint32_t material : used) {
-        materials.records.push_back(resources->materials[material]);
-        materials.textureAlphas.push_back(resources->materialUses[material].textureAlpha);
-        const gpu::MaterialRecord& record = resources->materials[material];
+        packing.records.push_back(materials->Records()[material]);
+        packing.textureAlphas.push_back(materials->TextureAlpha(material));
+        const gpu::MaterialRecord& record = materials->Records()[material];
         // What a texture may make shine is found, too; its texels are not there any more
         const bool hasTexture = record.emissiveTexture != gpu::kNoTexture;
         part.materials.emplace_back().emissiveFactor = hasTexture ? glm::vec3(1.0f) : record.emission;
@@ -169,7 +169,7 @@ uint32_t GpuScene::Impl::AddMesh(scene::Mesh&& mesh) {
     scene::Check(part, "GpuScene: AddMesh");
     EmitterFinder finder(part);
     PackedMesh packed =
-        PackMesh(part.meshes.front(), materials,
+        PackMesh(part.meshes.front(), packing,
                  {.tree = traversal == Traversal::Own ? WideUse::Tree : WideUse::None}, finder);
     RenumberMaterials(packed, used);
     std::optional<uint32_t> number;
@@ -195,10 +195,10 @@ uint32_t GpuScene::AddMesh(const HostMesh& mesh) {
 uint32_t GpuScene::Impl::AddMesh(const HostMesh& mesh) {
     UploadedMesh uploaded;
     GroupResources& group = uploaded.groups.emplace_back();
-    const MaterialUse& material = resources->materialUses[mesh.material];
-    group.parts.push_back({.material = mesh.material,
-                           .lowestAlpha = (mesh.colors ? mesh.lowestAlpha : 1.0f) * material.textureAlpha});
-    group.kind = KindOf(group.parts, resources->materials.Records());
+    group.parts.push_back(
+        {.material = mesh.material,
+         .lowestAlpha = (mesh.colors ? mesh.lowestAlpha : 1.0f) * materials->TextureAlpha(mesh.material)});
+    group.kind = KindOf(group.parts, materials->Records());
     group.record.positions = AddressOf(mesh.positions);
     group.record.indices = AddressOf(mesh.indices);
     group.triangleCount = mesh.triangleCount;
@@ -241,7 +241,7 @@ void GpuScene::MarkChanged(uint32_t mesh, const scene::Bounds& bounds) {
 uint32_t GpuScene::AddMaterial(const scene::Material& material) {
     m_impl->RequireNoFrame("AddMaterial");
     scene::Check(material, "GpuScene: AddMaterial");
-    const uint32_t textureCount = m_impl->resources->textures->Size();
+    const uint32_t textureCount = m_impl->materials->Textures().Size();
     for (const uint32_t texture : TexturesOf(material)) {
         RequireIndex("texture", texture, textureCount);
         m_impl->RequireTexture(texture);
@@ -249,7 +249,7 @@ uint32_t GpuScene::AddMaterial(const scene::Material& material) {
     return WithMemoryErrors("AddMaterial", [&] {
         std::vector<uint32_t> numbers(textureCount);
         for (uint32_t i = 0; i < textureCount; ++i)
-            numbers[i] = m_impl->resources->textures->Exists(i) ? i : scene::kNone;
+            numbers[i] = m_impl->materials->Textures().Exists(i) ? i : scene::kNone;
         return m_impl->AddMaterial(material, numbers);
     });
 }
@@ -281,7 +281,7 @@ void GpuScene::RemoveInstance(uint32_t instance) {
 void GpuScene::RemoveMesh(uint32_t mesh) {
     m_impl->RequireNoFrame("RemoveMesh");
     m_impl->RequireMesh(mesh);
-    const MeshResources& removed = m_impl->resources->meshes[mesh];
+    const MeshResources& removed = m_impl->geometry->meshes[mesh];
     if (removed.isDeformed)
         throw MakeError(ErrorKind::Usage, "GpuScene: mesh {} is deformed: it goes with the scene alone",
                         mesh);
@@ -294,7 +294,7 @@ void GpuScene::RemoveMesh(uint32_t mesh) {
 void GpuScene::RemoveMaterial(uint32_t material) {
     m_impl->RequireNoFrame("RemoveMaterial");
     m_impl->RequireMaterial(material);
-    if (const uint32_t count = m_impl->resources->materialUses[material].partCount; count > 0)
+    if (const uint32_t count = m_impl->materials->PartCount(material); count > 0)
         RefuseRemoval("material", material, count, "primitives");
     m_impl->RequireArrived("material", material, m_impl->owners.materials);
     m_impl->RemoveMaterial(material);
@@ -303,7 +303,7 @@ void GpuScene::RemoveMaterial(uint32_t material) {
 void GpuScene::RemoveTexture(uint32_t texture) {
     m_impl->RequireNoFrame("RemoveTexture");
     m_impl->RequireTexture(texture);
-    if (const uint32_t count = m_impl->resources->textureUses[texture]; count > 0)
+    if (const uint32_t count = m_impl->materials->MaterialCount(texture); count > 0)
         RefuseRemoval("texture", texture, count, "materials");
     m_impl->RequireArrived("texture", texture, m_impl->owners.textures);
     WithMemoryErrors("RemoveTexture", [&] { m_impl->RemoveTexture(texture); });

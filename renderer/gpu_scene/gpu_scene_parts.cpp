@@ -16,20 +16,20 @@ void GpuScene::Impl::RequireInstance(uint32_t instance) const {
 }
 
 void GpuScene::Impl::RequireMesh(uint32_t mesh) const {
-    RequireIndex("mesh", mesh, resources->meshes.size());
-    if (!resources->HasMesh(mesh) || resources->meshes[mesh].isCopy)
+    RequireIndex("mesh", mesh, geometry->meshes.size());
+    if (!geometry->HasMesh(mesh) || geometry->meshes[mesh].isCopy)
         throw MakeError(ErrorKind::Usage, "GpuScene: mesh {} has been removed", mesh);
 }
 
 void GpuScene::Impl::RequireMaterial(uint32_t material) const {
-    RequireIndex("material", material, resources->materials.Size());
-    if (!resources->HasMaterial(material))
+    RequireIndex("material", material, materials->Size());
+    if (!materials->Exists(material))
         throw MakeError(ErrorKind::Usage, "GpuScene: material {} has been removed", material);
 }
 
 void GpuScene::Impl::RequireTexture(uint32_t texture) const {
-    RequireIndex("texture", texture, resources->textures->Size());
-    if (!resources->textures->Exists(texture))
+    RequireIndex("texture", texture, materials->Textures().Size());
+    if (!materials->Textures().Exists(texture))
         throw MakeError(ErrorKind::Usage, "GpuScene: texture {} has been removed", texture);
 }
 
@@ -40,32 +40,29 @@ void GpuScene::Impl::RequireLight(uint32_t light) const {
 }
 
 bool GpuScene::Impl::IsDeformed(uint32_t instance) const {
-    return resources->meshes[instances->MeshOf(instance)].isDeformed && deform &&
-           deform->IsDeformed(instance);
+    return geometry->meshes[instances->MeshOf(instance)].isDeformed && deform && deform->IsDeformed(instance);
 }
 
 bool GpuScene::Impl::IsShowable(uint32_t mesh) const {
-    const MeshResources& placed = resources->meshes[mesh];
-    return std::ranges::all_of(std::span(resources->groups).subspan(placed.firstGroup, placed.groupCount),
+    return std::ranges::all_of(geometry->GroupsOf(geometry->meshes[mesh]),
                                [](const GroupResources& group) { return group.blas || group.hostBlas != 0; });
 }
 
 bool GpuScene::Impl::Emits(uint32_t mesh) const {
-    const MeshResources& placed = resources->meshes[mesh];
-    for (uint32_t i = placed.firstGroup; i < placed.firstGroup + placed.groupCount; ++i)
-        for (const GroupPart& part : resources->groups[i].parts)
-            if (resources->materials[part.material].emission != glm::vec3(0.0f)) return true;
+    for (const GroupResources& group : geometry->GroupsOf(geometry->meshes[mesh]))
+        for (const GroupPart& part : group.parts)
+            if (materials->Records()[part.material].emission != glm::vec3(0.0f)) return true;
     return false;
 }
 
 // --- Adding one thing.
 
 uint32_t GpuScene::Impl::AddMaterial(const scene::Material& material, std::span<const uint32_t> textures) {
-    const uint32_t number = resources->AddMaterials({&material, 1}, textures).front();
+    const uint32_t number = materials->Add({&material, 1}, textures).front();
     try {
         lights->AddMaterial(number, material.EmittedRadiance());
     } catch (...) {
-        resources->RemoveMaterial(number);
+        materials->Remove(number);
         throw;
     }
     ++revisions.materials;
@@ -82,12 +79,12 @@ void GpuScene::Impl::ReserveBuilds(uint32_t mesh) {
 }
 
 uint32_t GpuScene::Impl::AddMesh(UploadedMesh&& uploaded) {
-    const uint32_t number = resources->AddMesh(std::move(uploaded));
-    const MeshResources& mesh = resources->meshes[number];
+    const uint32_t number = geometry->AddMesh(std::move(uploaded), *materials);
+    const MeshResources& mesh = geometry->meshes[number];
     try {
         instances->AddMesh(number);
         for (uint32_t i = mesh.firstGroup; i < mesh.firstGroup + mesh.groupCount; ++i) {
-            GroupResources& group = resources->groups[i];
+            GroupResources& group = geometry->groups[i];
             lights->AddGroup(i, std::move(group.emitters), group.emitterVariants, false);
             areDrawNumbersDue |= !draws.Add(group);
         }
@@ -95,7 +92,7 @@ uint32_t GpuScene::Impl::AddMesh(UploadedMesh&& uploaded) {
         ForgetMesh(number);
         throw;
     }
-    hasUnbuiltBlases = areDrawsDue = areUsedMaterialsDue = true;
+    hasUnbuiltBlases = areDrawsDue = true;
     ++revisions.geometry;
     return number;
 }
@@ -107,7 +104,7 @@ uint32_t GpuScene::Impl::AddInstance(uint32_t mesh, const scene::PlacedTransform
     const bool isFirst = instances->Reach().IsEmpty();
     const uint32_t number = instances->Add(mesh, objectToWorld, isVisible);
     try {
-        const MeshResources& placed = resources->meshes[mesh];
+        const MeshResources& placed = geometry->meshes[mesh];
         const uint32_t firstPlacement = instances->FirstPlacement(number);
         for (uint32_t i = 0; i < placed.groupCount; ++i)
             lights->AddPlacement(firstPlacement + i, number, placed.firstGroup + i,
@@ -119,7 +116,7 @@ uint32_t GpuScene::Impl::AddInstance(uint32_t mesh, const scene::PlacedTransform
     }
     if (placing) placing->push_back(number);
     if (isFirst) RestartOrigin();
-    ++resources->meshes[mesh].instanceCount;
+    ++geometry->meshes[mesh].instanceCount;
     areDrawsDue = true;
     ++revisions.geometry;
     return number;
@@ -142,22 +139,22 @@ void GpuScene::Impl::RemoveInstance(uint32_t instance) {
         std::erase(placing->second, instance);
     owners.instances.Forget(instance);
     environment.Sources().instances.erase(instance);
-    --resources->meshes[mesh].instanceCount;
+    --geometry->meshes[mesh].instanceCount;
     areDrawsDue = true;
     ++revisions.geometry;
 }
 
 void GpuScene::Impl::ForgetMesh(uint32_t number) noexcept {
-    const MeshResources& mesh = resources->meshes[number];
+    const MeshResources& mesh = geometry->meshes[number];
     for (uint32_t i = mesh.firstGroup; i < mesh.firstGroup + mesh.groupCount; ++i) {
         lights->RemoveGroup(i);
-        draws.Remove(resources->groups[i]);
+        draws.Remove(geometry->groups[i]);
     }
     std::erase(changedHostMeshes, number);
     hostPlacements.erase(number);
     owners.meshes.Forget(number);
-    resources->RemoveMesh(number);
-    areDrawsDue = areUsedMaterialsDue = true;
+    geometry->RemoveMesh(number, *materials);
+    areDrawsDue = true;
 }
 
 void GpuScene::Impl::RemoveLight(uint32_t light) {
@@ -168,18 +165,18 @@ void GpuScene::Impl::RemoveLight(uint32_t light) {
 }
 
 void GpuScene::Impl::RemoveMaterial(uint32_t material) {
-    resources->RemoveMaterial(material);
+    materials->Remove(material);
     owners.materials.Forget(material);
     ++revisions.materials;
 }
 
 void GpuScene::Impl::RemoveTexture(uint32_t texture) {
-    resources->RemoveTexture(texture);
+    materials->RemoveTexture(texture);
     owners.textures.Forget(texture);
 }
 
 bool GpuScene::Impl::IsMeshUsed(uint32_t mesh) const {
-    return resources->meshes[mesh].instanceCount > 0 || resources->meshes[mesh].isDeformed;
+    return geometry->meshes[mesh].instanceCount > 0 || geometry->meshes[mesh].isDeformed;
 }
 
 // Of what it names, what is still its own, and as far as nothing else uses it.
@@ -193,10 +190,10 @@ void GpuScene::Impl::Remove(const AddedPart& part) {
     for (const uint32_t mesh : part.meshes)
         if (owners.meshes.Of(mesh) == part.owner && !IsMeshUsed(mesh)) ForgetMesh(mesh);
     for (const uint32_t material : part.materials)
-        if (owners.materials.Of(material) == part.owner && resources->materialUses[material].partCount == 0)
+        if (owners.materials.Of(material) == part.owner && materials->PartCount(material) == 0)
             RemoveMaterial(material);
     for (const uint32_t texture : part.textures)
-        if (owners.textures.Of(texture) == part.owner && resources->textureUses[texture] == 0)
+        if (owners.textures.Of(texture) == part.owner && materials->MaterialCount(texture) == 0)
             RemoveTexture(texture);
 }
 
@@ -206,19 +203,19 @@ bool GpuScene::Impl::IsOnItsWay(uint32_t owner) const {
 }
 
 bool GpuScene::Impl::IsOfHost(uint32_t mesh) const {
-    const MeshResources& found = resources->meshes[mesh];
-    return found.groupCount == 1 && !found.isDeformed && !resources->groups[found.firstGroup].streams;
+    const MeshResources& found = geometry->meshes[mesh];
+    return found.groupCount == 1 && !found.isDeformed && !geometry->groups[found.firstGroup].streams;
 }
 
 uint32_t GpuScene::Impl::AddTexture(const HostTexture& texture) {
     const auto image = std::make_shared<SceneImage>(
         SceneImage{.hostTexture = texture.texture, .lowestAlpha = texture.lowestAlpha});
     const SceneTexture added{image, texture.sampler};
-    return resources->AddTextures({&added, 1}).front();
+    return materials->AddTextures({&added, 1}).front();
 }
 
 void GpuScene::Impl::MarkChanged(uint32_t mesh, const scene::Bounds& bounds) {
-    GroupResources& group = resources->groups[resources->meshes[mesh].firstGroup];
+    GroupResources& group = geometry->groups[geometry->meshes[mesh].firstGroup];
     const std::vector<uint32_t>& placing = hostPlacements[mesh];
     const bool isRebuilt = group.blas && group.blas->Desc().kind == rhi::BlasKind::Deforming;
     if (isRebuilt) {

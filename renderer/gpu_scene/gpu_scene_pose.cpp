@@ -12,7 +12,7 @@ namespace raygraph {
 
 void GpuScene::Impl::RequireMatrices(const char* call, uint32_t skin, size_t count) const {
     const std::vector<SkinMatrices> none;
-    const std::vector<SkinMatrices>& skins = resources->deform ? resources->deform->skins : none;
+    const std::vector<SkinMatrices>& skins = geometry->deform ? geometry->deform->skins : none;
     RequireIndex("skin", skin, skins.size());
     if (count != skins[skin].count)
         throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} matrices for skin {}, which has {}", call, count,
@@ -51,7 +51,7 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
     require("instances", posed.instances.size(), m_impl->set.instances);
     require("materials", posed.materials.size(), m_impl->set.materials);
     require("lights", posed.lights.size(), m_impl->set.lights);
-    const DeformResources* const deform = m_impl->resources->deform.get();
+    const DeformResources* const deform = m_impl->geometry->deform.get();
     if (!changes.skins.empty()) require("skins", posed.skins.size(), deform ? deform->skins.size() : 0);
     for (const uint32_t i : changes.skins)
         m_impl->RequireMatrices("SetPose", i, applier.JointMatricesOf(i).size());

@@ -45,7 +45,7 @@ PartUpload GpuScene::Impl::BeginPart(const char* call, PreparedScene&& part, rhi
                       .isVisible = scene::VisibleNodes(data)};
     for (PackedMesh& mesh : upload.content->meshes) DropVariants(mesh);
     if (!data.textures.empty()) {
-        uint64_t used = resources->textures->Bytes();
+        uint64_t used = materials->Textures().Bytes();
         for (const PartUpload& before : streams)
             if (before.textures) used += before.textures->BytesToCome();
         const uint64_t budget = statistics.textureBudget - std::min(used, statistics.textureBudget);
@@ -70,8 +70,8 @@ bool GpuScene::Impl::BringTexture(PartUpload& part, uint32_t texture, uint64_t& 
     if (number != scene::kNone) return true;
     if (!part.textures->Make(texture, budget, !part.isStreamed)) return false;
     const SceneTexture made = part.textures->Get(texture);
-    owners.textures.Reserve(resources->textures->Size() + size_t{1});
-    number = resources->AddTextures({&made, 1}).front();
+    owners.textures.Reserve(materials->Textures().Size() + size_t{1});
+    number = materials->AddTextures({&made, 1}).front();
     owners.textures.Set(number, part.added->owner);
     return true;
 }
@@ -82,7 +82,7 @@ bool GpuScene::Impl::BringMaterial(PartUpload& part, uint32_t material, uint64_t
     const scene::Material& values = part.content->data.materials[material];
     for (const uint32_t texture : TexturesOf(values))
         if (!BringTexture(part, texture, budget)) return false;
-    owners.materials.Reserve(resources->materials.Size() + 1);
+    owners.materials.Reserve(materials->Size() + 1);
     number = AddMaterial(values, part.added->textures);
     owners.materials.Set(number, part.added->owner);
     return true;
@@ -104,7 +104,7 @@ bool GpuScene::Impl::BringMesh(PartUpload& part, uint32_t mesh, uint64_t& budget
     hasUnbuiltBlases = true;
     if (!part.meshUpload->Continue(device, *part.uploader, builder, disposer, budget)) return false;
     part.meshBytes += part.meshUpload->CopiedBytes();
-    owners.meshes.Reserve(resources->meshes.size() + 1);
+    owners.meshes.Reserve(geometry->meshes.size() + 1);
     number = AddMesh(part.meshUpload->Take());
     owners.meshes.Set(number, part.added->owner);
     part.meshUpload.reset();

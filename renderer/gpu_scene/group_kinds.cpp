@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/gpu_scene/material_features.h"
+#include "renderer/gpu_scene/scene_materials.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph {
@@ -70,21 +71,11 @@ bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
     return isChanged;
 }
 
-std::vector<uint32_t> UsedMaterials(const SceneResources& resources) {
-    std::vector<bool> isUsed(resources.materials.Size());
-    for (const GroupResources& group : resources.groups)
-        for (const GroupPart& part : group.parts) isUsed[part.material] = true;
-    std::vector<uint32_t> used;
-    for (uint32_t i = 0; i < isUsed.size(); ++i)
-        if (isUsed[i]) used.push_back(i);
-    return used;
-}
-
 namespace {
 
 // Gives groups for which `isAffected` holds the kind that their parts have by now. On an Error they keep the
 // one they have.
-KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
+KindChanges UpdateKinds(SceneGeometry& geometry, const SceneMaterials& materials, rhi::BlasBuilder& builder,
                         const std::function<bool(const GroupPart&)>& isAffected) {
     struct Changed {
         GroupResources& group;
@@ -94,9 +85,9 @@ KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
     std::vector<Changed> changed;
     std::map<const rhi::Blas*, std::shared_ptr<rhi::Blas>> replaced;  // which groups of copies share
     KindChanges changes;
-    for (GroupResources& group : resources.groups) {
+    for (GroupResources& group : geometry.groups) {
         if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;
-        const GroupKind kind = KindOf(group.parts, resources.materials.Records());
+        const GroupKind kind = KindOf(group.parts, materials.Records());
         if (kind == group.kind) continue;
         if (group.hostBlas != 0 && IsAnyHit(kind) != IsAnyHit(group.kind))
             throw Error(
@@ -122,9 +113,9 @@ KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
     return changes;
 }
 
-void TakeVariant(SceneResources& resources, uint32_t variant) noexcept {
-    resources.variant = variant;
-    for (GroupResources& group : resources.groups)
+void TakeVariant(SceneGeometry& geometry, uint32_t variant) noexcept {
+    geometry.variant = variant;
+    for (GroupResources& group : geometry.groups)
         for (size_t i = 0; i < group.parts.size(); ++i) {
             GroupPart& part = group.parts[i];
             if (part.variants.empty()) continue;
@@ -132,36 +123,34 @@ void TakeVariant(SceneResources& resources, uint32_t variant) noexcept {
             const PartVariant& taken = variants[scene::VariantEntry(variants, variant)];
             part.material = taken.material;
             part.lowestAlpha = taken.lowestAlpha;
-            resources.geometries.Edit(group.record.firstGeometry + i).material = taken.material;
+            geometry.records.Edit(group.record.firstGeometry + i).material = taken.material;
         }
 }
 
 }  // namespace
 
-KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
-                           const gpu::MaterialRecord& record) {
-    gpu::MaterialRecord& current = resources.materials.Edit(material);
-    const gpu::MaterialRecord old = std::exchange(current, record);
+KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                           uint32_t material, const gpu::MaterialRecord& record) {
+    const gpu::MaterialRecord old = materials.Set(material, record);
     try {
-        return UpdateKinds(resources, builder,
+        return UpdateKinds(geometry, materials, builder,
                            [&](const GroupPart& part) { return part.material == material; });
     } catch (...) {
-        current = old;
+        materials.Set(material, old);
         throw;
     }
 }
 
-KindChanges ChangeVariant(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t variant) {
-    const uint32_t old = resources.variant;
+KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                          uint32_t variant) {
+    const uint32_t old = geometry.variant;
+    materials.NoteGroups();
     try {
-        TakeVariant(resources, variant);
-        std::vector<uint32_t> used = UsedMaterials(resources);
-        const KindChanges changes =
-            UpdateKinds(resources, builder, [](const GroupPart& part) { return !part.variants.empty(); });
-        resources.usedMaterials = std::move(used);
-        return changes;
+        TakeVariant(geometry, variant);
+        return UpdateKinds(geometry, materials, builder,
+                           [](const GroupPart& part) { return !part.variants.empty(); });
     } catch (...) {
-        TakeVariant(resources, old);
+        TakeVariant(geometry, old);
         throw;
     }
 }

@@ -4,9 +4,8 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 
 namespace raygraph {
 
@@ -17,8 +16,6 @@ bool IsBackCulled(const gpu::MaterialRecord& material);
 GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
 // Of the geometry of a group's BLAS. True if they have changed.
 bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
-// Of some triangle, ascending.
-std::vector<uint32_t> UsedMaterials(const SceneResources& resources);
 
 // Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
 // is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns
@@ -27,11 +24,12 @@ struct KindChanges {
     bool areStructures = false;  // BLASes wait to be built
     bool areSides = false;       // culling or alpha has changed
 };
-KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
-                           const gpu::MaterialRecord& record);
+KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                           uint32_t material, const gpu::MaterialRecord& record);
 
 // Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise as
 // ChangeMaterial.
-KindChanges ChangeVariant(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t variant);
+KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                          uint32_t variant);
 
 }  // namespace raygraph

@@ -77,7 +77,7 @@ void InstanceSet::WriteTlasInstance(const Instance& instance, RecordTable::Write
         for (int column = 0; column < 4; ++column)
             written.objectToWorld[static_cast<size_t>(4 * row + column)] = objectToWorld[column][row];
     for (uint32_t i = 0; i < mesh.groupCount; ++i) {
-        const GroupResources& group = m_resources.groups[mesh.firstGroup + i];
+        const GroupResources& group = m_geometry.groups[mesh.firstGroup + i];
         written.customIndex = instance.firstPlacement + i;
         written.blas = group.BlasAddress();
         // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
@@ -93,7 +93,7 @@ void InstanceSet::WriteRecord(uint32_t index, const Instance& instance, RecordTa
     const Mesh& mesh = m_meshes[instance.mesh];
     const glm::mat4x3 objectToWorld = DeviceTransform(instance);
     for (uint32_t i = 0; i < mesh.groupCount; ++i) {
-        gpu::InstanceRecord record = m_resources.groups[mesh.firstGroup + i].record;
+        gpu::InstanceRecord record = m_geometry.groups[mesh.firstGroup + i].record;
         record.objectToWorld = objectToWorld;
         record.instance = index;
         if (instance.hasLights) record.firstLight = m_placements[instance.firstPlacement + i].firstLight;

@@ -7,14 +7,14 @@
 #include "renderer/gpu_scene/device_limits.h"
 
 namespace raygraph {
-InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data)
-    : m_device(device), m_resources(resources) {
-    for (uint32_t mesh = 0; mesh < resources.meshes.size(); ++mesh) AddMesh(mesh);
+InstanceSet::InstanceSet(rhi::Device& device, const SceneGeometry& geometry, const scene::SceneData& data)
+    : m_device(device), m_geometry(geometry) {
+    for (uint32_t mesh = 0; mesh < geometry.meshes.size(); ++mesh) AddMesh(mesh);
     m_instances.reserve(data.instances.size());
     const std::vector<bool> isVisible = scene::VisibleNodes(data);
     for (const scene::Instance& instance : data.instances) {
         const auto index = static_cast<uint32_t>(m_instances.size());
-        const uint32_t placed = resources.meshOf[index];
+        const uint32_t placed = geometry.meshOf[index];
         const Mesh& mesh = m_meshes[placed];
         const auto first = static_cast<uint32_t>(m_placements.size());
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
@@ -53,8 +53,8 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, c
 }
 
 void InstanceSet::AddMesh(uint32_t mesh) {
-    const MeshResources& resources = m_resources.meshes[mesh];
-    const size_t groups = resources.firstGroup + resources.groupCount;
+    const MeshResources& added = m_geometry.meshes[mesh];
+    const size_t groups = added.firstGroup + added.groupCount;
     m_placementsOf.resize(std::max(groups, m_placementsOf.size()));
     m_meshes.resize(std::max<size_t>(mesh + 1, m_meshes.size()));
     RefreshBounds(mesh);
@@ -176,11 +176,10 @@ void InstanceSet::SetFirstLight(uint32_t placement, uint32_t firstLight) {
 }
 
 void InstanceSet::RefreshBounds(uint32_t index) {
-    const MeshResources& resources = m_resources.meshes[index];
+    const MeshResources& changed = m_geometry.meshes[index];
     Mesh& mesh = m_meshes[index];
-    mesh = {.firstGroup = resources.firstGroup, .groupCount = resources.groupCount};
-    for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
-        mesh.bounds.Extend(m_resources.groups[group].bounds);
+    mesh = {.firstGroup = changed.firstGroup, .groupCount = changed.groupCount};
+    for (const GroupResources& group : m_geometry.GroupsOf(changed)) mesh.bounds.Extend(group.bounds);
     if (mesh.bounds.IsEmpty()) return;
     const glm::vec3 farthest = glm::max(glm::abs(mesh.bounds.min), glm::abs(mesh.bounds.max));
     mesh.reach = std::max({farthest.x, farthest.y, farthest.z});
@@ -195,7 +194,7 @@ void InstanceSet::ExtendReach(const Instance& instance) {
         glm::all(glm::lessThanEqual(matrix[3] + half, m_reach.max)))
         return;
     for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
-        m_reach.Extend(m_resources.groups[group].bounds.Transformed(matrix));
+        m_reach.Extend(m_geometry.groups[group].bounds.Transformed(matrix));
 }
 
 void InstanceSet::RestartReach() {

@@ -16,7 +16,7 @@
 #include "renderer/gpu_scene/box_tree.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/record_table.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 #include "renderer/gpu_scene/tlas_quality.h"
 #include "rhi/tlas.h"
@@ -34,8 +34,8 @@ class InstanceSet {
     };
     static constexpr uint32_t kNoGroup = ~0u;
 
-    // `resources` outlives the set. `data` has lost its meshes by then.
-    InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data);
+    // `geometry` outlives the set. `data` has lost its meshes by then.
+    InstanceSet(rhi::Device& device, const SceneGeometry& geometry, const scene::SceneData& data);
 
     // Places an instance of a mesh or copy. Later calls name it by what is returned: the index of one that
     // was removed before, or a new one. Error{Usage} where the device traces no more instances,
@@ -45,7 +45,7 @@ class InstanceSet {
     // has changed.
     void Remove(uint32_t index);
     bool Exists(uint32_t index) const { return index < m_exists.size() && m_exists[index]; }
-    // A mesh of the resources is new, or has other groups; no instance places it yet.
+    // A mesh of the geometry is new, or has other groups; no instance places it yet.
     void AddMesh(uint32_t mesh);
     // Of the emitters of a placement that exists, which LightSet numbers.
     void SetFirstLight(uint32_t placement, uint32_t firstLight);
@@ -176,7 +176,7 @@ class InstanceSet {
     void Order();
 
     rhi::Device& m_device;
-    const SceneResources& m_resources;
+    const SceneGeometry& m_geometry;
     LargeArray<Instance> m_instances;
     std::vector<bool> m_exists;  // by instance: so small that it stays in caches
     std::vector<Placement> m_placements;

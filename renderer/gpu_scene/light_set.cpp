@@ -25,17 +25,17 @@ void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm:
 
 }  // namespace
 
-LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
+LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneGeometry& geometry,
                    std::span<const InstanceSet::Placement> placements, const scene::SceneData& data,
                    LightRule rule)
     : m_device(device), m_rule(rule) {
     for (uint32_t i = 0; i < data.materials.size(); ++i) AddMaterial(i, data.materials[i].EmittedRadiance());
-    std::vector<bool> isDeformed(resources.groups.size());
-    for (const MeshResources& mesh : resources.meshes)
+    std::vector<bool> isDeformed(geometry.groups.size());
+    for (const MeshResources& mesh : geometry.meshes)
         for (uint32_t i = 0; mesh.isDeformed && i < mesh.groupCount; ++i)
             isDeformed[mesh.firstGroup + i] = true;
-    for (uint32_t i = 0; i < resources.groups.size(); ++i)
-        AddGroup(i, std::move(resources.groups[i].emitters), resources.groups[i].emitterVariants,
+    for (uint32_t i = 0; i < geometry.groups.size(); ++i)
+        AddGroup(i, std::move(geometry.groups[i].emitters), geometry.groups[i].emitterVariants,
                  isDeformed[i]);
     const std::vector<bool> isVisible = scene::VisibleNodes(data);
     for (const scene::Instance& instance : data.instances)
@@ -304,16 +304,16 @@ void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
         }
 }
 
-void LightSet::SetVariant(const SceneResources& resources) {
-    for (size_t i = 0; i < resources.groups.size(); ++i) {
-        const GroupResources& group = resources.groups[i];
+void LightSet::SetVariant(const SceneGeometry& geometry, std::span<const gpu::MaterialRecord> materials) {
+    for (size_t i = 0; i < geometry.groups.size(); ++i) {
+        const GroupResources& group = geometry.groups[i];
         for (const EmitterVariant& variant : group.emitterVariants) {
             if (group.parts[variant.geometry].material != variant.material) continue;
             Emitter& emitter = m_scene.groups[i][variant.emitter];
             m_edits.isAll |= emitter.material != variant.material;
             emitter.material = variant.material;
             emitter.meanTexture = variant.meanTexture;
-            emitter.isDoubleSided = !IsBackCulled(resources.materials[variant.material]);
+            emitter.isDoubleSided = !IsBackCulled(materials[variant.material]);
         }
     }
 }

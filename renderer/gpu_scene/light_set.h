@@ -18,7 +18,7 @@
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_table.h"
 #include "renderer/gpu_scene/record_table.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "rhi/device.h"
 #include "rhi/upload.h"
 
@@ -36,8 +36,8 @@ struct LightStatistics {
 
 class LightSet {
   public:
-    // Takes the emitters of `resources`; of `data` the materials, lights, profiles and instances.
-    LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
+    // Takes the emitters of `geometry`; of `data` the materials, lights, profiles and instances.
+    LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneGeometry& geometry,
              std::span<const InstanceSet::Placement> placements, const scene::SceneData& data,
              LightRule rule = LightRule::Decay);
 
@@ -72,7 +72,7 @@ class LightSet {
     // The emitters of a deformed group are at other places, in their order.
     void SetPose(uint32_t group, const OutlinePose& pose);
     // Emitters get the materials that the parts of their groups have by now.
-    void SetVariant(const SceneResources& resources);
+    void SetVariant(const SceneGeometry& geometry, std::span<const gpu::MaterialRecord> materials);
     // Whether surfaces of the material emit on both sides.
     void SetSides(uint32_t material, bool isDoubleSided);
     // Error{Usage} for values that no file can have.

@@ -1,13 +1,18 @@
 #include "renderer/gpu_scene/material_features.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
+#include <vector>
 
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "shaders/shared/microfacet_models.h"
 
 namespace raygraph {
 
 namespace {
+
+using MaterialList = std::vector<std::reference_wrapper<const gpu::MaterialRecord>>;
 
 bool HasFilm(const gpu::MaterialRecord& material) {
     const glm::vec2 thickness = material.iridescenceThickness;
@@ -48,23 +53,24 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
 // Whether light passes straight into the medium of some material: it has the index of air, or it or another
 // one of its index scatters. That other pairs of media of one index touch is rare (two objects of glass), so
 // their boundaries stop shadow rays like those of all glass.
-bool HasMatchedMedia(const SceneResources& resources) {
-    const auto isOpen = [](const gpu::MaterialRecord& material) {
-        return (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == gpu::kMaterialVolume &&
-               material.transmission > 0.0f;
+bool HasMatchedMedia(const MaterialList& used) {
+    struct Media {
+        uint32_t count = 0;
+        bool isOneOpen = false;  // light enters it
+        bool doesOneScatter = false;
     };
-    for (const uint32_t used : resources.usedMaterials) {
-        const gpu::MaterialRecord& inner = resources.materials[used];
-        if (!isOpen(inner)) continue;
-        if (inner.ior == 1.0f) return true;
-        for (const uint32_t other : resources.usedMaterials) {
-            const gpu::MaterialRecord& outer = resources.materials[other];
-            if (other != used && (outer.flags & gpu::kMaterialVolume) != 0u && outer.ior == inner.ior &&
-                (inner.scattering != glm::vec3(0.0f) || outer.scattering != glm::vec3(0.0f)))
-                return true;
-        }
+    std::map<float, Media> byIndex;
+    for (const gpu::MaterialRecord& material : used) {
+        if ((material.flags & gpu::kMaterialVolume) == 0u) continue;
+        Media& media = byIndex[material.ior];
+        ++media.count;
+        media.isOneOpen |= (material.flags & gpu::kMaterialUnlit) == 0u && material.transmission > 0.0f;
+        media.doesOneScatter |= material.scattering != glm::vec3(0.0f);
     }
-    return false;
+    return std::ranges::any_of(byIndex, [](const auto& of) {
+        const auto& [ior, media] = of;
+        return media.isOneOpen && (ior == 1.0f || (media.count > 1 && media.doesOneScatter));
+    });
 }
 
 bool HasTextureTransform(const gpu::MaterialRecord& material) {
@@ -92,24 +98,23 @@ uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
 
 // Whether some material may read a directional map by another texture coordinate set than that of the
 // tangents.
-bool MayNeedFrames(const SceneResources& resources) {
+bool MayNeedFrames(const MaterialList& used, uint32_t tangentSets) {
     uint32_t sets = 0;
-    for (const uint32_t used : resources.usedMaterials) sets |= DirectionalSets(resources.materials[used]);
-    const bool areMixed =
-        (sets | resources.tangentSets) == (gpu::kTangentsOfFirstSet | gpu::kTangentsOfSecondSet);
-    return areMixed && sets != 0 && resources.tangentSets != 0;
+    for (const gpu::MaterialRecord& material : used) sets |= DirectionalSets(material);
+    const bool areMixed = (sets | tangentSets) == (gpu::kTangentsOfFirstSet | gpu::kTangentsOfSecondSet);
+    return areMixed && sets != 0 && tangentSets != 0;
 }
 
-TraceFeatures TextureFeatures(const SceneResources& resources) {
-    TraceFeatures features;
-    if (resources.hasVertexColors) features |= kTraceVertexColors;
-    if (!resources.textures || resources.textures->Count() == 0) return features;
-    const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
-        return HasTextureTransform(resources.materials[used]);
-    });
-    features |= kTraceTextures;
-    if (areTransformed || MayNeedFrames(resources)) features |= kTraceTextureTransforms;
-    return features;
+// Returns each of the materials that parts have, once.
+MaterialList UsedMaterials(std::span<const gpu::MaterialRecord> materials,
+                           std::span<const GroupResources> groups) {
+    std::vector<bool> isUsed(materials.size());
+    for (const GroupResources& group : groups)
+        for (const GroupPart& part : group.parts) isUsed[part.material] = true;
+    MaterialList used;
+    for (size_t i = 0; i < materials.size(); ++i)
+        if (isUsed[i]) used.emplace_back(materials[i]);
+    return used;
 }
 
 }  // namespace
@@ -118,15 +123,22 @@ bool MayBeSmooth(float roughness, uint32_t texture) {
     return roughness * roughness < kSmoothAlpha || texture != gpu::kNoTexture;
 }
 
-TraceFeatures MaterialFeatures(const SceneResources& resources) {
-    TraceFeatures features = TextureFeatures(resources);
-    for (const uint32_t used : resources.usedMaterials) {
-        const gpu::MaterialRecord& material = resources.materials[used];
+TraceFeatures MaterialFeatures(std::span<const gpu::MaterialRecord> materials, uint32_t textureCount,
+                               const SceneGeometry& geometry) {
+    const MaterialList used = UsedMaterials(materials, geometry.groups);
+    TraceFeatures features;
+    if (geometry.hasVertexColors) features |= kTraceVertexColors;
+    if (textureCount > 0) {
+        const bool areTransformed = std::ranges::any_of(used, HasTextureTransform);
+        features |= kTraceTextures;
+        if (areTransformed || MayNeedFrames(used, geometry.tangentSets)) features |= kTraceTextureTransforms;
+    }
+    for (const gpu::MaterialRecord& material : used) {
         features |= LobeFeatures(material);
         if ((material.flags & gpu::kMaterialVolume) != 0u) features |= kTraceVolumes | kTraceProbeMedia;
     }
-    if (HasMatchedMedia(resources)) features |= kTraceMatchedMedia;
-    for (const GroupResources& group : resources.groups) {
+    if (HasMatchedMedia(used)) features |= kTraceMatchedMedia;
+    for (const GroupResources& group : geometry.groups) {
         if (!group.kind.isOpaque) features |= kTraceAnyHit;
         if (group.kind.isThinWall) features |= kTraceThinWalls;
         if (group.kind.isRound) features |= kTraceCapsules;

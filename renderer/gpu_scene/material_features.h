@@ -3,19 +3,22 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
+#include "shaders/shared/scene_records.h"
 #include "shaders/shared/trace_options.h"
 
 namespace raygraph {
 
-struct SceneResources;  // renderer/gpu_scene/scene_resources.h
+struct SceneGeometry;  // renderer/gpu_scene/scene_geometry.h
 
 // Whether facets of that roughness, which a texture (or gpu::kNoTexture) scales down, may reflect in a single
 // direction somewhere (bxdf/microfacet.glsl, IsEffectivelySmooth).
 bool MayBeSmooth(float roughness, uint32_t texture);
 
-// Returns the features of kinds Textures, Lobes, Media and Hits (but MeshLights) that the materials in use,
-// and the meshes with them, need somewhere.
-TraceFeatures MaterialFeatures(const SceneResources& resources);
+// Returns the features of kinds Textures, Lobes, Media and Hits (but MeshLights) that the meshes need
+// somewhere, and those of all materials that their parts have in the variant that is shown. O(n log n).
+TraceFeatures MaterialFeatures(std::span<const gpu::MaterialRecord> materials, uint32_t textureCount,
+                               const SceneGeometry& geometry);
 
 }  // namespace raygraph

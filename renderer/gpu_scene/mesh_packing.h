@@ -11,7 +11,7 @@
 
 #include "renderer/gpu_scene/deform_resources.h"
 #include "renderer/gpu_scene/emitters.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "renderer/gpu_scene/stream_packer.h"
 #include "renderer/scene/split_mesh.h"
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/group_kinds.h"
 
 namespace raygraph {
 
@@ -18,14 +17,12 @@ ResourceUpload::ResourceUpload(rhi::Device& device, rhi::Uploader& uploader, rhi
       m_content(content),
       m_settings(settings),
       m_textures(device, uploader, content.data, settings.textures),
-      m_resources(std::make_unique<SceneResources>()) {
+      m_resources{std::make_unique<SceneMaterials>(
+                      device, *settings.defaultTexture, *settings.defaultSampler,
+                      settings.textures.hasLevels ? settings.textures.maxAnisotropy : 1.0f),
+                  std::make_unique<SceneGeometry>(device)} {
     m_bytes = m_textures.Bytes();
     for (const PackedMesh& mesh : content.meshes) m_bytes += mesh.Bytes();
-    m_resources->geometries = DeviceArray<gpu::GeometryRecord>(device, "geometries", "UploadGeometries");
-    m_resources->materials = DeviceArray<gpu::MaterialRecord>(device, "materials", "UploadMaterials");
-    m_resources->textures =
-        std::make_unique<TextureSet>(device, *settings.defaultTexture, *settings.defaultSampler,
-                                     settings.textures.hasLevels ? settings.textures.maxAnisotropy : 1.0f);
 }
 
 bool ResourceUpload::Continue(uint64_t& budget, bool mayWait) {
@@ -37,7 +34,7 @@ bool ResourceUpload::Continue(uint64_t& budget, bool mayWait) {
         if (!m_meshUpload) m_meshUpload.emplace(std::move(m_content.meshes[m_mesh]));
         if (!m_meshUpload->Continue(m_device, m_uploader, m_builder, m_disposer, budget)) return false;
         m_meshBytes += m_meshUpload->CopiedBytes();
-        m_resources->AddMesh(m_meshUpload->Take());
+        m_resources.geometry->AddMesh(m_meshUpload->Take(), *m_resources.materials);
         m_meshUpload.reset();
     }
     return true;
@@ -46,29 +43,28 @@ bool ResourceUpload::Continue(uint64_t& budget, bool mayWait) {
 void ResourceUpload::AddMaterials() {
     std::vector<SceneTexture> textures;
     for (uint32_t i = 0; i < m_content.data.textures.size(); ++i) textures.push_back(m_textures.Get(i));
-    m_resources->AddMaterials(m_content.data.materials, m_resources->AddTextures(textures));
+    m_resources.materials->Add(m_content.data.materials, m_resources.materials->AddTextures(textures));
 }
 
 uint64_t ResourceUpload::CopiedBytes() const {
     return m_meshBytes + (m_meshUpload ? m_meshUpload->CopiedBytes() : 0) + m_textures.CopiedBytes();
 }
 
-std::unique_ptr<SceneResources> ResourceUpload::Finish(rhi::Uploader& uploader) {
+SceneResources ResourceUpload::Finish(rhi::Uploader& uploader) {
     const scene::SceneData& scene = m_content.data;
-    SceneResources& resources = *m_resources;
-    for (const scene::Instance& instance : scene.instances) resources.meshOf.push_back(instance.mesh);
+    SceneGeometry& geometry = *m_resources.geometry;
+    for (const scene::Instance& instance : scene.instances) geometry.meshOf.push_back(instance.mesh);
     for (size_t i = 0; i < m_content.meshes.size(); ++i)
-        resources.meshes[i].isDeformed = m_content.meshes[i].use.isDeformed;
+        geometry.meshes[i].isDeformed = m_content.meshes[i].use.isDeformed;
     if (m_content.deform) {
-        m_content.deform->AddCopies(m_device, uploader, m_builder, resources);
-        resources.TakeSlots();
+        m_content.deform->AddCopies(m_device, uploader, m_builder, geometry);
+        geometry.TakeSlots();
     }
-    for (const uint32_t mesh : resources.meshOf) ++resources.meshes[mesh].instanceCount;
-    resources.usedMaterials = UsedMaterials(resources);
-    resources.geometries.Upload(uploader);
-    resources.materials.Upload(uploader);
-    resources.variantCount = static_cast<uint32_t>(scene.variants.size());
-    resources.variant = scene.variant;
+    for (const uint32_t mesh : geometry.meshOf) ++geometry.meshes[mesh].instanceCount;
+    geometry.records.Upload(uploader);
+    m_resources.materials->Upload(uploader);
+    geometry.variantCount = static_cast<uint32_t>(scene.variants.size());
+    geometry.variant = scene.variant;
     return std::move(m_resources);
 }
 

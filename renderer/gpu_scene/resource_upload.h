@@ -9,7 +9,8 @@
 
 #include "renderer/gpu_scene/mesh_upload.h"
 #include "renderer/gpu_scene/scene_content.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
+#include "renderer/gpu_scene/scene_materials.h"
 #include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph {
@@ -19,6 +20,11 @@ struct ResourceSettings {
     TextureUploadSettings textures;
     const rhi::Texture* defaultTexture = nullptr;
     const rhi::Sampler* defaultSampler = nullptr;
+};
+
+struct SceneResources {
+    std::unique_ptr<SceneMaterials> materials;
+    std::unique_ptr<SceneGeometry> geometry;
 };
 
 class ResourceUpload {
@@ -32,7 +38,7 @@ class ResourceUpload {
     // of each mesh.
     bool Continue(uint64_t& budget, bool mayWait = true);
     // All that is left, with that uploader, after Continue has come to its end.
-    std::unique_ptr<SceneResources> Finish(rhi::Uploader& uploader);
+    SceneResources Finish(rhi::Uploader& uploader);
 
     // Bytes of streams and texels.
     uint64_t Bytes() const { return m_bytes; }
@@ -53,7 +59,7 @@ class ResourceUpload {
     SceneContent& m_content;
     ResourceSettings m_settings;
     TextureUpload m_textures;
-    std::unique_ptr<SceneResources> m_resources;
+    SceneResources m_resources;
     bool m_hasMaterials = false;
     uint32_t m_texture = 0, m_mesh = 0;  // the next ones
     std::optional<MeshUpload> m_meshUpload;

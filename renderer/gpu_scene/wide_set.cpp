@@ -13,7 +13,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/instance_set.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 
 namespace raygraph {
 namespace {
@@ -41,13 +41,13 @@ WideSet::WideSet(rhi::Device& device, bool renewsDecayed)
       m_triangles(device, "wideTriangles", "UploadWideTriangles"),
       m_instances(device, "wideInstances", "UploadWideInstances") {}
 
-void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
+void WideSet::Follow(SceneGeometry& geometry, const InstanceSet& instances) {
     const bool hasCome =
         m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
     if (m_hasFailed || (m_version == instances.Version() && !hasCome)) return;
     try {
-        if (!m_renewsDecayed && m_asSet.empty()) NoteAsSet(resources, instances);
-        std::vector<Part> parts = VisibleParts(resources, instances);
+        if (!m_renewsDecayed && m_asSet.empty()) NoteAsSet(geometry, instances);
+        std::vector<Part> parts = VisibleParts(geometry, instances);
         m_version = instances.Version();
         if (!m_whyNone.empty()) return;
         if (hasCome) {
@@ -58,7 +58,7 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
             if (isOfThese) Take(std::move(built));
         }
         if (m_isBuilt && parts == m_parts) return;
-        if (!m_isBuilt || !Refit(parts)) return Build(resources, parts);
+        if (!m_isBuilt || !Refit(parts)) return Build(geometry, parts);
         m_parts = std::move(parts);
         if (m_renewsDecayed && m_top.refit.Decay() > kMostDecay) Renew();
     } catch (const std::exception& error) {
@@ -70,13 +70,13 @@ void WideSet::Follow(SceneResources& resources, const InstanceSet& instances) {
     }
 }
 
-void WideSet::NoteAsSet(const SceneResources& resources, const InstanceSet& instances) {
+void WideSet::NoteAsSet(const SceneGeometry& geometry, const InstanceSet& instances) {
     uint64_t triangles = 0;
     for (const InstanceSet::Placement& placement : instances.Placements()) {
         glm::mat4x3& placed = m_asSet.emplace_back(1.0f);
         if (placement.group == InstanceSet::kNoGroup) continue;
         placed = instances.DeviceTransform(placement.instance);
-        if (const auto& tree = resources.groups[placement.group].tree) triangles += tree->triangles.size();
+        if (const auto& tree = geometry.groups[placement.group].tree) triangles += tree->triangles.size();
     }
     m_hadFewTriangles = triangles <= kMaxLevelTriangles;
 }
@@ -95,14 +95,14 @@ void WideSet::ForgetAll() {
     m_parts = {};
 }
 
-std::vector<WideSet::Part> WideSet::VisibleParts(const SceneResources& resources,
+std::vector<WideSet::Part> WideSet::VisibleParts(const SceneGeometry& geometry,
                                                  const InstanceSet& instances) {
     m_whyNone.clear();
     std::vector<Part> parts;
     const std::span<const InstanceSet::Placement> all = instances.Placements();
     for (uint32_t i = 0; i < all.size(); ++i) {
         if (all[i].group == InstanceSet::kNoGroup || !instances.IsVisible(all[i].instance)) continue;
-        const GroupResources& group = resources.groups[all[i].group];
+        const GroupResources& group = geometry.groups[all[i].group];
         if (!group.tree) {
             m_whyNone = "the scene has round primitives, meshes that deform, or others without a tree";
             return {};
@@ -138,19 +138,19 @@ std::vector<WidePlacement> WideSet::PlacementsOf(std::span<const Part> parts) co
     return placements;
 }
 
-void WideSet::Build(SceneResources& resources, const std::vector<Part>& parts) {
+void WideSet::Build(SceneGeometry& geometry, const std::vector<Part>& parts) {
     std::vector<Part> asSet = parts;
     for (Part& part : asSet)
         if (part.number < m_asSet.size()) part.objectToWorld = m_asSet[part.number];
-    BuildFrom(resources, std::move(asSet));
+    BuildFrom(geometry, std::move(asSet));
     if (!m_whyNone.empty() || m_parts == parts) return;
     if (Refit(parts))
         m_parts = parts;
     else
-        BuildFrom(resources, std::vector(parts));
+        BuildFrom(geometry, std::vector(parts));
 }
 
-void WideSet::BuildFrom(SceneResources& resources, std::vector<Part>&& parts) {
+void WideSet::BuildFrom(SceneGeometry& geometry, std::vector<Part>&& parts) {
     m_coming = {};  // waits for what reads the triangles of parts
     if (m_isOneLevel) {
         uint64_t count = 0;
@@ -166,7 +166,7 @@ void WideSet::BuildFrom(SceneResources& resources, std::vector<Part>&& parts) {
     m_isBuilt = true;
     if (m_isOneLevel) return;
     // There are no more nodes above instances than instances, or one
-    FollowMeshes(resources, parts.size() + 1);
+    FollowMeshes(geometry, parts.size() + 1);
     for (size_t i = 0; m_whyNone.empty() && i < parts.size(); ++i)
         if (const uint32_t depth = m_placed[parts[i].group].depth; depth > kMaxMeshDepth)
             m_whyNone = Text("a mesh has a tree of {} levels, of {} at most", depth, kMaxMeshDepth);
@@ -290,10 +290,10 @@ void WideSet::Renew() {
     }
 }
 
-void WideSet::FollowMeshes(const SceneResources& resources, size_t spareNodes) {
-    m_placed.resize(std::max(m_placed.size(), resources.groups.size()));
+void WideSet::FollowMeshes(const SceneGeometry& geometry, size_t spareNodes) {
+    m_placed.resize(std::max(m_placed.size(), geometry.groups.size()));
     const auto treeOf = [&](size_t i) {
-        return i < resources.groups.size() ? resources.groups[i].tree : std::shared_ptr<WideMesh>();
+        return i < geometry.groups.size() ? geometry.groups[i].tree : std::shared_ptr<WideMesh>();
     };
     size_t nodes = 0, triangles = 0;
     for (size_t i = 0; i < m_placed.size(); ++i) {

@@ -18,7 +18,7 @@
 namespace raygraph {
 
 class InstanceSet;
-struct SceneResources;
+struct SceneGeometry;
 
 class WideSet {
   public:
@@ -27,9 +27,9 @@ class WideSet {
     WideSet(rhi::Device& device, bool renewsDecayed);
 
     // Takes what has come, gone and moved since the last call. Where instances have only moved, the tree
-    // keeps its nodes, and their boxes follow; else it is built again. Of two levels empties the resources'
+    // keeps its nodes, and their boxes follow; else it is built again. Of two levels empties the geometry's
     // trees.
-    void Follow(SceneResources& resources, const InstanceSet& instances);
+    void Follow(SceneGeometry& geometry, const InstanceSet& instances);
     // Uploads what has changed. Without trees, leaves the ids as they are.
     void Declare(Renderer& renderer, SceneIds& ids);
     // Why rays cannot be traced by them; empty: they can.
@@ -48,7 +48,7 @@ class WideSet {
         Box box;
         uint32_t depth = 0;
     };
-    // What is visible: a group of the resources, and where.
+    // What is visible: a group of the geometry, and where.
     struct Part {
         std::shared_ptr<WideMesh> tree;
         uint32_t group = 0;
@@ -76,17 +76,17 @@ class WideSet {
     };
 
     // Of a scene whose trees stay those of the scene as it was set.
-    void NoteAsSet(const SceneResources& resources, const InstanceSet& instances);
+    void NoteAsSet(const SceneGeometry& geometry, const InstanceSet& instances);
     // How many triangles a tree of one level may have that is built now.
     uint64_t MostTriangles() const;
     // Nothing, and m_whyNone, where there is no tree of one of them.
-    std::vector<Part> VisibleParts(const SceneResources& resources, const InstanceSet& instances);
+    std::vector<Part> VisibleParts(const SceneGeometry& geometry, const InstanceSet& instances);
     static PlacedTriangles TrianglesOf(const Part& part);
     WidePlacement PlacementOf(const Part& part) const;
     std::vector<WidePlacement> PlacementsOf(std::span<const Part> parts) const;
     // Nothing has been built so far, or m_parts cannot become these parts by moving alone.
-    void Build(SceneResources& resources, const std::vector<Part>& parts);
-    void BuildFrom(SceneResources& resources, std::vector<Part>&& parts);
+    void Build(SceneGeometry& geometry, const std::vector<Part>& parts);
+    void BuildFrom(SceneGeometry& geometry, std::vector<Part>&& parts);
     // False: that is not possible; then the tree has to be built.
     bool Refit(const std::vector<Part>& parts);
     bool MoveTriangles(const Part& part, uint32_t index, std::vector<uint32_t>& moved);
@@ -96,7 +96,7 @@ class WideSet {
     bool Take(Built&& built);
     // Begins to build a tree that has decayed again, if none is being built.
     void Renew();
-    void FollowMeshes(const SceneResources& resources, size_t spareNodes);
+    void FollowMeshes(const SceneGeometry& geometry, size_t spareNodes);
     void Place(Placed& placed, const std::shared_ptr<WideMesh>& tree);
     void Free(Placed& placed);
     void FreeTop();

@@ -33,21 +33,21 @@ class World {
   public:
     explicit World(Renderer& renderer, uint32_t placed, LightRule rule = LightRule::Decay)
         : m_renderer(renderer), m_uploader(renderer.Device()) {
-        m_resources.meshes = {{.firstGroup = 0, .groupCount = 1}, {.firstGroup = 1, .groupCount = 1}};
-        m_resources.groups.resize(2);
-        m_resources.groups[kLamp].emitters = Emitters(1000);
-        m_resources.groups[kSign].emitters = Emitters(2);
+        m_geometry.meshes = {{.firstGroup = 0, .groupCount = 1}, {.firstGroup = 1, .groupCount = 1}};
+        m_geometry.groups.resize(2);
+        m_geometry.groups[kLamp].emitters = Emitters(1000);
+        m_geometry.groups[kSign].emitters = Emitters(2);
         scene::SceneData data;
         data.materials = {Lambert({}, glm::vec3(1.0f))};
         data.lights.resize(1);
         for (uint32_t i = 0; i < kInstances; ++i) {
             data.instances.push_back({.mesh = IsLamp(i) ? 0u : 1u, .objectToWorld = PlaceOf(i)});
-            m_resources.meshOf.push_back(data.instances.back().mesh);
+            m_geometry.meshOf.push_back(data.instances.back().mesh);
         }
-        instances.emplace(renderer.Device(), m_resources, data);
+        instances.emplace(renderer.Device(), m_geometry, data);
         data.instances.resize(placed);
         m_uploader.FlushAfter([&] {
-            lights.emplace(renderer.Device(), m_uploader, m_resources, instances->Placements().first(placed),
+            lights.emplace(renderer.Device(), m_uploader, m_geometry, instances->Placements().first(placed),
                            data, rule);
         });
     }
@@ -99,7 +99,7 @@ class World {
   private:
     Renderer& m_renderer;
     rhi::Uploader m_uploader;
-    SceneResources m_resources;
+    SceneGeometry m_geometry;
 };
 
 class LightObjects : public VulkanTest {

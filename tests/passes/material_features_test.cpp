@@ -9,7 +9,7 @@
 
 #include "renderer/gpu_scene/deform_resources.h"
 #include "renderer/gpu_scene/material_records.h"
-#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/scene_geometry.h"
 #include "shaders/shared/trace_options.h"
 
 namespace raygraph {
@@ -18,10 +18,10 @@ namespace {
 using scene::Material;
 
 TraceFeatures FeaturesOf(const std::vector<Material>& materials) {
-    SceneResources resources;
-    resources.materials.Assign(MaterialRecords(materials, {}));
-    for (uint32_t i = 0; i < materials.size(); ++i) resources.usedMaterials.push_back(i);
-    return MaterialFeatures(resources);
+    SceneGeometry geometry;
+    for (uint32_t i = 0; i < materials.size(); ++i)
+        geometry.groups.emplace_back().parts.push_back({.material = i});
+    return MaterialFeatures(MaterialRecords(materials, {}), 0, geometry);
 }
 
 // Rough plastic, but for what `change` makes of it.
@@ -127,6 +127,45 @@ TEST(MaterialFeatures, OfASceneAreThoseOfAllItsMaterials) {
     glass.transmissionFactor = 1.0f;
     EXPECT_EQ(FeaturesOf({metal, glass}), kTraceMetals | kTraceGlass);
     EXPECT_EQ(FeaturesOf({}), TraceFeatures{});
+}
+
+Material Medium(float ior, bool isEntered, bool scatters) {
+    Material medium;
+    medium.thicknessFactor = 1.0f;
+    medium.metallicFactor = 0.0f;
+    medium.roughnessFactor = 1.0f;
+    medium.ior = ior;
+    (isEntered ? medium.transmissionFactor : medium.diffuseTransmissionFactor) = 1.0f;
+    if (scatters) medium.multiscatterColorFactor = glm::vec3(0.5f);
+    if (scatters) medium.attenuationColor = glm::vec3(0.5f);
+    if (scatters) medium.attenuationDistance = 1.0f;
+    return medium;
+}
+
+TEST(MaterialFeatures, LightPassesStraightIntoAirAndBetweenMediaOfOneIndexThatScatter) {
+    struct Row {
+        const char* what;
+        std::vector<Material> media;
+        bool isMatched;
+    };
+    const Row rows[] = {
+        {"glass", {Medium(1.5f, true, false)}, false},
+        {"fog", {Medium(1.0f, true, true)}, true},
+        {"air that nothing enters", {Medium(1.0f, false, true)}, false},
+        {"milk", {Medium(1.33f, true, true)}, false},
+        {"milk in water", {Medium(1.33f, true, false), Medium(1.33f, true, true)}, true},
+        {"milk beside what nothing enters", {Medium(1.33f, true, true), Medium(1.33f, false, false)}, true},
+        {"milk that nothing enters in water", {Medium(1.33f, false, true), Medium(1.33f, true, false)}, true},
+        {"milk in glass", {Medium(1.5f, true, false), Medium(1.33f, true, true)}, false},
+        {"two of glass", {Medium(1.5f, true, false), Medium(1.5f, true, false)}, false},
+        {"none entered", {Medium(1.33f, false, true), Medium(1.33f, false, true)}, false},
+        {"the last pair of many",
+         {Medium(1.1f, true, true), Medium(1.5f, true, false), Medium(1.2f, true, true),
+          Medium(1.3f, true, false), Medium(1.5f, true, true)},
+         true},
+    };
+    for (const Row& row : rows)
+        EXPECT_EQ(FeaturesOf(row.media).Has(kTraceMatchedMedia), row.isMatched) << row.what;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What a scene is on the device but for its instances and lights: vertex streams, BLASes, textures, geometry
-// and material tables. Meshes, materials and textures come and go; the others keep their numbers.
+// The meshes of a scene on the device: vertex streams, BLASes and the table of geometries. Meshes come and
+// go; the others keep their numbers. Threads: those of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,6 @@
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/light_table.h"
 #include "renderer/gpu_scene/slot_ranges.h"
-#include "renderer/gpu_scene/texture_set.h"
-#include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/scene/scene_data.h"
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
@@ -23,6 +21,7 @@
 
 namespace raygraph {
 
+class SceneMaterials;
 struct BaseShape;
 struct DeformResources;
 struct WideMesh;
@@ -91,63 +90,43 @@ struct MeshResources {
     bool exists = true;
 };
 
-// What the host keeps of a material beside its record.
-struct MaterialUse {
-    std::vector<uint32_t> textures;  // that it reads, each once
-    uint32_t partCount = 0;          // that have it, in some variant
-    float textureAlpha = 1.0f;       // no texel of its base color has less
-    bool exists = true;
-};
-
 struct UploadedMesh;
 
-struct SceneResources {
-    SceneResources();
-    ~SceneResources();
+struct SceneGeometry {
+    // Makes geometry that the host alone has, for tests.
+    SceneGeometry();
+    explicit SceneGeometry(rhi::Device& device);
+    SceneGeometry(SceneGeometry&&) noexcept;
+    ~SceneGeometry();
 
-    // Each puts something in its place, and returns its number. On an Error nothing has changed.
-    uint32_t AddMesh(UploadedMesh&& mesh);
-    // `textures`: numbers of those that the materials count from 0, with the lowest alpha of their images.
-    std::vector<uint32_t> AddMaterials(std::span<const scene::Material> added,
-                                       std::span<const uint32_t> textureNumbers);
-    std::vector<uint32_t> AddTextures(std::span<const SceneTexture> added);
-    // What nothing uses any more.
-    void RemoveMesh(uint32_t mesh) noexcept;
-    void RemoveMaterial(uint32_t material) noexcept;
-    void RemoveTexture(uint32_t texture);
-    // Of meshes, groups and geometries that were appended without a number.
+    // Gives the mesh a place, and returns its number; its parts count as users of their materials. On an
+    // Error nothing has changed.
+    uint32_t AddMesh(UploadedMesh&& mesh, SceneMaterials& materials);
+    // Removes a mesh that nothing places.
+    void RemoveMesh(uint32_t mesh, SceneMaterials& materials) noexcept;
+    // Takes the slots of meshes, groups and geometries that were appended without a number.
     void TakeSlots();
     bool HasMesh(uint32_t mesh) const { return mesh < meshes.size() && meshes[mesh].exists; }
-    bool HasMaterial(uint32_t material) const {
-        return material < materialUses.size() && materialUses[material].exists;
+    std::span<GroupResources> GroupsOf(const MeshResources& mesh) {
+        return std::span(groups).subspan(mesh.firstGroup, mesh.groupCount);
+    }
+    std::span<const GroupResources> GroupsOf(const MeshResources& mesh) const {
+        return std::span(groups).subspan(mesh.firstGroup, mesh.groupCount);
     }
 
     std::vector<MeshResources> meshes;  // of the scene, in its order; then copies
     std::vector<uint32_t> meshOf;       // by instance: the mesh or copy that it places
     std::vector<GroupResources> groups;
-    std::unique_ptr<TextureSet> textures;
-    std::vector<uint32_t> textureUses;  // materials that read each
-    DeviceArray<gpu::MaterialRecord> materials;
-    std::vector<MaterialUse> materialUses;
-    std::vector<uint32_t> usedMaterials;  // by some triangle, ascending
+    DeviceArray<gpu::GeometryRecord> records;
+    std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
     uint32_t variantCount = 0;
     uint32_t variant = scene::kNone;  // the one shown
-    DeviceArray<gpu::GeometryRecord> geometries;
-    std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
-    uint64_t geometryBytes = 0;
+    uint64_t streamBytes = 0;
     bool hasVertexColors = false;  // some mesh has or had them: pipelines differ by it
     uint32_t tangentSets = 0;      // gpu::kTangents* of all meshes that are or were there; likewise
 
   private:
-    void CountParts(const MeshResources& mesh, int uses) noexcept;
-
-    SlotRanges m_meshSlots, m_groupSlots, m_geometrySlots, m_materialSlots;
+    SlotRanges m_meshSlots, m_groupSlots, m_recordSlots;
 };
-
-// Of all groups of a mesh; object space.
-scene::Bounds BoundsOf(const SceneResources& resources, const MeshResources& mesh);
-// Triangles of all meshes, and of all that instances place.
-uint64_t TriangleCount(const SceneResources& resources);
-uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances);
 
 }  // namespace raygraph

@@ -1,0 +1,71 @@
+#include "renderer/gpu_scene/scene_geometry.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/mesh_upload.h"
+#include "renderer/gpu_scene/scene_materials.h"
+
+namespace raygraph {
+
+SceneGeometry::SceneGeometry() = default;
+SceneGeometry::SceneGeometry(rhi::Device& device) : records(device, "geometries", "UploadGeometries") {}
+SceneGeometry::SceneGeometry(SceneGeometry&&) noexcept = default;
+SceneGeometry::~SceneGeometry() = default;
+
+uint32_t SceneGeometry::AddMesh(UploadedMesh&& mesh, SceneMaterials& materials) {
+    const auto groupCount = static_cast<uint32_t>(mesh.groups.size());
+    const auto recordCount = static_cast<uint32_t>(mesh.records.size());
+    const uint32_t number = m_meshSlots.Allocate(1);
+    uint32_t firstGroup = scene::kNone, firstRecord = scene::kNone;
+    try {
+        firstGroup = m_groupSlots.Allocate(groupCount);
+        firstRecord = m_recordSlots.Allocate(recordCount);
+        meshes.resize(std::max<size_t>(meshes.size(), m_meshSlots.End()), {.exists = false});
+        groups.resize(std::max<size_t>(groups.size(), m_groupSlots.End()));
+        records.Grow(m_recordSlots.End());
+    } catch (...) {
+        m_meshSlots.Free(number, 1);
+        if (firstGroup != scene::kNone) m_groupSlots.Free(firstGroup, groupCount);
+        if (firstRecord != scene::kNone) m_recordSlots.Free(firstRecord, recordCount);
+        throw;
+    }
+    MeshResources& added = meshes[number] = {.firstGroup = firstGroup, .groupCount = groupCount};
+    for (uint32_t i = 0; i < groupCount; ++i) {
+        GroupResources& group = groups[firstGroup + i] = std::move(mesh.groups[i]);
+        group.record.firstGeometry += firstRecord;
+        added.triangleCount += group.triangleCount;
+    }
+    records.Write(firstRecord, mesh.records);
+    for (const gpu::GeometryRecord& record : mesh.records) {
+        hasVertexColors |= record.colors != 0;
+        tangentSets |= record.tangentSet;
+    }
+    streamBytes += mesh.bytes;
+    materials.CountUsers(GroupsOf(added), 1);
+    return number;
+}
+
+void SceneGeometry::RemoveMesh(uint32_t mesh, SceneMaterials& materials) noexcept {
+    MeshResources& removed = meshes[mesh];
+    materials.CountUsers(GroupsOf(removed), -1);
+    for (GroupResources& group : GroupsOf(removed)) {
+        const auto parts = static_cast<uint32_t>(group.parts.size());
+        m_recordSlots.Free(group.record.firstGeometry, parts);
+        if (group.streams) streamBytes -= group.streams.Size();
+        group = {};
+    }
+    m_groupSlots.Free(removed.firstGroup, removed.groupCount);
+    removed = {.exists = false};
+    m_meshSlots.Free(mesh, 1);
+}
+
+void SceneGeometry::TakeSlots() {
+    m_meshSlots.Allocate(static_cast<uint32_t>(meshes.size()) - m_meshSlots.End());
+    m_groupSlots.Allocate(static_cast<uint32_t>(groups.size()) - m_groupSlots.End());
+    m_recordSlots.Allocate(static_cast<uint32_t>(records.Size()) - m_recordSlots.End());
+}
+
+}  // namespace raygraph
