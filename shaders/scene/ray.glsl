@@ -43,12 +43,12 @@ struct SurfaceMaterial {
     vec3 specularColor;
     float ior;
     float transmission;
-    float iridescenceIor;        // of the film, with its thickness in nm; set if kTraceIridescence is
-    float iridescenceThickness;
+    float iridescenceThickness;  // of the film, nm; set if kTraceIridescence is
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
     // Each is set if its feature is
 #define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) type name;
+#define RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity) type name;
 #include "shared/material_list.h"
 };
 

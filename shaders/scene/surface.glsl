@@ -156,16 +156,16 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
     result.ior = material.ior;
     result.transmission =
         material.transmission * SampleTexture(TEXTURE_OF(material, transmission), geometry, triangle).x;
-    if (HasTraceFeature(kTraceIridescence)) {
-        result.iridescenceIor = material.iridescenceIor;
+    if (HasTraceFeature(kTraceIridescence))
         result.iridescenceThickness =
             mix(material.iridescenceThickness.x, material.iridescenceThickness.y,
                 SampleTexture(TEXTURE_OF(material, iridescenceThickness), geometry, triangle).y);
-    }
 #define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)        \
     if (HasTraceFeature(kTrace##feature))                                                            \
         result.name =                                                                                \
             material.name * SampleTexture(TEXTURE_OF(material, name), geometry, triangle).channels;
+#define RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity) \
+    if (HasTraceFeature(kTrace##feature)) result.name = material.name;
 #include "shared/material_list.h"
     result.flags = material.flags;
     result.id = geometry.material;

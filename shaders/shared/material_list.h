@@ -3,12 +3,16 @@
 // checks, saver, hash, inspector and tests. Only the fields themselves, with their defaults, stand in
 // scene::Material. The order is that of a scene's hash: new rows come before the last two.
 //
-// To include this, define some of these; others expand to nothing, and FACTOR to its VALUE and TEXTURE:
+// To include this, define some of these; others expand to nothing, FACTOR to its VALUE and TEXTURE, and
+// NUMBER to its VALUE:
 //   RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)
 //       nameFactor of the material, multiplied by these channels of nameTexture: in the record, and in
 //       SurfaceMaterial if the scene has the trace feature. In the file they are keyFactor and keyTexture
+//   RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity)
+//       a field of the material that is `name` in the record, and in SurfaceMaterial if the scene has the
+//       trace feature
 //   RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity)
-//       a field of the material that is `name` in the record
+//       one that is `name` in the record alone
 //   RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space)
 //       nameTexture of the material, in the record with its transform
 //   RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity)
@@ -29,6 +33,10 @@
 #define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) \
     RAYGRAPH_MATERIAL_VALUE(type, name, name##Factor, object, key##Factor, quantity)          \
     RAYGRAPH_MATERIAL_TEXTURE(name, object, key##Texture, space)
+#endif
+#ifndef RAYGRAPH_MATERIAL_NUMBER
+#define RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity) \
+    RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity)
 #endif
 #ifndef RAYGRAPH_MATERIAL_FIELD
 #define RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity)
@@ -85,8 +93,8 @@ RAYGRAPH_MATERIAL_VALUE(float, anisotropyRotation, anisotropyRotation, KHR_mater
 RAYGRAPH_MATERIAL_TEXTURE(anisotropy, KHR_materials_anisotropy, anisotropyTexture, Linear)
 RAYGRAPH_MATERIAL_FACTOR(float, iridescence, KHR_materials_iridescence, iridescence, x, Linear, Iridescence,
                          kShare)
-RAYGRAPH_MATERIAL_VALUE(float, iridescenceIor, iridescenceIor, KHR_materials_iridescence, iridescenceIor,
-                        kFilmIndex)
+RAYGRAPH_MATERIAL_NUMBER(float, iridescenceIor, iridescenceIor, KHR_materials_iridescence, iridescenceIor,
+                         Iridescence, kFilmIndex)
 RAYGRAPH_MATERIAL_FIELD(iridescenceThicknessMinimum, KHR_materials_iridescence, iridescenceThicknessMinimum,
                         kFilmThickness)
 RAYGRAPH_MATERIAL_FIELD(iridescenceThicknessMaximum, KHR_materials_iridescence, iridescenceThicknessMaximum,
@@ -109,6 +117,7 @@ RAYGRAPH_MATERIAL_FLAG(isSpecularGlossiness, KHR_materials_pbrSpecularGlossiness
 RAYGRAPH_MATERIAL_VALUE(uint, priority, priority, extras, priority, kNoNumber)
 
 #undef RAYGRAPH_MATERIAL_FACTOR
+#undef RAYGRAPH_MATERIAL_NUMBER
 #undef RAYGRAPH_MATERIAL_VALUE
 #undef RAYGRAPH_MATERIAL_TEXTURE
 #undef RAYGRAPH_MATERIAL_FIELD

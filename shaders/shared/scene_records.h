@@ -176,7 +176,11 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(CapsuleRecord) == 9 * 4);
 static_assert(sizeof(GeometryRecord) == 16 * 4);
-static_assert(sizeof(MaterialRecord) == 173 * 4);
+static_assert(sizeof(MaterialRecord) == 14 * 4
+#define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) +sizeof(type)
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space)               +sizeof(uint) + sizeof(mat3x2)
+#include "material_list.h"
+);
 static_assert(sizeof(TraceParameters) == 55 * 4);
 }  // namespace raygraph::gpu
 #endif

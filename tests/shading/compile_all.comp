@@ -64,10 +64,10 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.specular = u.y;
     material.specularColor = wo;
     material.ior = 1.5f;
-    material.iridescenceIor = 1.0f + u.x;
     material.iridescenceThickness = 1e3f * u.y;
 #define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) \
     material.name = type(u.y);
+#define RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity) material.name = type(u.x);
 #include "shared/material_list.h"
     material.flags = 0u;
     material.id = 0u;
