@@ -26,13 +26,17 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     // Textures scale their factors down
     const bool isDielectric =
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
-    const bool isOpaque = material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture;
+    const bool scattersThinly = material.transmission > 0.0f && material.scatterStrength > 0.0f &&
+                                (material.flags & gpu::kMaterialVolume) == 0u;
+    const bool isOpaque =
+        material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture || scattersThinly;
     TraceFeatures features;
     if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
     if (isDielectric && isOpaque && material.diffuseTransmission > 0.0f)
         features |= kTraceDiffuseTransmission;
+    if (isDielectric && scattersThinly) features |= kTraceThinScatter | kTraceDiffuseTransmission;
     if (MayBeSmooth(material.roughness, material.metallicRoughnessTexture)) features |= kTraceSmooth;
     if (material.clearcoat > 0.0f) {
         features |= kTraceClearcoat;

@@ -35,6 +35,7 @@ constexpr std::array kKnown{
     Read("KHR_materials_iridescence", "a thin film over the surface, below the coat and sheen"),
     Read("KHR_materials_pbrSpecularGlossiness", "archived; read as KHR_materials_specular"),
     Read("KHR_materials_retroreflection", "a draft; facets reflect light back to where it came from"),
+    Read("KHR_materials_scatter", "a draft; the medium scatters, or a thin surface does"),
     Read("KHR_materials_sheen", "fibers on the surface"),
     Read("KHR_materials_specular", "strength and color of the reflection"),
     NotRead("KHR_materials_subsurface", "a proposal of 2021: now KHR_materials_volume_scatter"),

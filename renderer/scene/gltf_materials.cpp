@@ -212,6 +212,11 @@ class MaterialImporter {
         if (ValueReader(file.extensions, kMedium).In(kMediumTexture))
             m_context.Warn(extensions[kMedium][kMediumTexture], "texture of a medium",
                            "is not read: a medium is the same everywhere");
+        if (material.BoundsMedium() && material.scatterStrengthFactor > 0.0f &&
+            (material.scatterStrengthTexture.IsPresent() || material.scatterColorTexture.IsPresent()))
+            m_context.Warn(extensions[FieldOf(&Material::scatterStrengthFactor).object],
+                           "texture of a medium",
+                           "has textures, which are not read: a medium is the same everywhere");
         // A double: an int does not hold all priorities
         if (file.extras.IsObject() && file.extras.Has(kPriority))
             material.priority = static_cast<uint32_t>(file.extras.Get(kPriority).GetNumberAsDouble());

@@ -89,9 +89,12 @@ glm::vec3 Material::Extinction() const {
 }
 
 glm::vec3 Material::Scattering() const {
+    const bool hasStrength = scatterStrengthFactor > 0.0f;
+    const glm::vec3 color =
+        hasStrength ? scatterStrengthFactor * scatterColorFactor : multiscatterColorFactor;
+    const float meanCosine = hasStrength ? scatterMeanCosine : scatterAnisotropy;
     glm::vec3 scattering = Extinction();
-    for (int i = 0; i < 3; ++i)
-        scattering[i] *= SingleScatteringAlbedo(multiscatterColorFactor[i], scatterAnisotropy);
+    for (int i = 0; i < 3; ++i) scattering[i] *= SingleScatteringAlbedo(color[i], meanCosine);
     return scattering;
 }
 

@@ -138,6 +138,14 @@ struct RAYGRAPH_API Material {
     // scattering angle.
     glm::vec3 multiscatterColorFactor{0.0f};
     float scatterAnisotropy = 0.0f;
+    // KHR_materials_scatter, which replaces the former. Of a medium, its albedo is strength * color, without
+    // textures. A surface that bounds none scatters this share of what it would transmit: half of it to each
+    // side, or (1 + mean cosine) / 2 to the other one.
+    float scatterStrengthFactor = 0.0f;
+    TextureRef scatterStrengthTexture;  // alpha.
+    glm::vec3 scatterColorFactor{1.0f};
+    TextureRef scatterColorTexture;  // sRGB.
+    float scatterMeanCosine = 0.0f;
     // KHR_materials_pbrSpecularGlossiness: roughness is 1 - glossiness, which the alpha of
     // specularColorTexture scales: 1 - (1 - roughnessFactor) * alpha. Everything else of the extension is
     // said by the fields above: its specular color is the reflection of an infinite ior (0) times
@@ -163,7 +171,7 @@ struct RAYGRAPH_API Material {
     // Extinction coefficient of the medium, 1/m: exp(-extinction d) of the light passes d meters. At most
     // kMaxExtinction, which an attenuationColor of 0 means.
     glm::vec3 Extinction() const;
-    // Its part that scatters, by multiscatterColorFactor; the rest absorbs.
+    // Its part that scatters, by its color of multiple scattering; the rest absorbs.
     glm::vec3 Scattering() const;
     // Whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }

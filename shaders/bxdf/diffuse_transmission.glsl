@@ -4,6 +4,8 @@
 // The layers above (dielectric, sheen, clear coat) are on both sides of a sheet, and light from either side
 // passes them by the same factor: the sum is reciprocal, and a white sheet returns and passes all light.
 //
+// What is scattered within a thin sheet (KHR_materials_scatter) leaves it on either side, in one color.
+//
 // At the boundary of a medium of relative index n it obeys the law of every boundary that does not make heat
 // flow from cold to warm: f(wo, wi) n(wi)^2 = f(wi, wo) n(wo)^2, as glass does. So of light from the denser
 // side, the share that passes is 1 / n^2 of that from the other, and the rest is returned diffusely, in the
@@ -18,7 +20,7 @@ SHADING_BEGIN
 
 struct DiffuseTransmissionBxDF {
     vec3 albedo;    // the share of light that is transmitted, in [0, 1]
-    vec3 returned;  // and that is reflected in its place, on the denser side of a boundary
+    vec3 returned;  // and that is reflected in its place: on the denser side of a boundary, or by scattering
     float backChance;  // of sampling that
     float eta;
 };
@@ -29,6 +31,8 @@ INLINE void PlaceLobe(OUT(DiffuseTransmissionBxDF) lobe, SurfaceMaterial materia
                  clamp(material.diffuseTransmissionColor, vec3(0.0f), vec3(1.0f));
     lobe.eta = setting.isThin ? 1.0f : setting.eta;
     float passed = Sqr(min(lobe.eta, 1.0f));
+    if (HasTraceFeature(kTraceThinScatter) && material.scatterStrength > 0.0f)
+        passed = 0.5f + 0.5f * material.scatterMeanCosine;
     lobe.albedo = color * passed;
     lobe.returned = color * (1.0f - passed);
     lobe.backChance = 1.0f - passed;

@@ -142,6 +142,18 @@ vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRe
     return mat3(instance.objectToWorld) * (direction.x * tangent.xyz + direction.y * bitangent);
 }
 
+// KHR_materials_scatter of a surface that bounds no medium: the share scatterStrength of what it would
+// transmit belongs to its opaque base instead, of which it is the part that passes diffusely.
+void ScatterThinly(inout SurfaceMaterial material) {
+    bool isThin = (material.flags & kMaterialVolume) == 0u;
+    float scattered = isThin ? material.transmission * material.scatterStrength : 0.0f;
+    material.scatterStrength = scattered;
+    if (!(scattered > 0.0f)) return;
+    material.transmission -= scattered;
+    material.diffuseTransmission = min(scattered / (1.0f - material.transmission), 1.0f);
+    material.diffuseTransmissionColor = material.scatterColor;
+}
+
 SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     SurfaceMaterial result;
     result.baseColor = BaseColor(geometry, material, triangle).xyz;
@@ -169,6 +181,7 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
 #include "shared/material_list.h"
     result.flags = material.flags;
     result.id = geometry.material;
+    if (HasTraceFeature(kTraceThinScatter)) ScatterThinly(result);
     return result;
 }
 
@@ -229,7 +242,9 @@ Medium MediumAt(uint material) {
     medium.extinction = materials.at[material].extinction;
     if (HasTraceFeature(kTraceScattering)) {
         medium.scattering = materials.at[material].scattering;
-        medium.anisotropy = materials.at[material].scatterAnisotropy;
+        medium.anisotropy = materials.at[material].scatterStrength > 0.0f
+                                ? materials.at[material].scatterMeanCosine
+                                : materials.at[material].scatterAnisotropy;
     }
     medium.ior = materials.at[material].ior;
     if (HasTraceFeature(kTraceDispersion)) medium.dispersion = materials.at[material].dispersion;

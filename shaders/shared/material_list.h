@@ -112,6 +112,12 @@ RAYGRAPH_MATERIAL_FIELD(multiscatterColorFactor, KHR_materials_volume_scatter, m
                         kShare)
 RAYGRAPH_MATERIAL_VALUE(float, scatterAnisotropy, scatterAnisotropy, KHR_materials_volume_scatter,
                         scatterAnisotropy, kMeanCosine)
+RAYGRAPH_MATERIAL_FACTOR(float, scatterStrength, KHR_materials_scatter, scatterStrength, w, Linear,
+                         ThinScatter, kShare)
+RAYGRAPH_MATERIAL_FACTOR(vec3, scatterColor, KHR_materials_scatter, multiscatterColor, xyz, Srgb, ThinScatter,
+                         kShare)
+RAYGRAPH_MATERIAL_NUMBER(float, scatterMeanCosine, scatterMeanCosine, KHR_materials_scatter,
+                         scatterAnisotropy, ThinScatter, kMeanCosine)
 
 RAYGRAPH_MATERIAL_FLAG(isSpecularGlossiness, KHR_materials_pbrSpecularGlossiness)
 RAYGRAPH_MATERIAL_VALUE(uint, priority, priority, extras, priority, kNoNumber)

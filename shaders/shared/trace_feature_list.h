@@ -34,6 +34,7 @@ RAYGRAPH_TRACE_FEATURE(ShadowTerminator, Settings)
 RAYGRAPH_TRACE_FEATURE(TextureLod, Settings)
 RAYGRAPH_TRACE_FEATURE(HiddenEnvironment, Settings)
 RAYGRAPH_TRACE_FEATURE(PixelList, Settings)
+RAYGRAPH_TRACE_FEATURE(ThinScatter, Lobes)
 
 // Lights: light sampling.
 //   LightSampling:    lights are sampled, of which there are
@@ -53,6 +54,7 @@ RAYGRAPH_TRACE_FEATURE(PixelList, Settings)
 //   Dispersion:       some glass refracts colors differently
 //   DiffuseTransmission: some opaque ones scatter light to their other side
 //   Retroreflection:  facets of some materials reflect light back to where it came from
+//   ThinScatter:      some surfaces without a medium scatter what they would transmit
 //   Scattering:       some media scatter
 //   MatchedMedia:     light goes straight on into and out of some, of the index of what is around them
 // Media:

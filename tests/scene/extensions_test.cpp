@@ -40,6 +40,7 @@ const std::map<std::string_view, std::string_view> kTests{
     {"KHR_materials_iridescence", "TraceIridescence.Trace_ThinFilmReflectsByItsThickness"},
     {"KHR_materials_pbrSpecularGlossiness", "Glossiness.PictureIsThatOfTheSameMaterialSaidOtherwise"},
     {"KHR_materials_retroreflection", "TraceRetroreflection.Trace_LampAtTheCameraIsSeenInTheSurface"},
+    {"KHR_materials_scatter", "TraceScatter.Trace_ThinSheetSplitsLightBetweenItsSides"},
     {"KHR_materials_sheen", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord"},
     {"KHR_materials_specular", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord"},
     {"KHR_materials_transmission", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord"},
