@@ -1,5 +1,6 @@
 #include "rhi/ray_tracing_pipeline.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "base/check.h"
@@ -15,7 +16,7 @@ std::vector<ShaderStage> StagesOf(const RayTracingPipelineDesc& desc) {
     std::vector<ShaderStage> stages{desc.rayGen.stage};
     for (const GeneralShader& miss : desc.miss) stages.push_back(miss.stage);
     for (const HitGroupSet& set : desc.hitSets)
-        for (const HitGroup& group : set.byRayType)
+        for (const HitGroup& group : set)
             stages.insert(stages.end(), {group.closestHit, group.anyHit, group.intersection});
     for (const GeneralShader& callable : desc.callables) stages.push_back(callable.stage);
     return stages;
@@ -100,7 +101,7 @@ TableLayout LayOut(const Device& device, const RayTracingPipelineDesc& desc) {
     std::vector<uint32_t> miss, hit, callable;
     for (const GeneralShader& shader : desc.miss) miss.push_back(DataBytes(shader.recordData));
     for (const HitGroupSet& set : desc.hitSets)
-        for (const HitGroup& group : set.byRayType) hit.push_back(DataBytes(group.recordData));
+        for (const HitGroup& group : set) hit.push_back(DataBytes(group.recordData));
     for (const GeneralShader& shader : desc.callables) callable.push_back(DataBytes(shader.recordData));
     const DeviceInfo& info = device.Info();
     const TableProperties properties{info.shaderGroupHandleSize, info.shaderGroupHandleAlignment,
@@ -133,7 +134,7 @@ RayTracingPipeline::RayTracingPipeline(Device& device, const RayTracingPipelineD
     groups.AddGeneral(desc.rayGen.stage, StageKind::RayGen);
     for (const GeneralShader& miss : desc.miss) groups.AddGeneral(miss.stage, StageKind::Miss);
     for (const HitGroupSet& set : desc.hitSets)
-        for (const HitGroup& group : set.byRayType) groups.AddHit(group);
+        for (const HitGroup& group : set) groups.AddHit(group);
     for (const GeneralShader& callable : desc.callables)
         groups.AddGeneral(callable.stage, StageKind::Callable);
 
@@ -177,8 +178,7 @@ void RayTracingPipeline::CreateTable(const RayTracingPipelineDesc& desc, uint32_
         writer.Write(m_tableLayout.miss, i, !desc.miss[i].stage.IsEmpty(), desc.miss[i].recordData);
     uint32_t record = 0;
     for (const HitGroupSet& set : desc.hitSets)
-        for (const HitGroup& group : set.byRayType)
-            writer.Write(m_tableLayout.hit, record++, true, group.recordData);
+        for (const HitGroup& group : set) writer.Write(m_tableLayout.hit, record++, true, group.recordData);
     for (uint32_t i = 0; i < desc.callables.size(); ++i)
         writer.Write(m_tableLayout.callable, i, true, desc.callables[i].recordData);
 
@@ -192,11 +192,14 @@ void RayTracingPipeline::CreateTable(const RayTracingPipelineDesc& desc, uint32_
 
 RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc) {
     CheckDesc(device, desc);
-    if (!desc.hitSets.empty()) return {device, desc};
+    RayTracingPipelineDesc whole = desc;
     // An instance must find a record for its hits, if only one that runs nothing.
-    RayTracingPipelineDesc withSet = desc;
-    withSet.hitSets.emplace_back();
-    return {device, withSet};
+    if (whole.hitSets.empty()) whole.hitSets.emplace_back();
+    size_t rayTypeCount = std::max<size_t>(1, whole.miss.size());
+    for (const HitGroupSet& set : whole.hitSets) rayTypeCount = std::max(rayTypeCount, set.size());
+    whole.miss.resize(rayTypeCount);
+    for (HitGroupSet& set : whole.hitSets) set.resize(rayTypeCount);
+    return {device, whole};
 }
 
 }  // namespace raygraph::rhi

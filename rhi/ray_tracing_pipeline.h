@@ -1,8 +1,9 @@
 // A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
 //
-// Groups are given by ray type and by hit set; no caller ever writes a table index. An instance picks its hit
-// set (TlasInstance::hitSet), a callable is picked in the shader by its place in `callables`. Threads:
-// any; a pipeline does not change once it is made.
+// Groups are given by ray type and by hit set. Ray types are numbers of the caller's, from 0 up, of which
+// traceRayEXT names one. An instance names its hit set by the first of its records (TlasInstance::hitRecord),
+// and a shader a callable by its place in `callables`. Threads: any; a pipeline does not change once it is
+// made.
 #pragma once
 
 #include <array>
@@ -13,7 +14,6 @@
 #include "rhi/pipeline.h"
 #include "rhi/resources.h"
 #include "rhi/shader_binding_table.h"
-#include "shaders/shared/ray_types.h"
 
 namespace raygraph::rhi {
 
@@ -32,20 +32,16 @@ struct HitGroup {
     std::vector<std::byte> recordData{};
 };
 
-// One hit group a ray type, by RayType.
-struct HitGroupSet {
-    std::array<HitGroup, kRayTypeCount> byRayType{};
+// By ray type.
+using HitGroupSet = std::vector<HitGroup>;
 
-    HitGroup& operator[](RayType type) { return byRayType[static_cast<size_t>(type)]; }
-    const HitGroup& operator[](RayType type) const { return byRayType[static_cast<size_t>(type)]; }
-};
-
+// There are as many ray types as the longest of `miss` and the hit sets has elements, at least one; what the
+// others lack is empty.
 struct RayTracingPipelineDesc {
     std::string name = "ray tracing pipeline";
     GeneralShader rayGen{};
-    // By RayType; an empty stage: a miss leaves the payload as it is.
-    std::array<GeneralShader, kRayTypeCount> miss{};
-    std::vector<HitGroupSet> hitSets{};  // by TlasInstance::hitSet; empty: one set that runs nothing
+    std::vector<GeneralShader> miss{};   // by ray type; an empty stage: a miss leaves the payload as it is
+    std::vector<HitGroupSet> hitSets{};  // empty: one set that runs nothing
     std::vector<GeneralShader> callables{};
     std::vector<SpecializationValue> specialization{};
     uint32_t maxRecursion = 1;  // 1: only ray generation traces
@@ -60,7 +56,6 @@ class RAYGRAPH_API RayTracingPipeline : public Pipeline {
     const VkStridedDeviceAddressRegionKHR& HitRegion() const { return m_regions[2]; }
     const VkStridedDeviceAddressRegionKHR& CallableRegion() const { return m_regions[3]; }
     const TableLayout& Table() const { return m_tableLayout; }
-    uint32_t HitSetCount() const { return m_tableLayout.hit.recordCount / kRayTypeCount; }
 
   private:
     friend RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);

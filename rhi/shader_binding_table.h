@@ -19,9 +19,9 @@
 // All records of a region have the same stride: handle plus the largest data of the region, rounded up
 // to handleAlignment.
 //
-// In shaders (shaders/shared/ray_types.h) sbtRecordOffset and missIndex are the ray type. sbtRecordStride is
-// 0, which gives every geometry of an instance the hit set of the instance. With kRayTypeCount instead,
-// geometry g of a BLAS takes hit set TlasInstance::hitSet + g, and each of these sets must exist: reading
+// In shaders sbtRecordOffset and missIndex are the ray type. sbtRecordStride is 0, which gives every geometry
+// of an instance the hit set of the instance. With the number of ray types instead, geometry g of a BLAS
+// takes the hit set that is g behind the instance's, and each of these sets must exist: reading
 // past the table is undefined. Threads: plain values and pure functions, for any thread.
 #pragma once
 

@@ -8,7 +8,6 @@
 #include "rhi/build_scratch.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
-#include "shaders/shared/ray_types.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -48,17 +47,16 @@ void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte
                         target.size());
     for (size_t i = 0; i < instances.size(); ++i) {
         const TlasInstance& source = instances[i];
-        const uint64_t tableOffset = uint64_t{source.hitSet} * kRayTypeCount;
-        if (source.customIndex > kMax24Bits || tableOffset > kMax24Bits)
+        if (source.customIndex > kMax24Bits || source.hitRecord > kMax24Bits)
             throw MakeError(ErrorKind::Usage,
-                            "TLAS instance {}: customIndex {} or hit set {} exceeds 24 bits", i,
-                            source.customIndex, source.hitSet);
+                            "TLAS instance {}: customIndex {} or hitRecord {} exceeds 24 bits", i,
+                            source.customIndex, source.hitRecord);
         VkAccelerationStructureInstanceKHR native{};
         static_assert(sizeof(native.transform) == sizeof(source.objectToWorld));
         std::memcpy(&native.transform, source.objectToWorld.data(), sizeof(native.transform));
         native.instanceCustomIndex = source.customIndex & kMax24Bits;
         native.mask = source.mask;
-        native.instanceShaderBindingTableRecordOffset = static_cast<uint32_t>(tableOffset) & kMax24Bits;
+        native.instanceShaderBindingTableRecordOffset = source.hitRecord & kMax24Bits;
         VkGeometryInstanceFlagsKHR flags = 0;
         if (source.isFacingFlipped) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
         if (source.isCullingDisabled) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;

@@ -22,7 +22,9 @@ struct TlasInstance {
     std::array<float, 12> objectToWorld{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     uint32_t customIndex = 0;  // 24 bits: gl_InstanceCustomIndexEXT
     uint8_t mask = 0xff;       // seen by rays whose cull mask shares a bit; 0: never hit
-    uint32_t hitSet = 0;       // index into RayTracingPipelineDesc::hitSets
+    // 24 bits: the first of its hit groups, which is the index of its hit set in
+    // RayTracingPipelineDesc::hitSets times the number of ray types.
+    uint32_t hitRecord = 0;
     VkDeviceAddress blas = 0;  // Blas::Address(); 0: the instance is inactive
     // A face is front where its vertices turn counter-clockwise seen from the ray's origin (in right-handed
     // space and before objectToWorld, as in glTF); flipped: clockwise.
@@ -34,8 +36,7 @@ struct TlasInstance {
 inline constexpr uint64_t kTlasInstanceBytes = 64;
 
 // Writes instances as the device reads them; `target` has kTlasInstanceBytes for each (Buffer::Mapped() for
-// example). Throws Error{Usage} with the instance's index if customIndex or the hit set's table offset
-// exceeds 24 bits.
+// example). Throws Error{Usage} with the instance's index if customIndex or hitRecord exceeds 24 bits.
 RAYGRAPH_API void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte> target);
 
 struct TlasDesc {
@@ -48,7 +49,7 @@ struct TlasDesc {
 // builds on the device; the caller that records the list orders readers of the structure. Dropping a list
 // undoes its builds. One from Device::WrapTlas belongs to a host and can only be traced against: Build and
 // Update are refused, Bytes and InstanceCount are 0. The host's instances must have the fields that
-// Raygraph's shaders read, and the offsets that WriteInstances writes for a hit set.
+// Raygraph's shaders read, and the hit records of its hit sets.
 class RAYGRAPH_API Tlas {
   public:
     Tlas() = default;

@@ -82,7 +82,7 @@ void InstanceSet::WriteTlasInstance(const Instance& instance, RecordTable::Write
         written.blas = group.BlasAddress();
         // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
         written.isCullingDisabled = !group.kind.isBackCulled;
-        written.hitSet = group.kind.isRound ? kHitSetCapsules : kHitSetTriangles;
+        written.hitRecord = FirstHitRecord(group.kind.isRound ? kHitSetCapsules : kHitSetTriangles);
         written.mask = group.kind.isRound ? static_cast<uint8_t>(~kMaskTriangles) : uint8_t{0xff};
         if (!instance.isVisible) written.mask = 0;
         rhi::WriteInstances(std::span(&written, 1), writer.At(instance.firstSlot + i));

@@ -73,7 +73,7 @@ class RAYGRAPH_API PassBuilder {
     // --- Shaders, by their name in the ShaderLibrary ("pathtrace/pathtrace.rgen") ---
     PassBuilder& RayGen(std::string_view shader);
     PassBuilder& Miss(RayType rayType, std::string_view shader);
-    // `hitSet` tells geometries apart (TlasInstance::hitSet); one group per ray type in each set.
+    // `hitSet` tells instances apart (FirstHitRecord); one group per ray type in each set.
     PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
     PassBuilder& Callable(std::string_view shader);
     // How deep rays may trace rays: 1, the default, is ray generation only; a closest-hit shader that traces

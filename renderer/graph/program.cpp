@@ -207,15 +207,15 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead)
             rhi::RayTracingPipelineDesc desc;
             desc.name = program.m_name;
             desc.rayGen.stage = StageOf(request.rayGen);
-            for (size_t ray = 0; ray < kRayTypeCount; ++ray)
-                desc.miss[ray].stage = StageOf(request.miss[ray]);
+            for (const Shader* miss : request.miss)
+                desc.miss.push_back({.stage = StageOf(miss), .recordData = {}});
             for (const auto& set : request.hitSets) {
-                rhi::HitGroupSet& group = desc.hitSets.emplace_back();
-                for (size_t ray = 0; ray < kRayTypeCount; ++ray)
-                    group.byRayType[ray] = {.closestHit = StageOf(set[ray].closestHit),
-                                            .anyHit = StageOf(set[ray].anyHit),
-                                            .intersection = StageOf(set[ray].intersection),
-                                            .recordData = {}};
+                rhi::HitGroupSet& groups = desc.hitSets.emplace_back();
+                for (const HitShaders& shaders : set)
+                    groups.push_back({.closestHit = StageOf(shaders.closestHit),
+                                      .anyHit = StageOf(shaders.anyHit),
+                                      .intersection = StageOf(shaders.intersection),
+                                      .recordData = {}});
             }
             for (const Shader* callable : request.callables)
                 desc.callables.push_back({.stage = StageOf(callable), .recordData = {}});

@@ -272,7 +272,7 @@ TEST_F(BlasTest, GeometriesOfOneBlasKeepTheirPrimitiveNumbers) {
     const std::shared_ptr<Blas> blas = Build(desc);
     const ShaderStage hit = Compile("geometry.rchit", R"(
         void main() { payload = Payload(1, gl_GeometryIndexEXT, gl_PrimitiveID, gl_HitTEXT); })");
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance].closestHit = hit;
     const RayTracingPipeline pipeline =
         CreateRayTracingPipeline(Device(), {.name = "geometry", .rayGen = {RayGen(), {}}, .hitSets = {set}});

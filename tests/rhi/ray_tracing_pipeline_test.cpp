@@ -28,7 +28,7 @@ std::vector<uint32_t> Codes(const std::vector<TestResult>& results) {
 }
 
 TEST_F(RayTracingPipelineTest, EachRayTypeReachesItsOwnMissAndHitOfEachHitSet) {
-    std::vector<HitGroupSet> sets(2);
+    std::vector<HitGroupSet> sets(2, HitGroupSet(kRayTypeCount));
     sets[0][RayType::Radiance].closestHit = ClosestHit("set0.radiance", 10);
     sets[0][RayType::Shadow].closestHit = ClosestHit("set0.shadow", 11);
     sets[1][RayType::Radiance].closestHit = ClosestHit("set1.radiance", 20);
@@ -36,16 +36,15 @@ TEST_F(RayTracingPipelineTest, EachRayTypeReachesItsOwnMissAndHitOfEachHitSet) {
     const RayTracingPipeline pipeline =
         CreateRayTracingPipeline(Device(), {.name = "types",
                                             .rayGen = {RayGen(), {}},
-                                            .miss = {{{Miss("radiance", 1), {}}, {Miss("shadow", 2), {}}}},
+                                            .miss = {{Miss("radiance", 1), {}}, {Miss("shadow", 2), {}}},
                                             .hitSets = sets});
-    EXPECT_EQ(pipeline.HitSetCount(), 2u);
     EXPECT_GT(pipeline.CreationMs(), 0.0);
 
     const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
     std::vector<TlasInstance> instances{Instance(*blas, 0), Instance(*blas, 10)};
     instances[0].customIndex = 7;
     instances[1].customIndex = 0xfffffe;
-    instances[1].hitSet = 1;
+    instances[1].hitRecord = kRayTypeCount;
     const Tlas tlas = BuildTlas(instances);
     const std::vector<TestResult> results =
         Trace(pipeline, tlas,
@@ -72,7 +71,7 @@ TEST_F(RayTracingPipelineTest, RecordsCarryTheirOwnDataWhateverItsSize) {
             payload.code = payload.code * scale + offset;
             results[gl_LaunchIDEXT.x] = payload;
         })");
-    std::vector<HitGroupSet> sets(3);
+    std::vector<HitGroupSet> sets(3, HitGroupSet(kRayTypeCount));
     for (uint32_t set = 0; set < sets.size(); ++set)
         for (RayType type : {RayType::Radiance, RayType::Shadow}) {
             HitGroup& group = sets[set][type];
@@ -83,7 +82,7 @@ TEST_F(RayTracingPipelineTest, RecordsCarryTheirOwnDataWhateverItsSize) {
     const RayTracingPipeline pipeline = CreateRayTracingPipeline(
         Device(), {.name = "records",
                    .rayGen = {rayGen, Record({1000, 5})},
-                   .miss = {{{miss, Record({3})}, {miss, Record({4, 0, 0, 0, 0, 0, 0, 0, 0})}}},
+                   .miss = {{miss, Record({3})}, {miss, Record({4, 0, 0, 0, 0, 0, 0, 0, 0})}},
                    .hitSets = sets});
 
     const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
@@ -93,7 +92,7 @@ TEST_F(RayTracingPipelineTest, RecordsCarryTheirOwnDataWhateverItsSize) {
     for (uint32_t set = 0; set < sets.size(); ++set) {
         const float x = 10.0f * static_cast<float>(set);
         instances.push_back(Instance(*blas, x));
-        instances.back().hitSet = set;
+        instances.back().hitRecord = set * kRayTypeCount;
         for (RayType type : {RayType::Radiance, RayType::Shadow}) {
             rays.push_back(Ray(x, type));
             expected.push_back((100 + 10 * set + static_cast<uint32_t>(type)) * 1000 + 5);
@@ -126,7 +125,7 @@ TEST_F(RayTracingPipelineTest, CallablesAreReachedByTheirPlaceWithTheirRecords) 
     const RayTracingPipeline pipeline = CreateRayTracingPipeline(
         Device(), {.name = "callables",
                    .rayGen = {rayGen, {}},
-                   .miss = {{{Miss("m", 50), {}}, {Miss("m", 60), {}}}},
+                   .miss = {{Miss("m", 50), {}}, {Miss("m", 60), {}}},
                    .callables = {{add, Record({1})}, {twice, {}}, {add, Record({7, 0, 0})}}});
     std::vector<TestRay> rays(4, Ray(5, RayType::Radiance));
     for (uint32_t i = 0; i < 3; ++i) rays[i].value = i;
@@ -144,7 +143,7 @@ TEST_F(RayTracingPipelineTest, GeometriesOfAnInstanceShareItsHitSetOrTakeOneEach
             traceRayEXT(tlas, 0, 0xff, ray.type, ray.value, ray.type, ray.origin, 0.0, ray.direction, 1e9, 0);
             results[gl_LaunchIDEXT.x] = payload;
         })");
-    std::vector<HitGroupSet> sets(3);
+    std::vector<HitGroupSet> sets(3, HitGroupSet(kRayTypeCount));
     for (uint32_t set = 0; set < sets.size(); ++set)
         for (RayType type : {RayType::Radiance, RayType::Shadow})
             sets[set][type].closestHit =
@@ -155,7 +154,7 @@ TEST_F(RayTracingPipelineTest, GeometriesOfAnInstanceShareItsHitSetOrTakeOneEach
     desc.triangles.push_back(Geometry(Quad(4, 0)));
     const std::shared_ptr<Blas> blas = Build(desc);
     TlasInstance instance = Instance(*blas);
-    instance.hitSet = 1;
+    instance.hitRecord = kRayTypeCount;
     std::vector<TestRay> rays;
     for (uint32_t stride : {0u, kRayTypeCount})
         for (float x : {0.0f, 4.0f})
@@ -170,12 +169,12 @@ TEST_F(RayTracingPipelineTest, GeometriesOfAnInstanceShareItsHitSetOrTakeOneEach
 TEST_F(RayTracingPipelineTest, AnyHitRunsForNonOpaqueGeometryAlone) {
     const ShaderStage ignore = Compile("ignore.rahit", R"(
         void main() { if (gl_PrimitiveID < 2) ignoreIntersectionEXT; })");
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance] = {.closestHit = ClosestHit("hit", 1), .anyHit = ignore};
     set[RayType::Shadow] = {.closestHit = ClosestHit("hit", 2)};
     const RayTracingPipeline pipeline = CreateRayTracingPipeline(
         Device(),
-        {.name = "any hit", .rayGen = {RayGen(), {}}, .miss = {{{Miss("m", 9), {}}, {}}}, .hitSets = {set}});
+        {.name = "any hit", .rayGen = {RayGen(), {}}, .miss = {{Miss("m", 9), {}}}, .hitSets = {set}});
 
     TestMesh mesh = Quad(0, 0);
     const TestMesh behind = Quad(0, 1);
@@ -212,14 +211,14 @@ TEST_F(RayTracingPipelineTest, IntersectionShaderDecidesWhereABoxIsHit) {
         void main() {
             payload = Payload(gl_HitKindEXT, floatBitsToUint(normal.z), gl_PrimitiveID, gl_HitTEXT);
         })");
-    HitGroupSet set;
-    for (HitGroup& group : set.byRayType)
+    HitGroupSet set(kRayTypeCount);
+    for (HitGroup& group : set)
         group = {.closestHit = hit, .anyHit = {}, .intersection = sphere, .recordData = {}};
     const float radius = 0.5f;
-    for (HitGroup& group : set.byRayType) group.recordData = Record({std::bit_cast<uint32_t>(radius)});
+    for (HitGroup& group : set) group.recordData = Record({std::bit_cast<uint32_t>(radius)});
     const RayTracingPipeline pipeline = CreateRayTracingPipeline(
         Device(),
-        {.name = "boxes", .rayGen = {RayGen(), {}}, .miss = {{{Miss("m", 9), {}}, {}}}, .hitSets = {set}});
+        {.name = "boxes", .rayGen = {RayGen(), {}}, .miss = {{Miss("m", 9), {}}}, .hitSets = {set}});
 
     const std::vector<VkAabbPositionsKHR> boxes{{-1, -1, -1, 1, 1, 1}, {-1, -1, 3, 1, 1, 5}};
     const Buffer buffer = Upload("boxes", boxes, BufferUsage::BuildInput);
@@ -253,13 +252,13 @@ TEST_F(RayTracingPipelineTest, GroupsWithOneIntersectionShaderHaveAnyHitShadersO
                .triangles = {},
                .aabbs = {{.boxes = buffer.Address(), .boxCount = 2, .isOpaque = false}}});
     const auto traced = [&](const ShaderStage& ofRadiance, const ShaderStage& ofShadow) {
-        HitGroupSet set;
+        HitGroupSet set(kRayTypeCount);
         set[RayType::Radiance] = {ClosestHit("hit", 1), ofRadiance, box, {}};
         set[RayType::Shadow] = {ClosestHit("hit", 1), ofShadow, box, {}};
         const RayTracingPipeline pipeline =
             CreateRayTracingPipeline(Device(), {.name = "one intersection",
                                                 .rayGen = {RayGen(), {}},
-                                                .miss = {{{Miss("m", 9), {}}, {Miss("m", 9), {}}}},
+                                                .miss = {{Miss("m", 9), {}}, {Miss("m", 9), {}}},
                                                 .hitSets = {set}});
         std::vector<uint32_t> seen;
         for (const TestResult& result : Trace(pipeline, BuildTlas({Instance(*blas)}),
@@ -274,13 +273,11 @@ TEST_F(RayTracingPipelineTest, GroupsWithOneIntersectionShaderHaveAnyHitShadersO
 }
 
 TEST_F(RayTracingPipelineTest, GroupsThatAreNotGivenRunNothing) {
-    std::vector<HitGroupSet> sets(1);
+    std::vector<HitGroupSet> sets(1, HitGroupSet(1));
     sets[0][RayType::Radiance].closestHit = ClosestHit("hit", 1);
-    const RayTracingPipeline pipeline =
-        CreateRayTracingPipeline(Device(), {.name = "sparse",
-                                            .rayGen = {RayGen(), {}},
-                                            .miss = {{{}, {Miss("shadow", 2), {}}}},
-                                            .hitSets = sets});
+    const RayTracingPipeline pipeline = CreateRayTracingPipeline(
+        Device(),
+        {.name = "sparse", .rayGen = {RayGen(), {}}, .miss = {{}, {Miss("shadow", 2), {}}}, .hitSets = sets});
     const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
     const Tlas tlas = BuildTlas({Instance(*blas)});
     EXPECT_EQ(Codes(Trace(pipeline, tlas,
@@ -289,8 +286,8 @@ TEST_F(RayTracingPipelineTest, GroupsThatAreNotGivenRunNothing) {
               (std::vector<uint32_t>{1, kUntouched, kUntouched, 2}));
 
     const RayTracingPipeline bare =
-        CreateRayTracingPipeline(Device(), {.name = "bare", .rayGen = {RayGen(), {}}});
-    EXPECT_EQ(bare.HitSetCount(), 1u);
+        CreateRayTracingPipeline(Device(), {.name = "bare", .rayGen = {RayGen(), {}}, .miss = {{}, {}}});
+    EXPECT_EQ(bare.Table().hit.recordCount, kRayTypeCount);
     EXPECT_EQ(Codes(Trace(bare, tlas, {Ray(0, RayType::Radiance), Ray(5, RayType::Shadow)})),
               (std::vector<uint32_t>{kUntouched, kUntouched}));
 }
@@ -301,10 +298,10 @@ TEST_F(RayTracingPipelineTest, SpecializationReachesEveryStage) {
     const ShaderStage hit =
         Compile("special.rchit", head + "void main() { payload.code = kBase + uint(kScale); }");
     const ShaderStage miss = Compile("special.rmiss", head + "void main() { payload.code = kBase * 2; }");
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance].closestHit = hit;
     RayTracingPipelineDesc desc{
-        .name = "special", .rayGen = {RayGen(), {}}, .miss = {{{miss, {}}, {}}}, .hitSets = {set}};
+        .name = "special", .rayGen = {RayGen(), {}}, .miss = {{miss, {}}}, .hitSets = {set}};
     const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
     const Tlas tlas = BuildTlas({Instance(*blas)});
     const std::vector<TestRay> rays{Ray(0, RayType::Radiance), Ray(5, RayType::Radiance)};
@@ -329,11 +326,11 @@ TEST_F(RayTracingPipelineTest, ClosestHitMayTraceWhenRecursionIsAskedFor) {
         })");
     const ShaderStage lit = Compile("lit.rmiss", R"(
         void main() { payload.code = 1; })");
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance].closestHit = hit;
     const RayTracingPipeline pipeline = CreateRayTracingPipeline(Device(), {.name = "recursive",
                                                                             .rayGen = {RayGen(), {}},
-                                                                            .miss = {{{}, {lit, {}}}},
+                                                                            .miss = {{}, {lit, {}}},
                                                                             .hitSets = {set},
                                                                             .maxRecursion = 2});
     const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
@@ -359,10 +356,10 @@ TEST_F(RayTracingPipelineTest, WhatCannotBeIsRefusedByName) {
     EXPECT_EQ(error(), "wrong: has no ray-generation shader");
     desc.rayGen.stage = RayGen();
 
-    desc.hitSets.resize(1);
+    desc.hitSets = {HitGroupSet(kRayTypeCount)};
     desc.hitSets[0][RayType::Shadow].anyHit = ClosestHit("h", 1);
     EXPECT_EQ(error(), "wrong: h.rchit is a closest hit shader, given as any hit shader");
-    desc.hitSets[0] = {};
+    desc.hitSets[0] = HitGroupSet(kRayTypeCount);
 
     desc.hitSets[0][RayType::Shadow].closestHit = Compile("clash.rchit", R"(
         layout(binding = 2) uniform sampler2D sky;
@@ -371,7 +368,7 @@ TEST_F(RayTracingPipelineTest, WhatCannotBeIsRefusedByName) {
               "wrong: shaders disagree: trace.rgen has storage buffer 'Results' at binding 2, clash.rchit "
               "has sampled "
               "image 'sky' at binding 2");
-    desc.hitSets[0] = {};
+    desc.hitSets[0] = HitGroupSet(kRayTypeCount);
 
     desc.maxRecursion = Device().Info().maxRayRecursionDepth + 1;
     EXPECT_NE(error().find("wrong: maxRecursion"), std::string::npos);
@@ -386,7 +383,7 @@ TEST_F(RayTracingPipelineTest, WhatCannotBeIsRefusedByName) {
 }
 
 TEST_F(RayTracingPipelineTest, BindingsOfAllStagesAreFoundByName) {
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance].closestHit = Compile("bind.rchit", R"(
         layout(binding = 5, scalar) readonly buffer Materials { vec3 colors[]; };
         layout(push_constant) uniform Constants { uint a; uint b; uint c; };

@@ -99,7 +99,7 @@ TEST_F(TlasTest, MaskZeroAndInactiveInstancesAreNeverHit) {
 TEST_F(TlasTest, FrontFaceIsCounterClockwiseUnlessFlippedAndMirroringKeepsIt) {
     const ShaderStage hit = Compile("facing.rchit", R"(
         void main() { payload.code = gl_HitKindEXT == gl_HitKindFrontFacingTriangleEXT ? 5 : 6; })");
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance].closestHit = hit;
     const RayTracingPipeline pipeline =
         CreateRayTracingPipeline(Device(), {.name = "facing", .rayGen = {RayGen(), {}}, .hitSets = {set}});
@@ -128,7 +128,7 @@ TEST_F(TlasTest, CullingFollowsTheFacingWhereItIsNotDisabled) {
                         ray.direction, 1e9, 0);
             results[gl_LaunchIDEXT.x] = payload;
         })");
-    HitGroupSet set;
+    HitGroupSet set(kRayTypeCount);
     set[RayType::Radiance].closestHit = ClosestHit("cull", 1);
     const RayTracingPipeline pipeline =
         CreateRayTracingPipeline(Device(), {.name = "cull", .rayGen = {rayGen, {}}, .hitSets = {set}});
@@ -171,12 +171,12 @@ TEST_F(TlasTest, InstanceFieldsBeyond24BitsAreRefusedWithTheirPlace) {
     EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }), "accepted");
     instances[1].customIndex = 0x1000000;
     EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
-              "TLAS instance 1: customIndex 16777216 or hit set 0 exceeds 24 bits");
+              "TLAS instance 1: customIndex 16777216 or hitRecord 0 exceeds 24 bits");
     instances[1].customIndex = 0;
-    instances[1].hitSet = 0x800000;
+    instances[1].hitRecord = 0x1000000;
     EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
-              "TLAS instance 1: customIndex 0 or hit set 8388608 exceeds 24 bits");
-    instances[1].hitSet = 0;
+              "TLAS instance 1: customIndex 0 or hitRecord 16777216 exceeds 24 bits");
+    instances[1].hitRecord = 0;
     target.pop_back();
     EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
               "2 TLAS instances do not fit 127 bytes");

@@ -14,7 +14,7 @@ constexpr const char* kHead = R"(#version 460
 #extension GL_EXT_ray_tracing : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
-#include "shared/ray_types.h"
+const uint kRayTypeRadiance = 0, kRayTypeShadow = 1;
 struct Payload { uint code; uint instance; uint primitive; float distance; };
 )";
 
@@ -195,11 +195,10 @@ const RayTracingPipeline& TraceTest::PlainPipeline() {
     if (s_plain) return *s_plain;
     const ShaderStage miss = Miss("plain", 2);
     const ShaderStage hit = ClosestHit("plain", 1);
-    HitGroupSet set;
-    for (HitGroup& group : set.byRayType) group.closestHit = hit;
+    const HitGroupSet set(kRayTypeCount, {.closestHit = hit});
     s_plain = std::make_unique<RayTracingPipeline>(CreateRayTracingPipeline(
         Device(),
-        {.name = "plain", .rayGen = {RayGen(), {}}, .miss = {{{miss, {}}, {miss, {}}}}, .hitSets = {set}}));
+        {.name = "plain", .rayGen = {RayGen(), {}}, .miss = {{miss, {}}, {miss, {}}}, .hitSets = {set}}));
     return *s_plain;
 }
 

@@ -16,6 +16,10 @@
 
 namespace raygraph::rhi {
 
+// Those of these tests. In GLSL kRayTypeRadiance and kRayTypeShadow.
+enum RayType : uint32_t { Radiance, Shadow };
+inline constexpr uint32_t kRayTypeCount = 2;
+
 // As the ray-generation shader below reads it (scalar layout).
 struct TestRay {
     std::array<float, 3> origin{};
