@@ -98,9 +98,9 @@ class RAYGRAPH_API CommandList {
               uint32_t firstInstance = 0);
     void DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32_t instanceCount = 1,
                      uint32_t firstIndex = 0, int32_t vertexOffset = 0, uint32_t firstInstance = 0);
-    // `drawCount` commands (gpu::DrawCommand) from command `firstDraw` of the buffer on; one call where the
-    // device has multiDrawIndirect. Error{Usage} beyond the buffer's end. A firstInstance other than 0 in a
-    // command needs drawIndirectFirstInstance.
+    // `drawCount` VkDrawIndirectCommands from command `firstDraw` of the buffer on; one call where the device
+    // has multiDrawIndirect. Error{Usage} beyond the buffer's end. A firstInstance other than 0 in a command
+    // needs drawIndirectFirstInstance.
     void DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint32_t drawCount);
 
     // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout. Each throws Error{Usage}

@@ -5,7 +5,6 @@
 #include "base/text.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
-#include "shaders/shared/draw_records.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -80,8 +79,7 @@ void CommandList::DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32
 
 void CommandList::DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint32_t drawCount) {
     RequirePipeline("DrawIndirect");
-    constexpr uint32_t kStride = sizeof(gpu::DrawCommand);
-    static_assert(kStride == sizeof(VkDrawIndirectCommand));
+    constexpr uint32_t kStride = sizeof(VkDrawIndirectCommand);
     if ((uint64_t{firstDraw} + drawCount) * kStride > commands.Size())
         throw MakeError(ErrorKind::Usage, "DrawIndirect: draws {} to {} of '{}', which holds {}", firstDraw,
                         uint64_t{firstDraw} + drawCount, commands.Desc().name, commands.Size() / kStride);

@@ -62,9 +62,7 @@ CheckLayers() {
     local lower='base/|shaders/shared/'
     MayInclude shaders/ 'shaders/|base/api.h'
     MayInclude base/ "$lower"
-    MayInclude rhi/ "$lower|shaders/embedded.h|rhi/"
-    Find rhi/ 'include.*ray_types\.h|RayType' |
-        Report 'ray-types: the RHI has as many as its caller; their names are of renderer and passes'
+    MayInclude rhi/ 'base/|rhi/'
     MayInclude renderer/image/ "$lower|renderer/image/"
     MayInclude renderer/scene/ "$lower|renderer/image/|renderer/scene/"
     MayInclude renderer/graph/ "$lower|shaders/embedded.h|rhi/|renderer/graph/"
