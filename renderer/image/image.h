@@ -98,7 +98,7 @@ RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
 // format cannot hold.
 
-// 8-bit RGBA PNG marked sRGB (the texels must be so encoded).
+// 8-bit PNG marked sRGB (the texels must be so encoded), without alpha where all is opaque.
 RAYGRAPH_API void WritePng(const std::filesystem::path& path, const Image8& image);
 
 // Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values become

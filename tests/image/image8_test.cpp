@@ -45,12 +45,21 @@ TEST(WritePng, ComesBackExactly) {
     const TemporaryFolder folder;
     for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 5u}, {64u, 33u}}) {
         Image8 image = Pattern(width, height);
-        image.rgba[3] = 0;  // Color under full transparency counts too.
+        for (const bool isOpaque : {false, true}) {
+            // Color under full transparency counts too.
+            for (size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = isOpaque ? 255 : 0;
+            WritePng(folder / "image.png", image);
+            const std::vector<std::byte> file = ReadFile(folder / "image.png");
+            constexpr size_t kColorType = 25;
+            EXPECT_EQ(file.at(kColorType), isOpaque ? std::byte{2} : std::byte{6});
+            const Image8 back = DecodeImage8(file, "image.png");
+            EXPECT_EQ(back.width, width);
+            EXPECT_EQ(back.height, height);
+            EXPECT_EQ(back.rgba, image.rgba);
+        }
+        image.rgba.back() = 254;
         WritePng(folder / "image.png", image);
-        const Image8 back = DecodeImage8(ReadFile(folder / "image.png"), "image.png");
-        EXPECT_EQ(back.width, width);
-        EXPECT_EQ(back.height, height);
-        EXPECT_EQ(back.rgba, image.rgba);
+        EXPECT_EQ(DecodeImage8(ReadFile(folder / "image.png"), "image.png").rgba, image.rgba);
     }
 }
 
