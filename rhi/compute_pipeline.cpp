@@ -12,7 +12,7 @@ ComputePipeline::ComputePipeline(Device& device, const ComputePipelineDesc& desc
     StageSet stages(device, m_name, m_interface, desc.specialization);
     stages.Add(desc.shader, StageKind::Compute);
 
-    const ShaderReflection reflection = Reflect(desc.shader.spirv, desc.shader.name);
+    const ShaderReflection reflection = ReflectionOf(desc.shader);
     m_workgroupSize = reflection.workgroupSize;
     for (const SpecializationValue& value : desc.specialization)
         for (size_t axis = 0; axis < m_workgroupSize.size(); ++axis)

@@ -88,9 +88,8 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     VkPipelineCache cache = VK_NULL_HANDLE;
     check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &cache), "vkCreatePipelineCache");
     pipelineCache = cache;
-    if (info.isLavapipe)
-        specializedShaders.emplace(savesPipelineCache ? cacheFolder : std::filesystem::path(), log,
-                                   SpecializerVersion());
+    specializedShaders.emplace(savesPipelineCache ? cacheFolder : std::filesystem::path(), log,
+                               SpecializerVersion());
 }
 
 VkResult Device::Impl::Await(uint64_t value) noexcept {
@@ -311,7 +310,6 @@ void Device::RememberMeasured(std::string_view name, double value) {
 
 std::shared_ptr<const std::vector<uint32_t>> Device::Specialized(
     std::span<const uint32_t> spirv, std::span<const SpecializationValue> values) {
-    if (!m_impl->specializedShaders) return nullptr;
     return m_impl->specializedShaders->Find(spirv, values);
 }
 

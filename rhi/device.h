@@ -276,7 +276,7 @@ class RAYGRAPH_API Device {
     // Shared by all pipelines: the layout of set 1 (bindless textures), see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();
     // The SPIR-V to give to the driver in place of a shader's own (rhi/shader_specializer.h); null: its own,
-    // with the values. Null on all but CPU devices: drivers of GPUs do this well. Only for rhi/.
+    // with the values. Only for rhi/.
     std::shared_ptr<const std::vector<uint32_t>> Specialized(std::span<const uint32_t> spirv,
                                                              std::span<const SpecializationValue> values);
 

@@ -142,7 +142,7 @@ struct Device::Impl {
     PipelineCacheFile pipelineCacheFile;
     Measurements measurements;
     VkPipelineCache pipelineCache = VK_NULL_HANDLE;
-    std::optional<SpecializedShaders> specializedShaders;  // of a CPU device
+    std::optional<SpecializedShaders> specializedShaders;  // once it is open
     std::mutex tableLayoutMutex;
     VkDescriptorSetLayout tableLayout = VK_NULL_HANDLE;
 };

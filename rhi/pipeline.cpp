@@ -12,7 +12,7 @@ namespace {
 ShaderInterface InterfaceOf(const std::string& pipeline, std::span<const ShaderStage> stages) {
     std::vector<NamedReflection> reflections;
     for (const ShaderStage& stage : stages)
-        if (!stage.IsEmpty()) reflections.push_back({stage.name, Reflect(stage.spirv, stage.name)});
+        if (!stage.IsEmpty()) reflections.push_back({stage.name, ReflectionOf(stage)});
     try {
         return MergeInterface(reflections);
     } catch (const Error& error) {

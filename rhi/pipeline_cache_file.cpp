@@ -78,9 +78,11 @@ PipelineCacheFile::Loaded PipelineCacheFile::Load() {
         std::vector<std::byte> file = ReadFile(m_path, kMaxFileBytes);
         loaded.problem = Refusal(file);
         if (loaded.problem.empty()) {
+            FileHeader header;
+            std::memcpy(&header, file.data(), sizeof(header));
+            m_savedChecksum = header.checksum;
+            m_savedSize = header.size;
             loaded.bytes.assign(file.begin() + sizeof(FileHeader), file.end());
-            m_savedChecksum = Checksum(loaded.bytes);
-            m_savedSize = loaded.bytes.size();
         } else {
             loaded.problem = "pipeline cache " + m_path.string() + " is ignored: " + loaded.problem;
         }

@@ -322,4 +322,8 @@ ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name)
     }
 }
 
+ShaderReflection ReflectionOf(const ShaderStage& stage) {
+    return stage.reflection ? *stage.reflection : Reflect(stage.spirv, stage.name);
+}
+
 }  // namespace raygraph::rhi

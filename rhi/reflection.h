@@ -86,6 +86,9 @@ struct ShaderReflection {
 // specialization constants).
 RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
 
+// That of a stage, made if the stage has none.
+RAYGRAPH_API ShaderReflection ReflectionOf(const ShaderStage& stage);
+
 // A stage's reflection with the stage's name, for messages.
 struct NamedReflection {
     std::string name;

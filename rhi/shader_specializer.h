@@ -1,7 +1,8 @@
 // SPIR-V made for given values of its specialization constants, without the code that they switch off.
 //
-// A driver may inline every function before it looks at the constants: on Mesa's CPU driver, whose
-// compilation is most of the time to a first picture, code that is off then costs as much as code that runs.
+// A driver may inline every function before it looks at the constants: code that is off then costs as much
+// time to compile as code that runs. On Mesa's CPU driver that is most of the time to a first picture;
+// NVIDIA's compiles the wavefront's shaders in 0.4 of the time without that code.
 // Stands on SPIRV-Tools; where the library was built without it, nothing is specialized here and the driver
 // does it all. For rhi/ alone. Threads: pure functions, for any.
 #pragma once

@@ -31,11 +31,14 @@ RAYGRAPH_API const char* Name(StageKind stage);
 // By the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nullopt for any other.
 RAYGRAPH_API std::optional<StageKind> StageOfFile(std::string_view fileName);
 
-// One stage of a pipeline. The words are read while the pipeline is created and may be freed afterwards.
-// Empty (no words): the stage is absent.
+struct ShaderReflection;
+
+// One stage of a pipeline. Words and reflection are read while the pipeline is created and may be freed
+// afterwards. Empty (no words): the stage is absent.
 struct ShaderStage {
     std::string name{};  // "pathtrace/pathtrace.rgen": for errors and labels
     std::span<const uint32_t> spirv{};
+    const ShaderReflection* reflection = nullptr;  // of the words (Reflect), if the caller has it
 
     bool IsEmpty() const { return spirv.empty(); }
 };

@@ -38,7 +38,7 @@ uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected, uint32_t p
     while (index < m_words.size() && (m_words[index] != shader.spirv.data() || m_partners[index] != partner))
         ++index;
     const bool isKnown = index < m_words.size();
-    const StageKind stage = isKnown ? m_kinds[index] : Reflect(shader.spirv, shader.name).stage;
+    const StageKind stage = isKnown ? m_kinds[index] : ReflectionOf(shader).stage;
     if (stage != expected)
         throw MakeError(ErrorKind::Usage, "{}: {} is a {} shader, given as {} shader", m_pipeline,
                         shader.name, Name(stage), Name(expected));

@@ -19,7 +19,7 @@ constexpr size_t kLongWords = 50'000;
 
 rhi::ShaderStage StageOf(const Shader* shader) {
     if (!shader) return {};
-    return {.name = shader->name, .spirv = shader->words};
+    return {.name = shader->name, .spirv = shader->words, .reflection = &shader->reflection};
 }
 
 std::string ConstantNames(const rhi::ShaderInterface& interface) {
@@ -127,12 +127,36 @@ void ProgramCache::EnsurePipeline(Program& program) {
     if (!program.m_hasPipeline) Take(program, MakePipeline(program, false));
 }
 
+void ProgramCache::EnsurePipelines(std::span<Program* const> programs) {
+    Program* last = nullptr;
+    for (Program* program : programs) {
+        if (HasPipeline(*program) || program->m_failure || program->m_coming.valid() || program == last)
+            continue;
+        if (last) Begin(*last, false);
+        last = program;
+    }
+    if (last) {
+        try {
+            Take(*last, MakePipeline(*last, false));
+        } catch (const std::exception&) {
+            last->m_failure = std::current_exception();
+        }
+    }
+    for (Program* program : programs)
+        if (program->m_coming.valid()) TakeComing(*program);
+    for (Program* program : programs) EnsurePipeline(*program);
+}
+
 bool ProgramCache::BeginPipeline(Program& program) {
     if (HasPipeline(program) || program.m_failure) return true;
-    if (!program.m_coming.valid())
-        program.m_coming =
-            std::async(std::launch::async, [this, &program] { return MakePipeline(program, true); });
+    if (!program.m_coming.valid()) Begin(program, true);
     return HasPipeline(program) || program.m_failure;
+}
+
+void ProgramCache::Begin(Program& program, bool isAhead) {
+    // Where no thread can be had, by who takes it.
+    program.m_coming = std::async(std::launch::async | std::launch::deferred,
+                                  [this, &program, isAhead] { return MakePipeline(program, isAhead); });
 }
 
 bool ProgramCache::HasPipeline(Program& program) {

@@ -88,7 +88,7 @@ class Program {
   private:
     friend class ProgramCache;
     bool IsBeingMade() const {
-        return m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+        return m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
     }
 
     ProgramRequest m_request;
@@ -100,7 +100,7 @@ class Program {
     std::chrono::steady_clock::time_point m_lastAsked;  // the end of a frame
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
-    std::exception_ptr m_failure;           // of its thread, until EnsurePipeline reports one
+    std::exception_ptr m_failure;           // of its thread, until EnsurePipelines reports one
     std::future<ProgramPipeline> m_coming;  // its thread reads m_request, m_name and m_specialization
 };
 
@@ -112,9 +112,10 @@ class ProgramCache {
     // Throws Error{Usage} starting with `pass` (as in: pass "Trace") for shaders that do not fit together or
     // a specialization constant that none of them has.
     Program& Add(const ProgramRequest& request, std::string_view pass);
-    // Creates the pipeline if there is none yet. Errors as those of rhi::Create*Pipeline.
-    void EnsurePipeline(Program& program);
-    // Begins to create it on another thread. True: EnsurePipeline has nothing to wait for, or fails.
+    // Creates the pipelines that are not there yet, each on a thread of its own, because drivers compile on
+    // the thread that asks. Throws the error of the first that fails, as rhi::Create*Pipeline do.
+    void EnsurePipelines(std::span<Program* const> programs);
+    // Begins to create it on another thread. True: EnsurePipelines has nothing to wait for, or fails.
     bool BeginPipeline(Program& program);
     // Whether it is there: neither is it being created, nor has that failed.
     bool HasPipeline(Program& program);
@@ -138,6 +139,8 @@ class ProgramCache {
 
   private:
     void Reflect(Program& program, std::string_view pass) const;
+    void EnsurePipeline(Program& program);
+    void Begin(Program& program, bool isAhead);
     // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
     ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
     void Take(Program& program, ProgramPipeline&& made);

@@ -138,8 +138,10 @@ void Renderer::Impl::Prepare() {
                                                     : &transients.Place(desc, lifetime.block, frameNumber);
         }
     }
+    std::vector<Program*> needed;
     for (const PlannedPass& planned : plan.passes)
-        if (Program* program = passes[planned.pass].program) programs.EnsurePipeline(*program);
+        if (Program* program = passes[planned.pass].program) needed.push_back(program);
+    programs.EnsurePipelines(needed);
     for (const PlannedPass& planned : plan.passes) FillAddresses(passes[planned.pass]);
     UploadUniforms();
 }

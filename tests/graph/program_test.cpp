@@ -3,6 +3,7 @@
 
 #include "renderer/graph/program.h"
 #include "tests/graph/graph_test.h"
+#include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
 #include "tests/support/option_rows.h"
 
@@ -202,6 +203,25 @@ TEST_F(ProgramLife, PipelinesOfPassesArePreparedBeforeAFrameUsesThem) {
     EXPECT_EQ(renderer.PipelineCount(), 2u);
     EXPECT_NE(testing::ErrorTextOf([&] { renderer.PreparePipelines(first, second); }), "")
         << "no frame is open";
+}
+
+// A driver compiles on the thread that asks: one after the other they would take the sum of their times.
+TEST_F(ProgramLife, PipelinesOfAFrame_AreMadeAtOnce) {
+    testing::FakeLoader loader;
+    loader.Tell().computePipelinesAtOnce = 3;
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+    {
+        Renderer renderer(*device);
+        AddTestShaders(renderer);
+        renderer.BeginFrame();
+        const TextureId filled = GraphTest::Fill(renderer, "filled", kExtent, 1.0f);
+        const TextureId scaled = Scale(renderer, "twice", Scale(renderer, "once", filled, 2.0f), 2.0f);
+        renderer.Present(AddTo(renderer, "sum", scaled));
+        renderer.Execute();
+        EXPECT_EQ(renderer.PipelineCount(), 3u);
+    }
+    EXPECT_FALSE(loader.Tell().areComputePipelinesAlone);
 }
 
 }  // namespace raygraph

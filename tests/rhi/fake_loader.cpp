@@ -1,7 +1,10 @@
 #include "tests/rhi/fake_loader.h"
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <cstring>
+#include <mutex>
 #include <set>
 #include <span>
 #include <string_view>
@@ -41,7 +44,10 @@ struct State {
     PFN_vkCreateDevice createDevice = nullptr;
     PFN_vkCreateComputePipelines createCompute = nullptr;
     PFN_vkCreateRayTracingPipelinesKHR createRayTracing = nullptr;
+    std::mutex computeMutex;         // of the three below and areComputePipelinesAlone
     std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
+    std::condition_variable computeCalled;
+    uint32_t computeCount = 0;  // calls of vkCreateComputePipelines
     // The real memory types: what they are, and which of them all resources asked about so far can use.
     VkPhysicalDeviceMemoryProperties realMemory{};
     uint32_t usableTypes = ~0u;
@@ -289,14 +295,22 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateDevice(VkPhysicalDevice device, const VkDev
 VKAPI_ATTR VkResult VKAPI_CALL CreateCompute(VkDevice device, VkPipelineCache cache, uint32_t count,
                                              const VkComputePipelineCreateInfo* infos,
                                              const VkAllocationCallbacks* allocation, VkPipeline* pipelines) {
+    State& state = *activeState;
+    std::unique_lock lock(state.computeMutex);
+    ++state.computeCount;
+    state.computeCalled.notify_all();
+    const auto areAllHere = [&] { return state.computeCount >= state.lies.computePipelinesAtOnce; };
+    state.lies.areComputePipelinesAlone |=
+        !state.computeCalled.wait_for(lock, std::chrono::seconds(10), areAllHere);
+    lock.unlock();
     std::vector<VkComputePipelineCreateInfo> real(infos, infos + count);
     for (VkComputePipelineCreateInfo& info : real)
         info.flags &= ~VkPipelineCreateFlags{VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR};
-    const VkResult result =
-        activeState->createCompute(device, cache, count, real.data(), allocation, pipelines);
+    const VkResult result = state.createCompute(device, cache, count, real.data(), allocation, pipelines);
+    lock.lock();
     for (uint32_t i = 0; i < count; ++i)
         if ((infos[i].flags & VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR) != 0)
-            activeState->capturing.insert(pipelines[i]);
+            state.capturing.insert(pipelines[i]);
     return result;
 }
 
@@ -346,8 +360,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     if (is("vkGetAccelerationStructureBuildSizesKHR"))
         return Replaced(real, activeState->buildSizes, BuildSizes);
     if (is("vkCmdBuildAccelerationStructuresKHR")) return Replaced(real, activeState->build, Build);
+    if (is("vkCreateComputePipelines")) return Replaced(real, activeState->createCompute, CreateCompute);
     if (activeState->lies.hasStatistics) {
-        if (is("vkCreateComputePipelines")) return Replaced(real, activeState->createCompute, CreateCompute);
         if (is("vkGetPipelineExecutablePropertiesKHR"))
             return reinterpret_cast<PFN_vkVoidFunction>(Executables);
         if (is("vkGetPipelineExecutableStatisticsKHR"))

@@ -33,6 +33,9 @@ struct Lies {
     VkResult waitResult = VK_SUCCESS;           // not VK_SUCCESS: vkWaitSemaphores fails so
     uint64_t maxStorageBufferRange = 0;         // not 0: the limit reads so
     std::shared_future<void> beforeRayTracing;  // valid: vkCreateRayTracingPipelinesKHR waits for it first
+    // Not 0: a vkCreateComputePipelines waits until as many have been called, but at most ten seconds.
+    uint32_t computePipelinesAtOnce = 0;
+    bool areComputePipelinesAlone = false;  // no lie: one of them has waited for ten seconds
     // On: the device has the memory types below instead of one for all. Set before the device is made.
     bool hasSeparateMemory = false;
     uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory
