@@ -10,7 +10,6 @@
 
 #include "renderer/gpu_scene/deform_resources.h"
 #include "renderer/gpu_scene/draw_table.h"
-#include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
 

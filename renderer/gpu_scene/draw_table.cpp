@@ -16,7 +16,7 @@ DrawKind KindOf(const GroupKind& group) {
 DrawTable::DrawTable(rhi::Device& device, SceneGeometry& geometry, const InstanceSet& instances)
     : m_draws(device, "draws", "UploadDraws") {
     Number(geometry, 1);
-    Refresh(geometry, instances);
+    Count(geometry, instances);
 }
 
 void DrawTable::Upload(rhi::Uploader& uploader) {
@@ -39,27 +39,33 @@ void DrawTable::Number(SceneGeometry& geometry, uint32_t roomFactor) {
     for (GroupResources& group : geometry.groups) Add(group);
 }
 
-bool DrawTable::Add(GroupResources& group) {
+void DrawTable::Add(GroupResources& group) {
     group.record.draw = gpu::kNotDrawn;
-    if (!group.IsDrawn()) return true;
+    m_countsDirty = true;
+    if (!group.IsDrawn()) return;
     Kind& kind = m_kinds[static_cast<size_t>(KindOf(group.kind))];
-    if (kind.taken.TakenCount() == kind.room) return false;
-    group.record.draw = kind.first + kind.taken.Allocate(1);
-    return true;
+    if (kind.taken.TakenCount() < kind.room)
+        group.record.draw = kind.first + kind.taken.Allocate(1);
+    else
+        m_numbersDirty = true;
 }
 
 void DrawTable::Remove(const GroupResources& group) {
+    m_countsDirty = true;
     if (group.record.draw == gpu::kNotDrawn) return;
     for (Kind& kind : m_kinds)
         if (group.record.draw - kind.first < kind.room) kind.taken.Free(group.record.draw - kind.first, 1);
 }
 
-void DrawTable::Renumber(SceneGeometry& geometry, const InstanceSet& instances) {
-    Number(geometry, 2);
-    Refresh(geometry, instances);
+void DrawTable::Refresh(SceneGeometry& geometry, InstanceSet& instances) {
+    if (m_numbersDirty) {
+        instances.MarkGroupsChanged();
+        Number(geometry, 2);
+    }
+    if (m_numbersDirty || m_countsDirty) Count(geometry, instances);
 }
 
-void DrawTable::Refresh(const SceneGeometry& geometry, const InstanceSet& instances) {
+void DrawTable::Count(const SceneGeometry& geometry, const InstanceSet& instances) {
     for (uint32_t i = 0; i < m_draws.Size(); ++i) m_draws.Edit(i) = {};
     m_chunkCount = 0;
     for (uint32_t i = 0; i < geometry.groups.size(); ++i) {
@@ -74,6 +80,7 @@ void DrawTable::Refresh(const SceneGeometry& geometry, const InstanceSet& instan
     }
     uint32_t slots = 0;
     for (uint32_t i = 0; i < m_draws.Size(); ++i) slots += std::exchange(m_draws.Edit(i).firstSlot, slots);
+    m_numbersDirty = m_countsDirty = false;
 }
 
 void DrawTable::SetBounds(const GroupResources& group) {

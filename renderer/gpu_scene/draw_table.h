@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "renderer/gpu_scene/device_array.h"
-#include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/scene_geometry.h"
+#include "renderer/gpu_scene/scene_ids.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 #include "shaders/shared/draw_records.h"
 
@@ -25,16 +25,18 @@ class DrawTable {
     DrawTable(rhi::Device& device, SceneGeometry& geometry, const InstanceSet& instances);
     void Upload(rhi::Uploader& uploader);
 
-    // A group has come, or is about to go. Its record gets its number, and Refresh comes before the next
-    // frame. False: there is no room, all are to be numbered by Renumber.
-    bool Add(GroupResources& group);
+    // A group has come, or is about to go. Its record gets its number, if there is room.
+    void Add(GroupResources& group);
     void Remove(const GroupResources& group);
-    // Numbers all again, with room for more. Records of all placements are then old.
-    void Renumber(SceneGeometry& geometry, const InstanceSet& instances);
-    // After groups or placements have come or gone.
-    void Refresh(const SceneGeometry& geometry, const InstanceSet& instances);
+    // Placements have come or gone.
+    void NotePlacements() noexcept { m_countsDirty = true; }
+    // Groups are of other kinds.
+    void NoteKinds() noexcept { m_numbersDirty = true; }
     void SetBounds(const GroupResources& group);
 
+    // Brings the records up to date; where there was no room, or kinds have changed, numbers all again, with
+    // room for more, which makes records of all placements due. Where memory runs out, the next call does it.
+    void Refresh(SceneGeometry& geometry, InstanceSet& instances);
     // Sets `draws`, `drawsOfKind` and `chunkCount`; uploads what has changed.
     void Declare(Renderer& renderer, SceneIds& ids);
 
@@ -45,8 +47,10 @@ class DrawTable {
         SlotRanges taken;  // from `first`
     };
     void Number(SceneGeometry& geometry, uint32_t roomFactor);
+    void Count(const SceneGeometry& geometry, const InstanceSet& instances);
 
     std::array<Kind, kDrawKindCount> m_kinds;
+    bool m_numbersDirty = false, m_countsDirty = false;
     uint64_t m_chunkCount = 0;
     DeviceArray<gpu::DrawRecord> m_draws;
 };

@@ -17,10 +17,8 @@
 // due. Threads: that of the Renderer.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "base/api.h"
@@ -28,12 +26,12 @@
 #include "renderer/gpu_scene/light_groups.h"
 #include "renderer/gpu_scene/own_light.h"
 #include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/scene_ids.h"
+#include "renderer/gpu_scene/scene_statistics.h"
 #include "renderer/gpu_scene/scene_upload.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/scene_data.h"
-#include "shaders/shared/scene_records.h"
-#include "shaders/shared/trace_options.h"
 
 namespace raygraph {
 
@@ -43,58 +41,6 @@ struct PoseChanges;
 }  // namespace scene
 struct HostMesh;
 struct HostTexture;
-
-// Classes of triangles for drawing: by how rays treat them.
-enum class DrawKind : uint8_t {
-    Opaque,  // no alpha test; back faces are culled
-    OpaqueTwoSided,
-    AlphaTested,  // alpha-tested; back faces are culled
-    AlphaTestedTwoSided,
-};
-inline constexpr size_t kDrawKindCount = 4;
-
-struct DrawRange {
-    uint32_t first = 0;
-    uint32_t count = 0;
-};
-
-// The scene of one frame, for passes.
-struct SceneIds {
-    TlasId tlas;  // "sceneTlas"
-    // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there
-    // are none: see GpuSceneDesc::traversal.
-    BufferId wideNodes, wideTriangles, wideInstances;
-    bool hasOneWideLevel = false;
-    BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
-    // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
-    BufferId deformedStreams;
-    BufferId instances;        // "instances": gpu::InstanceRecord[]
-    BufferId geometries;       // "geometries": gpu::GeometryRecord[]
-    BufferId materials;        // "materials": gpu::MaterialRecord[]
-    TextureSetId textures;     // set 1
-    TextureId environmentMap;  // "environmentMap": equirectangular; a black texel when there is none
-    gpu::EnvironmentRecord environment;
-    uint64_t environmentVersion = 0;  // changes with environmentMap's content
-    BufferId lights;                  // "lights": gpu::LightRecord[]
-    BufferId lightNodes;              // "lightNodes": gpu::LightNode[]
-    BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
-    BufferId lightMeshes;             // "lightMeshes": gpu::LightMeshRecord[]
-    BufferId lightProfiles;           // "lightProfiles": float[], see shaders/lights/light_profile.glsl
-    BufferId environmentTable;        // "environmentTable": gpu::EnvironmentEntry[]
-    gpu::LightSetRecord lightSet{};
-    BufferId energyTables;  // "energyTables": float[], see shaders/shared/energy_tables.h
-    // The features that programs need for the scene, as far as settings use them. TextureLod is the only one
-    // of kind Settings: it says that textures have mip levels (GpuSceneDesc::textureLevels).
-    TraceFeatures features;
-    uint32_t triangleLights = 0;  // of the lights, meshes and dark ones included
-    uint32_t punctualLights = 0;
-    uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
-    BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
-    uint32_t placementCount = 0;                       // records of `instances`; some are free
-    std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, ascending
-    uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
-    glm::dvec3 origin{0.0};   // in world space: positions on the device are relative to it
-};
 
 // Light from infinity: a constant, times an equirectangular map if there is one.
 struct EnvironmentSettings {
@@ -106,44 +52,6 @@ struct EnvironmentSettings {
     DefaultLight defaultLight = DefaultLight::Auto;  // for usesScene
 
     bool operator==(const EnvironmentSettings&) const = default;
-};
-
-enum class TlasWork : uint8_t { None, Update, Rebuild };
-RAYGRAPH_API const char* Name(TlasWork work);
-
-struct GpuSceneStatistics {
-    uint32_t instanceCount = 0;
-    uint32_t blasCount = 0;
-    uint32_t geometryCount = 0;
-    uint64_t trianglesUnique = 0;
-    uint64_t trianglesPlaced = 0;
-    uint64_t blasBytesBuilt = 0;
-    uint64_t blasBytesCompacted = 0;  // equals blasBytesBuilt where compaction is off
-    uint32_t compactionsPending = 0;
-    bool isCompactionOff = false;
-    std::string whyCompactionOff;
-    uint64_t tlasBytes = 0;
-    uint64_t wideTreeBytes = 0;
-    std::string whyNoWideTrees;  // empty: there are some
-    uint64_t geometryBytes = 0;
-    uint64_t textureBytes = 0;     // all levels; without what the device adds to align them
-    uint64_t textureBudget = 0;    // in bytes, when the scene was set
-    uint32_t reducedTextures = 0;  // smaller than their images, to fit it
-    TlasWork lastTlasWork = TlasWork::None;
-    uint64_t tlasUpdates = 0;
-    uint64_t tlasRebuilds = 0;
-    uint64_t blasBuilds = 0;
-    uint64_t blasRefits = 0;             // of deformed meshes, after their vertices have moved
-    uint64_t blasRebuilds = 0;           // likewise, in place: refits had decayed
-    uint64_t deformations = 0;           // frames in which vertices were deformed; of this scene
-    uint32_t deformedMeshes = 0;         // copies of meshes, each with vertices of its own
-    uint32_t lightCount = 0;             // those that shine, the environment included, when last declared
-    uint64_t emissiveTriangleCount = 0;  // placed, that shine
-    uint64_t lightRebuilds = 0;          // of this scene's light tree
-    uint64_t lightUpdates = 0;           // likewise, in place
-    uint64_t lightTableBytes = 0;        // on the device: records, trees and alias tables of all lights
-    uint64_t lightBytesUploaded = 0;     // into these, since the scene was set
-    double uploadMs = 0.0;               // host time of the last SetScene: sorting and staging
 };
 
 // Where the things of a part of the scene are: by their index in the part, their index in the scene.
@@ -160,22 +68,6 @@ struct StreamProgress {
     uint64_t of = 0;     // 0: nothing streams
 
     bool IsDone() const { return bytes == of; }
-};
-
-// How often the scene has changed, by kind of change: for caches of what was derived from it. An edit
-// that changes nothing does not count; neither do changes that leave the picture as it is (light
-// groups, compaction).
-struct SceneRevisions {
-    // SetScene, SetVisible, SetVariant; what comes and goes, lights apart; SetMaterial where culling or alpha
-    // changes.
-    uint64_t geometry = 0;
-    uint64_t transforms = 0;   // SetTransform
-    uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights: of visible instances
-    uint64_t materials = 0;    // SetMaterial, emission included; SetVariant
-    uint64_t lights = 0;       // SetLight, SetLightVisible; lights that come and go
-    uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
-
-    bool operator==(const SceneRevisions&) const = default;
 };
 
 // When the light tree is rebuilt, where an update would do (docs/lights.md). Always: pictures depend on the

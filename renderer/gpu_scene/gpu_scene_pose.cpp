@@ -10,34 +10,16 @@
 
 namespace raygraph {
 
-void GpuScene::Impl::RequireMatrices(const char* call, uint32_t skin, size_t count) const {
-    const std::vector<SkinMatrices> none;
-    const std::vector<SkinMatrices>& skins = geometry->deform ? geometry->deform->skins : none;
-    RequireIndex("skin", skin, skins.size());
-    if (count != skins[skin].count)
-        throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} matrices for skin {}, which has {}", call, count,
-                        skin, skins[skin].count);
-}
-
-void GpuScene::Impl::RequireWeights(const char* call, uint32_t instance, size_t count) const {
-    RequireInstance(instance);
-    if (!deform)
-        throw MakeError(ErrorKind::Usage, "GpuScene: {}: instance {} is not deformed", call, instance);
-    if (count != deform->WeightCount(instance))
-        throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} for instance {}, which has {}", call,
-                        Counted(count, "weight"), instance, deform->WeightCount(instance));
-}
-
 void GpuScene::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
     m_impl->RequireNoFrame("SetJointMatrices");
-    m_impl->RequireMatrices("SetJointMatrices", skin, matrices.size());
-    if (m_impl->deform->SetJointMatrices(skin, matrices)) ++m_impl->revisions.shapes;
+    m_impl->scene->RequireMatrices("SetJointMatrices", skin, matrices.size());
+    if (m_impl->scene->deform->SetJointMatrices(skin, matrices)) ++m_impl->context.revisions.shapes;
 }
 
 void GpuScene::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
     m_impl->RequireNoFrame("SetMorphWeights");
-    m_impl->RequireWeights("SetMorphWeights", instance, weights.size());
-    if (m_impl->deform->SetMorphWeights(instance, weights)) ++m_impl->revisions.shapes;
+    m_impl->scene->RequireWeights("SetMorphWeights", instance, weights.size());
+    if (m_impl->scene->deform->SetMorphWeights(instance, weights)) ++m_impl->context.revisions.shapes;
 }
 
 void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier,
@@ -48,47 +30,51 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             throw MakeError(ErrorKind::Usage, "GpuScene: SetPose: {} {}, the scene has {}", given, what,
                             there);
     };
-    require("instances", posed.instances.size(), m_impl->set.instances);
-    require("materials", posed.materials.size(), m_impl->set.materials);
-    require("lights", posed.lights.size(), m_impl->set.lights);
-    const DeformResources* const deform = m_impl->geometry->deform.get();
+    require("instances", posed.instances.size(), m_impl->scene->setInstances);
+    require("materials", posed.materials.size(), m_impl->scene->setMaterials);
+    require("lights", posed.lights.size(), m_impl->scene->setLights);
+    const DeformResources* const deform = m_impl->scene->geometry->deform.get();
     if (!changes.skins.empty()) require("skins", posed.skins.size(), deform ? deform->skins.size() : 0);
     for (const uint32_t i : changes.skins)
-        m_impl->RequireMatrices("SetPose", i, applier.JointMatricesOf(i).size());
+        m_impl->scene->RequireMatrices("SetPose", i, applier.JointMatricesOf(i).size());
     // A mesh may have weights without targets: they move nothing
     const auto isMorphed = [&](uint32_t i) { return scene::HasTargets(posed, posed.instances[i]); };
     for (const uint32_t i : changes.reweighted)
         if (isMorphed(i))
-            m_impl->RequireWeights("SetPose", i, scene::MorphWeights(posed, posed.instances[i]).size());
+            m_impl->scene->RequireWeights("SetPose", i,
+                                          scene::MorphWeights(posed, posed.instances[i]).size());
 
     const auto isOfScene = [](const Owners& owners, uint32_t i) { return owners.Of(i) == kOwnedByScene; };
     std::vector<uint32_t> moved, shown, hidden;
     std::vector<scene::PlacedTransform> places;
     WithMemoryErrors("SetPose", [&] {
         for (const uint32_t i : changes.instances) {
-            if (!isOfScene(m_impl->owners.instances, i)) continue;
+            if (!isOfScene(m_impl->scene->owners.instances, i)) continue;
             moved.push_back(i);
             places.push_back({posed.instances[i].objectToWorld, posed.instances[i].translationRest});
         }
         for (const uint32_t i : changes.shown)
-            if (isOfScene(m_impl->owners.instances, i)) (applier.IsVisible(i) ? shown : hidden).push_back(i);
+            if (isOfScene(m_impl->scene->owners.instances, i))
+                (applier.IsVisible(i) ? shown : hidden).push_back(i);
     });
     SetTransforms(moved, places);
     SetVisible(shown, true);
     SetVisible(hidden, false);
     for (const uint32_t i : changes.materials)
-        if (isOfScene(m_impl->owners.materials, i)) SetMaterial(i, posed.materials[i]);
+        if (isOfScene(m_impl->scene->owners.materials, i)) SetMaterial(i, posed.materials[i]);
     for (const uint32_t i : changes.lights)
         WithMemoryErrors("SetPose", [&] {
-            if (!isOfScene(m_impl->owners.lights, i) || m_impl->lights->Punctual(i) == posed.lights[i])
+            if (!isOfScene(m_impl->scene->owners.lights, i) ||
+                m_impl->scene->lights.Punctual(i) == posed.lights[i])
                 return;
-            m_impl->lights->SetPunctual(i, posed.lights[i], LightPlace::OfNode);
-            ++m_impl->revisions.lights;
+            m_impl->scene->lights.SetPunctual(i, posed.lights[i], LightPlace::OfNode);
+            ++m_impl->context.revisions.lights;
         });
     for (const uint32_t i : changes.lightsShown)
-        if (isOfScene(m_impl->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
+        if (isOfScene(m_impl->scene->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
     for (const uint32_t i : changes.skins)
-        if (m_impl->deform->FollowJoints(i, applier.JointMatricesOf(i))) ++m_impl->revisions.shapes;
+        if (m_impl->scene->deform->FollowJoints(i, applier.JointMatricesOf(i)))
+            ++m_impl->context.revisions.shapes;
     for (const uint32_t i : changes.reweighted)
         if (isMorphed(i)) SetMorphWeights(i, scene::MorphWeights(posed, posed.instances[i]));
 }
@@ -110,7 +96,7 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             if (posed.instances[i].isDeformed) all.reweighted.push_back(i);
     });
     SetPose(posed, applier, all);
-    m_impl->RestartOrigin();
+    m_impl->scene->RestartOrigin();
 }
 
 }  // namespace raygraph

@@ -14,9 +14,10 @@
 
 #include "base/large_pages.h"
 #include "renderer/gpu_scene/box_tree.h"
-#include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/record_table.h"
 #include "renderer/gpu_scene/scene_geometry.h"
+#include "renderer/gpu_scene/scene_ids.h"
+#include "renderer/gpu_scene/scene_statistics.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 #include "renderer/gpu_scene/tlas_quality.h"
 #include "rhi/tlas.h"

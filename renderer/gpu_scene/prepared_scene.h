@@ -50,6 +50,7 @@ class RAYGRAPH_API PreparedScene {
 
   private:
     friend class GpuScene;
+    friend class SceneStreams;
     // For a call of GpuScene, which begins the lines of Errors.
     PreparedScene(scene::SceneData&& data, const PrepareSettings& settings, const char* call);
     void Make(scene::SceneData&& data, const PrepareSettings& settings);

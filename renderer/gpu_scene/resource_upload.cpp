@@ -8,19 +8,17 @@
 
 namespace raygraph {
 
-ResourceUpload::ResourceUpload(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                               Disposer& disposer, SceneContent& content, const ResourceSettings& settings)
-    : m_device(device),
+ResourceUpload::ResourceUpload(SceneContext& context, rhi::Uploader& uploader, SceneContent& content)
+    : m_context(context),
       m_uploader(uploader),
-      m_builder(builder),
-      m_disposer(disposer),
       m_content(content),
-      m_settings(settings),
-      m_textures(device, uploader, content.data, settings.textures),
-      m_resources{std::make_unique<SceneMaterials>(
-                      device, *settings.defaultTexture, *settings.defaultSampler,
-                      settings.textures.hasLevels ? settings.textures.maxAnisotropy : 1.0f),
-                  std::make_unique<SceneGeometry>(device)} {
+      m_textureBudget(context.desc.textureBudget > 0 ? context.desc.textureBudget
+                                                     : DefaultTextureBudget(context.device)),
+      m_textures(context.device, uploader, content.data, context.TextureSettings(m_textureBudget)),
+      m_resources{
+          std::make_unique<SceneMaterials>(context.device, context.defaultTexture, context.defaultSampler,
+                                           context.desc.textureLevels ? context.desc.maxAnisotropy : 1.0f),
+          std::make_unique<SceneGeometry>(context.device)} {
     m_bytes = m_textures.Bytes();
     for (const PackedMesh& mesh : content.meshes) m_bytes += mesh.Bytes();
 }
@@ -32,7 +30,9 @@ bool ResourceUpload::Continue(uint64_t& budget, bool mayWait) {
     for (; m_mesh < m_content.meshes.size(); ++m_mesh) {
         if (budget == 0 || (!mayWait && m_uploader.WouldWait())) return false;
         if (!m_meshUpload) m_meshUpload.emplace(std::move(m_content.meshes[m_mesh]));
-        if (!m_meshUpload->Continue(m_device, m_uploader, m_builder, m_disposer, budget)) return false;
+        if (!m_meshUpload->Continue(m_context.device, m_uploader, m_context.builder, m_context.disposer,
+                                    budget))
+            return false;
         m_meshBytes += m_meshUpload->CopiedBytes();
         m_resources.geometry->AddMesh(m_meshUpload->Take(), *m_resources.materials);
         m_meshUpload.reset();
@@ -57,7 +57,7 @@ SceneResources ResourceUpload::Finish(rhi::Uploader& uploader) {
     for (size_t i = 0; i < m_content.meshes.size(); ++i)
         geometry.meshes[i].isDeformed = m_content.meshes[i].use.isDeformed;
     if (m_content.deform) {
-        m_content.deform->AddCopies(m_device, uploader, m_builder, geometry);
+        m_content.deform->AddCopies(m_context.device, uploader, m_context.builder, geometry);
         geometry.TakeSlots();
     }
     for (const uint32_t mesh : geometry.meshOf) ++geometry.meshes[mesh].instanceCount;

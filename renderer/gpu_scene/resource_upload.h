@@ -9,18 +9,12 @@
 
 #include "renderer/gpu_scene/mesh_upload.h"
 #include "renderer/gpu_scene/scene_content.h"
+#include "renderer/gpu_scene/scene_context.h"
 #include "renderer/gpu_scene/scene_geometry.h"
 #include "renderer/gpu_scene/scene_materials.h"
 #include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph {
-
-// What resources need of the GpuScene, which outlives them.
-struct ResourceSettings {
-    TextureUploadSettings textures;
-    const rhi::Texture* defaultTexture = nullptr;
-    const rhi::Sampler* defaultSampler = nullptr;
-};
 
 struct SceneResources {
     std::unique_ptr<SceneMaterials> materials;
@@ -30,8 +24,7 @@ struct SceneResources {
 class ResourceUpload {
   public:
     // Refers to all of them. Plans textures.
-    ResourceUpload(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                   Disposer& disposer, SceneContent& content, const ResourceSettings& settings);
+    ResourceUpload(SceneContext& context, rhi::Uploader& uploader, SceneContent& content);
 
     // Goes on, and counts down the budget, as TextureUpload and MeshUpload do. True: textures and meshes are
     // there. Adds the BLASes to the builder. Frees each image of the content after its upload, and disposes
@@ -43,7 +36,7 @@ class ResourceUpload {
     // Bytes of streams and texels.
     uint64_t Bytes() const { return m_bytes; }
     uint64_t CopiedBytes() const;
-    const TextureUploadSettings& Textures() const { return m_settings.textures; }
+    uint64_t TextureBudget() const { return m_textureBudget; }
     // Says that textures are smaller than their images, if any are.
     const std::string& Warning() const { return m_textures.Reduction(); }
     // After Finish: the destructor waits while the device still works on them.
@@ -52,12 +45,10 @@ class ResourceUpload {
   private:
     void AddMaterials();
 
-    rhi::Device& m_device;
+    SceneContext& m_context;
     rhi::Uploader& m_uploader;
-    rhi::BlasBuilder& m_builder;
-    Disposer& m_disposer;
     SceneContent& m_content;
-    ResourceSettings m_settings;
+    uint64_t m_textureBudget;
     TextureUpload m_textures;
     SceneResources m_resources;
     bool m_hasMaterials = false;

@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/material_features.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/gpu_scene/scene_geometry.h"
+#include "renderer/gpu_scene/scene_ids.h"
 
 namespace raygraph {
 

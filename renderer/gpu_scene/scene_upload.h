@@ -2,17 +2,19 @@
 // of the GpuScene, which outlives it.
 #pragma once
 
+#include <exception>
 #include <memory>
 
 #include "base/api.h"
 
 namespace raygraph {
 
+class ResourceUpload;  // renderer/gpu_scene/resource_upload.h
+struct SceneContent;   // renderer/gpu_scene/scene_content.h
+
 // What GpuScene::Upload begins. Without its owner, copying stops, and what has been copied is freed.
 class RAYGRAPH_API SceneUpload {
   public:
-    struct Content;  // renderer/gpu_scene/scene_upload.cpp
-    explicit SceneUpload(std::unique_ptr<Content> content);
     ~SceneUpload();
     SceneUpload(const SceneUpload&) = delete;
     SceneUpload& operator=(const SceneUpload&) = delete;
@@ -23,7 +25,13 @@ class RAYGRAPH_API SceneUpload {
 
   private:
     friend class GpuScene;
-    std::unique_ptr<Content> m_content;
+    friend class SceneStreams;
+    SceneUpload(std::unique_ptr<SceneContent> content, std::unique_ptr<ResourceUpload> resources);
+
+    std::unique_ptr<SceneContent> m_content;      // null: the scene has been set
+    std::unique_ptr<ResourceUpload> m_resources;  // refers to it; null: it has failed
+    bool m_isDone = false;                        // or has failed
+    std::exception_ptr m_error;
 };
 
 }  // namespace raygraph

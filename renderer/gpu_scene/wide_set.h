@@ -12,7 +12,7 @@
 #include "renderer/bvh/wide_refit.h"
 #include "renderer/bvh/wide_scene.h"
 #include "renderer/gpu_scene/device_array.h"
-#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/scene_ids.h"
 #include "renderer/gpu_scene/slot_ranges.h"
 
 namespace raygraph {

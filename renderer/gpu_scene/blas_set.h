@@ -1,0 +1,54 @@
+// BlasSet: the BLASes of a scene in its frames, which build, refit, rebuild in place and compact them.
+// Threads: that of the Renderer.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/gpu_scene/instance_set.h"
+#include "renderer/gpu_scene/scene_geometry.h"
+#include "rhi/blas_builder.h"
+
+namespace raygraph {
+
+class DeformSet;
+
+class BlasSet {
+  public:
+    // All of them outlive the set; `geometry` has BLASes that wait to be built.
+    BlasSet(rhi::BlasBuilder& builder, SceneGeometry& geometry, InstanceSet& instances)
+        : m_builder(builder), m_geometry(geometry), m_instances(instances) {}
+
+    // Others have been added to the builder.
+    void NoteAdded() noexcept { m_unbuilt = true; }
+    // These take the place of some that are in the TLAS.
+    void NoteReplaced() noexcept {
+        m_unbuilt = true;
+        m_instances.MarkStructuresChanged();
+    }
+    // The vertices of a host's mesh have changed, under its own BLAS or one of ours: the TLAS follows, and
+    // ours is rebuilt, in place if it is Deforming. On an Error nothing has changed.
+    void NoteVertices(uint32_t mesh);
+    void Forget(uint32_t mesh) noexcept { std::erase(m_rebuilt, mesh); }
+
+    // Declares the work, which stays pending while it is culled or its frame is dropped.
+    void Declare(Renderer& renderer, SceneIds& ids, DeformSet* deform);
+    // Whether something reads structures that wait for work, the TLAS included, is known from the last frame,
+    // in which they were built or refreshed then. After an edit it is not known, until a frame has shown it.
+    void BeginFrame() { m_structuresUsed = !HasWork(); }
+    void NoteUsed() { m_structuresUsed = true; }
+    bool IsSettled() const { return !(HasWork() && m_structuresUsed) && m_rebuilt.empty(); }
+
+  private:
+    bool HasWork() const { return m_unbuilt || m_instances.PendingWork() != TlasWork::None; }
+    void DeclareRebuilds(Renderer& renderer, SceneIds& ids);
+
+    rhi::BlasBuilder& m_builder;
+    SceneGeometry& m_geometry;
+    InstanceSet& m_instances;
+    bool m_unbuilt = true;
+    bool m_structuresUsed = true;
+    std::vector<uint32_t> m_rebuilt;  // meshes of the host's that are to be rebuilt in place
+};
+
+}  // namespace raygraph

@@ -1,0 +1,46 @@
+// What a GpuScene has whatever its scene is. For renderer/gpu_scene alone.
+#pragma once
+
+#include "base/disposer.h"
+#include "renderer/gpu_scene/environment_upload.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/scene_environment.h"
+#include "renderer/gpu_scene/texture_upload.h"
+#include "rhi/blas_builder.h"
+#include "rhi/upload.h"
+
+namespace raygraph {
+
+// It outlives the objects of all scenes, which refer to it.
+struct SceneContext {
+    SceneContext(rhi::Device& sceneDevice, const GpuSceneDesc& sceneDesc)
+        : desc(sceneDesc),
+          device(sceneDevice),
+          traversal(desc.traversal == Traversal::Auto ? FasterTraversal(device) : desc.traversal),
+          uploader(device),
+          environment(device, uploader),
+          builder(device, {.name = "scene BLASes",
+                           .scratchBudget = desc.scratchBudget,
+                           .compactionBudget = desc.compactionBudget}),
+          defaultTexture(WhiteTexture(device, uploader)),
+          defaultSampler(device.CreateSampler({.name = "default sampler"})) {}
+
+    TextureUploadSettings TextureSettings(uint64_t budget) const {
+        return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
+    }
+
+    GpuSceneDesc desc;
+    rhi::Device& device;
+    Traversal traversal;  // Driver or Own
+    rhi::Uploader uploader;
+    SceneEnvironment environment;
+    rhi::BlasBuilder builder;
+    Disposer disposer;
+    rhi::Texture defaultTexture;
+    rhi::Sampler defaultSampler;
+    SceneRevisions revisions;
+    GpuSceneStatistics statistics;
+    ResourceState blasState;  // uploads build BLASes of a scene in frames of the one before
+};
+
+}  // namespace raygraph

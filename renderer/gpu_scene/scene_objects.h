@@ -1,0 +1,103 @@
+// SceneObjects: the geometry, instances, materials, textures and lights of one scene; how they come, go and
+// change, and what a frame does for them. For renderer/gpu_scene alone. Threads: that of the Renderer.
+//
+// Arguments are checked. What adds something leaves everything as it was where it fails.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/blas_set.h"
+#include "renderer/gpu_scene/deform_set.h"
+#include "renderer/gpu_scene/draw_table.h"
+#include "renderer/gpu_scene/instance_set.h"
+#include "renderer/gpu_scene/light_set.h"
+#include "renderer/gpu_scene/part_owners.h"
+#include "renderer/gpu_scene/resource_upload.h"
+#include "renderer/gpu_scene/scene_context.h"
+#include "renderer/gpu_scene/scene_origin.h"
+#include "renderer/gpu_scene/wide_set.h"
+
+namespace raygraph {
+
+class SceneObjects {
+  public:
+    // Takes the memory in which BLASes are built, too: a frame that ran out of it could not be drawn, nor
+    // the next one.
+    SceneObjects(SceneContext& context, SceneResources&& resources, const scene::SceneData& data);
+
+    uint32_t AddMaterial(const scene::Material& material, std::span<const uint32_t> textures);
+    uint32_t AddTexture(const HostTexture& texture);
+    // The memory of the builds is still to be reserved.
+    uint32_t AddMesh(UploadedMesh&& uploaded);
+    uint32_t AddMesh(scene::Mesh&& mesh);
+    uint32_t AddMesh(const HostMesh& mesh);
+    uint32_t AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible);
+    uint32_t AddLight(const scene::Light& light, bool isVisible, LightPlace place);
+    // What nothing uses.
+    void RemoveInstance(uint32_t instance);
+    void ForgetMesh(uint32_t mesh) noexcept;
+    void RemoveMaterial(uint32_t material);
+    void RemoveTexture(uint32_t texture);
+    void RemoveLight(uint32_t light);
+    // Of what the part names, what is still its own, and as far as nothing else uses it.
+    void Remove(const AddedPart& part);
+
+    void SetTransforms(std::span<const uint32_t> indices,
+                       std::span<const scene::PlacedTransform> objectToWorld);
+    void SetVisible(std::span<const uint32_t> indices, bool isVisible);
+    void SetMaterial(uint32_t material, const gpu::MaterialRecord& record);
+    void SetVariant(uint32_t variant);
+    void SetViewpoint(const glm::dvec3& eye);
+    // As if the scene had been set as it is now.
+    void RestartOrigin();
+    void MarkChanged(uint32_t mesh, const scene::Bounds& bounds);
+
+    bool IsMeshUsed(uint32_t mesh) const;
+    bool IsShowable(uint32_t mesh) const;
+    bool IsOfHost(uint32_t mesh) const;
+    bool IsDeformed(uint32_t instance) const;
+    bool Emits(uint32_t mesh) const;
+    // Error{Usage} for what does not exist, or not any more.
+    void RequireInstance(uint32_t instance) const;
+    void RequireMesh(uint32_t mesh) const;
+    void RequireMaterial(uint32_t material) const;
+    void RequireTexture(uint32_t texture) const;
+    void RequireLight(uint32_t light) const;
+    // Error{Usage} naming the call for a skin or an instance that has not as many, or does not exist.
+    void RequireMatrices(const char* call, uint32_t skin, size_t count) const;
+    void RequireWeights(const char* call, uint32_t instance, size_t count) const;
+
+    void Declare(Renderer& renderer, SceneIds& ids);
+    bool IsSettled() const;
+    void RefreshStatistics() const;
+
+  private:
+    void MoveOrigin(const glm::dvec3& wanted);
+    // The memory of a mesh's BLASes; without it, forgets the mesh.
+    void ReserveBuilds(uint32_t mesh);
+
+    SceneContext& m_context;
+    glm::dvec3 m_origin{0.0};
+    OriginTurns m_originTurns;
+    std::map<uint32_t, std::vector<uint32_t>> m_hostPlacements;  // instances, by mesh of the host's
+
+  public:
+    // Each refers to some of those before it.
+    const std::unique_ptr<SceneMaterials> materials;
+    const std::unique_ptr<SceneGeometry> geometry;
+    InstanceSet instances;
+    BlasSet blases;
+    DrawTable draws;
+    LightSet lights;
+    std::optional<DeformSet> deform;  // nullopt: nothing is deformed
+    std::optional<WideSet> trees;     // nullopt: of Traversal::Driver
+    ObjectOwners owners;
+    // What SetScene brought: poses are of these.
+    const size_t setInstances, setMaterials, setLights;
+};
+
+}  // namespace raygraph

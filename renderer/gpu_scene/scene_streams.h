@@ -1,0 +1,89 @@
+// SceneStreams: parts and scenes on their way to the device, at once or over frames. For renderer/gpu_scene
+// alone. Threads: that of the Renderer.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/mesh_upload.h"
+#include "renderer/gpu_scene/scene_content.h"
+#include "renderer/gpu_scene/scene_context.h"
+#include "renderer/gpu_scene/scene_objects.h"
+#include "renderer/gpu_scene/scene_upload.h"
+#include "renderer/gpu_scene/texture_upload.h"
+
+namespace raygraph {
+
+class SceneStreams {
+  public:
+    explicit SceneStreams(SceneContext& context) : m_context(context) {}
+
+    // These do what GpuScene's calls of their names say, with the scene that is shown.
+    AddedPart Add(PreparedScene&& part, SceneObjects& scene);
+    std::shared_ptr<const AddedPart> Stream(PreparedScene&& part, SceneObjects& scene);
+    std::shared_ptr<SceneUpload> Upload(PreparedScene&& scene);
+    StreamProgress Streaming() const;
+
+    // Ends the stream of the part of that owner, if there is one; what has come stays.
+    void Stop(uint32_t owner);
+    // Of all parts: their scene is replaced.
+    void StopAll();
+    // Copies all that is left of what Upload has begun.
+    void Complete(ResourceUpload& upload);
+    // Keeps textures on which the device still works, once the scene has its resources.
+    void End(ResourceUpload& upload) { m_ended.push_back(upload.TakeTextures()); }
+    // Error{Usage} for what a part that streams may still need.
+    void RequireArrived(const char* what, uint32_t index, const Owners& of) const;
+
+    // A frame's share of the first upload that has an owner and something to copy, or of the first parts.
+    void Continue(SceneObjects& scene);
+    bool IsDone() const { return m_parts.empty() && !NextUpload(); }
+
+  private:
+    // A part on its way: what PreparedScene made of it, and how far it has come.
+    struct Part {
+        std::unique_ptr<SceneContent> content;
+        std::shared_ptr<AddedPart> added;
+        rhi::Uploader* uploader = nullptr;
+        std::optional<TextureUpload> textures;  // refers to the content
+        std::vector<bool> isVisible;            // by node
+        bool isStreamed = false;                // never waits for the device
+        uint64_t bytes = 0;                     // of streams and texels
+        uint64_t meshBytes = 0;                 // of streams, of the meshes that are there
+        // The next ones that are to be there.
+        uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;
+        std::optional<MeshUpload> meshUpload;  // of the mesh that is next
+
+        uint64_t CopiedBytes() const {
+            return meshBytes + (meshUpload ? meshUpload->CopiedBytes() : 0) +
+                   (textures ? textures->CopiedBytes() : 0);
+        }
+    };
+    using Parts = std::list<Part>;
+
+    rhi::Uploader& FrameUploader();
+    Part Begin(const char* call, PreparedScene&& part, rhi::Uploader& with, const SceneObjects& scene);
+    // Goes on, and counts down the budget. True: all of it is there.
+    bool Continue(Part& part, SceneObjects& scene, uint64_t& budget);
+    bool BringTexture(Part& part, SceneObjects& scene, uint32_t texture, uint64_t& budget);
+    bool BringMaterial(Part& part, SceneObjects& scene, uint32_t material, uint64_t& budget);
+    bool BringMesh(Part& part, SceneObjects& scene, uint32_t mesh, uint64_t& budget);
+    bool ContinueStream(Part& part, SceneObjects& scene, uint64_t& budget);
+    void ContinueUpload(SceneUpload& upload, SceneObjects& scene, uint64_t& budget);
+    std::shared_ptr<SceneUpload> NextUpload() const;
+    void End(Parts::iterator part);
+
+    SceneContext& m_context;
+    Parts m_parts;                                            // the first is on its way
+    mutable std::list<std::weak_ptr<SceneUpload>> m_uploads;  // likewise; before parts
+    std::optional<rhi::Uploader> m_uploader;
+    std::list<TextureUpload> m_ended;  // that the device still works on
+    uint32_t m_lastOwner = kOwnedByScene;
+    uint64_t m_endedBytes = 0;  // of parts that are complete, since something streams
+};
+
+}  // namespace raygraph
