@@ -86,54 +86,54 @@ TEST_F(TraceScatter, Trace_ThinSheetSplitsLightBetweenItsSides) {
         {"metallicFactor", 0.0}, {"roughnessFactor", 0.0}, {"baseColorFactor", {0.9, 0.6, 0.3, 1.0}}};
     const glm::dvec3 base(0.9, 0.6, 0.3), color(0.2, 0.5, 0.8);
     constexpr double kIntensity = 12.0, kDistance = 2.0;
-    for (const double transmission : {1.0, 0.6})
-        for (const double strength : {0.5, 1.0})
-            for (const double meanCosine : {-0.75, 0.5})
-                for (const bool isTextured : {false, true}) {
-                    Json scatter = {{"scatterStrengthFactor", strength},
-                                    {"multiscatterColorFactor", {color.x, color.y, color.z}},
-                                    {"scatterAnisotropy", meanCosine}};
-                    if (isTextured)
-                        scatter["scatterStrengthTexture"]["index"] =
-                            scatter["multiscatterColorTexture"]["index"] = 0;
-                    const scene::Material sheet = Imported(Sheet(transmission, scatter), pbr);
-                    TraceSettings settings = Gltf({0.3f, 0.0f, 4.0f}, 1e-4f, 8);
-                    settings.biases.maxDepth = 1;
-                    const double scattered = transmission * strength * (isTextured ? 0.2 : 1.0);
-                    const glm::dvec3 tint = isTextured ? color * glm::dvec3(0.5029, 1.0, 0.0) : color;
-                    for (const float side : {-1.0f, 1.0f}) {
-                        scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {sheet});
-                        if (isTextured) {
-                            scene.images = {
-                                {.name = "texel", .width = 1, .height = 1, .rgba = {188, 255, 0, 51}}};
-                            scene.textures = {{.name = "data", .colorSpace = scene::ColorSpace::Linear},
-                                              {.name = "color", .colorSpace = scene::ColorSpace::Srgb}};
-                            ASSERT_EQ(sheet.scatterStrengthTexture.texture, 0);
-                            ASSERT_EQ(sheet.scatterColorTexture.texture, 1);
-                        }
-                        scene::Light lamp;
-                        lamp.intensity = float(kIntensity);
-                        lamp.lightToWorld = Translation({0, 0, side * float(kDistance)});
-                        scene.lights = {lamp};
-                        render.scene.SetScene(std::move(scene));
-                        const glm::dvec3 albedo =
-                            scattered * tint * (side < 0.0f ? 1.0 + meanCosine : 1.0 - meanCosine) / 2.0 +
-                            (side < 0.0f ? 0.0 : 1.0 - transmission) * base;
-                        const glm::dvec3 expected =
-                            albedo * (kIntensity / (std::numbers::pi * kDistance * kDistance));
-                        // Samples that go straight on see nothing
-                        const RenderedImage seen = render.Render(settings, 64);
-                        for (int channel = 0; channel < 3; ++channel) {
-                            const double error = seen.StandardErrorOfMean()[channel];
-                            EXPECT_NEAR(seen.mean.Mean()[channel], expected[channel],
-                                        4.0 * error + 4e-3 * expected[channel] + 1e-6)
-                                << "transmission " << transmission << ", strength " << strength
-                                << ", mean cosine " << meanCosine << (isTextured ? ", textured" : "")
-                                << ", lamp at " << side << ", channel " << channel;
-                            EXPECT_LE(error, 0.1 * expected[channel] + 1e-6) << "too noisy to prove anything";
-                        }
-                    }
-                }
+    struct Row {
+        double transmission, strength, meanCosine;
+        bool isTextured;
+    };
+    const Row rows[] = {
+        {1.0, 1.0, -0.75, false}, {1.0, 0.5, 0.5, true}, {0.6, 0.5, -0.75, false}, {0.6, 1.0, 0.5, true}};
+    for (const auto& [transmission, strength, meanCosine, isTextured] : rows) {
+        Json scatter = {{"scatterStrengthFactor", strength},
+                        {"multiscatterColorFactor", {color.x, color.y, color.z}},
+                        {"scatterAnisotropy", meanCosine}};
+        if (isTextured)
+            scatter["scatterStrengthTexture"]["index"] = scatter["multiscatterColorTexture"]["index"] = 0;
+        const scene::Material sheet = Imported(Sheet(transmission, scatter), pbr);
+        TraceSettings settings = Gltf({0.3f, 0.0f, 4.0f}, 1e-4f, 8);
+        settings.biases.maxDepth = 1;
+        const double scattered = transmission * strength * (isTextured ? 0.2 : 1.0);
+        const glm::dvec3 tint = isTextured ? color * glm::dvec3(0.5029, 1.0, 0.0) : color;
+        for (const float side : {-1.0f, 1.0f}) {
+            scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {sheet});
+            if (isTextured) {
+                scene.images = {{.name = "texel", .width = 1, .height = 1, .rgba = {188, 255, 0, 51}}};
+                scene.textures = {{.name = "data", .colorSpace = scene::ColorSpace::Linear},
+                                  {.name = "color", .colorSpace = scene::ColorSpace::Srgb}};
+                ASSERT_EQ(sheet.scatterStrengthTexture.texture, 0);
+                ASSERT_EQ(sheet.scatterColorTexture.texture, 1);
+            }
+            scene::Light lamp;
+            lamp.intensity = float(kIntensity);
+            lamp.lightToWorld = Translation({0, 0, side * float(kDistance)});
+            scene.lights = {lamp};
+            render.scene.SetScene(std::move(scene));
+            const glm::dvec3 albedo =
+                scattered * tint * (side < 0.0f ? 1.0 + meanCosine : 1.0 - meanCosine) / 2.0 +
+                (side < 0.0f ? 0.0 : 1.0 - transmission) * base;
+            const glm::dvec3 expected = albedo * (kIntensity / (std::numbers::pi * kDistance * kDistance));
+            // Samples that go straight on see nothing
+            const RenderedImage seen = render.Render(settings, 64);
+            for (int channel = 0; channel < 3; ++channel) {
+                const double error = seen.StandardErrorOfMean()[channel];
+                EXPECT_NEAR(seen.mean.Mean()[channel], expected[channel],
+                            4.0 * error + 4e-3 * expected[channel] + 1e-6)
+                    << "transmission " << transmission << ", strength " << strength << ", mean cosine "
+                    << meanCosine << (isTextured ? ", textured" : "") << ", lamp at " << side << ", channel "
+                    << channel;
+                EXPECT_LE(error, 0.1 * expected[channel] + 1e-6) << "too noisy to prove anything";
+            }
+        }
+    }
 }
 
 // White sheets absorb nothing, whatever they do with light; and one that scatters all of it alike to both sides is
