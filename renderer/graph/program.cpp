@@ -128,9 +128,13 @@ void ProgramCache::EnsurePipeline(Program& program) {
 }
 
 void ProgramCache::EnsurePipelines(std::span<Program* const> programs) {
+    // lavapipe numbers shader groups as they come, and the machine code that it keeps holds the numbers: such
+    // pipelines are made in the order of the passes, below.
+    const bool isOrdered = m_device.Info().isLavapipe;
     Program* last = nullptr;
     for (Program* program : programs) {
-        if (HasPipeline(*program) || program->m_failure || program->m_coming.valid() || program == last)
+        if (HasPipeline(*program) || program->m_failure || program->m_coming.valid() || program == last ||
+            (isOrdered && program->Kind() == PassKind::RayTracing))
             continue;
         if (last) Begin(*last, false);
         last = program;

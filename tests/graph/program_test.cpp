@@ -1,5 +1,7 @@
 // Which passes share a program, and how long programs and their pipelines are kept.
+#include <algorithm>
 #include <functional>
+#include <thread>
 
 #include "renderer/graph/program.h"
 #include "tests/graph/graph_test.h"
@@ -222,6 +224,41 @@ TEST_F(ProgramLife, PipelinesOfAFrame_AreMadeAtOnce) {
         EXPECT_EQ(renderer.PipelineCount(), 3u);
     }
     EXPECT_FALSE(loader.Tell().areComputePipelinesAlone);
+}
+
+// There the order decides the numbers of shader groups, which machine code on disk contains.
+TEST_F(ProgramLife, RayTracingPipelinesOfAFrame_AreMadeInOrderOnLavapipe) {
+    testing::FakeLoader loader;
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+    {
+        Renderer renderer(*device);
+        renderer.BeginFrame();
+        for (const char* name : {"first.rgen", "second.rgen", "third.rgen"}) {
+            renderer.AddShader(name, rhi::CompileGlsl({.name = name,
+                                                       .text = R"(#version 460
+                                                           #extension GL_EXT_ray_tracing : require
+                                                           layout(binding = 0, r32f) uniform image2D target;
+                                                           void main() { imageStore(target, ivec2(0), vec4(1)); }
+                                                       )",
+                                                       .stage = rhi::StageKind::RayGen}));
+            TextureId target = renderer.CreateTexture(name, {.extent = kExtent, .format = Format::R32Float});
+            renderer.AddPass(
+                name, PassKind::RayTracing,
+                [&](PassBuilder& pass) {
+                    pass.RayGen(name);
+                    target = pass.Writes("target", target);
+                    pass.KeepAlive();
+                },
+                [](CommandList& commands) { commands.TraceRays(kExtent); });
+        }
+        renderer.Execute();
+        EXPECT_EQ(renderer.PipelineCount(), 3u);
+    }
+    const std::vector<std::thread::id>& makers = loader.Tell().rayTracingMakers;
+    ASSERT_EQ(makers.size(), 3u);
+    const auto here = std::ranges::count(makers, std::this_thread::get_id());
+    EXPECT_EQ(here, device->Info().isLavapipe ? 3 : 1);
 }
 
 }  // namespace raygraph

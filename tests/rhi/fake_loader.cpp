@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,7 @@ struct State {
     PFN_vkCreateDevice createDevice = nullptr;
     PFN_vkCreateComputePipelines createCompute = nullptr;
     PFN_vkCreateRayTracingPipelinesKHR createRayTracing = nullptr;
+    std::mutex rayTracingMutex;      // of rayTracingMakers
     std::mutex computeMutex;         // of the three below and areComputePipelinesAlone
     std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
     std::condition_variable computeCalled;
@@ -146,6 +148,10 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateRayTracing(VkDevice device, VkDeferredOpera
                                                 VkPipeline* pipelines) {
     if (const std::shared_future<void> before = activeState->lies.beforeRayTracing; before.valid())
         before.wait();
+    {
+        const std::lock_guard lock(activeState->rayTracingMutex);
+        activeState->lies.rayTracingMakers.push_back(std::this_thread::get_id());
+    }
     return activeState->createRayTracing(device, operation, cache, count, infos, allocator, pipelines);
 }
 

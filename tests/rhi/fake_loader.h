@@ -5,6 +5,7 @@
 #include <future>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "rhi/functions.h"
@@ -33,6 +34,7 @@ struct Lies {
     VkResult waitResult = VK_SUCCESS;           // not VK_SUCCESS: vkWaitSemaphores fails so
     uint64_t maxStorageBufferRange = 0;         // not 0: the limit reads so
     std::shared_future<void> beforeRayTracing;  // valid: vkCreateRayTracingPipelinesKHR waits for it first
+    std::vector<std::thread::id> rayTracingMakers;  // no lie: the threads that have called it
     // Not 0: a vkCreateComputePipelines waits until as many have been called, but at most ten seconds.
     uint32_t computePipelinesAtOnce = 0;
     bool areComputePipelinesAlone = false;  // no lie: one of them has waited for ten seconds
