@@ -1,9 +1,8 @@
 // A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
 //
-// Groups are given by ray type and by hit set. Ray types are numbers of the caller's, from 0 up, of which
-// traceRayEXT names one. An instance names its hit set by the first of its records (TlasInstance::hitRecord),
-// and a shader a callable by its place in `callables`. Threads: any; a pipeline does not change once it is
-// made.
+// Hit groups are given by hit set and, in it, by ray type. Ray types are numbers from 0 up that the caller
+// assigns; traceRayEXT is given one. TlasInstance::hitRecord selects an instance's hit set. A shader calls a
+// callable by its index in `callables`. Threads: any; a pipeline does not change once it is made.
 #pragma once
 
 #include <array>
@@ -32,11 +31,11 @@ struct HitGroup {
     std::vector<std::byte> recordData{};
 };
 
-// By ray type.
+// The hit groups of one hit set; the index is the ray type.
 using HitGroupSet = std::vector<HitGroup>;
 
-// There are as many ray types as the longest of `miss` and the hit sets has elements, at least one; what the
-// others lack is empty.
+// The number of ray types is the length of the longest of `miss` and all hit sets, at least 1; shorter ones
+// are filled up with empty shaders.
 struct RayTracingPipelineDesc {
     std::string name = "ray tracing pipeline";
     GeneralShader rayGen{};

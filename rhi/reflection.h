@@ -86,7 +86,7 @@ struct ShaderReflection {
 // specialization constants).
 RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
 
-// That of a stage, made if the stage has none.
+// Returns a copy of ShaderStage::reflection, or what Reflect finds if the stage has none.
 RAYGRAPH_API ShaderReflection ReflectionOf(const ShaderStage& stage);
 
 // A stage's reflection with the stage's name, for messages.

@@ -16,7 +16,7 @@
 
 namespace raygraph::rhi {
 
-// Names what makes the words: the version of SPIRV-Tools and of this use of it. Empty: there is none.
+// Identifies what specializes: the versions of SPIRV-Tools and of this code. Empty without SPIRV-Tools.
 std::string SpecializerVersion();
 
 // Those of `values` that the module has a constant for, in the order of its declarations.

@@ -22,8 +22,8 @@ struct TlasInstance {
     std::array<float, 12> objectToWorld{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     uint32_t customIndex = 0;  // 24 bits: gl_InstanceCustomIndexEXT
     uint8_t mask = 0xff;       // seen by rays whose cull mask shares a bit; 0: never hit
-    // 24 bits: the first of its hit groups, which is the index of its hit set in
-    // RayTracingPipelineDesc::hitSets times the number of ray types.
+    // 24 bits: the index of the instance's first hit record in the shader binding table, which is the index
+    // of its hit set (RayTracingPipelineDesc::hitSets) times the number of ray types.
     uint32_t hitRecord = 0;
     VkDeviceAddress blas = 0;  // Blas::Address(); 0: the instance is inactive
     // A face is front where its vertices turn counter-clockwise seen from the ray's origin (in right-handed

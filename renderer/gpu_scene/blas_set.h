@@ -19,9 +19,9 @@ class BlasSet {
     BlasSet(rhi::BlasBuilder& builder, SceneGeometry& geometry, InstanceSet& instances)
         : m_builder(builder), m_geometry(geometry), m_instances(instances) {}
 
-    // Others have been added to the builder.
+    // BLASes have been added to the builder.
     void NoteAdded() noexcept { m_unbuilt = true; }
-    // These take the place of some that are in the TLAS.
+    // BLASes have been added to the builder that replace some in the TLAS.
     void NoteReplaced() noexcept {
         m_unbuilt = true;
         m_instances.MarkStructuresChanged();
@@ -33,8 +33,9 @@ class BlasSet {
 
     // Declares the work, which stays pending while it is culled or its frame is dropped.
     void Declare(Renderer& renderer, SceneIds& ids, DeformSet* deform);
-    // Whether something reads structures that wait for work, the TLAS included, is known from the last frame,
-    // in which they were built or refreshed then. After an edit it is not known, until a frame has shown it.
+    // Work on structures, the TLAS included, is culled in frames that do not read them. A frame that was
+    // declared with such work and recorded none of it lets IsSettled ignore it from then on, until a frame
+    // begins without pending work or records some, or until an edit is made: NoteUsed says so of these two.
     void BeginFrame() { m_structuresUsed = !HasWork(); }
     void NoteUsed() { m_structuresUsed = true; }
     bool IsSettled() const { return !(HasWork() && m_structuresUsed) && m_rebuilt.empty(); }

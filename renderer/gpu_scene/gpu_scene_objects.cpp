@@ -79,7 +79,7 @@ void GpuScene::Remove(const AddedPart& part) {
 uint32_t GpuScene::AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible) {
     m_impl->RequireNoFrame("AddInstance");
     m_impl->scene->RequireMesh(mesh);
-    if (!m_impl->scene->IsShowable(mesh))
+    if (!m_impl->scene->CanBePlaced(mesh))
         throw MakeError(ErrorKind::Usage, "GpuScene: AddInstance: mesh {} is there as deformed copies alone",
                         mesh);
     const scene::PlacedTransform shown = scene::CheckedPlacement(
@@ -108,7 +108,7 @@ uint32_t GpuScene::AddMesh(const HostMesh& mesh) {
 void GpuScene::MarkChanged(uint32_t mesh, const scene::Bounds& bounds) {
     m_impl->RequireNoFrame("MarkChanged");
     m_impl->scene->RequireMesh(mesh);
-    if (!m_impl->scene->IsOfHost(mesh))
+    if (!m_impl->scene->IsHostMesh(mesh))
         throw MakeError(ErrorKind::Usage, "GpuScene: MarkChanged: mesh {} is not one of the host's", mesh);
     RequireBounds("MarkChanged", bounds);
     WithMemoryErrors("MarkChanged", [&] { m_impl->scene->MarkChanged(mesh, bounds); });

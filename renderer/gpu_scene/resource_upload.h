@@ -39,7 +39,7 @@ class ResourceUpload {
     uint64_t TextureBudget() const { return m_textureBudget; }
     // Says that textures are smaller than their images, if any are.
     const std::string& Warning() const { return m_textures.Reduction(); }
-    // After Finish: the destructor waits while the device still works on them.
+    // For the caller to keep, after Finish or an Error: the destructor waits while the device works on them.
     TextureUpload TakeTextures() { return std::move(m_textures); }
 
   private:

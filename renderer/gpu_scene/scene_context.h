@@ -1,4 +1,5 @@
-// What a GpuScene has whatever its scene is. For renderer/gpu_scene alone.
+// SceneContext: what a GpuScene keeps when its scene is replaced. For renderer/gpu_scene alone. Threads: that
+// of the Renderer.
 #pragma once
 
 #include "base/disposer.h"
@@ -40,7 +41,7 @@ struct SceneContext {
     rhi::Sampler defaultSampler;
     SceneRevisions revisions;
     GpuSceneStatistics statistics;
-    ResourceState blasState;  // uploads build BLASes of a scene in frames of the one before
+    ResourceState blasState;  // kept here: frames of a scene also build the BLASes of the next one
 };
 
 }  // namespace raygraph

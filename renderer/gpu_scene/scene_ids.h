@@ -30,12 +30,12 @@ struct DrawRange {
 // The scene of one frame, for passes.
 struct SceneIds {
     TlasId tlas;  // "sceneTlas"
-    // The same as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Of invalid ids there
-    // are none: see GpuSceneDesc::traversal.
+    // The scene again, as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Invalid ids:
+    // there are no trees (GpuSceneDesc::traversal).
     BufferId wideNodes, wideTriangles, wideInstances;
     bool hasOneWideLevel = false;
     BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
-    // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
+    // Invalid: nothing is deformed. Otherwise passes that read vertices declare ReadsByAddress for it.
     BufferId deformedStreams;
     BufferId instances;        // "instances": gpu::InstanceRecord[]
     BufferId geometries;       // "geometries": gpu::GeometryRecord[]
@@ -55,11 +55,11 @@ struct SceneIds {
     // The features that programs need for the scene, as far as settings use them. TextureLod is the only one
     // of kind Settings: it says that textures have mip levels (GpuSceneDesc::textureLevels).
     TraceFeatures features;
-    uint32_t triangleLights = 0;  // of the lights, meshes and dark ones included
+    uint32_t triangleLights = 0;  // how many lights are triangles or meshes, dark ones too
     uint32_t punctualLights = 0;
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
-    BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
-    uint32_t placementCount = 0;                       // records of `instances`; some are free
+    BufferId draws;               // "draws": gpu::DrawRecord[], one per group of triangles
+    uint32_t placementCount = 0;  // records of `instances`; some are free
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, ascending
     uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
     glm::dvec3 origin{0.0};   // in world space: positions on the device are relative to it

@@ -23,7 +23,7 @@ struct SceneIds;
 
 class SceneMaterials {
   public:
-    // The defaults outlive it: they are in slots without a texture.
+    // Both defaults outlive it; they fill the slots that have no texture.
     SceneMaterials(rhi::Device& device, const rhi::Texture& defaultTexture,
                    const rhi::Sampler& defaultSampler, float maxAnisotropy);
 
@@ -39,14 +39,14 @@ class SceneMaterials {
     gpu::MaterialRecord Set(uint32_t material, const gpu::MaterialRecord& record) noexcept;
     // Groups have come (1) or are about to go (-1): each of their parts uses its material, in every variant.
     void CountUsers(std::span<const GroupResources> groups, int change) noexcept;
-    // Groups are of other kinds, or have other materials of those that they use in some variant.
+    // Parts of groups take the materials of another variant: the next Declare finds the features again.
     void NoteGroups() noexcept { m_featuresDirty = true; }
 
-    // All numbers are below that.
+    // All numbers of materials are below Size(); some below it may be free (Exists).
     uint32_t Size() const { return static_cast<uint32_t>(m_records.Size()); }
     bool Exists(uint32_t material) const { return material < m_uses.size() && m_uses[material].exists; }
     std::span<const gpu::MaterialRecord> Records() const { return m_records.Records(); }
-    // No texel of its base color has less alpha.
+    // A lower bound of the alpha of the base color's texture; 1 without one.
     float TextureAlpha(uint32_t material) const { return m_uses[material].textureAlpha; }
     uint32_t PartCount(uint32_t material) const { return m_uses[material].partCount; }
     const TextureSet& Textures() const { return *m_textures; }

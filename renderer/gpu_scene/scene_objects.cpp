@@ -72,7 +72,7 @@ bool SceneObjects::IsDeformed(uint32_t instance) const {
     return geometry->meshes[instances.MeshOf(instance)].isDeformed && deform && deform->IsDeformed(instance);
 }
 
-bool SceneObjects::IsShowable(uint32_t mesh) const {
+bool SceneObjects::CanBePlaced(uint32_t mesh) const {
     return std::ranges::all_of(geometry->GroupsOf(geometry->meshes[mesh]),
                                [](const GroupResources& group) { return group.blas || group.hostBlas != 0; });
 }
@@ -210,7 +210,7 @@ uint32_t SceneObjects::AddMesh(const HostMesh& mesh) {
 
 uint32_t SceneObjects::AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld,
                                    bool isVisible) {
-    std::vector<uint32_t>* const placing = IsOfHost(mesh) ? &m_hostPlacements[mesh] : nullptr;
+    std::vector<uint32_t>* const placing = IsHostMesh(mesh) ? &m_hostPlacements[mesh] : nullptr;
     if (placing) ReserveMore(*placing, 1);
     const bool isFirst = instances.Reach().IsEmpty();
     const uint32_t number = instances.Add(mesh, objectToWorld, isVisible);
@@ -289,7 +289,6 @@ bool SceneObjects::IsMeshUsed(uint32_t mesh) const {
     return geometry->meshes[mesh].instanceCount > 0 || geometry->meshes[mesh].isDeformed;
 }
 
-// Of what it names, what is still its own, and as far as nothing else uses it.
 void SceneObjects::Remove(const AddedPart& part) {
     if (part.owner <= kOwnedByScene) return;
     m_context.environment.Sources().parts.erase(part.owner);
@@ -307,7 +306,7 @@ void SceneObjects::Remove(const AddedPart& part) {
             RemoveTexture(texture);
 }
 
-bool SceneObjects::IsOfHost(uint32_t mesh) const {
+bool SceneObjects::IsHostMesh(uint32_t mesh) const {
     const MeshResources& found = geometry->meshes[mesh];
     return found.groupCount == 1 && !found.isDeformed && !geometry->groups[found.firstGroup].streams;
 }

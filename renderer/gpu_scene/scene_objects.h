@@ -1,7 +1,8 @@
 // SceneObjects: the geometry, instances, materials, textures and lights of one scene; how they come, go and
 // change, and what a frame does for them. For renderer/gpu_scene alone. Threads: that of the Renderer.
 //
-// Arguments are checked. What adds something leaves everything as it was where it fails.
+// Callers have checked the arguments, but AddMesh(scene::Mesh&&) checks its mesh. An Add... that throws
+// leaves everything as it was.
 #pragma once
 
 #include <map>
@@ -25,25 +26,25 @@ namespace raygraph {
 
 class SceneObjects {
   public:
-    // Takes the memory in which BLASes are built, too: a frame that ran out of it could not be drawn, nor
-    // the next one.
+    // Also allocates the memory in which BLASes are built: if a frame ran out of it, neither that frame nor
+    // any later one could be drawn.
     SceneObjects(SceneContext& context, SceneResources&& resources, const scene::SceneData& data);
 
     uint32_t AddMaterial(const scene::Material& material, std::span<const uint32_t> textures);
     uint32_t AddTexture(const HostTexture& texture);
-    // The memory of the builds is still to be reserved.
+    // The caller still has to reserve memory for its builds (BlasBuilder::Reserve); the other two do so.
     uint32_t AddMesh(UploadedMesh&& uploaded);
     uint32_t AddMesh(scene::Mesh&& mesh);
     uint32_t AddMesh(const HostMesh& mesh);
     uint32_t AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible);
     uint32_t AddLight(const scene::Light& light, bool isVisible, LightPlace place);
-    // What nothing uses.
+    // These remove what nothing uses, which the caller has checked.
     void RemoveInstance(uint32_t instance);
     void ForgetMesh(uint32_t mesh) noexcept;
     void RemoveMaterial(uint32_t material);
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
-    // Of what the part names, what is still its own, and as far as nothing else uses it.
+    // Removes what the part has brought, if it still owns it and nothing else uses it.
     void Remove(const AddedPart& part);
 
     void SetTransforms(std::span<const uint32_t> indices,
@@ -52,13 +53,15 @@ class SceneObjects {
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record);
     void SetVariant(uint32_t variant);
     void SetViewpoint(const glm::dvec3& eye);
-    // As if the scene had been set as it is now.
+    // Chooses the origin anew, as if the scene had been set as it is now.
     void RestartOrigin();
     void MarkChanged(uint32_t mesh, const scene::Bounds& bounds);
 
     bool IsMeshUsed(uint32_t mesh) const;
-    bool IsShowable(uint32_t mesh) const;
-    bool IsOfHost(uint32_t mesh) const;
+    // Whether instances can place the mesh itself: of some only deformed copies are on the device.
+    bool CanBePlaced(uint32_t mesh) const;
+    // Whether the mesh was added as a HostMesh.
+    bool IsHostMesh(uint32_t mesh) const;
     bool IsDeformed(uint32_t instance) const;
     bool Emits(uint32_t mesh) const;
     // Error{Usage} for what does not exist, or not any more.
@@ -86,7 +89,7 @@ class SceneObjects {
     std::map<uint32_t, std::vector<uint32_t>> m_hostPlacements;  // instances, by mesh of the host's
 
   public:
-    // Each refers to some of those before it.
+    // Their order matters: some refer to others that are declared before them.
     const std::unique_ptr<SceneMaterials> materials;
     const std::unique_ptr<SceneGeometry> geometry;
     InstanceSet instances;
@@ -94,9 +97,9 @@ class SceneObjects {
     DrawTable draws;
     LightSet lights;
     std::optional<DeformSet> deform;  // nullopt: nothing is deformed
-    std::optional<WideSet> trees;     // nullopt: of Traversal::Driver
+    std::optional<WideSet> trees;     // nullopt with Traversal::Driver
     ObjectOwners owners;
-    // What SetScene brought: poses are of these.
+    // How many of each SetScene brought: SetPose requires these numbers.
     const size_t setInstances, setMaterials, setLights;
 };
 

@@ -50,12 +50,12 @@ struct GpuSceneStatistics {
 // that changes nothing does not count; neither do changes that leave the picture as it is (light
 // groups, compaction).
 struct SceneRevisions {
-    // SetScene, SetVisible, SetVariant; what comes and goes, lights apart; SetMaterial where culling or alpha
-    // changes.
+    // SetScene, SetVisible, SetVariant, MarkChanged; meshes and instances that come and go; SetMaterial where
+    // culling or alpha changes.
     uint64_t geometry = 0;
     uint64_t transforms = 0;   // SetTransform
     uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights: of visible instances
-    uint64_t materials = 0;    // SetMaterial, emission included; SetVariant
+    uint64_t materials = 0;    // SetMaterial, emission included; SetVariant; materials that come and go
     uint64_t lights = 0;       // SetLight, SetLightVisible; lights that come and go
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
 

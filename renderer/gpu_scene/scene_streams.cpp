@@ -163,8 +163,8 @@ void SceneStreams::StopAll() {
     while (!m_parts.empty()) End(m_parts.begin());
 }
 
-void SceneStreams::RequireArrived(const char* what, uint32_t index, const Owners& of) const {
-    const uint32_t owner = of.Of(index);
+void SceneStreams::RequireArrived(const char* what, uint32_t index, const Owners& owners) const {
+    const uint32_t owner = owners.Of(index);
     if (std::ranges::any_of(m_parts, [&](const Part& part) { return part.added->owner == owner; }))
         throw MakeError(ErrorKind::Usage, "GpuScene: {} {} cannot be removed: its part is on its way", what,
                         index);

@@ -28,18 +28,20 @@ class SceneStreams {
     std::shared_ptr<SceneUpload> Upload(PreparedScene&& scene);
     StreamProgress Streaming() const;
 
-    // Ends the stream of the part of that owner, if there is one; what has come stays.
+    // Ends the stream of the part with that owner number, if there is one; what has arrived stays.
     void Stop(uint32_t owner);
-    // Of all parts: their scene is replaced.
+    // Ends the streams of all parts, because their scene is replaced.
     void StopAll();
     // Copies all that is left of what Upload has begun.
     void Complete(ResourceUpload& upload);
-    // Keeps textures on which the device still works, once the scene has its resources.
+    // Ends an upload whose resources a scene has taken, or that has failed. Keeps its textures until the
+    // device has finished with them.
     void End(ResourceUpload& upload) { m_ended.push_back(upload.TakeTextures()); }
-    // Error{Usage} for what a part that streams may still need.
-    void RequireArrived(const char* what, uint32_t index, const Owners& of) const;
+    // Throws Error{Usage} if the owner of that object is a part that still streams, and so may need it.
+    void RequireArrived(const char* what, uint32_t index, const Owners& owners) const;
 
-    // A frame's share of the first upload that has an owner and something to copy, or of the first parts.
+    // Copies up to a frame's budget: uploads first, then parts, each in the order in which they began. If a
+    // part fails, removes it and rethrows.
     void Continue(SceneObjects& scene);
     bool IsDone() const { return m_parts.empty() && !NextUpload(); }
 
@@ -54,7 +56,7 @@ class SceneStreams {
         bool isStreamed = false;                // never waits for the device
         uint64_t bytes = 0;                     // of streams and texels
         uint64_t meshBytes = 0;                 // of streams, of the meshes that are there
-        // The next ones that are to be there.
+        // Indices in the part of what is brought next.
         uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;
         std::optional<MeshUpload> meshUpload;  // of the mesh that is next
 
@@ -67,7 +69,7 @@ class SceneStreams {
 
     rhi::Uploader& FrameUploader();
     Part Begin(const char* call, PreparedScene&& part, rhi::Uploader& with, const SceneObjects& scene);
-    // Goes on, and counts down the budget. True: all of it is there.
+    // Brings more of the part and lowers the budget by the cost. True: the part is complete.
     bool Continue(Part& part, SceneObjects& scene, uint64_t& budget);
     bool BringTexture(Part& part, SceneObjects& scene, uint32_t texture, uint64_t& budget);
     bool BringMaterial(Part& part, SceneObjects& scene, uint32_t material, uint64_t& budget);
@@ -78,10 +80,10 @@ class SceneStreams {
     void End(Parts::iterator part);
 
     SceneContext& m_context;
-    Parts m_parts;                                            // the first is on its way
-    mutable std::list<std::weak_ptr<SceneUpload>> m_uploads;  // likewise; before parts
+    Parts m_parts;                                            // by age; the first one is copied
+    mutable std::list<std::weak_ptr<SceneUpload>> m_uploads;  // likewise; they precede parts
     std::optional<rhi::Uploader> m_uploader;
-    std::list<TextureUpload> m_ended;  // that the device still works on
+    std::list<TextureUpload> m_ended;  // textures of ended streams that the device still works on
     uint32_t m_lastOwner = kOwnedByScene;
     uint64_t m_endedBytes = 0;  // of parts that are complete, since something streams
 };

@@ -68,7 +68,7 @@ struct ProgramRequest {
     void ListShaders(std::vector<const Shader*>& shaders) const;
 };
 
-// That of the program's kind; the others are empty.
+// The pipeline of the program's kind; the two others are empty.
 struct ProgramPipeline {
     rhi::ComputePipeline compute;
     rhi::RasterPipeline raster;
@@ -112,8 +112,9 @@ class ProgramCache {
     // Throws Error{Usage} starting with `pass` (as in: pass "Trace") for shaders that do not fit together or
     // a specialization constant that none of them has.
     Program& Add(const ProgramRequest& request, std::string_view pass);
-    // Creates the pipelines that are not there yet, each on a thread of its own, because drivers compile on
-    // the thread that asks. Throws the error of the first that fails, as rhi::Create*Pipeline do.
+    // Creates the missing pipelines at the same time, one on the calling thread and each other on a thread of
+    // its own, because drivers compile on the thread that asks. Throws the error of the first program whose
+    // pipeline failed, as rhi::Create*Pipeline do.
     void EnsurePipelines(std::span<Program* const> programs);
     // Begins to create it on another thread. True: EnsurePipelines has nothing to wait for, or fails.
     bool BeginPipeline(Program& program);
@@ -125,7 +126,7 @@ class ProgramCache {
     // of the last one. Those that threads are working on stay.
     void Trim(double lifetime);
     bool IsMakingPipelines() const;  // on other threads
-    // Until no thread reads shaders.
+    // Waits until no thread reads shaders.
     void WaitForPipelines();
     // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
     // messages say why. After WaitForPipelines, and the change.

@@ -303,7 +303,8 @@ constexpr std::array<std::string_view, 3> kInterpolations{"LINEAR", "STEP", "CUB
 constexpr auto kAnimationSampler =
     Table(Index("input", Target::Accessors).Required(), Index("output", Target::Accessors).Required(),
           Text("interpolation").OneOf(kInterpolations));
-// Not a line of kExtensions: none of its places is one of those.
+// KHR_animation_pointer is no line of kOtherExtensions: ExtensionPlace has no value for an animation's
+// target.
 constexpr auto kPointer = Table(Text("pointer").Required());
 constexpr auto kTargetExtensions = Table(Object(kAnimationPointer, kPointer));
 constexpr auto kAnimationTarget =

@@ -49,7 +49,7 @@ constexpr MaterialField<T> Make(const FieldPlace<Material, T>& place, const Quan
     return {place, quantity.range, quantity.unit, quantity.zeroIsLeftOut};
 }
 
-// All but the name, in the order of Material.
+// All fields of a Material but its name, in its order.
 inline constexpr auto kAll = std::tuple{
 #define RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity) \
     Make(PlaceOf(&Material::field, #field, #object, #key), quantity),
@@ -65,7 +65,7 @@ inline constexpr auto kAll = std::tuple{
 
 }  // namespace material_fields
 
-// The one of a member.
+// Returns the list's field for that member.
 template <typename T>
 constexpr auto FieldOf(T Material::*member) {
     return FindField(member, material_fields::kAll);
@@ -109,8 +109,9 @@ constexpr bool IsGlossiness(const Field& field) {
     return field.key == std::string_view("glossinessFactor");
 }
 
-// Calls visit(field) for each field that a material of the kind of this one has, with its place there, in the
-// order of Material. Whether it is of that kind is no field, but known by then.
+// Calls visit(field) for each field that the material has, in the order of Material. If it
+// isSpecularGlossiness, fields have their place in that extension, and those without one are left out. The
+// flag is read for each field: whoever fills in a material sets it before the call.
 template <typename Visit>
 constexpr void ForEachFieldOf(const Material& material, Visit&& visit) {
     const auto visitPlaced = [&](const auto& field) {
@@ -141,7 +142,7 @@ constexpr void ForEachTransformField(Visit&& visit) {
     std::apply([&](const auto&... field) { (visit(field), ...); }, kTransformFields);
 }
 
-// The one of a member.
+// Returns the list's field for that member.
 template <typename T>
 constexpr auto FieldOf(T TextureTransform::*member) {
     return FindField(member, kTransformFields);
@@ -153,9 +154,12 @@ constexpr void ForEachMaterialField(Visit&& visit) {
     std::apply([&](const auto&... field) { (visit(field), ...); }, material_fields::kAll);
 }
 
-// Whether pictures depend on the texture. None depends on occlusion.
+// Whether pictures depend on the texture: not on one that the list has as UNSHOWN.
 constexpr bool IsShown(TextureRef Material::*member) {
-    return member != &Material::occlusionTexture;
+#define RAYGRAPH_MATERIAL_UNSHOWN(name, object, key, space) \
+    if (member == &Material::name##Texture) return false;
+#include "shaders/shared/material_list.h"
+    return true;
 }
 
 // Calls visit(reference) for each texture of the material that pictures depend on.

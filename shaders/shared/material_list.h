@@ -1,16 +1,17 @@
-// The fields of a material, a row each, in the order of scene::Material. All that goes over fields follows
-// from these rows: the record and its copy, the surface that lobes read, the tables and the importer of glTF,
-// checks, saver, hash, inspector and tests. Only the fields themselves, with their defaults, stand in
-// scene::Material. The order is that of a scene's hash: new rows come before the last two.
+// The fields of a material, one row each, in the order of scene::Material, which declares them with their
+// defaults. Everything else that handles each field is generated from these rows: the record and its copy,
+// the surface that lobes read, the schema and importer of glTF, checks, saver, hash, inspector and tests. A
+// scene's hash takes the fields in this order, so existing rows stay in order; a new row goes before the last
+// two, isSpecularGlossiness and priority.
 //
 // To include this, define some of these; others expand to nothing, FACTOR to its VALUE and TEXTURE, and
 // NUMBER to its VALUE:
 //   RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)
-//       nameFactor of the material, multiplied by these channels of nameTexture: in the record, and in
-//       SurfaceMaterial if the scene has the trace feature. In the file they are keyFactor and keyTexture
+//       nameFactor and nameTexture of the material, keyFactor and keyTexture in the file. The record has
+//       both; SurfaceMaterial has the factor times these channels of the texture, set as for NUMBER
 //   RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity)
-//       a field of the material that is `name` in the record, and in SurfaceMaterial if the scene has the
-//       trace feature
+//       a field of the material that is `name` in the record and in SurfaceMaterial, where it is set only if
+//       the scene has the trace feature (kTrace##feature of trace_feature_list.h)
 //   RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity)
 //       one that is `name` in the record alone
 //   RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space)
