@@ -48,7 +48,8 @@ void CheckFolder(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
     std::error_code error;
     if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-        throw MakeError(ErrorKind::Io, "{}: there is no folder {}", path.string(), folder.string());
+        throw MakeError(ErrorKind::Io, "{}: there is no folder {}", Printable(path.string(), 1024),
+                        Printable(folder.string(), 1024));
 }
 
 }  // namespace
@@ -72,15 +73,16 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
     for (const std::filesystem::path& path : paths) {
         const CanonicalNames::Name name = names.Of(path);
         if (!seen.insert(name.text).second)
-            throw MakeError(ErrorKind::Usage, "{} is to be written twice", path.string());
+            throw MakeError(ErrorKind::Usage, "{} is to be written twice", Printable(path.string(), 1024));
         if (read.contains(name.text))
-            throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
+            throw MakeError(ErrorKind::Usage, "{} is to be read and to be written",
+                            Printable(path.string(), 1024));
         // What can be created for one file can be created for the next.
         if (!name.isThere && foldersForNewFiles.contains(name.folder)) continue;
         CheckFolder(path);
         const std::string note = InPlaceNote(path);
         if (!note.empty())
-            warnings.push_back(Text("{} is {}", path.string(), note));
+            warnings.push_back(Text("{} is {}", Printable(path.string(), 1024), note));
         else if (!name.folder.empty())
             foldersForNewFiles.insert(name.folder);
     }
@@ -94,7 +96,7 @@ void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesys
     const std::string itself = names.Of(log).text;
     for (const std::filesystem::path& output : outputs)
         if (names.Of(output).text == itself)
-            throw MakeError(ErrorKind::Usage, "{} is to be written twice", log.string());
+            throw MakeError(ErrorKind::Usage, "{} is to be written twice", Printable(log.string(), 1024));
     CheckOutputs({&log, 1}, inputs);
 }
 

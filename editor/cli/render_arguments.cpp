@@ -285,7 +285,7 @@ void CheckRender(const RenderArguments& arguments) {
                 Refuse(
                     Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
                          "another -o",
-                         picture.path.string()));
+                         Printable(picture.path.string(), 1024)));
 }
 
 void TakeShard(RenderArguments& arguments) {
