@@ -34,6 +34,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.ior = values.ior > 0.0f ? values.ior : gpu::kInfiniteIor;
     record.extinction = values.Extinction();
     record.scattering = values.Scattering();
+    record.scatterAnisotropy = values.ScatteringMeanCosine();
     if (values.isUnlit) record.clearcoat = 0.0f;
     record.iridescenceThickness = {values.iridescenceThicknessMinimum, values.iridescenceThicknessMaximum};
     return record;

@@ -89,13 +89,15 @@ glm::vec3 Material::Extinction() const {
 }
 
 glm::vec3 Material::Scattering() const {
-    const bool hasStrength = scatterStrengthFactor > 0.0f;
     const glm::vec3 color =
-        hasStrength ? scatterStrengthFactor * scatterColorFactor : multiscatterColorFactor;
-    const float meanCosine = hasStrength ? scatterMeanCosine : scatterAnisotropy;
+        scatterStrengthFactor > 0.0f ? scatterStrengthFactor * scatterColorFactor : multiscatterColorFactor;
     glm::vec3 scattering = Extinction();
-    for (int i = 0; i < 3; ++i) scattering[i] *= SingleScatteringAlbedo(color[i], meanCosine);
+    for (int i = 0; i < 3; ++i) scattering[i] *= SingleScatteringAlbedo(color[i], ScatteringMeanCosine());
     return scattering;
+}
+
+float Material::ScatteringMeanCosine() const {
+    return scatterStrengthFactor > 0.0f ? scatterMeanCosine : scatterAnisotropy;
 }
 
 glm::mat4x3 Node::LocalTransform() const {

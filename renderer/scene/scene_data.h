@@ -173,6 +173,8 @@ struct RAYGRAPH_API Material {
     glm::vec3 Extinction() const;
     // Its part that scatters, by its color of multiple scattering; the rest absorbs.
     glm::vec3 Scattering() const;
+    // Mean cosine of the angle by which the medium scatters: that of the extension which Scattering follows.
+    float ScatteringMeanCosine() const;
     // Whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 

@@ -242,9 +242,7 @@ Medium MediumAt(uint material) {
     medium.extinction = materials.at[material].extinction;
     if (HasTraceFeature(kTraceScattering)) {
         medium.scattering = materials.at[material].scattering;
-        medium.anisotropy = materials.at[material].scatterStrength > 0.0f
-                                ? materials.at[material].scatterMeanCosine
-                                : materials.at[material].scatterAnisotropy;
+        medium.anisotropy = materials.at[material].scatterAnisotropy;
     }
     medium.ior = materials.at[material].ior;
     if (HasTraceFeature(kTraceDispersion)) medium.dispersion = materials.at[material].dispersion;

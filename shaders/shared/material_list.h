@@ -111,8 +111,7 @@ RAYGRAPH_MATERIAL_FACTOR(float, retroreflection, KHR_materials_retroreflection, 
                          Retroreflection, kShare)
 RAYGRAPH_MATERIAL_FIELD(multiscatterColorFactor, KHR_materials_volume_scatter, multiscatterColorFactor,
                         kShare)
-RAYGRAPH_MATERIAL_VALUE(float, scatterAnisotropy, scatterAnisotropy, KHR_materials_volume_scatter,
-                        scatterAnisotropy, kMeanCosine)
+RAYGRAPH_MATERIAL_FIELD(scatterAnisotropy, KHR_materials_volume_scatter, scatterAnisotropy, kMeanCosine)
 RAYGRAPH_MATERIAL_FACTOR(float, scatterStrength, KHR_materials_scatter, scatterStrength, w, Linear,
                          ThinScatter, kShare)
 RAYGRAPH_MATERIAL_FACTOR(vec3, scatterColor, KHR_materials_scatter, multiscatterColor, xyz, Srgb, ThinScatter,

@@ -112,6 +112,7 @@ struct MaterialRecord {
     float ior;        // kInfiniteIor: reflects all
     vec3 extinction;  // of the medium inside, 1/m: the share that passes d meters is exp(-extinction d)
     vec3 scattering;  // its part that scatters, 1/m
+    float scatterAnisotropy;    // mean cosine of the medium's scattering angle
     vec2 iridescenceThickness;  // minimum, maximum; nm
 #define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) type name;
 #include "material_list.h"
@@ -176,7 +177,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(CapsuleRecord) == 9 * 4);
 static_assert(sizeof(GeometryRecord) == 16 * 4);
-static_assert(sizeof(MaterialRecord) == 14 * 4
+static_assert(sizeof(MaterialRecord) == 15 * 4
 #define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) +sizeof(type)
 #define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space)               +sizeof(uint) + sizeof(mat3x2)
 #include "material_list.h"

@@ -47,7 +47,10 @@ TEST(MaterialRecords, HaveEachNumberFromItsField) {
     EXPECT_EQ(record.thickness, material.thicknessFactor);
     EXPECT_EQ(record.extinction, material.Extinction());
     EXPECT_EQ(record.scattering, material.Scattering());
-    EXPECT_EQ(record.scatterAnisotropy, material.scatterAnisotropy);
+    EXPECT_EQ(record.scatterAnisotropy, material.scatterMeanCosine) << "strength is not 0";
+    Material without = material;
+    without.scatterStrengthFactor = 0.0f;
+    EXPECT_EQ(ToRecord(without, {}).scatterAnisotropy, material.scatterAnisotropy);
     EXPECT_EQ(record.priority, 5u);
     EXPECT_EQ(record.clearcoat, material.clearcoatFactor);
     EXPECT_EQ(record.clearcoatRoughness, material.clearcoatRoughnessFactor);
