@@ -148,18 +148,12 @@ struct MaterialRows {
 
 constexpr auto kScatterTexture = Object("multiscatterColorTexture", kUnreadTextureInfo);
 
-// By the fields that are there.
+// Returns a row for each field that is in the object.
 constexpr MaterialRows RowsOf(std::string_view object) {
     MaterialRows rows;
-    const auto add = [&](const auto& field) {
+    ForEachFieldOf(object == kSpecularGlossiness, [&](const auto& field) {
         if (field.object == object && *field.key != 0 && KeyPartsOf(field.key).object.empty())
             rows.Add(FactorRow(field));
-    };
-    ForEachMaterialField([&](const auto& field) {
-        if (object != kSpecularGlossiness)
-            add(field);
-        else if (const auto placed = SpecularGlossinessField(field))
-            add(*placed);
     });
     if (object == FieldOf(&Material::multiscatterColorFactor).object) rows.Add(kScatterTexture);
     return rows;

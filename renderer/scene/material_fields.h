@@ -109,18 +109,21 @@ constexpr bool IsGlossiness(const Field& field) {
     return field.key == std::string_view("glossinessFactor");
 }
 
-// Calls visit(field) for each field that the material has, in the order of Material. If it
-// isSpecularGlossiness, fields have their place in that extension, and those without one are left out. The
-// flag is read for each field: whoever fills in a material sets it before the call.
+// Calls visit(field) for each field that a material has, in the order of Material. Of one that
+// isSpecularGlossiness, fields have their place in that extension, and those without one are left out.
 template <typename Visit>
-constexpr void ForEachFieldOf(const Material& material, Visit&& visit) {
+constexpr void ForEachFieldOf(bool isSpecularGlossiness, Visit&& visit) {
     const auto visitPlaced = [&](const auto& field) {
-        if (!material.isSpecularGlossiness)
+        if (!isSpecularGlossiness)
             visit(field);
         else if (const auto placed = SpecularGlossinessField(field))
             visit(*placed);
     };
     std::apply([&](const auto&... field) { (visitPlaced(field), ...); }, material_fields::kAll);
+}
+template <typename Visit>
+constexpr void ForEachFieldOf(const Material& material, Visit&& visit) {
+    ForEachFieldOf(material.isSpecularGlossiness, visit);
 }
 
 // The fields of a TextureTransform, in the extension of that name of a texture's place in the file.
