@@ -140,11 +140,8 @@ void ProgramCache::EnsurePipelines(std::span<Program* const> programs) {
         last = program;
     }
     if (last) {
-        try {
-            Take(*last, MakePipeline(*last, false));
-        } catch (const std::exception&) {
-            last->m_failure = std::current_exception();
-        }
+        Begin(*last, false, std::launch::deferred);  // TakeComing makes it, on this thread
+        TakeComing(*last);
     }
     for (Program* program : programs)
         if (program->m_coming.valid()) TakeComing(*program);
@@ -157,10 +154,9 @@ bool ProgramCache::BeginPipeline(Program& program) {
     return HasPipeline(program) || program.m_failure;
 }
 
-void ProgramCache::Begin(Program& program, bool isAhead) {
-    // Where no thread can be had, by who takes it.
-    program.m_coming = std::async(std::launch::async | std::launch::deferred,
-                                  [this, &program, isAhead] { return MakePipeline(program, isAhead); });
+void ProgramCache::Begin(Program& program, bool isAhead, std::launch launch) {
+    program.m_coming =
+        std::async(launch, [this, &program, isAhead] { return MakePipeline(program, isAhead); });
 }
 
 bool ProgramCache::HasPipeline(Program& program) {

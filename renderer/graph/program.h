@@ -141,7 +141,9 @@ class ProgramCache {
   private:
     void Reflect(Program& program, std::string_view pass) const;
     void EnsurePipeline(Program& program);
-    void Begin(Program& program, bool isAhead);
+    // By default TakeComing makes the pipeline where no thread can be had.
+    void Begin(Program& program, bool isAhead,
+               std::launch launch = std::launch::async | std::launch::deferred);
     // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
     ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
     void Take(Program& program, ProgramPipeline&& made);
