@@ -76,10 +76,10 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
             log.Send(LogLevel::Warning, log_category::kCache, cached.problem);
         else if (cached.bytes.empty())
             Say(log, LogLevel::Info, log_category::kCache, "no pipeline cache yet: {}",
-                Printable(pipelineCacheFile.Path().string(), 1024));
+                PathText(pipelineCacheFile.Path()));
         else
             Say(log, LogLevel::Info, log_category::kCache, "pipeline cache of {} read from {}",
-                BytesText(cached.bytes.size()), Printable(pipelineCacheFile.Path().string(), 1024));
+                BytesText(cached.bytes.size()), PathText(pipelineCacheFile.Path()));
     }
     VkPipelineCacheCreateInfo cacheInfo{};
     cacheInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;

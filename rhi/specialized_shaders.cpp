@@ -112,7 +112,7 @@ SpecializedShaders::Words SpecializedShaders::Load(const Key& key) const {
         problem = error.what();
     }
     Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made again: {}",
-        Printable(path.string(), 1024), problem);
+        PathText(path), problem);
     return nullptr;
 }
 

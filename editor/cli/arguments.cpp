@@ -159,7 +159,7 @@ void CheckBench(const BenchArguments& arguments) {
 void CheckMerge(const MergeArguments& arguments) {
     if (arguments.output.empty()) Refuse("merge needs -o OUT.exr");
     if (ParseOutput(arguments.output).kind != OutputKind::Exr)
-        Refuse(Text("-o: {} does not end in .exr", Quoted(arguments.output.string(), 1024)));
+        Refuse(Text("-o: {} does not end in .exr", QuotedPath(arguments.output)));
 }
 
 void CheckInfo(const InfoArguments& arguments) {

@@ -45,14 +45,14 @@ void CheckFrames(const RenderArguments& arguments) {
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasNumberPlace(path))
             Refuse(Text("{} has no single run of # for the numbers of --frames, as name.####.exr",
-                        Quoted(path.string(), 1024)));
+                        QuotedPath(path)));
 }
 
 void CheckCameras(const RenderArguments& arguments) {
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasCameraPlace(path))
             Refuse(Text("{} has no {{camera}} to tell the pictures of several --camera apart",
-                        Quoted(path.string(), 1024)));
+                        QuotedPath(path)));
 }
 
 void CheckCheckpoints(const RenderArguments& arguments) {
@@ -75,7 +75,7 @@ void CheckCheckpoints(const RenderArguments& arguments) {
     if (!arguments.resume.empty() &&
         std::ranges::none_of(pictures, [&](const OutputFile& p) { return p.path == arguments.resume; }))
         Refuse(Text("--checkpoint: {} would never get further, as no -o writes it; give -o {}",
-                    Quoted(arguments.resume.string(), 1024), Quoted(arguments.resume.string(), 1024)));
+                    QuotedPath(arguments.resume), QuotedPath(arguments.resume)));
     for (const OutputFile& picture : pictures)
         if (picture.kind == OutputKind::Exr) return;
     Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
@@ -133,7 +133,7 @@ void CheckShard(const RenderArguments& arguments) {
         Refuse("--resume with --shard needs --spp, the samples of all shards together");
     for (const std::filesystem::path& path : NamesWithShard(arguments))
         if (path.filename().string().find('#') != std::string::npos && !HasNumberPlace(path))
-            Refuse(Text("{} has more than one run of # for the shard", Quoted(path.string(), 1024)));
+            Refuse(Text("{} has more than one run of # for the shard", QuotedPath(path)));
 }
 
 }  // namespace
@@ -285,7 +285,7 @@ void CheckRender(const RenderArguments& arguments) {
                 Refuse(
                     Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
                          "another -o",
-                         Printable(picture.path.string(), 1024)));
+                         PathText(picture.path)));
 }
 
 void TakeShard(RenderArguments& arguments) {

@@ -125,7 +125,7 @@ ScenePath Locate(const std::filesystem::path& path) {
     std::error_code error;
     ScenePath located{std::filesystem::canonical(path, error), path.parent_path(),
                       Printable(path.filename().string())};
-    if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(path.string(), 1024), error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", PathText(path), error.message());
     return located;
 }
 

@@ -28,7 +28,7 @@ void WriteWhole(const fs::path& path, std::span<const std::byte> bytes) {
 }
 
 void Require(const fs::path& path, const std::error_code& error) {
-    if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(path.string(), 1024), error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", PathText(path), error.message());
 }
 
 // Whether the file exists with this content. Throws Error{Io} if it has other content, as it is not ours to
@@ -44,8 +44,7 @@ bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
     const fs::path real = fs::canonical(path, error);
     Require(path, error);
     if (std::ranges::equal(DiskFileReader().Read(real, UINT64_MAX), bytes)) return true;
-    throw MakeError(ErrorKind::Io, "{}: is there already, and is another file",
-                    Printable(path.string(), 1024));
+    throw MakeError(ErrorKind::Io, "{}: is there already, and is another file", PathText(path));
 }
 
 void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
@@ -106,7 +105,7 @@ void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::
     if (LeadsOut(uri)) {
         if (IsThere(to / relative, bytes)) return;
         throw MakeError(ErrorKind::BadInput, "{}: leads out of the scene's folder, and is not copied to {}",
-                        Quoted(uri), Printable((to / relative).string(), 1024));
+                        Quoted(uri), PathText(to / relative));
     }
     for (const fs::path& part : relative)
         if (part != "." && part.native().starts_with('.'))
@@ -175,7 +174,7 @@ std::span<const std::byte> AsBytes(const std::string& text) {
 bool IsGlb(const fs::path& target) {
     const std::string extension = LowerExtension(target);
     if (extension != ".glb" && extension != ".gltf")
-        throw MakeError(ErrorKind::Usage, "{}: must end in .gltf or .glb", Printable(target.string(), 1024));
+        throw MakeError(ErrorKind::Usage, "{}: must end in .gltf or .glb", PathText(target));
     return extension == ".glb";
 }
 
@@ -247,7 +246,7 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
 
 void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
               const LoadOptions& options) {
-    WithMemoryErrors(Printable(target.string(), 1024), [&] { Save(source, edited, target, options); });
+    WithMemoryErrors(PathText(target), [&] { Save(source, edited, target, options); });
 }
 
 }  // namespace raygraph::scene
