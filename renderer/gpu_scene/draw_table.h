@@ -20,7 +20,6 @@ DrawKind KindOf(const GroupKind& group);
 
 class DrawTable {
   public:
-    DrawTable() = default;
     // Of all groups, whose records get the numbers of their draws.
     DrawTable(rhi::Device& device, SceneGeometry& geometry, const InstanceSet& instances);
     void Upload(rhi::Uploader& uploader);

@@ -1,4 +1,4 @@
-// What a GpuScene holds. For gpu_scene*.cpp alone.
+// GpuScene::Impl holds the scene that is shown, and what outlives it. It is for gpu_scene*.cpp alone.
 #pragma once
 
 #include <memory>

@@ -26,8 +26,8 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     // Textures scale their factors down
     const bool isDielectric =
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
-    const bool scattersThinly = material.transmission > 0.0f && material.scatterStrength > 0.0f &&
-                                (material.flags & gpu::kMaterialVolume) == 0u;
+    const bool isVolume = (material.flags & gpu::kMaterialVolume) != 0u;
+    const bool scattersThinly = material.transmission > 0.0f && material.scatterStrength > 0.0f && !isVolume;
     const bool isOpaque =
         material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture || scattersThinly;
     TraceFeatures features;
@@ -44,10 +44,8 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
             features |= kTraceSmooth;
     }
     if (material.sheenColor != glm::vec3(0.0f)) features |= kTraceSheen;
-    if (material.dispersion > 0.0f && (material.flags & gpu::kMaterialVolume) != 0u)
-        features |= kTraceDispersion;
-    if (material.scattering != glm::vec3(0.0f) && (material.flags & gpu::kMaterialVolume) != 0u)
-        features |= kTraceScattering;
+    if (material.dispersion > 0.0f && isVolume) features |= kTraceDispersion;
+    if (material.scattering != glm::vec3(0.0f) && isVolume) features |= kTraceScattering;
     if (HasFilm(material)) features |= kTraceIridescence;
     if (material.anisotropy > 0.0f) features |= kTraceAnisotropy;
     if (material.retroreflection > 0.0f) features |= kTraceRetroreflection;

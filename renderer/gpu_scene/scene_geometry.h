@@ -76,7 +76,7 @@ struct GroupResources {
     std::shared_ptr<WideMesh> tree;  // for own traversal, taken by WideSet; null: it has none
 
     VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
-    // Whether raster views draw it; false for a group that has been removed.
+    // Returns whether raster views draw it, which they do not once the group has been removed.
     bool IsDrawn() const { return !kind.isRound && triangleCount > 0; }
 };
 

@@ -59,7 +59,7 @@ class SceneMaterials {
     uint64_t FeatureUpdates() const { return m_featureUpdates; }
 
   private:
-    // What the host keeps of a material beside its record.
+    // The host keeps this of a material beside its record.
     struct Use {
         std::vector<uint32_t> textures;  // that it reads, each once
         uint32_t partCount = 0;          // that have it, in some variant

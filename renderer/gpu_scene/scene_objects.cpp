@@ -126,7 +126,7 @@ uint32_t SceneObjects::AddMesh(UploadedMesh&& uploaded) {
     return number;
 }
 
-// As a part with the few materials that it has.
+// The mesh is packed as a part would be that has the few materials which the mesh uses.
 uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
     std::vector<uint32_t> used;
     for (const scene::Primitive& primitive : mesh.primitives) {
@@ -146,7 +146,7 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
         packing.records.push_back(materials->Records()[material]);
         packing.textureAlphas.push_back(materials->TextureAlpha(material));
         const gpu::MaterialRecord& record = materials->Records()[material];
-        // What a texture may make shine is found, too; its texels are not there any more
+        // A texture may make the surface shine, but its texels are not there any more: assume that it does
         const bool hasTexture = record.emissiveTexture != gpu::kNoTexture;
         part.materials.emplace_back().emissiveFactor = hasTexture ? glm::vec3(1.0f) : record.emission;
     }

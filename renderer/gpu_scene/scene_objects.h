@@ -53,14 +53,14 @@ class SceneObjects {
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record);
     void SetVariant(uint32_t variant);
     void SetViewpoint(const glm::dvec3& eye);
-    // Chooses the origin anew, as if the scene had been set as it is now.
+    // Chooses the origin by the instances that there are now, whatever came before.
     void RestartOrigin();
     void MarkChanged(uint32_t mesh, const scene::Bounds& bounds);
 
     bool IsMeshUsed(uint32_t mesh) const;
-    // Whether instances can place the mesh itself: of some only deformed copies are on the device.
+    // Returns whether instances can place the mesh itself: of some only deformed copies are on the device.
     bool CanBePlaced(uint32_t mesh) const;
-    // Whether the mesh was added as a HostMesh.
+    // Returns whether the mesh was added as a HostMesh.
     bool IsHostMesh(uint32_t mesh) const;
     bool IsDeformed(uint32_t instance) const;
     bool Emits(uint32_t mesh) const;

@@ -1,4 +1,4 @@
-// What a GpuScene tells of itself: for tests and reports, and for caches. Threads: plain values.
+// GpuSceneStatistics are for tests and reports, SceneRevisions for caches. Threads: plain values.
 #pragma once
 
 #include <cstdint>

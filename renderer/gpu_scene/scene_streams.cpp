@@ -23,7 +23,7 @@ void Charge(uint64_t& budget, uint64_t cost) {
     throw MakeError(ErrorKind::Usage, "GpuScene: {}: {}", call, why);
 }
 
-// What only a scene can have.
+// Refuses what only a scene can have.
 void RequirePart(const char* call, const scene::SceneData& part) {
     for (size_t i = 0; i < part.instances.size(); ++i)
         if (part.instances[i].isDeformed)
@@ -201,7 +201,7 @@ StreamProgress SceneStreams::Streaming() const {
 }
 
 rhi::Uploader& SceneStreams::FrameUploader() {
-    // Of four pieces, at most three are in flight while one is filled: in each frame one
+    // A frame fills one of the four pieces, while the other three may be in flight
     constexpr uint32_t kPieces = 4;
     if (!m_uploader)
         m_uploader.emplace(m_context.device,
@@ -261,7 +261,7 @@ void SceneStreams::ContinueUpload(SceneUpload& upload, SceneObjects& scene, uint
     }
     m_uploader->Flush();
     if (!upload.m_error) return;
-    // The builder would build them
+    // Its BLASes must not stay in the builder, which would build them
     End(*upload.m_resources);
     upload.m_resources.reset();
 }

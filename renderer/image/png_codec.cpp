@@ -92,7 +92,7 @@ class PngReader {
     bool m_isCutOff = false;
 };
 
-// Without alpha; empty: some texels are not opaque.
+// Returns the texels without alpha, or nothing if some are not opaque.
 std::vector<uint8_t> OpaqueTexels(const Image8& image) {
     std::vector<uint8_t> rgb;
     rgb.reserve(image.rgba.size() / 4 * 3);

@@ -32,7 +32,7 @@ enum class RayType : uint32_t { RAYGRAPH_RAY_TYPES(RAYGRAPH_DECLARE_RAY_TYPE) };
 inline constexpr uint32_t kRayTypeCount = RAYGRAPH_RAY_TYPES(RAYGRAPH_COUNT_RAY_TYPE);
 inline constexpr uint32_t kHitSetTriangles = RAYGRAPH_HIT_SET_TRIANGLES;
 inline constexpr uint32_t kHitSetCapsules = RAYGRAPH_HIT_SET_CAPSULES;
-// TlasInstance::hitRecord of a hit set.
+// Returns the TlasInstance::hitRecord that selects a hit set.
 constexpr uint32_t FirstHitRecord(uint32_t hitSet) {
     return hitSet * kRayTypeCount;
 }

@@ -45,8 +45,8 @@ struct State {
     PFN_vkCreateDevice createDevice = nullptr;
     PFN_vkCreateComputePipelines createCompute = nullptr;
     PFN_vkCreateRayTracingPipelinesKHR createRayTracing = nullptr;
-    std::mutex rayTracingMutex;      // of rayTracingMakers
-    std::mutex computeMutex;         // of the three below and areComputePipelinesAlone
+    std::mutex rayTracingMutex;      // guards rayTracingMakers
+    std::mutex computeMutex;         // guards the three below and areComputePipelinesAlone
     std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
     std::condition_variable computeCalled;
     uint32_t computeCount = 0;  // calls of vkCreateComputePipelines
