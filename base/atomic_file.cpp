@@ -9,6 +9,7 @@
 #include "base/os/file.h"
 #include "base/os/last_error.h"
 #include "base/os/new_file.h"
+#include "base/path_text.h"
 #include "base/text.h"
 
 namespace raygraph {
@@ -85,8 +86,8 @@ void AtomicFile::OpenToReplace() {
 }
 
 std::string AtomicFile::Name() const {
-    if (m_target == m_given) return m_given.string();
-    return Text("{}, a link to {}", m_given.string(), m_target.string());
+    if (m_target == m_given) return Text("{}", m_given);
+    return Text("{}, a link to {}", m_given, m_target);
 }
 
 void AtomicFile::Fail(const char* what, const std::error_code& error) const {

@@ -2,10 +2,6 @@
 
 namespace raygraph {
 
-namespace {
-constexpr size_t kMaxPathBytes = 1024;
-}
-
 // By table 3-7 of the Unicode standard, with the three-byte surrogates and overlong forms refused.
 size_t Utf8Length(std::string_view text) {
     const auto byte = [&](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
@@ -50,14 +46,6 @@ std::string Printable(std::string_view text, size_t maxBytes) {
 
 std::string Quoted(std::string_view text, size_t maxBytes) {
     return '"' + Printable(text, maxBytes) + '"';
-}
-
-std::string PathText(const std::filesystem::path& path) {
-    return Printable(path.string(), kMaxPathBytes);
-}
-
-std::string QuotedPath(const std::filesystem::path& path) {
-    return Quoted(path.string(), kMaxPathBytes);
 }
 
 }  // namespace raygraph

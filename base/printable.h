@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -19,9 +18,5 @@ RAYGRAPH_API std::string Printable(std::string_view text, size_t maxBytes = 120)
 
 // Printable text in double quotes.
 RAYGRAPH_API std::string Quoted(std::string_view text, size_t maxBytes = 120);
-
-// Printable and Quoted text of a path, of which messages show up to 1024 bytes.
-RAYGRAPH_API std::string PathText(const std::filesystem::path& path);
-RAYGRAPH_API std::string QuotedPath(const std::filesystem::path& path);
 
 }  // namespace raygraph

@@ -5,13 +5,14 @@
 #include <system_error>
 
 #include "base/os/file.h"
+#include "base/path_text.h"
 #include "base/text.h"
 
 namespace raygraph {
 namespace {
 
 void Check(const std::filesystem::path& path, const char* what, const std::error_code& error) {
-    if (error) throw MakeError(ErrorKind::Io, "{}: {}: {}", path.string(), what, error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}: {}", path, what, error.message());
 }
 
 }  // namespace
@@ -22,15 +23,14 @@ std::vector<std::byte> ReadFile(const std::filesystem::path& path, uint64_t maxB
     Check(path, "cannot open", error);
     const std::optional<uint64_t> size = file.RegularSize(error);
     Check(path, "cannot read", error);
-    if (!size) throw MakeError(ErrorKind::Io, "{}: cannot read: it is not a regular file", path.string());
+    if (!size) throw MakeError(ErrorKind::Io, "{}: cannot read: it is not a regular file", path);
     if (*size > maxBytes)
-        throw MakeError(ErrorKind::BadInput, "{}: {} bytes exceed the limit of {}", path.string(), *size,
-                        maxBytes);
+        throw MakeError(ErrorKind::BadInput, "{}: {} bytes exceed the limit of {}", path, *size, maxBytes);
     std::vector<std::byte> bytes;
     try {
         bytes.resize(*size);
     } catch (const std::bad_alloc&) {
-        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} bytes", path.string(), *size);
+        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} bytes", path, *size);
     }
     // A file that shrinks meanwhile is read as far as it goes.
     const size_t filled = file.Read(bytes, error);

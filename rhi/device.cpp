@@ -3,7 +3,7 @@
 #include <tuple>
 
 #include "base/check.h"
-#include "base/printable.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "rhi/device_impl.h"
 #include "rhi/shader_specializer.h"
@@ -76,10 +76,10 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
             log.Send(LogLevel::Warning, log_category::kCache, cached.problem);
         else if (cached.bytes.empty())
             Say(log, LogLevel::Info, log_category::kCache, "no pipeline cache yet: {}",
-                PathText(pipelineCacheFile.Path()));
+                pipelineCacheFile.Path());
         else
             Say(log, LogLevel::Info, log_category::kCache, "pipeline cache of {} read from {}",
-                BytesText(cached.bytes.size()), PathText(pipelineCacheFile.Path()));
+                BytesText(cached.bytes.size()), pipelineCacheFile.Path());
     }
     VkPipelineCacheCreateInfo cacheInfo{};
     cacheInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;

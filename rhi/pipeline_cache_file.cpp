@@ -7,6 +7,7 @@
 
 #include "base/atomic_file.h"
 #include "base/cache_folder.h"
+#include "base/path_text.h"
 #include "base/read_file.h"
 #include "base/text.h"
 #include "rhi/checksum.h"
@@ -84,7 +85,7 @@ PipelineCacheFile::Loaded PipelineCacheFile::Load() {
             m_savedSize = header.size;
             loaded.bytes.assign(file.begin() + sizeof(FileHeader), file.end());
         } else {
-            loaded.problem = "pipeline cache " + m_path.string() + " is ignored: " + loaded.problem;
+            loaded.problem = Text("pipeline cache {} is ignored: {}", m_path, loaded.problem);
         }
     } catch (const Error& error) {
         loaded.problem = std::string("pipeline cache is ignored: ") + error.what();
@@ -100,7 +101,7 @@ std::string PipelineCacheFile::Save(std::span<const std::byte> bytes) {
     if (header.size == m_savedSize && header.checksum == m_savedChecksum) return {};
     std::error_code failure;
     std::filesystem::create_directories(m_path.parent_path(), failure);
-    if (failure) return m_path.parent_path().string() + ": " + failure.message();
+    if (failure) return Text("{}: {}", m_path.parent_path(), failure.message());
     try {
         AtomicFile file(m_path);
         file.Write(std::as_bytes(std::span(&header, 1)));

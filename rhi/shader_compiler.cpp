@@ -8,6 +8,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "base/path_text.h"
 #include "base/text.h"
 
 namespace raygraph::rhi {
@@ -155,7 +156,7 @@ std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path
 std::vector<uint32_t> CompileGlslFile(GlslSource source, std::vector<fs::path>* includedFiles) {
     const fs::path file = source.includeRoot / source.name;
     std::optional<std::string> text = ReadText(file);
-    if (!text) throw MakeError(ErrorKind::Io, "{}: cannot be read", file.string());
+    if (!text) throw MakeError(ErrorKind::Io, "{}: cannot be read", file);
     source.text = std::move(*text);
     return CompileGlsl(source, includedFiles);
 }

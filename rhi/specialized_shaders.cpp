@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
-#include "base/printable.h"
+#include "base/path_text.h"
 #include "base/read_file.h"
 #include "base/text.h"
 #include "rhi/checksum.h"
@@ -111,8 +111,8 @@ SpecializedShaders::Words SpecializedShaders::Load(const Key& key) const {
     } catch (const Error& error) {
         problem = error.what();
     }
-    Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made again: {}",
-        PathText(path), problem);
+    Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made again: {}", path,
+        problem);
     return nullptr;
 }
 

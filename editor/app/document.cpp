@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/overloaded.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/save_gltf.h"
@@ -151,8 +152,7 @@ void Document::Apply(const Edit& edit, GpuScene& gpu) {
 void Document::Save(const std::filesystem::path& to) {
     if (m_file.empty()) throw Error(ErrorKind::Usage, "no scene is open");
     if (m_stamp && StampOf(m_file) != m_stamp)
-        throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved",
-                        m_file.string());
+        throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved", m_file);
     scene::SaveGltf(m_file, Rest(), to, {.root = m_root});
     if (IsEdited()) m_hashes.clear();
     m_isOpen = false;

@@ -1,6 +1,7 @@
 #include "editor/app/edit.h"
 
 #include "base/out_of_memory.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/app/script.h"
 #include "editor/app/settings.h"
@@ -18,7 +19,7 @@ constexpr double kBusyPoll = 0.002;  // seconds: so much later a frame may begin
 
 void RequireEnvironment(const std::filesystem::path& file) {
     if (!file.empty() && !Workspace::IsEnvironment(file))
-        throw MakeError(ErrorKind::BadInput, "{}: an environment map ends in .hdr or .exr", file.string());
+        throw MakeError(ErrorKind::BadInput, "{}: an environment map ends in .hdr or .exr", file);
 }
 
 // What the options ask for, on top of stored settings.

@@ -4,6 +4,7 @@
 #include "base/atomic_file.h"
 #include "base/counted.h"
 #include "base/extension.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/app/editor.h"
 #include "editor/app/saved_render.h"
@@ -38,21 +39,21 @@ void Editor::BeforeLoss(const std::string& loss, std::function<void()> then) {
         return;
     }
     const std::filesystem::path file = m_work.document.File();
-    m_unsaved.Ask(Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.",
-                       file.string(), loss),
-                  [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
-                      if (answer == UnsavedDialog::Answer::Cancel) return;
-                      // What cannot be saved is not lost either: the message says why
-                      if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
-                      then();
-                  });
+    m_unsaved.Ask(
+        Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.", file, loss),
+        [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
+            if (answer == UnsavedDialog::Answer::Cancel) return;
+            // What cannot be saved is not lost either: the message says why
+            if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
+            then();
+        });
 }
 
 void Editor::Open(const std::filesystem::path& file) {
     if (Workspace::IsEnvironment(file))
         m_work.Open(file);
     else
-        BeforeLoss("opening " + file.string(), [this, file] {
+        BeforeLoss(Text("opening {}", file), [this, file] {
             if (!m_work.loader.IsLoading()) m_changesToLose = m_work.document.ChangeCount();
             m_work.Open(file);
         });
@@ -71,7 +72,7 @@ void Editor::FinishLoading() {
     if (m_work.document.ChangeCount() == m_changesToLose)
         show();
     else  // edited since Open asked
-        BeforeLoss("opening " + loaded->document.File().string(), show);
+        BeforeLoss(Text("opening {}", loaded->document.File()), show);
 }
 
 void Editor::Leave() {
@@ -125,18 +126,18 @@ void Editor::SavePicture(const std::filesystem::path& file) {
     const std::string extension = LowerExtension(file);
     if (extension != ".exr") {
         if (extension != ".png")
-            m_work.Refuse(Text("{}: must end in .png or .exr", file.string()));
+            m_work.Refuse(Text("{}: must end in .png or .exr", file));
         else
             m_pictureFile = file;
         return;
     }
     if (m_work.view.Show().view == viewport::View::Surface) {
-        m_work.Refuse(Text("{}: this view shows no light; an .exr holds the path-traced or the raster view",
-                           file.string()));
+        m_work.Refuse(
+            Text("{}: this view shows no light; an .exr holds the path-traced or the raster view", file));
     } else if (m_work.view.Size().IsEmpty()) {
-        m_work.Refuse(Text("{}: there is no picture", file.string()));
+        m_work.Refuse(Text("{}: there is no picture", file));
     } else {
-        m_work.Say(Text("saving {} ...", file.string()));
+        m_work.Say(Text("saving {} ...", file));
         m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture()});
     }
 }
@@ -144,7 +145,7 @@ void Editor::SavePicture(const std::filesystem::path& file) {
 bool Editor::IsStillSaving(bool hasDrawn) {
     const auto giveUp = [&](const std::filesystem::path& file) {
         if (!file.empty())
-            m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file.string()));
+            m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file));
     };
     // A frame that was drawn has taken these, if there is a picture
     giveUp(std::exchange(m_pictureFile, {}));
@@ -184,7 +185,7 @@ void Editor::FinishSaving() {
         WriteBeside([this, saving]() -> Worker::Finish {
             const std::string note = NoteFor(saving.file);
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            return [this, text = Text("saved {}{}", saving.file.string(), note)] { NoteSaved(text); };
+            return [this, text = Text("saved {}{}", saving.file, note)] { NoteSaved(text); };
         });
         return true;
     });
@@ -201,7 +202,7 @@ void Editor::FinishSaving() {
                 const std::string note = NoteFor(saving.file);
                 session::WriteRenderFile(saving.file, render, log);
                 return [this, content,
-                        text = Text("saved {}, {}{}", saving.file.string(),
+                        text = Text("saved {}, {}{}", saving.file,
                                     Counted(SampleCount(render.samples), "sample"), note)] {
                     m_work.document.Know(content);
                     NoteSaved(text);

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/app/input.h"
@@ -171,7 +172,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
         if (!stream) throw Error(ErrorKind::Io, "cannot be read");
         return FromJson(Json::parse(text.str()));
     } catch (const std::exception& failure) {
-        message = file.string() + ": " + Printable(WithoutCode(failure.what())) + "; ignored";
+        message = Text("{}: {}; ignored", file, Printable(WithoutCode(failure.what())));
         return {};
     }
 }
@@ -179,7 +180,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
 void WriteSettings(const std::filesystem::path& folder, const Settings& settings) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw MakeError(ErrorKind::Io, "{}: {}", folder.string(), error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", folder, error.message());
     // A path may hold any bytes
     const std::string text = ToJson(settings).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     AtomicFile file(folder / kFile);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/extension.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/session/content_hash.h"
 #include "renderer/scene/still_scene.h"
@@ -81,7 +82,7 @@ bool Workspace::SaveScene(const std::filesystem::path& file) {
     return Try([&] {
         document.Save(file);
         NoteOpened(file);
-        Say("saved " + file.string());
+        Say(Text("saved {}", file));
     });
 }
 
@@ -140,7 +141,7 @@ void Workspace::OpenEnvironment(const std::filesystem::path& file) {
         return;
     }
     m_loadingEnvironment = file;
-    Say("loading " + file.string() + " ...");
+    Say(Text("loading {} ...", file));
     m_environment = std::async(std::launch::async, [file] {
         LoadedEnvironment loaded{.map = image::ReadEnvironment(file), .hash = {}};
         loaded.hash = session::HashOf(loaded.map.image);
@@ -217,7 +218,7 @@ bool Workspace::TryFor(const Document& of, const std::function<void()>& run) {
         run();
         return true;
     } catch (const Error& error) {
-        Refuse(Text("{}: {}", of.File().string(), error.what()));
+        Refuse(Text("{}: {}", of.File(), error.what()));
         return false;
     }
 }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_tree.h"
@@ -159,7 +160,7 @@ void CheckBench(const BenchArguments& arguments) {
 void CheckMerge(const MergeArguments& arguments) {
     if (arguments.output.empty()) Refuse("merge needs -o OUT.exr");
     if (ParseOutput(arguments.output).kind != OutputKind::Exr)
-        Refuse(Text("-o: {} does not end in .exr", QuotedPath(arguments.output)));
+        Refuse(Text("-o: \"{}\" does not end in .exr", arguments.output));
 }
 
 void CheckInfo(const InfoArguments& arguments) {

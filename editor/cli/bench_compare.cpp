@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "base/median.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/session/picture_settings.h"
 
@@ -18,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 [[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& scene,
                          const std::string& why) {
-    throw MakeError(ErrorKind::BadInput, "{}: {}{}", file.string(), (scene.empty() ? "" : scene + ": "), why);
+    throw MakeError(ErrorKind::BadInput, "{}: {}{}", file, (scene.empty() ? "" : scene + ": "), why);
 }
 
 std::string SceneName(const Json& result) {

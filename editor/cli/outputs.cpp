@@ -6,7 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/extension.h"
-#include "base/printable.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/session/parse.h"
 
@@ -48,7 +48,7 @@ void CheckFolder(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
     std::error_code error;
     if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-        throw MakeError(ErrorKind::Io, "{}: there is no folder {}", PathText(path), PathText(folder));
+        throw MakeError(ErrorKind::Io, "{}: there is no folder {}", path, folder);
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
     for (const OutputKind kind : Values<OutputKind>())
         if (extension == Name(kind)) return {path, kind};
     constexpr auto kTexts = Texts(OutputKind{});
-    throw MakeError(ErrorKind::Usage, "{} does not end in {}", QuotedPath(path),
+    throw MakeError(ErrorKind::Usage, "\"{}\" does not end in {}", path,
                     session::ListForHelp({kTexts.begin(), kTexts.end()},
                                          std::vector<std::string_view>(kTexts.size()), kTexts.size()));
 }
@@ -72,15 +72,15 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
     for (const std::filesystem::path& path : paths) {
         const CanonicalNames::Name name = names.Of(path);
         if (!seen.insert(name.text).second)
-            throw MakeError(ErrorKind::Usage, "{} is to be written twice", PathText(path));
+            throw MakeError(ErrorKind::Usage, "{} is to be written twice", path);
         if (read.contains(name.text))
-            throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", PathText(path));
+            throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path);
         // What can be created for one file can be created for the next.
         if (!name.isThere && foldersForNewFiles.contains(name.folder)) continue;
         CheckFolder(path);
         const std::string note = InPlaceNote(path);
         if (!note.empty())
-            warnings.push_back(Text("{} is {}", PathText(path), note));
+            warnings.push_back(Text("{} is {}", path, note));
         else if (!name.folder.empty())
             foldersForNewFiles.insert(name.folder);
     }
@@ -94,7 +94,7 @@ void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesys
     const std::string itself = names.Of(log).text;
     for (const std::filesystem::path& output : outputs)
         if (names.Of(output).text == itself)
-            throw MakeError(ErrorKind::Usage, "{} is to be written twice", PathText(log));
+            throw MakeError(ErrorKind::Usage, "{} is to be written twice", log);
     CheckOutputs({&log, 1}, inputs);
 }
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/printable.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/device_list.h"
@@ -44,15 +44,13 @@ void CheckFrames(const RenderArguments& arguments) {
     if (arguments.given.contains("at")) Refuse("--frames and --at exclude each other");
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasNumberPlace(path))
-            Refuse(Text("{} has no single run of # for the numbers of --frames, as name.####.exr",
-                        QuotedPath(path)));
+            Refuse(Text("\"{}\" has no single run of # for the numbers of --frames, as name.####.exr", path));
 }
 
 void CheckCameras(const RenderArguments& arguments) {
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasCameraPlace(path))
-            Refuse(Text("{} has no {{camera}} to tell the pictures of several --camera apart",
-                        QuotedPath(path)));
+            Refuse(Text("\"{}\" has no {{camera}} to tell the pictures of several --camera apart", path));
 }
 
 void CheckCheckpoints(const RenderArguments& arguments) {
@@ -74,8 +72,8 @@ void CheckCheckpoints(const RenderArguments& arguments) {
     const std::vector<OutputFile> pictures = PicturesOf(arguments);
     if (!arguments.resume.empty() &&
         std::ranges::none_of(pictures, [&](const OutputFile& p) { return p.path == arguments.resume; }))
-        Refuse(Text("--checkpoint: {} would never get further, as no -o writes it; give -o {}",
-                    QuotedPath(arguments.resume), QuotedPath(arguments.resume)));
+        Refuse(Text("--checkpoint: \"{0}\" would never get further, as no -o writes it; give -o \"{0}\"",
+                    arguments.resume));
     for (const OutputFile& picture : pictures)
         if (picture.kind == OutputKind::Exr) return;
     Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
@@ -133,7 +131,7 @@ void CheckShard(const RenderArguments& arguments) {
         Refuse("--resume with --shard needs --spp, the samples of all shards together");
     for (const std::filesystem::path& path : NamesWithShard(arguments))
         if (path.filename().string().find('#') != std::string::npos && !HasNumberPlace(path))
-            Refuse(Text("{} has more than one run of # for the shard", QuotedPath(path)));
+            Refuse(Text("\"{}\" has more than one run of # for the shard", path));
 }
 
 }  // namespace
@@ -285,7 +283,7 @@ void CheckRender(const RenderArguments& arguments) {
                 Refuse(
                     Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
                          "another -o",
-                         PathText(picture.path)));
+                         picture.path));
 }
 
 void TakeShard(RenderArguments& arguments) {

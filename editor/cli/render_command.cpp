@@ -11,6 +11,7 @@
 #include "base/atomic_file.h"
 #include "base/counted.h"
 #include "base/os/signals.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -101,7 +102,7 @@ class Pictures {
     }
     void SayComplete() const {
         if (!m_arguments.isQuiet)
-            PrintLine(Text("{} is complete: {} a pixel", m_resumed->path.string(),
+            PrintLine(Text("{} is complete: {} a pixel", m_resumed->path,
                            Counted(SampleCount(m_resumed->render.samples), "sample")));
     }
 

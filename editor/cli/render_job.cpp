@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
@@ -78,7 +79,7 @@ void RequireExrForChannels(const RenderArguments& arguments, const RenderJob& jo
     if (WritesKind(arguments, OutputKind::Exr)) return;
     const auto refuse = [&](const char* option, const std::string& ofFile) {
         throw MakeError(ErrorKind::Usage, "{} are written to an .exr, and there is no -o OUT.exr",
-                        job.resumed ? job.resumed->path.string() + ": its channels of " + ofFile
+                        job.resumed ? Text("{}: its channels of {}", job.resumed->path, ofFile)
                                     : std::string(option) + ": its channels");
     };
     if (!job.aovs.IsEmpty()) refuse("--aov", ListOf(job.aovs));
@@ -93,8 +94,8 @@ PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
     const bool isLitAnew = !arguments.environment.empty() || arguments.given.contains("background");
     if (!render.environmentFile.empty() && !isLitAnew)
         Say(log, LogLevel::Warning, log_category::kScene,
-            "{} was lit by the map {}, which is no setting: --env gives one again",
-            arguments.settingsFrom.string(), Printable(render.environmentFile));
+            "{} was lit by the map {}, which is no setting: --env gives one again", arguments.settingsFrom,
+            Printable(render.environmentFile));
     // One light takes the place of the other
     const auto light = arguments.given.find(kLightSetting);
     const bool isStudio = light != arguments.given.end() && light->second == Name(DefaultLight::Studio);
@@ -185,7 +186,7 @@ void RequireAsked(const ResumedRender& complete, const RenderArguments& argument
         if (!isAsked)
             throw MakeError(ErrorKind::BadInput,
                             "{} is complete, but another picture than the one that is asked for: {}",
-                            complete.path.string(), Printable(difference, 1024));
+                            complete.path, Printable(difference, 1024));
     };
     const auto names = [](const std::string& kept, const std::filesystem::path& asked) {
         const auto quoted = [](const std::string& name) { return name.empty() ? "none" : name; };

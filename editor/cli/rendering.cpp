@@ -4,6 +4,7 @@
 
 #include "base/atomic_file.h"
 #include "base/counted.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/cli/bias_text.h"
 #include "editor/cli/command_files.h"
@@ -41,7 +42,7 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
 
 std::string Joined(const std::vector<std::filesystem::path>& files) {
     std::string list;
-    for (const std::filesystem::path& file : files) list += (list.empty() ? "" : ", ") + file.string();
+    for (const std::filesystem::path& file : files) list += Text("{}{}", list.empty() ? "" : ", ", file);
     return list;
 }
 
@@ -98,7 +99,7 @@ void Rendering::RenderPicture(const PlannedPicture& picture) {
     if (!m_session.HasResult())
         throw MakeError(ErrorKind::Io,
                         "{}: stopped while its albedo and normals were restored; nothing was written",
-                        m_arguments.resume.string());
+                        m_arguments.resume);
     Write(picture, run, before, true);
 }
 

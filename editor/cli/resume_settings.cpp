@@ -1,6 +1,7 @@
 #include "editor/cli/resume_settings.h"
 
 #include "base/counted.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 
@@ -9,8 +10,8 @@ namespace raygraph::cli {
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
     const RenderFile& render = resumed.render;
     const auto refuse = [&](const std::string& option, const std::string& given, const std::string& has) {
-        throw MakeError(ErrorKind::Usage, "--{} {}: {} was rendered with {}", option, given,
-                        resumed.path.string(), Printable(has));
+        throw MakeError(ErrorKind::Usage, "--{} {}: {} was rendered with {}", option, given, resumed.path,
+                        Printable(has));
     };
     SettingTexts inFile = Texts(SettingsFrom(render.settings));
     for (const auto& [name, text] : arguments.given) {
@@ -24,8 +25,8 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     const SampleRange range = render.samples.front();
     if (arguments.shard && !arguments.frames && *arguments.sampleOffset != range.first)
         throw MakeError(ErrorKind::Usage, "--shard {}/{}: its first sample is {}; {} was rendered from {}",
-                        arguments.shard->index, arguments.shard->count, *arguments.sampleOffset,
-                        resumed.path.string(), range.first);
+                        arguments.shard->index, arguments.shard->count, *arguments.sampleOffset, resumed.path,
+                        range.first);
     if (arguments.sampleOffset && *arguments.sampleOffset != range.first)
         refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
     const PictureSettings settings = SettingsFrom(inFile);
@@ -35,11 +36,11 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     if (arguments.checkpointMinutes) return settings;  // the same command may start a render and end it
     if (arguments.samples && *arguments.samples <= range.count)
         throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {}; give the total to reach",
-                        *arguments.samples, resumed.path.string(), Counted(range.count, "sample"));
+                        *arguments.samples, resumed.path, Counted(range.count, "sample"));
     if (!arguments.samples && !arguments.seconds && !arguments.error)
         throw MakeError(ErrorKind::Usage,
                         "--resume needs --spp (the total to reach; {} holds {}), --time or --error",
-                        resumed.path.string(), range.count);
+                        resumed.path, range.count);
     return settings;
 }
 

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "base/check.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -370,7 +371,7 @@ RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
         SayHow(log, path, render, "read", watch);
         return render;
     } catch (const Error& error) {
-        throw MakeError(error.Kind(), "{}: {}", path.string(), Printable(error.what(), 1024));
+        throw MakeError(error.Kind(), "{}: {}", path, Printable(error.what(), 1024));
     }
 }
 

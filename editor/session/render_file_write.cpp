@@ -2,6 +2,7 @@
 #include <span>
 
 #include "base/check.h"
+#include "base/path_text.h"
 #include "editor/session/render_file_names.h"
 #include "editor/session/render_flaws.h"
 
@@ -12,7 +13,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     const Stopwatch watch;
     const bool isHalf = type == ExrType::Half;
     if (const std::string flaw = FirstFlaw(render); !flaw.empty())
-        throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path.string(), flaw);
+        throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path, flaw);
     std::vector<image::ExrPlane> planes;
     const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
         planes.push_back({name, std::span<const float>(texels).subspan(c), 4, isHalf});

@@ -1,5 +1,6 @@
 #include "editor/session/resume.h"
 
+#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/session/error_goal.h"
 #include "editor/session/render_flaws.h"
@@ -28,7 +29,7 @@ std::string WhyNotResumable(const RenderFile& render) {
 
 void RequireResumable(const ResumedRender& resumed) {
     if (const std::string why = WhyNotResumable(resumed.render); !why.empty())
-        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path.string(), why);
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path, why);
 }
 
 bool IsComplete(const RenderFile& render, const StopRule& rule) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/log.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -255,7 +256,7 @@ void Session::StartPicture(const NextPicture& next) {
         RequireSame(*next.resumed, described);
         const RenderFile& render = next.resumed->render;
         if (render.samples.front().first != m_impl->firstSample || AovsOf(render) != m_impl->aovs)
-            Refuse("first sample and AOVs are not those of " + next.resumed->path.string());
+            Refuse(Text("first sample and AOVs are not those of {}", next.resumed->path));
     }
     m_impl->described = std::move(described);
     if (next.camera) m_impl->shared.SetCamera(*next.camera);

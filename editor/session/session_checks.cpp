@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "base/version.h"
@@ -78,7 +79,7 @@ void RequirePossible(const SessionDesc& desc) {
     RequireResumable(*desc.resumed);
     const RenderFile& render = desc.resumed->render;
     if (desc.firstSample != render.samples.front().first || desc.aovs != AovsOf(render))
-        Refuse(Text("first sample and AOVs are not those of {}", desc.resumed->path.string()));
+        Refuse(Text("first sample and AOVs are not those of {}", desc.resumed->path));
     if (!desc.withVariance) Refuse("a render is resumed with its variance");
 }
 
@@ -103,7 +104,7 @@ void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
 void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
     const std::string mismatch = FirstMismatch(resumed.render, described);
     if (!mismatch.empty())
-        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path.string(), mismatch);
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path, mismatch);
 }
 
 void RequireRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bool canEstimateError) {

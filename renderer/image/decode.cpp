@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "base/text.h"
@@ -94,8 +95,8 @@ void CheckSize(std::string_view name, uint64_t width, uint64_t height, const Dec
 void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height,
                      size_t texelNumbers) {
     if (width == 0 || height == 0 || texelNumbers != 4 * width * height) {
-        throw MakeError(ErrorKind::Usage, "{}: cannot write {} x {} pixels from {} numbers", path.string(),
-                        width, height, texelNumbers);
+        throw MakeError(ErrorKind::Usage, "{}: cannot write {} x {} pixels from {} numbers", path, width,
+                        height, texelNumbers);
     }
 }
 
@@ -149,7 +150,7 @@ Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view
 }
 
 Environment ReadEnvironment(const std::filesystem::path& path, const DecodeLimits& limits) {
-    return DecodeEnvironment(ReadFile(path), path.string(), limits);
+    return DecodeEnvironment(ReadFile(path), Text("{}", path), limits);
 }
 
 }  // namespace raygraph::image

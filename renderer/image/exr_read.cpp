@@ -17,6 +17,7 @@
 #include <new>
 #include <utility>
 
+#include "base/path_text.h"
 #include "base/read_file.h"
 #include "base/text.h"
 #include "renderer/image/decode.h"
@@ -278,7 +279,7 @@ ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name, cons
 }
 
 ExrImage ReadExr(const std::filesystem::path& path, const DecodeLimits& limits) {
-    return DecodeExr(ReadFile(path, uint64_t{1} << 34), path.string(), limits);
+    return DecodeExr(ReadFile(path, uint64_t{1} << 34), Text("{}", path), limits);
 }
 
 namespace {

@@ -17,6 +17,7 @@
 #include <type_traits>
 
 #include "base/atomic_file.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/exr_format.h"
@@ -121,7 +122,7 @@ class ExrWriter {
         Insert(name, Imf::HALF, halves.data(), 1, sizeof(half));
     }
     [[noreturn]] void Fail(const std::string& what) const {
-        throw MakeError(ErrorKind::Usage, "{}: {}", m_path.string(), what);
+        throw MakeError(ErrorKind::Usage, "{}: {}", m_path, what);
     }
     Imf::Header CheckedHeader(const ExrWindow& window) const {
         constexpr int64_t kMaxSide = 1 << 29;
@@ -164,9 +165,9 @@ uint64_t WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t he
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
-        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory to compress the picture", path.string());
+        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory to compress the picture", path);
     } catch (const std::exception& error) {
-        throw MakeError(ErrorKind::Io, "{}: cannot write: {}", path.string(), error.what());
+        throw MakeError(ErrorKind::Io, "{}: cannot write: {}", path, error.what());
     }
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "base/atomic_file.h"
+#include "base/path_text.h"
 #include "base/text.h"
 #include "renderer/image/decode.h"
 
@@ -145,7 +146,7 @@ void WritePng(const std::filesystem::path& path, const Image8& image) {
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
     const auto bytes = std::make_unique_for_overwrite<std::byte[]>(size);
     if (png_image_write_to_memory(&png, bytes.get(), &size, 0, texels.data(), 0, nullptr) == 0)
-        throw MakeError(ErrorKind::OutOfMemory, "{}: PNG: {}", path.string(), png.message);
+        throw MakeError(ErrorKind::OutOfMemory, "{}: PNG: {}", path, png.message);
     file.Write({bytes.get(), size});
     file.Commit();
 }

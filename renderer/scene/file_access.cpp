@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "base/os/file.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/uri.h"
@@ -13,7 +14,7 @@ namespace raygraph::scene {
 namespace {
 
 [[noreturn]] void FailRead(const std::filesystem::path& path, const std::string& why) {
-    throw MakeError(ErrorKind::Io, "{}: {}", PathText(path), why);
+    throw MakeError(ErrorKind::Io, "{}: {}", path, why);
 }
 
 [[noreturn]] void FailUri(std::string_view uri, const std::string& why) {
@@ -95,7 +96,7 @@ std::vector<std::byte> ConfinedFolder::Read(std::string_view uri, uint64_t maxBy
         return m_reader->Read(path, maxBytes);
     } catch (const Error& failure) {
         // The reader's message starts with the whole path; the scene's author knows the URI.
-        const std::string prefix = PathText(path) + ": ";
+        const std::string prefix = Text("{}: ", path);
         const std::string message = failure.what();
         FailUri(uri, message.starts_with(prefix) ? message.substr(prefix.size()) : message);
     }

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "base/out_of_memory.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -125,7 +126,7 @@ ScenePath Locate(const std::filesystem::path& path) {
     std::error_code error;
     ScenePath located{std::filesystem::canonical(path, error), path.parent_path(),
                       Printable(path.filename().string())};
-    if (error) throw MakeError(ErrorKind::Io, "{}: {}", PathText(path), error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", path, error.message());
     return located;
 }
 

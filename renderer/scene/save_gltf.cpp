@@ -7,6 +7,7 @@
 #include "base/atomic_file.h"
 #include "base/extension.h"
 #include "base/out_of_memory.h"
+#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/image/image.h"
@@ -28,7 +29,7 @@ void WriteWhole(const fs::path& path, std::span<const std::byte> bytes) {
 }
 
 void Require(const fs::path& path, const std::error_code& error) {
-    if (error) throw MakeError(ErrorKind::Io, "{}: {}", PathText(path), error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", path, error.message());
 }
 
 // Whether the file exists with this content. Throws Error{Io} if it has other content, as it is not ours to
@@ -44,7 +45,7 @@ bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
     const fs::path real = fs::canonical(path, error);
     Require(path, error);
     if (std::ranges::equal(DiskFileReader().Read(real, UINT64_MAX), bytes)) return true;
-    throw MakeError(ErrorKind::Io, "{}: is there already, and is another file", PathText(path));
+    throw MakeError(ErrorKind::Io, "{}: is there already, and is another file", path);
 }
 
 void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
@@ -105,7 +106,7 @@ void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::
     if (LeadsOut(uri)) {
         if (IsThere(to / relative, bytes)) return;
         throw MakeError(ErrorKind::BadInput, "{}: leads out of the scene's folder, and is not copied to {}",
-                        Quoted(uri), PathText(to / relative));
+                        Quoted(uri), to / relative);
     }
     for (const fs::path& part : relative)
         if (part != "." && part.native().starts_with('.'))
@@ -174,7 +175,7 @@ std::span<const std::byte> AsBytes(const std::string& text) {
 bool IsGlb(const fs::path& target) {
     const std::string extension = LowerExtension(target);
     if (extension != ".glb" && extension != ".gltf")
-        throw MakeError(ErrorKind::Usage, "{}: must end in .gltf or .glb", PathText(target));
+        throw MakeError(ErrorKind::Usage, "{}: must end in .gltf or .glb", target);
     return extension == ".glb";
 }
 
@@ -246,7 +247,7 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
 
 void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
               const LoadOptions& options) {
-    WithMemoryErrors(PathText(target), [&] { Save(source, edited, target, options); });
+    WithMemoryErrors(Text("{}", target), [&] { Save(source, edited, target, options); });
 }
 
 }  // namespace raygraph::scene

@@ -1,4 +1,5 @@
 // Files of each extension with something wrong in them, as a user meets them: one line, and exit code 4.
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -151,6 +152,27 @@ TEST(ProgramHostileFiles, RootThatIsNoFolderIsNamed) {
     }
     EXPECT_EQ(test::RunProgram(folder, "info --devices --root .").messages,
               "raygraph: --root is of a scene file, and --devices lists none\n");
+}
+
+TEST(ProgramHostileFiles, NamesDoNotActOnTheTerminal) {
+    const char* const lines[] = {
+        "render \x1b[2J.gltf -o a.png",
+        "render @cornell.gltf --spp 1 --size 8x8 --env \x1b[2J.hdr -o a.png",
+        "render @cornell.gltf --spp 1 --size 8x8 --root \x1b[2J -o a.png",
+        "render @cornell.gltf --spp 1 --size 8x8 --settings-from \x1b[2J.exr -o a.png",
+        "render @cornell.gltf --spp 2 --size 8x8 --resume \x1b[2J.exr -o a.exr",
+        "render @cornell.gltf --spp 1 --size 8x8 -o \x1b[2J/a.png",
+        "info \x1b[2J.glb",
+        "merge \x1b[2J.exr b.exr -o c.exr",
+        "bench --compare \x1b[2J b",
+    };
+    for (const char* line : lines) {
+        const test::ProgramResult result = test::RunProgram(test::TemporaryFolder(), line);
+        EXPECT_NE(result.exitCode, 0) << line;
+        EXPECT_EQ(result.messages.find('\x1b'), std::string::npos) << line;
+        EXPECT_NE(result.messages.find("?[2J"), std::string::npos) << result.messages;
+        EXPECT_EQ(std::ranges::count(result.messages, '\n'), 1) << result.messages;
+    }
 }
 
 }  // namespace
