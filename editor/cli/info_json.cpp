@@ -5,8 +5,11 @@
 #include "editor/cli/device_list.h"
 #include "editor/session/parse.h"
 #include "editor/session/picture_settings.h"
+#include "renderer/scene/camera_fields.h"
 #include "renderer/scene/camera_view.h"
 #include "renderer/scene/extensions.h"
+#include "renderer/scene/light_fields.h"
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph::cli {
 
@@ -23,6 +26,42 @@ Json Vector(const glm::vec3& v) {
     return {Number(v.x), Number(v.y), Number(v.z)};
 }
 
+Json ValueJson(bool value) {
+    return value;
+}
+Json ValueJson(float value) {
+    return Number(value);
+}
+template <int Length>
+Json ValueJson(const glm::vec<Length, float>& value) {
+    Json json = Json::array();
+    for (int i = 0; i < Length; ++i) json.push_back(Number(value[i]));
+    return json;
+}
+Json ValueJson(scene::AlphaMode value) {
+    return Name(value);
+}
+Json ValueJson(uint32_t value) {
+    return value;
+}
+Json ValueJson(const scene::TextureRef& value) {
+    return value.texture;
+}
+
+// Returns the values that differ from those of a struct without any, by their places in the file: "range",
+// "KHR_materials_ior.ior". `forEach` calls its argument with each field.
+template <typename Owner, typename ForEach>
+Json FieldsJson(const Owner& owner, ForEach&& forEach) {
+    Json json = Json::object();
+    forEach([&](const auto& field) {
+        if (owner.*field.member == Owner{}.*field.member) return;
+        std::string place = field.object;
+        if (!place.empty() && *field.key != 0) place += '.';
+        json[place + field.key] = ValueJson(owner.*field.member);
+    });
+    return json;
+}
+
 Json CameraJson(const scene::Camera& camera) {
     const bool isOrthographic = camera.projection == scene::Projection::Orthographic;
     Json json{{"name", camera.name}, {"projection", isOrthographic ? "orthographic" : "perspective"}};
@@ -32,6 +71,8 @@ Json CameraJson(const scene::Camera& camera) {
         json["fov_degrees"] = Number(glm::degrees(camera.yFov));
     json["eye"] = Vector(camera.cameraToWorld[3]);
     json["option"] = session::CameraText(scene::ViewOf(camera, 1.0f));
+    json["fields"] =
+        FieldsJson(camera, [&](const auto& visit) { scene::ForEachCameraField(camera.projection, visit); });
     return json;
 }
 
@@ -47,16 +88,19 @@ Json LightJson(const scene::Light& light, const std::vector<scene::LightProfile>
     if (light.type == scene::LightType::Spot)
         json["cone_degrees"] = Number(2.0f * glm::degrees(light.outerConeAngle));
     json["color"] = Vector(light.color);
+    json["fields"] = FieldsJson(light, [&](const auto& visit) { scene::ForEachLightField(light, visit); });
     return json;
 }
 
 Json MaterialJson(const scene::Material& material) {
-    return {{"name", material.name},
-            {"base_color", Vector(material.baseColorFactor)},
-            {"has_base_color_texture", material.baseColorTexture.IsPresent()},
-            {"emits", Vector(material.EmittedRadiance())},
-            {"has_emissive_texture", material.emissiveTexture.IsPresent()},
-            {"alpha", Name(material.alphaMode)}};
+    return {
+        {"name", material.name},
+        {"base_color", Vector(material.baseColorFactor)},
+        {"has_base_color_texture", material.baseColorTexture.IsPresent()},
+        {"emits", Vector(material.EmittedRadiance())},
+        {"has_emissive_texture", material.emissiveTexture.IsPresent()},
+        {"alpha", Name(material.alphaMode)},
+        {"fields", FieldsJson(material, [&](const auto& visit) { scene::ForEachFieldOf(material, visit); })}};
 }
 
 template <typename Thing, typename ToJson>

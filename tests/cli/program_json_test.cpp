@@ -60,6 +60,43 @@ TEST(ProgramJson, NumbersOfInfoAreThoseOfTheFile) {
     EXPECT_GE(varied.at("variants").size(), 2u);
 }
 
+// Adds what the object and those in it have, by the way to each: "a.b". An empty object is true.
+void FlattenInto(json& flat, const json& object, const std::string& way) {
+    for (const auto& [key, value] : object.items()) {
+        const std::string place = way.empty() || key == "extensions" ? key : way + "." + key;
+        if (value.is_object() && value.empty())
+            flat[place] = true;
+        else if (value.is_object())
+            FlattenInto(flat, value, key == "extensions" ? "" : place);
+        else
+            flat[place] = value;
+    }
+}
+
+TEST(ProgramJson, FieldsOfMaterialsAreThoseOfTheFile) {
+    for (const char* scene : {"material_row.gltf", "layers_grid.gltf", "texture_coordinates_grid.gltf"}) {
+        SCOPED_TRACE(scene);
+        const json file = json::parse(std::ifstream(test::SceneFile(scene))).at("materials");
+        const json info = OutputOf(std::string("info --json @") + scene).at("materials");
+        ASSERT_EQ(info.size(), file.size());
+        for (size_t i = 0; i < info.size(); ++i) {
+            json flat;
+            FlattenInto(flat, file[i], "");
+            for (const auto& [place, value] : info[i].at("fields").items()) {
+                const std::string inFile = value.is_number_unsigned() ? place + ".index" : place;
+                ASSERT_TRUE(flat.contains(inFile)) << info[i];
+                if (value.is_string() || value.is_boolean() || value.is_number_unsigned())
+                    EXPECT_EQ(value, flat[inFile]) << place;
+                else
+                    for (size_t c = 0; c < value.size(); ++c)
+                        EXPECT_NEAR(value.is_array() ? value[c] : value,
+                                    value.is_array() ? flat[inFile][c] : flat[inFile], 1e-6)
+                            << place;
+            }
+        }
+    }
+}
+
 TEST(ProgramJson, AnglesAreInDegreesAndPlacesInMeters) {
     constexpr double kDegrees = 180.0 / std::numbers::pi;
     const json file = json::parse(std::ifstream(test::SceneFile("terrace.gltf")));
