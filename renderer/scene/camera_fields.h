@@ -14,7 +14,7 @@ using C = Camera;
 using Number = Field<C, float>;
 inline constexpr const char* kPerspective = "perspective";
 inline constexpr const char* kOrthographic = "orthographic";
-// What Check asks for, as a range with its ends.
+// glTF has open intervals: these have the ends that a float can be at.
 inline constexpr FieldRange kAngle{1e-6f, 3.1415925f};
 inline constexpr FieldRange kExtent{1e-9f, kUnboundedField};
 

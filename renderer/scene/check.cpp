@@ -8,6 +8,7 @@
 
 #include "base/counted.h"
 #include "base/text.h"
+#include "renderer/scene/camera_fields.h"
 #include "renderer/scene/check_subject.h"
 #include "renderer/scene/flat_transform.h"
 #include "renderer/scene/light_fields.h"
@@ -97,16 +98,8 @@ void CheckProfile(const LightProfile& profile, const Subject& subject) {
 void CheckValues(const Camera& camera, const Subject& subject) {
     subject.Require(IsFinite(camera.cameraToWorld) && IsFinite(camera.translationRest),
                     "its transform is not finite");
-    if (camera.projection == Projection::Perspective) {
-        subject.Require(camera.yFov > 0.0f && camera.yFov < glm::pi<float>(),
-                        "yFov must be between 0 and pi");
-        subject.RequireRange("aspectRatio", camera.aspectRatio, 0.0f, kUnbounded);
-    } else {
-        subject.Require(camera.xMag > 0.0f && camera.xMag <= kUnbounded, "xMag must be above 0");
-        subject.Require(camera.yMag > 0.0f && camera.yMag <= kUnbounded, "yMag must be above 0");
-    }
-    subject.RequireRange("zNear", camera.zNear, 0.0f, kUnbounded);
-    subject.RequireRange("zFar", camera.zFar, 0.0f, kUnbounded);
+    ForEachCameraField(camera.projection,
+                       [&](const auto& field) { CheckField(camera.*field.member, field, subject); });
 }
 
 void CheckTransformOf(const PlacedTransform& transform, const Subject& subject) {

@@ -58,8 +58,8 @@ struct Subject {
     void RequireRange(const char* what, float value, float min, float max) const {
         if (value >= min && value <= max) return;
         if (min == -kUnbounded) Fail(Text("{} is not finite", what));
-        if (max < kUnbounded) Fail(Text("{} is {:.9g}, must be {:.9g} to {:.9g}", what, value, min, max));
-        Fail(Text("{} is {:.9g}, must be finite and at least {:.9g}", what, value, min));
+        if (max < kUnbounded) Fail(Text("{} is {}, must be {} to {}", what, value, min, max));
+        Fail(Text("{} is {}, must be finite and at least {}", what, value, min));
     }
     template <typename T>
     void RequireFinite(const char* what, const std::vector<T>& values) const {

@@ -149,13 +149,14 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
              s.nodeOrder = {0, 0};
          },
          "nodeOrder[1]: its node is listed twice"},
-        {[](SceneData& s) { s.cameras[0].yFov = kNan; }, "cameras[0]: yFov must be between 0 and pi"},
+        {[](SceneData& s) { s.cameras[0].yFov = kNan; },
+         "cameras[0]: yFov is nan, must be 1e-06 to 3.1415925"},
         {[](SceneData& s) { s.lights[0].intensity = -1.0f; },
          "lights[0]: intensity is -1, must be finite and at least 0"},
         {[](SceneData& s) { s.lights[0].innerConeAngle = 1.0f; },
          "lights[0]: innerConeAngle must be below outerConeAngle"},
         {[](SceneData& s) { s.lights[0].outerConeAngle = 2.0f; },
-         "lights[0]: outerConeAngle is 2, must be 0 to 1.57080638"},
+         "lights[0]: outerConeAngle is 2, must be 0 to 1.5708064"},
         {[](SceneData& s) { s.bounds.max.z = kInfinity; }, "its bounds are not finite"},
     };
     for (const auto& [change, message] : rows) {
