@@ -66,19 +66,21 @@ class ContentHasher {
     // of a file.
     template <typename Owner, typename... Fields>
     void AddChanged(const Owner& owner, const std::tuple<Fields...>& fields) {
-        static const Owner kDefault;
-        const auto addIfChanged = [&](const auto& field) {
-            using Field = std::decay_t<decltype(field)>;
-            if constexpr (Field::kHashed == scene::Hashed::IfChanged) {
-                const auto& value = owner.*field.member;
-                if (IsAtDefault(value, kDefault.*field.member)) return;
-                const std::string_view label = field.Label();
-                if (!label.empty()) Add(label);
-                if (!std::is_same_v<typename Field::Value, bool> || label == field.name) Add(value);
-            }
-        };
-        std::apply([&](const auto&... field) { (addIfChanged(field), ...); }, fields);
+        std::apply([&](const auto&... field) { (AddIfChanged(owner, field), ...); }, fields);
         if constexpr ((requires { Fields::object; } || ...)) Add(std::string_view());
+    }
+
+    // Adds the field, after its label, if it is hashed so and is not at its default.
+    template <typename Owner, typename Field>
+    void AddIfChanged(const Owner& owner, const Field& field) {
+        static const Owner kDefault;
+        if constexpr (Field::kHashed == scene::Hashed::IfChanged) {
+            const auto& value = owner.*field.member;
+            if (IsAtDefault(value, kDefault.*field.member)) return;
+            const std::string_view label = field.Label();
+            if (!label.empty()) Add(label);
+            if (!std::is_same_v<typename Field::Value, bool> || label == field.name) Add(value);
+        }
     }
 
   private:
