@@ -295,6 +295,29 @@ TEST_F(MotionBlurTest, FarWayKeepsThePrecisionOfPlaces) {
     EXPECT_EQ(At(far, 20, 9), 0.0f);
 }
 
+// A picture has the bits of one in a session of its own, although the origin of the device's coordinates would
+// have stayed where the earlier time had it: the way is shorter than OriginTurns lets one viewpoint go.
+TEST_F(MotionBlurTest, FarWay_LeavesNoTraceInLaterTimes) {
+    const auto open = [](double at) {
+        SceneData scene = OneMesh(LeftHalf(-0.47f));
+        scene.nodes.resize(3);
+        scene.nodes[0].parent = scene.nodes[1].parent = 2;
+        scene.nodes[1].translation.z = 5.00002f;  // between the steps of a float at 700 m
+        scene.nodeOrder = {2, 0, 1};
+        UpdateWorldTransforms(scene);
+        Animate(scene, {.property = AnimatedProperty::Translation, .object = 2},
+                {0, 0, 0, 700.3f, 0, 700.7f});
+        return Animated(std::move(scene), at, std::nullopt, {Aov::Depth});
+    };
+    Session own = open(1.0), later = open(0.0);
+    own.Run({.samples = 2});
+    later.Run({.samples = 1});
+    later.StartPicture({.at = 1.0});
+    later.Run({.samples = 2});
+    EXPECT_EQ(later.Result().render.depth, own.Result().render.depth);
+    EXPECT_NEAR(own.Result().render.depth[kSide * 16 + 2], 5.00002f, 1e-5f);
+}
+
 TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
     SceneData scene = OneMesh(LeftHalf(-0.5f));
     scene.materials[0].emissiveFactor = glm::vec3(0.0f);
