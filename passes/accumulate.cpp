@@ -128,13 +128,6 @@ std::string NameOf(const Accumulation& accumulation, const char* what) {
     return accumulation.Name() + "." + what;
 }
 
-// Squares where there are any.
-void ReadSums(PassBuilder& pass, const AccumulatedIds& ids) {
-    for (size_t k = 0; k < ExactSums::kPlanes; ++k) pass.Reads(kSumNames[k], ids.sums[k]);
-    for (size_t k = 0; k < ExactSums::kPlanes && ids.squares[0].IsValid(); ++k)
-        pass.Reads(kSquareNames[k], ids.squares[k]);
-}
-
 void UpdateSums(PassBuilder& pass, AccumulatedIds& ids) {
     for (size_t k = 0; k < ExactSums::kPlanes; ++k) ids.sums[k] = pass.Updates(kSumNames[k], ids.sums[k]);
     for (size_t k = 0; k < ExactSums::kPlanes && ids.squares[0].IsValid(); ++k)
@@ -165,10 +158,9 @@ void DeclareSums(Renderer& renderer, TextureId tile, const SampleRows& rows, con
         });
 }
 
-// Culled unless something shown uses mean or variance, or it is to be kept alive.
-void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount, AccumulatedIds& ids,
-                 bool isAlive) {
-    const bool withVariance = ids.squares[0].IsValid();
+// Culled unless something shown uses the mean, or the variance where it is valid.
+void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount, AccumulatedIds& ids) {
+    const bool withVariance = ids.variance.IsValid();
     struct Constants {
         uint32_t offset[2];
         uint32_t extent[2];
@@ -179,31 +171,32 @@ void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount,
         "ResolveSums", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/resolve_sums_variance.comp" : "post/resolve_sums.comp");
-            ReadSums(pass, ids);
+            ReadSums(pass, ids, withVariance);
             pass.Constants(Constants{{region.x, region.y},
                                      {region.width, region.height},
                                      gpu::DivisorOf(std::max(sampleCount, 1u)),
                                      sampleCount});
             // Of a tile, the rest stays
             const bool isWhole = WholeOf(renderer.Desc(ids.mean).extent) == region;
-            const auto write = [&](const char* name, TextureId id) {
-                return isWhole ? pass.Writes(name, id) : pass.Updates(name, id);
-            };
-            ids.mean = write("mean", ids.mean);
-            if (withVariance) ids.variance = write("variance", ids.variance);
-            if (isAlive) pass.KeepAlive();
+            ids.mean = isWhole ? pass.Writes("mean", ids.mean) : pass.Updates("mean", ids.mean);
+            if (withVariance) ids.variance = pass.Writes("variance", ids.variance);
         },
         [extent = region.Extent()](CommandList& commands) { commands.DispatchOver(extent); });
 }
 
 }  // namespace
 
+void ReadSums(PassBuilder& pass, const AccumulatedIds& accumulated, bool withSquares) {
+    for (size_t k = 0; k < ExactSums::kPlanes; ++k) pass.Reads(kSumNames[k], accumulated.sums[k]);
+    for (size_t k = 0; k < ExactSums::kPlanes && withSquares; ++k)
+        pass.Reads(kSquareNames[k], accumulated.squares[k]);
+}
+
 AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
                     bool withVariance) {
-    const GraphTextureDesc floats{extent, Format::Rgba32Float}, words{extent, Format::Rgba32Uint};
+    const GraphTextureDesc words{extent, Format::Rgba32Uint};
     AccumulatedIds ids;
-    ids.mean = renderer.Persist(NameOf(accumulation, "mean"), floats);
-    if (withVariance) ids.variance = renderer.Persist(NameOf(accumulation, "variance"), floats);
+    ids.mean = renderer.Persist(NameOf(accumulation, "mean"), {extent, Format::Rgba32Float});
     for (size_t k = 0; k < ExactSums::kPlanes; ++k) {
         ids.sums[k] = renderer.Persist(NameOf(accumulation, kSumNames[k]), words);
         if (withVariance) ids.squares[k] = renderer.Persist(NameOf(accumulation, kSquareNames[k]), words);
@@ -211,16 +204,29 @@ AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent
     return ids;
 }
 
+namespace {
+
+AccumulatedIds KeptWithVariance(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
+                                bool withVariance) {
+    AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
+    if (withVariance)
+        ids.variance =
+            renderer.CreateTexture(NameOf(accumulation, "variance"), {extent, Format::Rgba32Float});
+    return ids;
+}
+
+}  // namespace
+
 AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
                        bool withVariance) {
-    AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
-    DeclareMean(renderer, WholeOf(extent), accumulation.SampleCount(), ids, false);
+    AccumulatedIds ids = KeptWithVariance(renderer, accumulation, extent, withVariance);
+    DeclareMean(renderer, WholeOf(extent), accumulation.Declared().sampleCount, ids);
     return ids;
 }
 
 AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, TextureId counts,
                        Extent2D extent, bool withVariance) {
-    AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
+    AccumulatedIds ids = KeptWithVariance(renderer, accumulation, extent, withVariance);
     struct Constants {
         uint32_t offset[2];
         uint32_t extent[2];
@@ -229,7 +235,7 @@ AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Tex
         "ResolveSums", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/resolve_counts_variance.comp" : "post/resolve_counts.comp");
-            ReadSums(pass, ids);
+            ReadSums(pass, ids, withVariance);
             pass.Reads("counts", counts);
             pass.Constants(Constants{{0, 0}, {extent.width, extent.height}});
             ids.mean = pass.Writes("mean", ids.mean);
@@ -240,7 +246,7 @@ AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Tex
 }
 
 SumsReadback::SumsReadback(Renderer& renderer, const AccumulatedIds& accumulated)
-    : m_hasSquares(accumulated.variance.IsValid()) {
+    : m_hasSquares(accumulated.squares[0].IsValid()) {
     for (size_t k = 0; k < m_sums.size(); ++k) {
         m_sums[k] = renderer.ReadBack(accumulated.sums[k]);
         if (m_hasSquares) m_squares[k] = renderer.ReadBack(accumulated.squares[k]);
@@ -263,7 +269,7 @@ ExactSums SumsReadback::Values() const {
 }
 
 void Forget(Renderer& renderer, const Accumulation& accumulation) {
-    for (const char* what : {"mean", "variance"}) renderer.Forget(NameOf(accumulation, what));
+    renderer.Forget(NameOf(accumulation, "mean"));
     for (const char* what : kSumNames) renderer.Forget(NameOf(accumulation, what));
     for (const char* what : kSquareNames) renderer.Forget(NameOf(accumulation, what));
 }
@@ -278,7 +284,7 @@ AccumulatedIds AccumulateRows(Renderer& renderer, TextureId tile, const SampleRo
                            (withVariance && renderer.IsFresh(ids.squares[0])));
     step.TakeTile(region, rows.count);
     DeclareSums(renderer, tile, rows, region, step, ids);
-    DeclareMean(renderer, region, step.SampleCount() + rows.count, ids, false);
+    DeclareMean(renderer, region, step.SampleCount() + rows.count, ids);
     step.Declare();
     return ids;
 }
@@ -375,7 +381,7 @@ NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation, const
         [&](PassBuilder& pass) {
             pass.Compute("post/note_samples.comp");
             pass.ReadsByAddress(pixels.list);
-            ReadSums(pass, ids);
+            ReadSums(pass, ids, true);
             pass.Constants(Constants{
                 {pixels.AddressLow(), pixels.AddressHigh()}, pixels.count, sampleIndex, sampleCount});
             noted.variance = pass.Updates("variance", noted.variance);
@@ -431,7 +437,6 @@ void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, ui
         ids.sums[k] = Upload(renderer, NameOf(accumulation, kSumNames[k]), ids.sums[k], sums.sums[k], {});
     ids.sums[0] = Upload(renderer, NameOf(accumulation, kSumNames[0]), ids.sums[0], sums.sums[0],
                          [step](CommandList& commands) { step.Commit(commands); });
-    DeclareMean(renderer, WholeOf(extent), sampleCount, ids, true);
 }
 
 }  // namespace raygraph::passes

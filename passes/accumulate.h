@@ -86,17 +86,19 @@ struct SampleRows {
 };
 
 struct AccumulatedIds {
-    TextureId mean;      // rgba32f
-    TextureId variance;  // rgba32f, unbiased variance of one sample, 0 below two; invalid if not asked for
-    // rgba32ui, planes of ExactSums. Presenting one keeps the samples without the cost of mean and variance.
+    TextureId mean;  // rgba32f
+    // rgba32f, unbiased variance of one sample, 0 below two. Only Resolve makes it, if it is asked for.
+    TextureId variance;
+    // rgba32ui, planes of ExactSums. Presenting one keeps the samples without the cost of a mean.
     std::array<TextureId, ExactSums::kPlanes> sums, squares;
 };
 
-// Adds the sample to sums in integers, which never round (ExactSums), and takes mean and variance from these:
-// each the float nearest to the exact one of any number of samples, whatever their order and grouping. A
-// changed extent resets with ResetCause::Resize; asking for the variance of samples that were taken without
-// it resets with ResetCause::Settings. `accumulation` outlives the frame. Values that are not finite count as
-// 0, so the bits are defined for any sample; reporting them is up to the pass that makes the samples.
+// Adds the sample to sums in integers, which never round (ExactSums), and takes the mean from these: the
+// float nearest to the exact one of any number of samples, whatever their order and grouping. `withVariance`:
+// adds up squares as well, from which Resolve and Probe take a variance. A changed extent resets with
+// ResetCause::Resize; squares of samples that were taken without them reset with ResetCause::Settings.
+// `accumulation` outlives the frame. Values that are not finite count as 0, so the bits are defined for any
+// sample; reporting them is up to the pass that makes the samples.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId sample,
                                                      Accumulation& accumulation, bool withVariance = false);
 // The same of several samples at once.
@@ -125,16 +127,17 @@ struct NotedIds {
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are
 // those of the sample in one piece. Several may come in one frame. Pixels without a sample are undefined, and
-// mean and variance outside of `region` are the last that a frame used.
+// the mean outside of `region` is the last that a frame used.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture,
                                                          const Region& region, Accumulation& accumulation,
                                                          bool withVariance = false);
 
-// The stored state without a new sample: mean and variance as of the last frame that used them, and the sums.
+// The stored state without a new sample: the mean as of the last frame that used it, and the sums.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
                                                Extent2D extent, bool withVariance);
 
-// The stored state without a new sample, with mean and variance of all samples in it. At least one.
+// The stored state without a new sample, with mean and variance of all samples in it, including what the open
+// frame has declared so far. At least one, and no tile of another.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance);
 
@@ -143,7 +146,10 @@ struct NotedIds {
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   TextureId counts, Extent2D extent, bool withVariance);
 
-// The sums of `accumulated`, with squares where it has a variance, on their way to the host.
+// Declares that the pass reads the sums, and the squares, as shaders/post/pixel_sums.glsl does.
+RAYGRAPH_API void ReadSums(PassBuilder& pass, const AccumulatedIds& accumulated, bool withSquares);
+
+// The sums of `accumulated`, and the squares if there are any, on their way to the host.
 class RAYGRAPH_API SumsReadback {
   public:
     SumsReadback() = default;

@@ -1,27 +1,24 @@
-// Probe: one texel of two pictures, to be read back. Threads: that of the Renderer.
+// Probe: means and variances of a few pixels, to be read back. Threads: that of the Renderer.
 #pragma once
 
 #include <glm/glm.hpp>
 
 #include "base/api.h"
-#include "renderer/graph/renderer.h"
+#include "passes/accumulate.h"
 
 namespace raygraph::passes {
 
-// What the buffer holds.
+// What the buffer holds: of a pixel without a sample 0, and below two samples no variance.
 struct ProbedTexels {
     glm::vec4 mean;
     glm::vec4 variance;
 };
 
-// One ProbedTexels of a mean and a variance as Accumulate gives them: rgba32f of one extent. Error{Usage} for
-// others, and for a pixel outside of them.
-[[nodiscard]] RAYGRAPH_API BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance,
-                                          glm::uvec2 pixel);
-
-// The same for pixels that are spread evenly over the pictures, `grid` of them, row by row: for an estimate
-// of the whole. At most one a pixel: of a smaller picture, every pixel.
-[[nodiscard]] RAYGRAPH_API BufferId ProbeGrid(Renderer& renderer, TextureId mean, TextureId variance,
-                                              Extent2D grid);
+// One ProbedTexels for each of `grid` pixels that are spread evenly over `region`, row by row, from the sums
+// of samples that were accumulated with variance. `progress` is that of the samples. Error{Usage} for a
+// region that is not within the picture, and for a grid of more pixels than the region has.
+[[nodiscard]] RAYGRAPH_API BufferId Probe(Renderer& renderer, const AccumulatedIds& samples,
+                                          const Accumulation::Progress& progress, const Region& region,
+                                          Extent2D grid = {1, 1});
 
 }  // namespace raygraph::passes

@@ -29,12 +29,14 @@ ErrorEstimate EstimateOf(const std::vector<passes::ProbedTexels>& pixels, uint32
 
 }  // namespace
 
-void ErrorRequests::Declare(Renderer& renderer, TextureId mean, TextureId variance, uint32_t sampleCount) {
+void ErrorRequests::Declare(Renderer& renderer, const passes::AccumulatedIds& samples,
+                            const passes::Accumulation::Progress& progress) {
+    const uint32_t sampleCount = progress.sampleCount;
     if (!m_requests.HasOpen() || sampleCount == 0) return;
-    const Extent2D extent = renderer.Desc(mean).extent;
-    const BufferId texels = passes::ProbeGrid(
-        renderer, mean, variance, {std::min(extent.width, kGrid), std::min(extent.height, kGrid)});
-    const Readback pixels = renderer.ReadBack(texels);
+    const Extent2D extent = renderer.Desc(samples.mean).extent;
+    const Readback pixels =
+        renderer.ReadBack(passes::Probe(renderer, samples, progress, passes::WholeOf(extent),
+                                        {std::min(extent.width, kGrid), std::min(extent.height, kGrid)}));
     m_requests.AnswerAll(renderer, [&](std::monostate) -> decltype(m_requests)::Reply {
         return {{pixels}, [pixels, sampleCount] {
                     return EstimateOf(ValuesOf<passes::ProbedTexels>(pixels), sampleCount);

@@ -28,7 +28,8 @@ class RAYGRAPH_API ErrorRequests {
   public:
     ErrorRequest Request() { return m_requests.Ask({}); }
     // Answers the pending requests from an accumulation, including what the open frame adds to it.
-    void Declare(Renderer& renderer, TextureId mean, TextureId variance, uint32_t sampleCount);
+    void Declare(Renderer& renderer, const passes::AccumulatedIds& samples,
+                 const passes::Accumulation::Progress& progress);
 
   private:
     Questions<ErrorEstimate, std::monostate> m_requests;

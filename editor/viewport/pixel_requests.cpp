@@ -76,7 +76,8 @@ void PixelRequests::DeclareInspections(Renderer& renderer, Extent2D extent,
             const uint32_t ahead = shown->progress.cursor.Has(pixel.x, pixel.y) ? 1 : 0;
             const uint32_t count = shown->progress.sampleCount + ahead;
             if (count == 0) return probed;
-            const BufferId texels = passes::Probe(renderer, shown->mean, shown->variance, pixel);
+            const BufferId texels =
+                passes::Probe(renderer, shown->samples, shown->progress, {pixel.x, pixel.y, 1, 1});
             probed = Probed{renderer.ReadBack(texels), count};
             reply.readbacks.push_back(probed->texels);
             return probed;

@@ -56,7 +56,7 @@ class RAYGRAPH_API PixelRequests {
     void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
     // A shown view: its accumulation, including what the open frame adds to it.
     struct Shown {
-        TextureId mean, variance;
+        passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;
     };
     void DeclareInspections(Renderer& renderer, Extent2D extent, const std::optional<Shown>& pathTraced,

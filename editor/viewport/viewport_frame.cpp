@@ -174,15 +174,11 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
 
     requests.DeclarePicks(renderer, ids, settings);
     std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
-    if (ShowsPathTraced(shownAs.view))
-        pathTracedShown = {traced.samples.mean, traced.samples.variance, tracedSamples.Declared()};
-    if (ShowsRaster(shownAs.view))
-        rasterShown = {drawn.samples.mean, drawn.samples.variance, drawnSamples.Declared()};
+    if (ShowsPathTraced(shownAs.view)) pathTracedShown = {traced.samples, tracedSamples.Declared()};
+    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.samples, drawnSamples.Declared()};
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
 
-    if (ShowsPathTraced(shownAs.view))
-        errors.Declare(renderer, traced.samples.mean, traced.samples.variance,
-                       tracedSamples.Declared().sampleCount);
+    if (ShowsPathTraced(shownAs.view)) errors.Declare(renderer, traced.samples, tracedSamples.Declared());
     const auto answerCaptures = [&](const passes::AccumulatedIds& samples,
                                     const passes::Accumulation::Progress& progress, bool isRaster) {
         captures.Declare(renderer, ids, settings,

@@ -6,9 +6,7 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 #define WITH_VARIANCE
-#define PLANE_ACCESS readonly
-#include "post/exact_planes.glsl"
-#include "post/mean_of_count.glsl"
+#include "post/pixel_sums.glsl"
 #include "scene/pixel_list.glsl"
 
 layout(local_size_x = 64) in;
@@ -30,21 +28,11 @@ void main() {
         ListedPixel listed = PixelListStream(constants.list).at[entry];
         if (listed.sampleIndex != constants.sampleIndex) continue;
         ivec2 pixel = ivec2(PixelOf(listed));
-        uvec4 sums[4] = uvec4[4](imageLoad(sum0, pixel), imageLoad(sum1, pixel), imageLoad(sum2, pixel),
-                                 imageLoad(sum3, pixel));
-        uvec4 squares[4] = uvec4[4](imageLoad(squares0, pixel), imageLoad(squares1, pixel),
-                                    imageLoad(squares2, pixel), imageLoad(squares3, pixel));
+        PixelSums sums = SumsOf(pixel);
         vec3 variances, means;
-        ExactSum sum;
-        ExactSquares square;
         for (int c = 0; c < 3; ++c) {
-            for (int k = 0; k < 4; ++k) {
-                sum.words[k] = sums[k][c];
-                square.words[k] = squares[k][c];
-            }
-            square.words[4] = squares[c].w;
-            means[c] = uintBitsToFloat(MeanOfCount(sum, constants.sampleCount));
-            variances[c] = uintBitsToFloat(VarianceOfExactSums(sum, square, constants.sampleCount));
+            means[c] = uintBitsToFloat(MeanOfCount(SumOf(sums, c), constants.sampleCount));
+            variances[c] = uintBitsToFloat(VarianceOf(sums, c, constants.sampleCount));
         }
         imageStore(variance, pixel, vec4(variances.x + variances.y + variances.z));
         imageStore(mean, pixel, vec4(means.x + means.y + means.z));

@@ -4,11 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#define PLANE_ACCESS readonly
-#include "post/exact_planes.glsl"
-#ifdef WITH_COUNTS
-#include "post/mean_of_count.glsl"
-#endif
+#include "post/pixel_sums.glsl"
 
 layout(set = 0, binding = 0, rgba32f) uniform image2D mean;
 #ifdef WITH_VARIANCE
@@ -31,36 +27,23 @@ void main() {
     uvec2 texel = gl_GlobalInvocationID.xy;
     if (any(greaterThanEqual(texel, constants.extent))) return;
     ivec2 pixel = ivec2(texel + constants.offset);
-    uvec4 sums[4] = uvec4[4](imageLoad(sum0, pixel), imageLoad(sum1, pixel), imageLoad(sum2, pixel),
-                             imageLoad(sum3, pixel));
+    PixelSums sums = SumsOf(pixel);
     uvec4 bits;
-    ExactSum sum;
 #ifdef WITH_COUNTS
     uint sampleCount = imageLoad(counts, ivec2(uvec2(pixel) % uvec2(imageSize(counts)))).x;
 #else
     uint sampleCount = constants.sampleCount;
 #endif
     for (int c = 0; c < 4; ++c) {
-        for (int k = 0; k < 4; ++k) sum.words[k] = sums[k][c];
 #ifdef WITH_COUNTS
-        bits[c] = MeanOfCount(sum, sampleCount);
+        bits[c] = MeanOfCount(SumOf(sums, c), sampleCount);
 #else
-        bits[c] = MeanOfExactSum(sum, constants.divisor);
+        bits[c] = MeanOfExactSum(SumOf(sums, c), constants.divisor);
 #endif
     }
     imageStore(mean, pixel, uintBitsToFloat(bits));
 #ifdef WITH_VARIANCE
-    uvec4 squares[4] = uvec4[4](imageLoad(squares0, pixel), imageLoad(squares1, pixel),
-                                imageLoad(squares2, pixel), imageLoad(squares3, pixel));
-    ExactSquares square;
-    for (int c = 0; c < 3; ++c) {
-        for (int k = 0; k < 4; ++k) {
-            sum.words[k] = sums[k][c];
-            square.words[k] = squares[k][c];
-        }
-        square.words[4] = squares[c].w;
-        bits[c] = VarianceOfExactSums(sum, square, sampleCount);
-    }
+    for (int c = 0; c < 3; ++c) bits[c] = VarianceOf(sums, c, sampleCount);
     bits.w = 0u;
     imageStore(variance, pixel, uintBitsToFloat(bits));
 #endif

@@ -1,6 +1,7 @@
 // Programs that can do more than a scene needs.
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "passes/scene_bindings.h"
 #include "tests/support/scene_render.h"
@@ -41,10 +42,12 @@ class MoreFeatures : public VulkanTest {
         for (uint32_t i = 0; i < sampleCount; ++i, ++settings.sampleIndex) {
             render.renderer.BeginFrame();
             const SceneIds ids = passes::WithFeatures(render.scene.Declare(render.renderer), kMore);
-            const passes::AccumulatedIds accumulated = passes::Accumulate(
+            std::ignore = passes::Accumulate(
                 render.renderer, passes::Trace(render.renderer, ids, settings).radiance, accumulation, true);
-            const Readback mean = render.renderer.ReadBack(accumulated.mean);
-            const Readback variance = render.renderer.ReadBack(accumulated.variance);
+            const passes::AccumulatedIds all =
+                passes::Resolve(render.renderer, accumulation, settings.extent, true);
+            const Readback mean = render.renderer.ReadBack(all.mean);
+            const Readback variance = render.renderer.ReadBack(all.variance);
             render.renderer.Execute();
             if (i + 1 == sampleCount) image = {ToFloatImage(mean), ToFloatImage(variance), sampleCount};
         }

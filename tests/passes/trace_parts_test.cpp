@@ -1,6 +1,7 @@
 // The parts into which Trace separates the radiance.
 #include <cmath>
 #include <span>
+#include <tuple>
 
 #include "base/error.h"
 #include "tests/support/scene_render.h"
@@ -51,8 +52,8 @@ class TraceParts : public VulkanTest {
             };
             whole = take(passes::Accumulate(renderer, traced.radiance, sum).mean);
             for (size_t i = 0; i < kPathPartCount; ++i) {
-                const passes::AccumulatedIds kept =
-                    passes::Accumulate(renderer, traced.parts[i], sums[i], true);
+                std::ignore = passes::Accumulate(renderer, traced.parts[i], sums[i], true);
+                const passes::AccumulatedIds kept = passes::Resolve(renderer, sums[i], settings.extent, true);
                 means.push_back(take(kept.mean));
                 variances.push_back(take(kept.variance));
             }

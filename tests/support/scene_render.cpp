@@ -73,8 +73,10 @@ RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampl
         const bool isLast = i + 1 == sampleCount;
         Readback mean, variance;
         if (isLast) {
-            mean = renderer.ReadBack(accumulated.mean);
-            variance = renderer.ReadBack(accumulated.variance);
+            const Extent2D extent = renderer.Desc(accumulated.mean).extent;
+            const passes::AccumulatedIds all = passes::Resolve(renderer, accumulation, extent, true);
+            mean = renderer.ReadBack(all.mean);
+            variance = renderer.ReadBack(all.variance);
         } else {
             renderer.Present(accumulated.mean);
         }

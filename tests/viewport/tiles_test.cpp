@@ -68,12 +68,12 @@ class Tiles : public VulkanTest {
     // Two samples, in tiles of about so many pixels.
     Means TwoSamples(uint64_t pixels) {
         passes::Accumulation accumulation("tiles");
-        Readback mean, variance;
+        Readback mean;
         while (accumulation.SampleCount() < 2) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
             // Two tiles a frame: the second begins where the first ends
-            passes::AccumulatedIds sums;
+            passes::AccumulatedIds taken;
             for (int i = 0; i < 2; ++i) {
                 const passes::Accumulation::Progress at = accumulation.Declared();
                 if (at.sampleCount == 2) break;
@@ -81,13 +81,16 @@ class Tiles : public VulkanTest {
                 settings.sampleIndex = at.sampleCount;
                 settings.region = at.cursor.Next(kPicture, pixels);
                 const TextureId tile = passes::Trace(render.renderer, ids, settings).radiance;
-                sums = passes::AccumulateTile(render.renderer, tile, kPicture, settings.region, accumulation,
-                                              true);
+                taken = passes::AccumulateTile(render.renderer, tile, kPicture, settings.region, accumulation,
+                                               true);
             }
-            mean = render.renderer.ReadBack(sums.mean);
-            variance = render.renderer.ReadBack(sums.variance);
+            mean = render.renderer.ReadBack(taken.mean);
             render.renderer.Execute();
         }
+        render.renderer.BeginFrame();
+        const Readback variance =
+            render.renderer.ReadBack(passes::Resolve(render.renderer, accumulation, kPicture, true).variance);
+        render.renderer.Execute();
         return {ToFloatImage(mean), ToFloatImage(variance)};
     }
 
