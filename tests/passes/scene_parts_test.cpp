@@ -197,10 +197,13 @@ TEST_F(SceneParts, DrawsAreThoseOfWhatIsThere) {
         return counts;
     };
     EXPECT_EQ(vertices(), std::vector<uint32_t>{6});
-    scene::SceneData data =
-        SceneOf({SphereMesh(0.4f, 4)}, {Lambert(ColorOf(1))}, {Translation(PartPlace(1))});
-    data.materials[0].isDoubleSided = !Lambert(ColorOf(1)).isDoubleSided;
-    const AddedPart sphere = render.scene.Add(std::move(data));
+    const auto sphereOfAnotherKind = [] {
+        scene::SceneData data =
+            SceneOf({SphereMesh(0.4f, 4)}, {Lambert(ColorOf(1))}, {Translation(PartPlace(1))});
+        data.materials[0].isDoubleSided = !Lambert(ColorOf(1)).isDoubleSided;
+        return data;
+    };
+    const AddedPart sphere = render.scene.Add(sphereOfAnotherKind());
     const AddedPart square = render.scene.Add(SquareOf(2, 2, false));
     std::vector<uint32_t> counts = vertices();
     std::ranges::sort(counts);
@@ -211,6 +214,12 @@ TEST_F(SceneParts, DrawsAreThoseOfWhatIsThere) {
     EXPECT_EQ(vertices(), (std::vector<uint32_t>{6, 6}));
     render.scene.Remove(square);
     EXPECT_EQ(vertices(), std::vector<uint32_t>{6});
+    // The first draw is the sphere's: what goes then must not pass for it
+    std::ignore = render.scene.Add(sphereOfAnotherKind());
+    render.scene.Remove(render.scene.Add(SquareOf(2, 2, false)));
+    const std::vector<uint32_t> left = vertices();
+    ASSERT_EQ(left.size(), 2u);
+    EXPECT_EQ(left[0] + left[1], 6u + counts[2]);
 }
 
 // A floor under a point light: albedo / pi * intensity / height^2 straight below, and somewhere in that pixel at

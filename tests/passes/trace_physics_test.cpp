@@ -156,7 +156,17 @@ TEST_F(TracePhysics, Trace_RouletteHasNoNumberWithoutALogarithm) {
     for (const glm::vec4& texel : render.TraceOnce(settings).values) EXPECT_NEAR(texel.x, 33.0f, 1e-2f);
 }
 
-TEST_F(TracePhysics, Trace_EmissiveTextureAndVertexColorShowThrough) {
+TEST_F(TracePhysics, Trace_VertexColorsScaleTheBaseColor) {
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f, 1.0f, 1.0f))});
+    scene.materials[0].isUnlit = true;
+    scene.meshes[0].primitives[0].colors.assign(4, {0.5f, 0.25f, 0.75f, 1.0f});
+    render.scene.SetScene(std::move(scene));
+    const FloatImage seen = render.TraceOnce(LookAt({0, 0, 2}, {0, 0, 0}, 0.8f, 4));
+    for (const glm::vec4& texel : seen.values)
+        EXPECT_LT(glm::distance(glm::vec3(texel), glm::vec3(0.25f, 0.25f, 0.75f)), 1e-6f);
+}
+
+TEST_F(TracePhysics, Trace_EmissiveTextureShowsThrough) {
     scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.0f), glm::vec3(1.0f))});
     // Upper left texel red, upper right green, lower left blue, lower right white; sRGB 0 and 255 are exact
     scene.images.push_back({.name = "four texels",
