@@ -91,6 +91,11 @@ TEST_F(SceneParts, WhatWasCopiedInTheFrameOfAnErrorIsThere) {
     expected[0] = {0, ColorOf(0)};
     expected[1] = {first->instances[0], ColorOf(1)};
     EXPECT_EQ(Seen(), expected);
+    // Nor do its copies wait for the next part, when their targets are gone
+    const auto third = render.scene.Stream(PreparedScene(SquareOf(4, 4, true)));
+    for (int frame = 0; frame < 10'000 && !third->isComplete; ++frame) Seen();
+    expected[4] = {third->instances[0], ColorOf(4)};
+    EXPECT_EQ(Seen(), expected);
 }
 
 TEST_F(SceneParts, WhatAStreamingPartHasBroughtStaysUntilItIsThere) {
