@@ -169,7 +169,7 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
 }
 
 TEST(Arguments, HelpAndDocsNameEveryView) {
-    std::ifstream file(test::SourceFile("docs/raster.md"));
+    std::ifstream file(test::SourceFile("docs/viewport.md"));
     const std::string page{std::istreambuf_iterator<char>(file), {}};
     const std::string help = std::get<ShowText>(Parse("render --help")).text;
     for (size_t i = 0; i < passes::kViewCount; ++i) {
@@ -201,7 +201,7 @@ TEST(Arguments, DocsListWhatEachOptionTakes) {
         ++lists;
     };
     for (const PictureSetting& setting : PictureSettingTable())
-        // The page leaves out "off" of switches, and raster.md lists the views
+        // The page leaves out "off" of switches, and viewport.md lists the views
         if (!setting.choices.empty() && setting.name != std::string("shadow-terminator") &&
             setting.name != std::string("view"))
             expect(setting.name, {setting.choices.begin(), setting.choices.end()});

@@ -148,7 +148,7 @@ TEST_F(TraceBias, Trace_ShadowTerminatorBrightensWhereLightGrazesASphereOfFewTri
     EXPECT_LT(std::abs(grazed.z - grazed.x), 0.5 * std::abs(grazed.y - grazed.x));
     EXPECT_NEAR(lit.z, lit.y, 0.02 * lit.y);
     const double before = off.Mean().y, after = on.Mean().y;
-    EXPECT_GT(after, 1.002 * before) << "the bias that docs/biases.md names";
+    EXPECT_GT(after, 1.002 * before) << "the bias that docs/sampling.md names";
     EXPECT_LT(after, 1.05 * before);
 }
 

@@ -1,5 +1,4 @@
-// The samples of docs/animation.md and docs/large-coordinates.md compile. The first names a file that is not
-// there, so they do not run.
+// The samples of docs/scenes.md compile. The first names a file that is not there, so they do not run.
 #include "animation_headers.h"  // as they stand on the page, with what they have to be enough for
 
 #include "renderer/scene/camera_view.h"
