@@ -6,6 +6,7 @@
 
 #include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/group_kinds.h"
+#include "renderer/gpu_scene/scene_context.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {
@@ -40,6 +41,100 @@ GroupResources CopyOf(const GroupResources& group, DeviceArray<gpu::GeometryReco
     copy.bounds = group.bounds;
     copy.base = group.base;
     return copy;
+}
+
+// The poses of the plan's copies as the scene has them.
+std::unique_ptr<DeformResources> PosesOf(const scene::SceneData& scene, const DeformPlan& plan) {
+    auto result = std::make_unique<DeformResources>();
+    result->meshOf = plan.copyOf;
+    result->skins.resize(scene.skins.size());
+    const std::vector<scene::PlacedTransform> nodeToWorld = scene::WorldTransforms(scene);
+    for (const DeformedCopy& copy : plan.copies) {
+        DeformedMesh& mesh = result->meshes.emplace_back();
+        const scene::Instance& instance = scene.instances[copy.instances.front()];
+        mesh.mesh = copy.mesh;
+        mesh.instances = copy.instances;
+        mesh.skin = copy.skin;
+        mesh.firstWeight = static_cast<uint32_t>(result->weights.size());
+        if (copy.hasTargets) {
+            const std::span<const float> weights = scene::MorphWeights(scene, instance);
+            mesh.weightCount = static_cast<uint32_t>(weights.size());
+            result->weights.insert(result->weights.end(), weights.begin(), weights.end());
+        }
+        if (copy.skin == scene::kNone || result->skins[copy.skin].count > 0) continue;
+        const scene::Skin& skin = scene.skins[copy.skin];
+        SkinMatrices& range = result->skins[copy.skin];
+        range = {.first = static_cast<uint32_t>(result->matrices.size()),
+                 .count = static_cast<uint32_t>(skin.joints.size()),
+                 .isDue = true};
+        result->matrices.resize(range.first + range.count);
+        scene::JointMatrices(nodeToWorld, skin, {instance.objectToWorld, instance.translationRest},
+                             std::span(result->matrices).subspan(range.first));
+    }
+    return result;
+}
+
+// Gives each copy its groups: those of its mesh, if that is not drawn otherwise, or else ones of its own.
+void AddGroups(DeformResources& deform, const DeformPlan& plan, SceneGeometry& geometry) {
+    for (size_t i = 0; i < plan.copies.size(); ++i) {
+        DeformedMesh& copy = deform.meshes[i];
+        const bool isFirst = i == 0 || plan.copies[i - 1].mesh != copy.mesh;
+        geometry.meshes[copy.mesh].isDeformed = true;
+        const MeshResources base = geometry.meshes[copy.mesh];
+        if (!isFirst || plan.isBaseShapeDrawn[copy.mesh]) {
+            copy.mesh = static_cast<uint32_t>(geometry.meshes.size());
+            MeshResources& added = geometry.meshes.emplace_back(base);
+            added.isCopy = true;
+            added.firstGroup = static_cast<uint32_t>(geometry.groups.size());
+            for (uint32_t group = 0; group < base.groupCount; ++group)
+                geometry.groups.push_back(CopyOf(geometry.groups[base.firstGroup + group], geometry.records));
+        }
+        for (const uint32_t instance : copy.instances) geometry.meshOf[instance] = copy.mesh;
+        const uint32_t firstGroup = geometry.meshes[copy.mesh].firstGroup;
+        for (uint32_t group = 0; group < base.groupCount; ++group)
+            if (geometry.groups[firstGroup + group].base)
+                copy.groups.push_back({.group = firstGroup + group});
+    }
+}
+
+// Gives the groups of a copy their part of the streams. With a `next` of 0 only the size is found.
+void PlaceStreams(DeformResources& deform, DeformedMesh& mesh, SceneGeometry& geometry,
+                  VkDeviceAddress& next) {
+    const auto take = [&](uint64_t bytes) {
+        const VkDeviceAddress address = next;
+        next += AlignStream(bytes);
+        return address;
+    };
+    mesh.firstRecord = static_cast<uint32_t>(deform.records.size());
+    for (const DeformedGroup& deformed : mesh.groups) {
+        GroupResources& group = geometry.groups[deformed.group];
+        group.record.positions = take(group.base->vertexCount * sizeof(glm::vec3));
+        for (size_t i = 0; i < group.base->parts.size(); ++i) {
+            const BaseShape::Part& part = group.base->parts[i];
+            gpu::GeometryRecord& shown = geometry.records.Edit(group.record.firstGeometry + i);
+            gpu::DeformRecord record = part.record;
+            const size_t end = i + 1 < group.base->parts.size() ? group.base->parts[i + 1].firstVertex
+                                                                : group.base->vertexCount;
+            record.vertexCount = static_cast<uint32_t>(end - part.firstVertex);
+            record.deformedPositions = group.record.positions + part.firstVertex * sizeof(glm::vec3);
+            if (record.normals != 0) {
+                record.deformedNormals = take(record.vertexCount * sizeof(glm::vec3));
+                shown.normals = record.deformedNormals - part.firstVertex * sizeof(glm::vec3);
+            }
+            if (record.tangents != 0) {
+                record.deformedTangents = take(record.vertexCount * sizeof(glm::vec4));
+                shown.tangents = record.deformedTangents - part.firstVertex * sizeof(glm::vec4);
+            }
+            if (mesh.skin == scene::kNone)
+                record.perVertex = 0;
+            else
+                record.firstMatrix = deform.skins[mesh.skin].first;
+            if (mesh.weightCount == 0) record.targetCount = 0;
+            record.firstWeight = mesh.firstWeight;
+            deform.records.push_back(record);
+        }
+    }
+    mesh.recordCount = static_cast<uint32_t>(deform.records.size()) - mesh.firstRecord;
 }
 
 }  // namespace
@@ -117,128 +212,22 @@ void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {
     }
 }
 
-DeformUpload::DeformUpload(const scene::SceneData& scene)
-    : m_plan(PlanDeformation(scene)), m_result(std::make_unique<DeformResources>()) {
-    DeformResources& result = *m_result;
-    result.meshOf.assign(scene.instances.size(), scene::kNone);
-    result.skins.resize(scene.skins.size());
-    const std::vector<scene::PlacedTransform> nodeToWorld = scene::WorldTransforms(scene);
-    for (const DeformedCopy& copy : m_plan.copies) {
-        DeformedMesh& mesh = result.meshes.emplace_back();
-        const scene::Instance& instance = scene.instances[copy.instances.front()];
-        for (const uint32_t index : copy.instances)
-            result.meshOf[index] = static_cast<uint32_t>(result.meshes.size() - 1);
-        mesh.instances = copy.instances;
-        mesh.skin = copy.skin;
-        mesh.firstWeight = static_cast<uint32_t>(result.weights.size());
-        if (copy.hasTargets) {
-            const std::span<const float> weights = scene::MorphWeights(scene, instance);
-            mesh.weightCount = static_cast<uint32_t>(weights.size());
-            result.weights.insert(result.weights.end(), weights.begin(), weights.end());
-        }
-        if (copy.skin == scene::kNone || result.skins[copy.skin].count > 0) continue;
-        const scene::Skin& skin = scene.skins[copy.skin];
-        SkinMatrices& range = result.skins[copy.skin];
-        range = {.first = static_cast<uint32_t>(result.matrices.size()),
-                 .count = static_cast<uint32_t>(skin.joints.size()),
-                 .isDue = true};
-        result.matrices.resize(range.first + range.count);
-        scene::JointMatrices(nodeToWorld, skin, {instance.objectToWorld, instance.translationRest},
-                             std::span(result.matrices).subspan(range.first));
-    }
-}
-
-std::pair<size_t, size_t> DeformUpload::CopiesOf(uint32_t mesh) const {
-    const auto found = std::ranges::equal_range(m_plan.copies, mesh, {}, &DeformedCopy::mesh);
-    const auto first = static_cast<size_t>(found.begin() - m_plan.copies.begin());
-    return {first, first + found.size()};
-}
-
-MeshUse DeformUpload::UseOf(uint32_t mesh) const {
-    const auto [first, end] = CopiesOf(mesh);
-    return {.isDeformed = first < end, .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
-}
-
-void DeformUpload::AddCopiesOf(uint32_t mesh, SceneGeometry& geometry) {
-    const MeshResources base = geometry.meshes[mesh];
-    bool isBaseFree = !m_plan.isBaseShapeDrawn[mesh];
-    const auto [first, end] = CopiesOf(mesh);
-    for (size_t i = first; i < end; ++i) {
-        DeformedMesh& copy = m_result->meshes[i];
-        MeshResources groups = base;
-        copy.mesh = mesh;
-        if (!std::exchange(isBaseFree, false)) {
-            groups.isCopy = true;
-            groups.firstGroup = static_cast<uint32_t>(geometry.groups.size());
-            for (uint32_t group = 0; group < base.groupCount; ++group)
-                geometry.groups.push_back(CopyOf(geometry.groups[base.firstGroup + group], geometry.records));
-            copy.mesh = static_cast<uint32_t>(m_plan.isBaseShapeDrawn.size() + m_copies.size());
-            m_copies.push_back(groups);
-        }
-        for (uint32_t group = 0; group < base.groupCount; ++group)
-            if (geometry.groups[base.firstGroup + group].base)
-                copy.groups.push_back({.group = groups.firstGroup + group});
-    }
-}
-
-// Gives the groups of a copy their part of the streams. With a `next` of 0 only the size is found.
-void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneGeometry& geometry, VkDeviceAddress& next) {
-    const auto take = [&](uint64_t bytes) {
-        const VkDeviceAddress address = next;
-        next += AlignStream(bytes);
-        return address;
-    };
-    mesh.firstRecord = static_cast<uint32_t>(m_result->records.size());
-    for (const DeformedGroup& deformed : mesh.groups) {
-        GroupResources& group = geometry.groups[deformed.group];
-        group.record.positions = take(group.base->vertexCount * sizeof(glm::vec3));
-        for (size_t i = 0; i < group.base->parts.size(); ++i) {
-            const BaseShape::Part& part = group.base->parts[i];
-            gpu::GeometryRecord& shown = geometry.records.Edit(group.record.firstGeometry + i);
-            gpu::DeformRecord record = part.record;
-            const size_t end = i + 1 < group.base->parts.size() ? group.base->parts[i + 1].firstVertex
-                                                                : group.base->vertexCount;
-            record.vertexCount = static_cast<uint32_t>(end - part.firstVertex);
-            record.deformedPositions = group.record.positions + part.firstVertex * sizeof(glm::vec3);
-            if (record.normals != 0) {
-                record.deformedNormals = take(record.vertexCount * sizeof(glm::vec3));
-                shown.normals = record.deformedNormals - part.firstVertex * sizeof(glm::vec3);
-            }
-            if (record.tangents != 0) {
-                record.deformedTangents = take(record.vertexCount * sizeof(glm::vec4));
-                shown.tangents = record.deformedTangents - part.firstVertex * sizeof(glm::vec4);
-            }
-            if (mesh.skin == scene::kNone)
-                record.perVertex = 0;
-            else
-                record.firstMatrix = m_result->skins[mesh.skin].first;
-            if (mesh.weightCount == 0) record.targetCount = 0;
-            record.firstWeight = mesh.firstWeight;
-            m_result->records.push_back(record);
-        }
-    }
-    mesh.recordCount = static_cast<uint32_t>(m_result->records.size()) - mesh.firstRecord;
-}
-
-void DeformUpload::AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                             SceneGeometry& geometry) {
-    for (uint32_t mesh = 0; mesh < m_plan.isBaseShapeDrawn.size(); ++mesh) AddCopiesOf(mesh, geometry);
-    DeformResources& result = *m_result;
-    geometry.meshes.insert(geometry.meshes.end(), m_copies.begin(), m_copies.end());
-    for (size_t i = 0; i < result.meshOf.size(); ++i)
-        if (result.meshOf[i] != scene::kNone) geometry.meshOf[i] = result.meshes[result.meshOf[i]].mesh;
-
+void AddDeformedCopies(SceneContext& context, const scene::SceneData& scene, const DeformPlan& plan,
+                       SceneGeometry& geometry) {
+    std::unique_ptr<DeformResources> made = PosesOf(scene, plan);
+    DeformResources& result = *made;
+    AddGroups(result, plan, geometry);
     VkDeviceAddress bytes = 0;
-    for (DeformedMesh& mesh : result.meshes) PlaceStreams(mesh, geometry, bytes);
+    for (DeformedMesh& mesh : result.meshes) PlaceStreams(result, mesh, geometry, bytes);
     result.records.clear();
-    result.streams = device.CreateBuffer(
+    result.streams = context.device.CreateBuffer(
         {.name = "deformed streams",
          .size = std::max<uint64_t>(kStreamAlignment, bytes),
          .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput | rhi::BufferUsage::CopySource});
     geometry.streamBytes += result.streams.Size();
     VkDeviceAddress next = result.streams.Address();
     for (DeformedMesh& mesh : result.meshes) {
-        PlaceStreams(mesh, geometry, next);
+        PlaceStreams(result, mesh, geometry, next);
         result.Follow(mesh, geometry);
         for (DeformedGroup& deformed : mesh.groups) {
             GroupResources& group = geometry.groups[deformed.group];
@@ -251,17 +240,19 @@ void DeformUpload::AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::
                                       .indices = group.record.indices,
                                       .triangleCount = static_cast<uint32_t>(group.triangleCount)});
             SetFlags(blas, group.kind);
-            group.blas = builder.Add(blas);
+            group.blas = context.builder.Add(blas);
         }
     }
     result.recordBuffer =
-        CreateTable(device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
-    result.taskBuffer = CreateTable(device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
-    result.matrixBuffer = CreateTable(device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
-    result.weightBuffer = CreateTable(device, "morph weights", result.weights.size(), sizeof(float));
+        CreateTable(context.device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
+    result.taskBuffer =
+        CreateTable(context.device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
+    result.matrixBuffer =
+        CreateTable(context.device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
+    result.weightBuffer = CreateTable(context.device, "morph weights", result.weights.size(), sizeof(float));
     if (!result.records.empty())
-        uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
-    geometry.deform = std::move(m_result);
+        context.uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
+    geometry.deform = std::move(made);
 }
 
 }  // namespace raygraph

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "renderer/gpu_scene/deform_outline.h"
@@ -17,6 +16,8 @@
 #include "shaders/shared/deform_records.h"
 
 namespace raygraph {
+
+struct SceneContext;
 
 // A group as the file has it.
 struct BaseShape {
@@ -98,25 +99,9 @@ struct MeshUse {
     uint32_t treeThreads = 0;  // that build it; 0: as many as the machine has cores
 };
 
-class DeformUpload {
-  public:
-    // Of a scene that still has its meshes.
-    explicit DeformUpload(const scene::SceneData& scene);
-    MeshUse UseOf(uint32_t mesh) const;
-    // After all meshes, which are numbered as in the scene: appends the copies, with memory, records and
-    // BLASes.
-    void AddCopies(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                   SceneGeometry& geometry);
-
-  private:
-    // Of a mesh, consecutive in the plan: the first one, and past the last one.
-    std::pair<size_t, size_t> CopiesOf(uint32_t mesh) const;
-    void AddCopiesOf(uint32_t mesh, SceneGeometry& geometry);
-    void PlaceStreams(DeformedMesh& mesh, SceneGeometry& geometry, VkDeviceAddress& next);
-
-    DeformPlan m_plan;
-    std::unique_ptr<DeformResources> m_result;
-    std::vector<MeshResources> m_copies;  // of meshes that are drawn otherwise, too
-};
+// Appends the copies of the plan to the meshes of the scene, which are all there and numbered as in it; with
+// memory, records and BLASes.
+void AddDeformedCopies(SceneContext& context, const scene::SceneData& scene, const DeformPlan& plan,
+                       SceneGeometry& geometry);
 
 }  // namespace raygraph

@@ -1,6 +1,7 @@
 #include "renderer/gpu_scene/gpu_scene.h"
 
 #include <cstring>
+#include <utility>
 
 #include "base/counted.h"
 #include "base/out_of_memory.h"
@@ -63,15 +64,15 @@ std::shared_ptr<SceneUpload> GpuScene::Upload(PreparedScene&& scene) {
 
 void GpuScene::SetScene(SceneUpload& upload) {
     m_impl->RequireNoFrame("SetScene");
-    if (!upload.m_content) throw Error(ErrorKind::Usage, "GpuScene: SetScene: the scene has been set before");
+    if (upload.m_error) std::rethrow_exception(std::exchange(upload.m_error, nullptr));
+    if (!upload.m_impl) throw Error(ErrorKind::Usage, "GpuScene: SetScene: the scene has been set before");
     std::unique_ptr<SceneContent> content = std::move(upload.m_content);
-    const std::unique_ptr<ResourceUpload> resources = std::move(upload.m_resources);
-    if (upload.m_error) std::rethrow_exception(upload.m_error);
+    const std::unique_ptr<SceneUpload::Impl> taken = std::move(upload.m_impl);
     const Stopwatch watch;
     WithMemoryErrors("SetScene", [&] {
-        if (!upload.m_isDone) m_impl->streams.Complete(*resources);
-        m_impl->Replace(*content, *resources, watch);
-        m_impl->streams.End(*resources);
+        if (!taken->IsDone()) taken->Complete();
+        m_impl->Replace(*content, *taken, watch);
+        m_impl->streams.End(*taken);
         m_impl->context.disposer.Dispose(std::move(content));
     });
 }
@@ -80,21 +81,18 @@ void GpuScene::Impl::SetContent(SceneContent& content) {
     const Stopwatch watch;
     CheckLimits(context.device, content);
     context.device.CollectGarbage();  // room that there is already
-    ResourceUpload upload(context, context.uploader, content);
+    SceneUpload::Impl upload(context, context.uploader, content);
     Replace(content, upload, watch);
 }
 
-void GpuScene::Impl::Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch) {
+void GpuScene::Impl::Replace(SceneContent& content, SceneUpload::Impl& upload, const Stopwatch& watch) {
     std::optional<EnvironmentOnDevice> newEnvironment;
     std::unique_ptr<SceneObjects> newScene;
     context.uploader.FlushAfter([&] {
-        uint64_t budget = UINT64_MAX;
-        upload.Continue(budget);
-        SceneResources resources = upload.Finish(context.uploader);
+        newScene = upload.Finish();
         if (content.data.environment.IsPresent())
             newEnvironment =
                 UploadEnvironment(context.device, context.uploader, content.data.environment.map);
-        newScene = std::make_unique<SceneObjects>(context, std::move(resources), content.data);
     });
     streams.StopAll();
     scene = std::move(newScene);

@@ -6,8 +6,8 @@
 #include "base/stopwatch.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/scene_context.h"
-#include "renderer/gpu_scene/scene_objects.h"
 #include "renderer/gpu_scene/scene_streams.h"
+#include "renderer/gpu_scene/scene_upload_impl.h"
 
 namespace raygraph {
 
@@ -16,7 +16,7 @@ struct GpuScene::Impl {
 
     // These create the new scene first, so that an Error leaves the old one in place.
     void SetContent(SceneContent& content);
-    void Replace(SceneContent& content, ResourceUpload& upload, const Stopwatch& watch);
+    void Replace(SceneContent& content, SceneUpload::Impl& upload, const Stopwatch& watch);
     PrepareSettings Preparing() const {
         return {.makesTrees = context.traversal == Traversal::Own,
                 .measuresLight = context.desc.measuresLight};

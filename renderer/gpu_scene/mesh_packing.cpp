@@ -235,17 +235,4 @@ void DropVariants(PackedMesh& mesh) {
     }
 }
 
-void RenumberMaterials(PackedMesh& mesh, std::span<const uint32_t> materials) {
-    const auto renumber = [&](auto& thing) { thing.material = materials[thing.material]; };
-    for (PackedGroup& group : mesh.groups) {
-        for (GroupPart& part : group.parts) {
-            renumber(part);
-            std::ranges::for_each(part.variants, renumber);
-        }
-        std::ranges::for_each(group.records, renumber);
-        std::ranges::for_each(group.emitters.emitters, renumber);
-        std::ranges::for_each(group.emitters.variants, renumber);
-    }
-}
-
 }  // namespace raygraph

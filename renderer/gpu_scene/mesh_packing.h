@@ -64,7 +64,5 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
 
 // Keeps what it is in the variant that is shown.
 void DropVariants(PackedMesh& mesh);
-// Gives it the materials of these numbers in place of its own.
-void RenumberMaterials(PackedMesh& mesh, std::span<const uint32_t> materials);
 
 }  // namespace raygraph

@@ -39,20 +39,69 @@ rhi::BlasDesc BlasOf(const PackedGroup& group, const std::string& name, VkDevice
     return blas;
 }
 
-// Of a group whose streams have been copied. `firstGeometry` counts in its mesh.
-GroupResources FinishGroup(rhi::BlasBuilder& builder, const std::string& name, PackedGroup& group,
-                           const MeshUse& use, rhi::Buffer&& streams, uint32_t firstGeometry) {
+void RenumberMaterials(PackedGroup& group, std::span<const uint32_t> numbers) {
+    if (numbers.empty()) return;
+    const auto renumber = [&](auto& thing) { thing.material = numbers[thing.material]; };
+    for (GroupPart& part : group.parts) {
+        renumber(part);
+        std::ranges::for_each(part.variants, renumber);
+    }
+    std::ranges::for_each(group.records, renumber);
+    std::ranges::for_each(group.emitters.emitters, renumber);
+    std::ranges::for_each(group.emitters.variants, renumber);
+}
+
+}  // namespace
+
+MeshUpload::MeshUpload(SceneContext& context, rhi::Uploader& uploader, std::span<PackedMesh> meshes,
+                       std::span<const uint32_t> materials)
+    : m_context(context), m_uploader(uploader), m_meshes(meshes), m_materials(materials) {
+    for (const PackedMesh& mesh : meshes) m_bytes += mesh.Bytes();
+}
+
+bool MeshUpload::Make(uint32_t mesh, uint64_t& budget, bool mayWait) {
+    PackedMesh& packed = m_meshes[mesh];
+    while (m_groups.size() < packed.groups.size()) {
+        if (budget == 0 || (!mayWait && m_uploader.WouldWait())) return false;
+        PackedGroup& group = packed.groups[m_groups.size()];
+        if (!m_streams) {
+            m_streams = m_context.device.CreateBuffer({.name = packed.name + " streams",
+                                                       .size = group.streams.Bytes().size(),
+                                                       .usage = rhi::BufferUsage::Storage |
+                                                                rhi::BufferUsage::BuildInput |
+                                                                rhi::BufferUsage::CopyDestination});
+            PlaceGroup(group, m_streams.Address());
+            m_offset = 0;
+        }
+        const std::span<const std::byte> left = group.streams.Bytes().subspan(m_offset);
+        const std::span<const std::byte> piece = left.first(std::min<uint64_t>(left.size(), budget));
+        m_uploader.UploadBuffer(m_streams, m_offset, piece);
+        m_offset += piece.size();
+        m_copiedBytes += piece.size();
+        budget -= piece.size();
+        if (piece.size() < left.size()) return false;
+        m_groups.push_back(Finish(group, packed));
+        budget -= std::min(budget, group.triangleCount * kTriangleCost);
+        m_context.disposer.Dispose(std::exchange(group, {}));  // its memory may be needed for what follows
+    }
+    return true;
+}
+
+// Of a group whose streams have been copied.
+GroupResources MeshUpload::Finish(PackedGroup& group, const PackedMesh& mesh) {
+    RenumberMaterials(group, m_materials);
     GroupResources result;
-    result.streams = std::move(streams);
+    result.streams = std::exchange(m_streams, {});
     const VkDeviceAddress start = result.streams.Address();
-    if (!group.base || use.isBaseDrawn) result.blas = builder.Add(BlasOf(group, name, start));
+    if (!group.base || mesh.use.isBaseDrawn)
+        result.blas = m_context.builder.Add(BlasOf(group, mesh.name, start));
     result.kind = group.kind;
     result.parts = std::move(group.parts);
     result.record.positions = StreamPacker::Address(group.positions, start);
     result.record.indices = StreamPacker::Address(group.indices, start);
     result.record.triangleGeometries = StreamPacker::Address(group.geometries, start);
     result.record.triangleLights = StreamPacker::Address(group.lights, start);
-    result.record.firstGeometry = firstGeometry;
+    result.records = std::move(group.records);
     result.emitters = std::move(group.emitters.emitters);
     result.emitterVariants = std::move(group.emitters.variants);
     result.triangleCount = group.triangleCount;
@@ -60,48 +109,6 @@ GroupResources FinishGroup(rhi::BlasBuilder& builder, const std::string& name, P
     result.base = std::move(group.base);
     result.tree = std::move(group.tree);
     return result;
-}
-
-}  // namespace
-
-bool MeshUpload::Continue(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                          Disposer& disposer, uint64_t& budget) {
-    while (m_group < m_mesh.groups.size()) {
-        PackedGroup& group = m_mesh.groups[m_group];
-        if (budget == 0) return false;
-        if (!m_streams) {
-            m_streams =
-                device.CreateBuffer({.name = m_mesh.name + " streams",
-                                     .size = group.streams.Bytes().size(),
-                                     .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput |
-                                              rhi::BufferUsage::CopyDestination});
-            PlaceGroup(group, m_streams.Address());
-            m_copied = 0;
-        }
-        const std::span<const std::byte> left = group.streams.Bytes().subspan(m_copied);
-        const std::span<const std::byte> piece = left.first(std::min<uint64_t>(left.size(), budget));
-        uploader.UploadBuffer(m_streams, m_copied, piece);
-        m_copied += piece.size();
-        budget -= piece.size();
-        if (piece.size() < left.size()) return false;
-        m_result.bytes += m_streams.Size();
-        m_result.groups.push_back(FinishGroup(builder, m_mesh.name, group, m_mesh.use, std::move(m_streams),
-                                              static_cast<uint32_t>(m_result.records.size())));
-        m_result.records.insert(m_result.records.end(), group.records.begin(), group.records.end());
-        m_streams = {};
-        budget -= std::min(budget, group.triangleCount * kTriangleCost);
-        disposer.Dispose(std::exchange(group, {}));  // its memory may be needed for what follows
-        ++m_group;
-    }
-    return true;
-}
-
-UploadedMesh UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                        Disposer& disposer, PackedMesh&& mesh) {
-    MeshUpload upload(std::move(mesh));
-    uint64_t budget = UINT64_MAX;
-    upload.Continue(device, uploader, builder, disposer, budget);
-    return upload.Take();
 }
 
 }  // namespace raygraph

@@ -1,50 +1,50 @@
-// Brings packed meshes to the device, all at once or in pieces. Threads: that of the uploader.
+// Brings the packed meshes of a scene to the device, each when it is needed, at once or in pieces. For
+// renderer/gpu_scene. Threads: that of the uploader.
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "base/disposer.h"
 #include "renderer/gpu_scene/mesh_packing.h"
-#include "rhi/blas_builder.h"
+#include "renderer/gpu_scene/scene_context.h"
 #include "rhi/upload.h"
 
 namespace raygraph {
-
-// A mesh on the device that has no place in the tables yet: InstanceRecord::firstGeometry counts from the
-// first of its own records.
-struct UploadedMesh {
-    std::vector<GroupResources> groups;
-    std::vector<gpu::GeometryRecord> records;
-    uint64_t bytes = 0;  // of streams
-};
 
 // A triangle that a BLAS is built of counts as much of a frame's budget as so many bytes that are copied.
 inline constexpr uint64_t kTriangleCost = 64;
 
 class MeshUpload {
   public:
-    explicit MeshUpload(PackedMesh&& mesh) : m_mesh(std::move(mesh)) {}
+    // Refers to all of them. `materials` are the numbers on the device of the meshes' materials, which those
+    // of a mesh have before it is complete; empty: they are as the meshes have them.
+    MeshUpload(SceneContext& context, rhi::Uploader& uploader, std::span<PackedMesh> meshes,
+               std::span<const uint32_t> materials = {});
 
-    // Goes on, and copies at most `budget` bytes, which it counts down, with kTriangleCost for each triangle
-    // that is built. True: everything has been copied. Each group is disposed of after its upload. Its BLASes
-    // are added to the builder.
-    bool Continue(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder, Disposer& disposer,
-                  uint64_t& budget);
-    uint64_t CopiedBytes() const { return m_result.bytes + (m_streams ? m_copied : 0); }
-    // Once everything has been copied.
-    UploadedMesh Take() { return std::move(m_result); }
+    // Goes on with the mesh, while no other one is on its way, and copies at most `budget` bytes, which it
+    // counts down, with kTriangleCost for each triangle that is built. True: everything has been copied.
+    // Where Make may not wait for the device, it returns false instead. Each group is disposed of after its
+    // upload. Its BLAS is added to the builder.
+    bool Make(uint32_t mesh, uint64_t& budget, bool mayWait = true);
+    // The groups of the mesh that has been made.
+    std::vector<GroupResources> Take() { return std::exchange(m_groups, {}); }
+    // Bytes that all meshes together have to copy, and have copied.
+    uint64_t Bytes() const { return m_bytes; }
+    uint64_t CopiedBytes() const { return m_copiedBytes; }
 
   private:
-    PackedMesh m_mesh;
-    UploadedMesh m_result;
-    size_t m_group = 0;     // the next one
-    rhi::Buffer m_streams;  // of it, once it is begun
-    uint64_t m_copied = 0;  // bytes of it
-};
+    GroupResources Finish(PackedGroup& group, const PackedMesh& mesh);
 
-// All of it.
-UploadedMesh UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                        Disposer& disposer, PackedMesh&& mesh);
+    SceneContext& m_context;
+    rhi::Uploader& m_uploader;
+    std::span<PackedMesh> m_meshes;
+    std::span<const uint32_t> m_materials;
+    uint64_t m_bytes = 0, m_copiedBytes = 0;
+    std::vector<GroupResources> m_groups;  // of the mesh on its way: those that are there
+    rhi::Buffer m_streams;                 // of its next one, once that is begun
+    uint64_t m_offset = 0;                 // bytes of them that have been copied
+};
 
 }  // namespace raygraph

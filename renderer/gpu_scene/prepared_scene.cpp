@@ -40,15 +40,18 @@ void PackMeshes(SceneContent& content, const PrepareSettings& settings) {
     scene::SceneData& data = content.data;
     const PackingMaterials materials{MaterialRecords(data.materials, {}), LowestTextureAlphas(data)};
     const WideUse trees = TreesOf(content, settings);
+    std::vector<bool> isDeformed(data.meshes.size());
+    for (const DeformedCopy& copy : content.deform.copies) isDeformed[copy.mesh] = true;
     content.meshes.resize(data.meshes.size());
     const auto workers = static_cast<uint32_t>(std::clamp<size_t>(data.meshes.size(), 1, threadCount));
     std::atomic<uint32_t> next = 0;
     const auto work = [&] {
         EmitterFinder finder(data);
         for (uint32_t i = next++; i < data.meshes.size(); i = next++) {
-            MeshUse use = content.deform ? content.deform->UseOf(i) : MeshUse{};
-            use.tree = trees;
-            use.treeThreads = threadCount / workers;
+            const MeshUse use{.isDeformed = isDeformed[i],
+                              .isBaseDrawn = content.deform.isBaseShapeDrawn[i],
+                              .tree = trees,
+                              .treeThreads = threadCount / workers};
             content.meshes[i] = PackMesh(data.meshes[i], materials, use, finder, limits);
         }
     };
@@ -92,7 +95,7 @@ void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& setting
     ThickenInstances(data);
     m_content->hasOwnLight =
         settings.measuresLight ? HasOwnLight(data, settings.maxThreads) : MayHaveOwnLight(data);
-    if (std::ranges::any_of(data.instances, &scene::Instance::isDeformed)) m_content->deform.emplace(data);
+    m_content->deform = PlanDeformation(data);
     m_content->data = std::move(data);
     try {
         PackMeshes(*m_content, settings);

@@ -1,7 +1,6 @@
 // What is in a PreparedScene. For renderer/gpu_scene alone.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "renderer/gpu_scene/deform_resources.h"
@@ -13,7 +12,7 @@ namespace raygraph {
 struct SceneContent {
     scene::SceneData data;           // its meshes are empty
     std::vector<PackedMesh> meshes;  // in the order of the data
-    std::optional<DeformUpload> deform;
+    DeformPlan deform;
     bool hasOwnLight = false;  // see own_light.h; an environment does not count
 };
 

@@ -6,10 +6,11 @@
 
 namespace raygraph {
 
-SceneObjects::SceneObjects(SceneContext& context, SceneResources&& resources, const scene::SceneData& data)
+SceneObjects::SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials> newMaterials,
+                           std::unique_ptr<SceneGeometry> newGeometry, const scene::SceneData& data)
     : m_context(context),
-      materials(std::move(resources.materials)),
-      geometry(std::move(resources.geometry)),
+      materials(std::move(newMaterials)),
+      geometry(std::move(newGeometry)),
       instances(context.device, *geometry, data),
       blases(context.builder, *geometry, instances),
       draws(context.device, *geometry, instances),

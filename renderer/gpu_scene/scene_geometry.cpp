@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/mesh_upload.h"
 #include "renderer/gpu_scene/scene_materials.h"
 
 namespace raygraph {
@@ -15,9 +14,10 @@ SceneGeometry::SceneGeometry(rhi::Device& device) : records(device, "geometries"
 SceneGeometry::SceneGeometry(SceneGeometry&&) noexcept = default;
 SceneGeometry::~SceneGeometry() = default;
 
-uint32_t SceneGeometry::AddMesh(UploadedMesh&& mesh, SceneMaterials& materials) {
-    const auto groupCount = static_cast<uint32_t>(mesh.groups.size());
-    const auto recordCount = static_cast<uint32_t>(mesh.records.size());
+uint32_t SceneGeometry::AddMesh(std::vector<GroupResources>&& mesh, SceneMaterials& materials) {
+    const auto groupCount = static_cast<uint32_t>(mesh.size());
+    uint32_t recordCount = 0;
+    for (const GroupResources& group : mesh) recordCount += static_cast<uint32_t>(group.records.size());
     const uint32_t number = m_meshSlots.Allocate(1);
     uint32_t firstGroup = scene::kNone, firstRecord = scene::kNone;
     try {
@@ -34,16 +34,17 @@ uint32_t SceneGeometry::AddMesh(UploadedMesh&& mesh, SceneMaterials& materials) 
     }
     MeshResources& added = meshes[number] = {.firstGroup = firstGroup, .groupCount = groupCount};
     for (uint32_t i = 0; i < groupCount; ++i) {
-        GroupResources& group = groups[firstGroup + i] = std::move(mesh.groups[i]);
-        group.record.firstGeometry += firstRecord;
+        GroupResources& group = groups[firstGroup + i] = std::move(mesh[i]);
+        group.record.firstGeometry = firstRecord;
+        records.Write(firstRecord, group.records);
+        firstRecord += static_cast<uint32_t>(group.records.size());
+        for (const gpu::GeometryRecord& record : std::exchange(group.records, {})) {
+            hasVertexColors |= record.colors != 0;
+            tangentSets |= record.tangentSet;
+        }
         added.triangleCount += group.triangleCount;
+        if (group.streams) streamBytes += group.streams.Size();
     }
-    records.Write(firstRecord, mesh.records);
-    for (const gpu::GeometryRecord& record : mesh.records) {
-        hasVertexColors |= record.colors != 0;
-        tangentSets |= record.tangentSet;
-    }
-    streamBytes += mesh.bytes;
     materials.CountUsers(GroupsOf(added), 1);
     return number;
 }

@@ -65,9 +65,10 @@ struct GroupResources {
     std::vector<GroupPart> parts;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
-    VkDeviceAddress hostBlas = 0;             // a host's own, in its place
-    gpu::InstanceRecord record = NotDrawn();  // but for transform, instance and firstLight
-    std::vector<Emitter> emitters;            // until they are moved into the light set
+    VkDeviceAddress hostBlas = 0;              // a host's own, in its place
+    gpu::InstanceRecord record = NotDrawn();   // but for transform, instance and firstLight
+    std::vector<gpu::GeometryRecord> records;  // one a part, until SceneGeometry takes them
+    std::vector<Emitter> emitters;             // until they are moved into the light set
     std::vector<EmitterVariant> emitterVariants;
     uint64_t triangleCount = 0;  // 0 of round primitives
     scene::Bounds bounds;        // object space
@@ -90,8 +91,6 @@ struct MeshResources {
     bool exists = true;
 };
 
-struct UploadedMesh;
-
 struct SceneGeometry {
     // Makes geometry that the host alone has, for tests.
     SceneGeometry();
@@ -99,9 +98,9 @@ struct SceneGeometry {
     SceneGeometry(SceneGeometry&&) noexcept;
     ~SceneGeometry();
 
-    // Gives the mesh a place, and returns its number; its parts count as users of their materials. On an
-    // Error nothing has changed.
-    uint32_t AddMesh(UploadedMesh&& mesh, SceneMaterials& materials);
+    // Gives the groups of a mesh places, and returns its number; its parts count as users of their materials.
+    // On an Error nothing has changed.
+    uint32_t AddMesh(std::vector<GroupResources>&& mesh, SceneMaterials& materials);
     // Removes a mesh that nothing places.
     void RemoveMesh(uint32_t mesh, SceneMaterials& materials) noexcept;
     // Takes the slots of meshes, groups and geometries that were appended without a number.

@@ -9,6 +9,7 @@
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/host_objects.h"
+#include "renderer/gpu_scene/mesh_upload.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {
@@ -107,7 +108,7 @@ void SceneObjects::ReserveBuilds(uint32_t mesh) {
     }
 }
 
-uint32_t SceneObjects::AddMesh(UploadedMesh&& uploaded) {
+uint32_t SceneObjects::AddMesh(std::vector<GroupResources>&& uploaded) {
     const uint32_t number = geometry->AddMesh(std::move(uploaded), *materials);
     const MeshResources& mesh = geometry->meshes[number];
     try {
@@ -156,12 +157,13 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
     PackedMesh packed =
         PackMesh(part.meshes.front(), packing,
                  {.tree = m_context.traversal == Traversal::Own ? WideUse::Tree : WideUse::None}, finder);
-    RenumberMaterials(packed, used);
     std::optional<uint32_t> number;
     try {
         m_context.uploader.FlushAfter([&] {
-            number = AddMesh(UploadMesh(m_context.device, m_context.uploader, m_context.builder,
-                                        m_context.disposer, std::move(packed)));
+            MeshUpload upload(m_context, m_context.uploader, {&packed, 1}, used);
+            uint64_t budget = UINT64_MAX;
+            upload.Make(0, budget);
+            number = AddMesh(upload.Take());
         });
     } catch (...) {
         if (number) ForgetMesh(*number);
@@ -172,8 +174,8 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
 }
 
 uint32_t SceneObjects::AddMesh(const HostMesh& mesh) {
-    UploadedMesh uploaded;
-    GroupResources& group = uploaded.groups.emplace_back();
+    std::vector<GroupResources> uploaded(1);
+    GroupResources& group = uploaded.front();
     group.parts.push_back(
         {.material = mesh.material,
          .lowestAlpha = (mesh.colors ? mesh.lowestAlpha : 1.0f) * materials->TextureAlpha(mesh.material)});
@@ -182,15 +184,15 @@ uint32_t SceneObjects::AddMesh(const HostMesh& mesh) {
     group.record.indices = AddressOf(mesh.indices);
     group.triangleCount = mesh.triangleCount;
     group.bounds = mesh.bounds;
-    uploaded.records.push_back({.normals = AddressOf(mesh.normals),
-                                .tangents = AddressOf(mesh.tangents),
-                                .frameTurns = 0,
-                                .uv0 = AddressOf(mesh.uv0),
-                                .uv1 = AddressOf(mesh.uv1),
-                                .colors = AddressOf(mesh.colors),
-                                .primitives = 0,
-                                .material = mesh.material,
-                                .tangentSet = gpu::kTangentsOfAllMaps});
+    group.records.push_back({.normals = AddressOf(mesh.normals),
+                             .tangents = AddressOf(mesh.tangents),
+                             .frameTurns = 0,
+                             .uv0 = AddressOf(mesh.uv0),
+                             .uv1 = AddressOf(mesh.uv1),
+                             .colors = AddressOf(mesh.colors),
+                             .primitives = 0,
+                             .material = mesh.material,
+                             .tangentSet = gpu::kTangentsOfAllMaps});
     group.hostBlas = mesh.blas;
     if (mesh.blas == 0) {
         rhi::BlasDesc blas;

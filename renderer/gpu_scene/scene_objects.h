@@ -17,8 +17,8 @@
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
 #include "renderer/gpu_scene/part_owners.h"
-#include "renderer/gpu_scene/resource_upload.h"
 #include "renderer/gpu_scene/scene_context.h"
+#include "renderer/gpu_scene/scene_materials.h"
 #include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/wide_set.h"
 
@@ -28,12 +28,13 @@ class SceneObjects {
   public:
     // Also allocates the memory in which BLASes are built: if a frame ran out of it, neither that frame nor
     // any later one could be drawn.
-    SceneObjects(SceneContext& context, SceneResources&& resources, const scene::SceneData& data);
+    SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials> newMaterials,
+                 std::unique_ptr<SceneGeometry> newGeometry, const scene::SceneData& data);
 
     uint32_t AddMaterial(const scene::Material& material, std::span<const uint32_t> textures);
     uint32_t AddTexture(const HostTexture& texture);
     // The caller still has to reserve memory for its builds (BlasBuilder::Reserve); the other two do so.
-    uint32_t AddMesh(UploadedMesh&& uploaded);
+    uint32_t AddMesh(std::vector<GroupResources>&& uploaded);
     uint32_t AddMesh(scene::Mesh&& mesh);
     uint32_t AddMesh(const HostMesh& mesh);
     uint32_t AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible);

@@ -40,39 +40,35 @@ SceneStreams::Part SceneStreams::Begin(const char* call, PreparedScene&& part, r
     scene::SceneData& data = part.m_content->data;
     RequirePart(call, data);
     CheckLimits(m_context.device, *part.m_content);
-    Part upload{.content = std::move(part.m_content),
-                .added = std::make_shared<AddedPart>(),
-                .uploader = &with,
-                .textures = {},
-                .isVisible = scene::VisibleNodes(data)};
-    for (PackedMesh& mesh : upload.content->meshes) DropVariants(mesh);
-    if (!data.textures.empty()) {
-        uint64_t used = scene.materials->Textures().Bytes();
-        for (const Part& before : m_parts)
-            if (before.textures) used += before.textures->BytesToCome();
-        const uint64_t whole = m_context.statistics.textureBudget;
-        upload.textures.emplace(m_context.device, with, data,
-                                m_context.TextureSettings(whole - std::min(used, whole)));
-        if (const std::string& warning = upload.textures->Reduction(); !warning.empty())
-            m_context.device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
-        upload.bytes += upload.textures->Bytes();
-    }
-    for (const PackedMesh& mesh : upload.content->meshes) upload.bytes += mesh.Bytes();
-    upload.added->owner = ++m_lastOwner;
-    if (upload.content->hasOwnLight) m_context.environment.Sources().parts.insert(upload.added->owner);
-    upload.added->textures.assign(data.textures.size(), scene::kNone);
-    upload.added->materials.assign(data.materials.size(), scene::kNone);
-    upload.added->meshes.assign(data.meshes.size(), scene::kNone);
-    upload.added->instances.assign(data.instances.size(), scene::kNone);
-    upload.added->lights.assign(data.lights.size(), scene::kNone);
-    return upload;
+    for (PackedMesh& mesh : part.m_content->meshes) DropVariants(mesh);
+    const auto added = std::make_shared<AddedPart>();
+    added->owner = ++m_lastOwner;
+    added->textures.assign(data.textures.size(), scene::kNone);
+    added->materials.assign(data.materials.size(), scene::kNone);
+    added->meshes.assign(data.meshes.size(), scene::kNone);
+    added->instances.assign(data.instances.size(), scene::kNone);
+    added->lights.assign(data.lights.size(), scene::kNone);
+    uint64_t used = scene.materials->Textures().Bytes();
+    for (const Part& before : m_parts) used += before.textures.BytesToCome();
+    const uint64_t whole = m_context.statistics.textureBudget;
+    TextureUpload textures(m_context.device, with, data,
+                           m_context.TextureSettings(whole - std::min(used, whole)));
+    if (const std::string& warning = textures.Reduction(); !warning.empty())
+        m_context.device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
+    MeshUpload meshes(m_context, with, part.m_content->meshes, added->materials);
+    if (part.m_content->hasOwnLight) m_context.environment.Sources().parts.insert(added->owner);
+    return {.content = std::move(part.m_content),
+            .added = added,
+            .textures = std::move(textures),
+            .meshes = std::move(meshes),
+            .isVisible = scene::VisibleNodes(data)};
 }
 
 bool SceneStreams::BringTexture(Part& part, SceneObjects& scene, uint32_t texture, uint64_t& budget) {
     uint32_t& number = part.added->textures[texture];
     if (number != scene::kNone) return true;
-    if (!part.textures->Make(texture, budget, !part.isStreamed)) return false;
-    const SceneTexture made = part.textures->Get(texture);
+    if (!part.textures.Make(texture, budget, !part.isStreamed)) return false;
+    const SceneTexture made = part.textures.Get(texture);
     scene.owners.textures.Reserve(scene.materials->Textures().Size() + size_t{1});
     number = scene.materials->AddTextures({&made, 1}).front();
     scene.owners.textures.Set(number, part.added->owner);
@@ -94,25 +90,15 @@ bool SceneStreams::BringMaterial(Part& part, SceneObjects& scene, uint32_t mater
 bool SceneStreams::BringMesh(Part& part, SceneObjects& scene, uint32_t mesh, uint64_t& budget) {
     uint32_t& number = part.added->meshes[mesh];
     if (number != scene::kNone) return true;
-    if (!part.meshUpload) {
-        PackedMesh& packed = part.content->meshes[mesh];
-        for (const PackedGroup& group : packed.groups)
-            for (const GroupPart& groupPart : group.parts)
-                if (!BringMaterial(part, scene, groupPart.material, budget)) return false;
-        RenumberMaterials(packed, part.added->materials);
-        part.meshUpload.emplace(std::exchange(packed, {}));
-    }
-    if (part.isStreamed && part.uploader->WouldWait()) return false;
+    for (const PackedGroup& group : part.content->meshes[mesh].groups)
+        for (const GroupPart& groupPart : group.parts)
+            if (!BringMaterial(part, scene, groupPart.material, budget)) return false;
     // Its first groups are built in this frame, too: all at once would hold a frame for long
     scene.blases.NoteAdded();
-    if (!part.meshUpload->Continue(m_context.device, *part.uploader, m_context.builder, m_context.disposer,
-                                   budget))
-        return false;
-    part.meshBytes += part.meshUpload->CopiedBytes();
+    if (!part.meshes.Make(mesh, budget, !part.isStreamed)) return false;
     scene.owners.meshes.Reserve(scene.geometry->meshes.size() + 1);
-    number = scene.AddMesh(part.meshUpload->Take());
+    number = scene.AddMesh(part.meshes.Take());
     scene.owners.meshes.Set(number, part.added->owner);
-    part.meshUpload.reset();
     return true;
 }
 
@@ -147,10 +133,10 @@ bool SceneStreams::Continue(Part& part, SceneObjects& scene, uint64_t& budget) {
 }
 
 void SceneStreams::End(Parts::iterator part) {
-    if (part->textures && part->textures->IsBusy()) m_ended.push_back(std::move(*part->textures));
-    part->textures.reset();
-    m_context.disposer.Dispose(std::move(part->content));
+    if (part->textures.IsBusy()) m_ended.push_back(std::move(part->textures));
+    std::unique_ptr<SceneContent> content = std::move(part->content);
     m_parts.erase(part);
+    m_context.disposer.Dispose(std::move(content));
     if (m_parts.empty()) m_endedBytes = 0;
 }
 
@@ -193,7 +179,7 @@ StreamProgress SceneStreams::Streaming() const {
     StreamProgress progress{.bytes = m_endedBytes, .of = m_endedBytes};
     for (const Part& part : m_parts) {
         progress.bytes += part.CopiedBytes();
-        progress.of += part.bytes;
+        progress.of += part.Bytes();
     }
     // A part without bytes streams, too
     if (!m_parts.empty()) progress.of += 1;
@@ -214,18 +200,10 @@ rhi::Uploader& SceneStreams::FrameUploader() {
 
 std::shared_ptr<SceneUpload> SceneStreams::Upload(PreparedScene&& scene) {
     CheckLimits(m_context.device, *scene.m_content);
-    auto resources = std::make_unique<ResourceUpload>(m_context, FrameUploader(), *scene.m_content);
-    const std::shared_ptr<SceneUpload> upload(
-        new SceneUpload(std::move(scene.m_content), std::move(resources)));
+    auto impl = std::make_unique<SceneUpload::Impl>(m_context, FrameUploader(), *scene.m_content);
+    const std::shared_ptr<SceneUpload> upload(new SceneUpload(std::move(scene.m_content), std::move(impl)));
     m_uploads.push_back(upload);
     return upload;
-}
-
-void SceneStreams::Complete(ResourceUpload& upload) {
-    FrameUploader().FlushAfter([&] {
-        uint64_t budget = UINT64_MAX;
-        upload.Continue(budget);
-    });
 }
 
 bool SceneStreams::ContinueStream(Part& part, SceneObjects& scene, uint64_t& budget) {
@@ -253,17 +231,16 @@ std::shared_ptr<SceneUpload> SceneStreams::NextUpload() const {
 void SceneStreams::ContinueUpload(SceneUpload& upload, SceneObjects& scene, uint64_t& budget) {
     try {
         scene.blases.NoteAdded();
-        upload.m_isDone = upload.m_resources->Continue(budget, false);
+        upload.m_impl->Continue(budget, false);
         m_context.builder.Reserve();
     } catch (...) {
         upload.m_error = std::current_exception();
-        upload.m_isDone = true;
     }
     m_uploader->Flush();
     if (!upload.m_error) return;
     // Its BLASes must not stay in the builder, which would build them
-    End(*upload.m_resources);
-    upload.m_resources.reset();
+    End(*upload.m_impl);
+    upload.m_impl.reset();
 }
 
 void SceneStreams::Continue(SceneObjects& scene) {
@@ -285,7 +262,7 @@ void SceneStreams::Continue(SceneObjects& scene) {
             *added = {};
             throw;
         }
-        m_endedBytes += part.bytes;
+        m_endedBytes += part.Bytes();
         End(m_parts.begin());
     }
 }

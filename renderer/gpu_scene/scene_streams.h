@@ -9,12 +9,7 @@
 #include <vector>
 
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/mesh_upload.h"
-#include "renderer/gpu_scene/scene_content.h"
-#include "renderer/gpu_scene/scene_context.h"
-#include "renderer/gpu_scene/scene_objects.h"
-#include "renderer/gpu_scene/scene_upload.h"
-#include "renderer/gpu_scene/texture_upload.h"
+#include "renderer/gpu_scene/scene_upload_impl.h"
 
 namespace raygraph {
 
@@ -32,11 +27,9 @@ class SceneStreams {
     void Stop(uint32_t owner);
     // Ends the streams of all parts, because their scene is replaced.
     void StopAll();
-    // Copies all that is left of what Upload has begun.
-    void Complete(ResourceUpload& upload);
-    // Ends an upload whose resources a scene has taken, or that has failed. Keeps its textures until the
-    // device has finished with them.
-    void End(ResourceUpload& upload) { m_ended.push_back(upload.TakeTextures()); }
+    // Ends an upload that is finished, or has failed. Keeps its textures until the device has finished with
+    // them.
+    void End(SceneUpload::Impl& upload) { m_ended.push_back(upload.TakeTextures()); }
     // Throws Error{Usage} if the owner of that object is a part that still streams, and so may need it.
     void RequireArrived(const char* what, uint32_t index, const Owners& owners) const;
 
@@ -50,20 +43,16 @@ class SceneStreams {
     struct Part {
         std::unique_ptr<SceneContent> content;
         std::shared_ptr<AddedPart> added;
-        rhi::Uploader* uploader = nullptr;
-        std::optional<TextureUpload> textures;  // refers to the content
-        std::vector<bool> isVisible;            // by node
-        bool isStreamed = false;                // never waits for the device
-        uint64_t bytes = 0;                     // of streams and texels
-        uint64_t meshBytes = 0;                 // of streams, of the meshes that are there
+        TextureUpload textures;  // these refer to what is above
+        MeshUpload meshes;
+        std::vector<bool> isVisible;  // by node
+        bool isStreamed = false;      // never waits for the device
         // Indices in the part of what is brought next.
         uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;
-        std::optional<MeshUpload> meshUpload;  // of the mesh that is next
 
-        uint64_t CopiedBytes() const {
-            return meshBytes + (meshUpload ? meshUpload->CopiedBytes() : 0) +
-                   (textures ? textures->CopiedBytes() : 0);
-        }
+        // Of streams and texels.
+        uint64_t Bytes() const { return textures.Bytes() + meshes.Bytes(); }
+        uint64_t CopiedBytes() const { return textures.CopiedBytes() + meshes.CopiedBytes(); }
     };
     using Parts = std::list<Part>;
 

@@ -9,8 +9,7 @@
 
 namespace raygraph {
 
-class ResourceUpload;  // renderer/gpu_scene/resource_upload.h
-struct SceneContent;   // renderer/gpu_scene/scene_content.h
+struct SceneContent;  // renderer/gpu_scene/scene_content.h
 
 // What GpuScene::Upload begins. Without its owner, copying stops, and what has been copied is freed.
 class RAYGRAPH_API SceneUpload {
@@ -26,12 +25,12 @@ class RAYGRAPH_API SceneUpload {
   private:
     friend class GpuScene;
     friend class SceneStreams;
-    SceneUpload(std::unique_ptr<SceneContent> content, std::unique_ptr<ResourceUpload> resources);
+    class Impl;  // renderer/gpu_scene/scene_upload_impl.h
+    SceneUpload(std::unique_ptr<SceneContent> content, std::unique_ptr<Impl> impl);
 
-    std::unique_ptr<SceneContent> m_content;      // null: the scene has been set
-    std::unique_ptr<ResourceUpload> m_resources;  // refers to it; null: it has failed
-    bool m_isDone = false;                        // or has failed
-    std::exception_ptr m_error;
+    std::unique_ptr<SceneContent> m_content;
+    std::unique_ptr<Impl> m_impl;  // refers to the content; null: the scene has been set, or cannot be
+    std::exception_ptr m_error;    // for SetScene, which throws it once
 };
 
 }  // namespace raygraph

@@ -6,7 +6,6 @@
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/material_records.h"
-#include "renderer/gpu_scene/mesh_upload.h"
 #include "renderer/gpu_scene/scene_geometry.h"
 #include "rhi/blas_builder.h"
 #include "tests/support/vulkan_test.h"
@@ -39,9 +38,9 @@ class SceneMaterialsTest : public VulkanTest {
     Renderer renderer{Device()};
 
     uint32_t AddMesh(GroupPart&& part) {
-        UploadedMesh mesh;
-        mesh.groups.emplace_back().parts.push_back(std::move(part));
-        mesh.records.emplace_back();
+        std::vector<GroupResources> mesh(1);
+        mesh.front().parts.push_back(std::move(part));
+        mesh.front().records.emplace_back();
         return geometry.AddMesh(std::move(mesh), materials);
     }
     TraceFeatures Declare() {

@@ -1,41 +1,37 @@
-// Brings what a scene has but for its instances and lights to the device, at once or in pieces. For
-// renderer/gpu_scene. Threads: that of the uploader.
+// SceneUpload::Impl brings a scene to the device, at once or in pieces. It is for renderer/gpu_scene alone.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "renderer/gpu_scene/mesh_upload.h"
 #include "renderer/gpu_scene/scene_content.h"
 #include "renderer/gpu_scene/scene_context.h"
-#include "renderer/gpu_scene/scene_geometry.h"
-#include "renderer/gpu_scene/scene_materials.h"
+#include "renderer/gpu_scene/scene_objects.h"
+#include "renderer/gpu_scene/scene_upload.h"
 #include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph {
 
-struct SceneResources {
-    std::unique_ptr<SceneMaterials> materials;
-    std::unique_ptr<SceneGeometry> geometry;
-};
-
-class ResourceUpload {
+class SceneUpload::Impl {
   public:
     // Refers to all of them. Plans textures.
-    ResourceUpload(SceneContext& context, rhi::Uploader& uploader, SceneContent& content);
+    Impl(SceneContext& context, rhi::Uploader& uploader, SceneContent& content);
 
     // Goes on, and counts down the budget, as TextureUpload and MeshUpload do. True: textures and meshes are
-    // there. Adds the BLASes to the builder. Frees each image of the content after its upload, and disposes
-    // of each mesh.
+    // there.
     bool Continue(uint64_t& budget, bool mayWait = true);
-    // All that is left, with that uploader, after Continue has come to its end.
-    SceneResources Finish(rhi::Uploader& uploader);
+    bool IsDone() const { return m_hasMaterials && m_mesh == m_content.meshes.size(); }
+    // Copies all that Continue has left, and flushes.
+    void Complete();
+    // The same without flushing, and makes the objects of the scene with the context's uploader, which the
+    // caller flushes; if that is not its own, the upload has to be done.
+    std::unique_ptr<SceneObjects> Finish();
 
     // Bytes of streams and texels.
-    uint64_t Bytes() const { return m_bytes; }
-    uint64_t CopiedBytes() const;
+    uint64_t Bytes() const { return m_textures.Bytes() + m_meshes.Bytes(); }
+    uint64_t CopiedBytes() const { return m_textures.CopiedBytes() + m_meshes.CopiedBytes(); }
     uint64_t TextureBudget() const { return m_textureBudget; }
     // Says that textures are smaller than their images, if any are.
     const std::string& Warning() const { return m_textures.Reduction(); }
@@ -50,11 +46,11 @@ class ResourceUpload {
     SceneContent& m_content;
     uint64_t m_textureBudget;
     TextureUpload m_textures;
-    SceneResources m_resources;
+    MeshUpload m_meshes;
+    std::unique_ptr<SceneMaterials> m_materials;
+    std::unique_ptr<SceneGeometry> m_geometry;
     bool m_hasMaterials = false;
     uint32_t m_texture = 0, m_mesh = 0;  // the next ones
-    std::optional<MeshUpload> m_meshUpload;
-    uint64_t m_bytes = 0, m_meshBytes = 0;  // of all; of the meshes that are there
 };
 
 }  // namespace raygraph
