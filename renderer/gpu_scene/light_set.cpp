@@ -7,7 +7,6 @@
 
 #include "base/text.h"
 #include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
@@ -28,7 +27,7 @@ void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm:
 LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneGeometry& geometry,
                    std::span<const InstanceSet::Placement> placements, const scene::SceneData& data,
                    LightRule rule)
-    : m_device(device), m_rule(rule) {
+    : m_device(device), m_rule(rule), m_meshes(device, "lightMeshes", "UploadLightMeshes") {
     for (uint32_t i = 0; i < data.materials.size(); ++i) AddMaterial(i, data.materials[i].EmittedRadiance());
     std::vector<bool> isDeformed(geometry.groups.size());
     for (const MeshResources& mesh : geometry.meshes)

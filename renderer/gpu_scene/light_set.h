@@ -14,6 +14,7 @@
 
 #include "renderer/gpu_scene/change_list.h"
 #include "renderer/gpu_scene/deform_outline.h"
+#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_table.h"
@@ -137,9 +138,7 @@ class LightSet {
         ChangeList changed;
     };
     void Reserve(Records& records, RecordTableDesc desc);
-    void Reserve(rhi::Buffer& table, ResourceState& state, const char* name, uint64_t count,
-                 uint32_t recordBytes);
-    void NoteSize();
+    void ReserveAlias(uint64_t count);
     void NoteInstance(uint32_t instance);
     bool MayRefit() const;
     void UpdateTable(InstanceSet& instances);
@@ -171,17 +170,16 @@ class LightSet {
     bool m_areNumbersNew = true;            // the instances do not know them
     std::vector<uint32_t> m_newPlacements;  // of otherwise the same numbers, likewise
     bool m_isAliasUploadDue = true;
-    bool m_isMeshUploadDue = true;
+    bool m_isMeshAliasUploadDue = true;
     LightStatistics m_statistics;
 
     // Each has room for at least what the scene has.
     Records m_lights;
     Records m_nodes;
     rhi::Buffer m_alias;
-    rhi::Buffer m_meshes;
+    DeviceArray<gpu::LightMeshRecord> m_meshes;
     rhi::Buffer m_profiles;  // does not change
     ResourceState m_aliasState;
-    ResourceState m_meshesState;
     ResourceState m_profilesState;
 };
 

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <utility>
 
-#include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/light_set.h"
 
@@ -27,18 +26,16 @@ void LightSet::Reserve(Records& records, RecordTableDesc desc) {
     records.table = RecordTable(m_device, desc);
     records.changed = ChangeList(desc.capacity);
     records.table.AddAll();
-    NoteSize();
 }
 
-void LightSet::Reserve(rhi::Buffer& table, ResourceState& state, const char* name, uint64_t count,
-                       uint32_t recordBytes) {
-    const uint64_t capacity = table ? table.Size() / recordBytes : 0;
+void LightSet::ReserveAlias(uint64_t count) {
+    constexpr const char* kName = "light alias";
+    constexpr uint64_t kBytes = sizeof(gpu::AliasEntry);
+    const uint64_t capacity = m_alias ? m_alias.Size() / kBytes : 0;
     if (count <= capacity && capacity > 0) return;
-    table =
-        CreateTable(m_device, name, GrownCount(m_device, name, count, capacity, recordBytes), recordBytes);
-    state = {};
-    m_isAliasUploadDue = m_isMeshUploadDue = true;
-    NoteSize();
+    m_alias = CreateTable(m_device, kName, GrownCount(m_device, kName, count, capacity, kBytes), kBytes);
+    m_aliasState = {};
+    m_isAliasUploadDue = m_isMeshAliasUploadDue = true;
 }
 
 void LightSet::ReserveTables(const LightCounts& counts) {
@@ -51,15 +48,11 @@ void LightSet::ReserveTables(const LightCounts& counts) {
                       .passName = "UploadLightNodes",
                       .recordBytes = sizeof(gpu::LightNode),
                       .capacity = 2 * records});
-    Reserve(m_alias, m_aliasState, "light alias", 3 * (counts.lights + 1) + 2 * counts.triangles,
-            sizeof(gpu::AliasEntry));
-    Reserve(m_meshes, m_meshesState, "light meshes", counts.meshes, sizeof(gpu::LightMeshRecord));
-}
-
-void LightSet::NoteSize() {
+    ReserveAlias(3 * (counts.lights + 1) + 2 * counts.triangles);
+    m_meshes.Reserve(counts.meshes);
     m_statistics.tableBytes = m_lights.table.Capacity() * sizeof(gpu::LightRecord) +
-                              m_nodes.table.Capacity() * sizeof(gpu::LightNode) +
-                              (m_alias ? m_alias.Size() : 0) + (m_meshes ? m_meshes.Size() : 0);
+                              m_nodes.table.Capacity() * sizeof(gpu::LightNode) + m_alias.Size() +
+                              m_meshes.DeviceBytes();
 }
 
 bool LightSet::HasInfiniteLight() const {
@@ -78,7 +71,11 @@ void LightSet::NoteChanges(const LightTableChanges& changes) {
         for (const uint32_t light : changes.lights) m_lights.changed.Add(light);
         for (const uint32_t node : changes.nodes) m_nodes.changed.Add(node);
     }
-    m_isMeshUploadDue |= changes.isAll;
+    if (changes.isAll) {
+        m_meshes.Assign(std::vector(m_table.Meshes()));
+        m_statistics.bytesUploaded += m_meshes.Records().size_bytes();
+        m_isMeshAliasUploadDue = true;
+    }
     m_isAliasUploadDue |= changes.isAll || changes.isAlias;
     ++(changes.isRebuilt ? m_statistics.rebuilds : m_statistics.updates);
 }
@@ -149,17 +146,14 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances
     ids.lightNodes = DeclareUpload(renderer, m_nodes, m_table.NodeCount(),
                                    [this](uint32_t index) { return m_table.NodeAt(index); });
     ids.lightAlias = renderer.Import("lightAlias", m_alias, m_aliasState);
-    ids.lightMeshes = renderer.Import("lightMeshes", m_meshes, m_meshesState);
+    ids.lightMeshes = m_meshes.Declare(renderer);
     if (!m_isAliasUploadDue) return;
     renderer.AddPass(
         "UploadLightAlias", PassKind::Transfer,
-        [&](PassBuilder& pass) {
-            ids.lightAlias = pass.CopiesTo(ids.lightAlias);
-            if (m_isMeshUploadDue) ids.lightMeshes = pass.CopiesTo(ids.lightMeshes);
-        },
+        [&](PassBuilder& pass) { ids.lightAlias = pass.CopiesTo(ids.lightAlias); },
         [this](CommandList& commands) {
             RecordAlias(commands);
-            commands.OnSubmitted([this] { m_isAliasUploadDue = m_isMeshUploadDue = false; });
+            commands.OnSubmitted([this] { m_isAliasUploadDue = m_isMeshAliasUploadDue = false; });
         });
 }
 
@@ -186,12 +180,10 @@ BufferId LightSet::DeclareUpload(Renderer& renderer, Records& records, size_t co
 
 void LightSet::RecordAlias(CommandList& commands) {
     const std::span<const gpu::AliasEntry> ofMeshes(m_table.MeshAlias());
-    const std::span<const gpu::LightMeshRecord> meshes(m_table.Meshes());
     const TableCopy copies[] = {
         {std::as_bytes(std::span(m_table.Alias())), m_alias},
-        {std::as_bytes(m_isMeshUploadDue ? ofMeshes : ofMeshes.first(0)), m_alias,
+        {std::as_bytes(m_isMeshAliasUploadDue ? ofMeshes : ofMeshes.first(0)), m_alias,
          m_table.FirstMeshAlias() * sizeof(gpu::AliasEntry)},
-        {std::as_bytes(m_isMeshUploadDue ? meshes : meshes.first(0)), m_meshes},
     };
     for (const TableCopy& copy : copies) m_statistics.bytesUploaded += copy.bytes.size();
     RecordCopies(commands, m_device, "light staging", copies);
