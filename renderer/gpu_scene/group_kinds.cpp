@@ -27,8 +27,8 @@ bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
 
 // Whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
 bool IsThinWall(const gpu::MaterialRecord& material) {
-    return material.transmission > 0.0f &&
-           (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == 0u &&
+    constexpr uint32_t kKinds = gpu::kMaterialGlass | gpu::kMaterialVolume | gpu::kMaterialUnlit;
+    return (material.flags & kKinds) == gpu::kMaterialGlass &&
            MayBeSmooth(material.roughness, material.metallicRoughnessTexture);
 }
 

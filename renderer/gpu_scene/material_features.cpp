@@ -27,11 +27,11 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     const bool isDielectric =
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
     const bool isVolume = (material.flags & gpu::kMaterialVolume) != 0u;
-    const bool scattersThinly = material.transmission > 0.0f && material.scatterStrength > 0.0f && !isVolume;
+    const bool scattersThinly = material.scatterStrength > 0.0f;
     const bool isOpaque =
         material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture || scattersThinly;
     TraceFeatures features;
-    if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
+    if (isDielectric && (material.flags & gpu::kMaterialGlass) != 0u) features |= kTraceGlass;
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
     if (isDielectric && isOpaque && material.diffuseTransmission > 0.0f)

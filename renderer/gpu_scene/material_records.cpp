@@ -35,6 +35,12 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.extinction = values.Extinction();
     record.scattering = values.Scattering();
     record.scatterAnisotropy = values.ScatteringMeanCosine();
+    if (values.BoundsMedium() || values.transmissionFactor == 0.0f) record.scatterStrength = 0.0f;
+    // Of the two extensions by which a sheet scatters, the later one replaces the other
+    if (record.scatterStrength > 0.0f) record.diffuseTransmission = 0.0f;
+    const bool scattersAll =
+        record.scatterStrength >= 1.0f && record.scatterStrengthTexture == gpu::kNoTexture;
+    if (values.transmissionFactor > 0.0f && !scattersAll) record.flags |= gpu::kMaterialGlass;
     if (values.isUnlit) record.clearcoat = 0.0f;
     record.iridescenceThickness = {values.iridescenceThicknessMinimum, values.iridescenceThicknessMaximum};
     return record;

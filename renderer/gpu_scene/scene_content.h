@@ -10,7 +10,7 @@
 namespace raygraph {
 
 struct SceneContent {
-    scene::SceneData data;           // its meshes are empty
+    scene::SceneData data;           // its primitives have been taken
     std::vector<PackedMesh> meshes;  // in the order of the data
     DeformPlan deform;
     bool hasOwnLight = false;  // see own_light.h; an environment does not count

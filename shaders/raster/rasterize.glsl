@@ -35,7 +35,7 @@ bool PrepareDrawing(uint number, mat4 offsetToPicture, out Drawing drawing) {
     drawing.isCulled = draw < constants.firstOfKind[drawing.isTested ? 3 : 1];
     if ((kDrawn & kDrawnGlass) == 0u) {
         uint geometry = GeometryIndex(instances.at[drawing.source.placement], drawing.source.primitive);
-        if (materials.at[geometries.at[geometry].material].transmission > 0.0f) return false;
+        if ((materials.at[geometries.at[geometry].material].flags & kMaterialGlass) != 0u) return false;
     }
     drawing.picture = ProjectTriangle(drawing.source.placement, drawing.source.primitive,
                                       parameters.value.camera.origin, offsetToPicture);

@@ -1,4 +1,4 @@
-// Vertices of DrawBehindGlass: without transmissive surfaces.
+// Vertices of DrawBehindGlass: without surfaces of glass.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -18,7 +18,7 @@ void main() {
     uint placement = visiblePlacements.at[gl_InstanceIndex];
     Corner corner = CornerOf(placement, uint(gl_VertexIndex));
     uint geometry = GeometryIndex(instances.at[placement], corner.primitive);
-    bool isGlass = materials.at[geometries.at[geometry].material].transmission > 0.0f;
+    bool isGlass = (materials.at[geometries.at[geometry].material].flags & kMaterialGlass) != 0u;
     gl_Position = ClipPosition(parameters.value.camera, corner.position, constants.shift);
     if (isGlass) gl_Position = vec4(2.0f, 2.0f, 2.0f, 1.0f);  // all three corners: nothing is drawn
     barycentrics = corner.barycentrics;

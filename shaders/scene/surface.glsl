@@ -142,11 +142,10 @@ vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRe
     return mat3(instance.objectToWorld) * (direction.x * tangent.xyz + direction.y * bitangent);
 }
 
-// KHR_materials_scatter of a surface that bounds no medium: the share scatterStrength of what it would
-// transmit belongs to its opaque base instead, of which it is the part that passes diffusely.
+// KHR_materials_scatter of a surface that bounds no medium (of others scatterStrength is 0): that share of
+// what it would transmit belongs to its opaque base instead, of which it is the part that passes diffusely.
 void ScatterThinly(inout SurfaceMaterial material) {
-    bool isThin = (material.flags & kMaterialVolume) == 0u;
-    float scattered = isThin ? material.transmission * material.scatterStrength : 0.0f;
+    float scattered = material.transmission * material.scatterStrength;
     material.scatterStrength = scattered;
     if (!(scattered > 0.0f)) return;
     material.transmission -= scattered;

@@ -27,7 +27,7 @@ bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout Sha
     // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures
     // needlessly.
     GeometryRecord geometry = geometries.at[GeometryIndex(InstanceAt(hit.instance), hit.primitive)];
-    if (materials.at[geometry.material].transmission == 0.0f) return true;
+    if ((materials.at[geometry.material].flags & kMaterialGlass) == 0u) return true;
     Ray ray;
     ray.origin = origin;
     ray.direction = direction;

@@ -102,6 +102,8 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 // The alpha of specularColor's texture scales glossiness: roughness is 1 - (1 - that of the record) *
 // alpha.
 RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
+// Some light may pass through as through glass: there is transmission, and not all of it is scattered.
+RAYGRAPH_CONSTANT uint kMaterialGlass = 16u;
 
 // Its values and textures are those of material_list.h, with what ToRecord makes of other fields of
 // scene::Material.

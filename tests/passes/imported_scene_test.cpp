@@ -118,7 +118,7 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     ExpectNear(record.emission, {0.5f, 1.0f, 2.0f}, 1e-6f, "emission");
     EXPECT_EQ(record.alphaMode, 1u);
     EXPECT_EQ(record.alphaCutoff, 0.77f);
-    EXPECT_EQ(record.flags, gpu::kMaterialTwoSided | gpu::kMaterialVolume);
+    EXPECT_EQ(record.flags, gpu::kMaterialTwoSided | gpu::kMaterialVolume | gpu::kMaterialGlass);
     EXPECT_EQ(record.ior, 1.7f);
     EXPECT_EQ(record.specular, 0.88f);
     EXPECT_EQ(record.specularColor, glm::vec3(0.9f, 0.8f, 1.5f));

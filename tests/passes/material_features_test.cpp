@@ -8,6 +8,7 @@
 #include <string>
 
 #include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/gpu_scene/scene_geometry.h"
 #include "shaders/shared/trace_options.h"
@@ -112,11 +113,45 @@ TEST(MaterialFeatures, AreThoseOfTheLobesThatAMaterialMayHave) {
              m.diffuseTransmissionFactor = 0.1f;
          },
          kTraceMetals},
+        {"sheet that scatters a part",
+         [](Material& m) {
+             m.transmissionFactor = 1.0f;
+             m.scatterStrengthFactor = 0.5f;
+         },
+         kTraceGlass | kTraceOpaque | kTraceThinScatter | kTraceDiffuseTransmission},
+        {"sheet that scatters all",
+         [](Material& m) { m.transmissionFactor = m.scatterStrengthFactor = 1.0f; },
+         kTraceOpaque | kTraceThinScatter | kTraceDiffuseTransmission},
+        {"sheet that scatters as much as a texture says",
+         [](Material& m) {
+             m.transmissionFactor = m.scatterStrengthFactor = 1.0f;
+             m.scatterStrengthTexture = kSomeTexture;
+         },
+         kTraceGlass | kTraceOpaque | kTraceThinScatter | kTraceDiffuseTransmission},
+        {"sheet that has nothing to scatter", [](Material& m) { m.scatterStrengthFactor = 1.0f; },
+         kTraceOpaque},
         {"retroreflector", [](Material& m) { m.retroreflectionFactor = 0.1f; },
          kTraceOpaque | kTraceRetroreflection},
         {"dispersion without a medium", [](Material& m) { m.dispersion = 1.0f; }, kTraceOpaque},
     };
     for (const Row& row : rows) EXPECT_EQ(FeaturesWith(row.change), row.features) << row.what;
+}
+
+TEST(GroupKinds, SheetThatScattersAllIsNoThinWall) {
+    Material sheet;
+    sheet.metallicFactor = sheet.roughnessFactor = 0.0f;
+    sheet.transmissionFactor = 1.0f;
+    const auto isThinWall = [&] {
+        const GroupPart part;
+        return KindOf({&part, 1}, MaterialRecords({&sheet, 1}, {})).isThinWall;
+    };
+    EXPECT_TRUE(isThinWall());
+    sheet.scatterStrengthFactor = 0.5f;
+    EXPECT_TRUE(isThinWall());
+    sheet.scatterStrengthFactor = 1.0f;
+    EXPECT_FALSE(isThinWall());
+    sheet.scatterStrengthTexture = kSomeTexture;
+    EXPECT_TRUE(isThinWall());
 }
 
 TEST(MaterialFeatures, OfASceneAreThoseOfAllItsMaterials) {

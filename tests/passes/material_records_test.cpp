@@ -67,6 +67,19 @@ TEST(MaterialRecords, HaveEachNumberFromItsField) {
     EXPECT_EQ(record.diffuseTransmission, material.diffuseTransmissionFactor);
     EXPECT_EQ(record.diffuseTransmissionColor, material.diffuseTransmissionColorFactor);
     EXPECT_EQ(record.retroreflection, material.retroreflectionFactor);
+    EXPECT_EQ(record.scatterStrength, 0.0f) << "it bounds a medium";
+}
+
+TEST(MaterialRecords, SheetsScatterByOneExtension) {
+    Material material = WithDistinctNumbers();
+    material.thicknessFactor = 0.0f;
+    const gpu::MaterialRecord sheet = ToRecord(material, {});
+    EXPECT_EQ(sheet.scatterStrength, material.scatterStrengthFactor);
+    EXPECT_EQ(sheet.diffuseTransmission, 0.0f);
+    material.transmissionFactor = 0.0f;
+    const gpu::MaterialRecord leaf = ToRecord(material, {});
+    EXPECT_EQ(leaf.scatterStrength, 0.0f) << "there is nothing to scatter";
+    EXPECT_EQ(leaf.diffuseTransmission, material.diffuseTransmissionFactor);
 }
 
 TEST(MaterialRecords, UnlitOnesHaveNoCoatAndNoEmission) {

@@ -147,9 +147,13 @@ TEST_F(TraceThinWalls, Trace_PartlyTransmissivePaneWithAlphaIsDimmedByAll) {
     pane.metallicFactor = 0.2f;
     pane.alphaMode = scene::AlphaMode::Blend;
     pane.baseColorFactor.a = 0.6f;
-    SetFloorUnder({0.5f}, Sun(3.0f), pane);
-    const glm::dvec3 passed = 0.4 + 0.6 * 0.8 * 0.7 * 0.96 * glm::dvec3(kTint);
-    ExpectRadiance(View(0.25f, 1, 64), 64, glm::dvec3(kAlbedo) * passed * (3.0 / M_PI));
+    // What it scatters of that is lost to a shadow ray
+    for (const float strength : {0.0f, 0.25f}) {
+        pane.scatterStrengthFactor = strength;
+        SetFloorUnder({0.5f}, Sun(3.0f), pane);
+        const glm::dvec3 passed = 0.4 + 0.6 * 0.8 * 0.7 * 0.96 * (1.0 - strength) * glm::dvec3(kTint);
+        ExpectRadiance(View(0.25f, 1, 64), 64, glm::dvec3(kAlbedo) * passed * (3.0 / M_PI));
+    }
 }
 
 // A lamp above a pane above a floor; a second pane stands beside it, half diffuse.

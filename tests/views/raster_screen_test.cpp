@@ -156,21 +156,48 @@ TEST_F(RasterScreen, ClearGlassShowsWhatIsBehindItInItsColor) {
     EXPECT_EQ(Draw(ViewOfWindow(), 1, without).At(22, 32).y, 0.0f) << "the environment is black";
 }
 
-// What comes straight through is in the picture of what is behind; what the wall sends through diffusely is not.
+// What comes straight through is in the picture of what is behind; what the wall sends through diffusely is not. Half
+// of the pane lets it through by either extension.
 TEST_F(RasterScreen, GlassThatAlsoTransmitsDiffuselyIsLitByTheWallBehindIt) {
+    for (const bool scatters : {false, true}) {
+        scene::SceneData window = Window(0.0f);
+        scene::Material& pane = window.materials[1];
+        pane.transmissionFactor = scatters ? 1.0f : 0.5f;
+        pane.diffuseTransmissionFactor = 1.0f;
+        pane.scatterStrengthFactor = scatters ? 0.5f : 0.0f;
+        pane.scatterMeanCosine = 0.999f;
+        render.scene.SetScene(std::move(window));
+        TraceSettings settings = ViewOfWindow();
+        settings.biases.maxDepth = 1;
+        const FloatImage drawn = Draw(settings, 256, kScreen);
+        const FloatImage traced = render.Render(settings, 256).mean;
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(drawn.At(22, 32)[c], traced.At(22, 32)[c], 0.05f * traced.At(22, 32)[c]) << c;
+            EXPECT_GT(traced.At(22, 32)[c], 0.55f) << "half of what it would be as clear glass, and more";
+        }
+    }
+}
+
+// A sheet that scatters all that it would transmit is no glass: it is seen behind glass, here lit from behind.
+TEST_F(RasterScreen, SheetThatScattersAllIsSeenBehindGlass) {
     scene::SceneData window = Window(0.0f);
-    scene::Material& pane = window.materials[1];
-    pane.transmissionFactor = 0.5f;
-    pane.diffuseTransmissionFactor = 1.0f;
+    scene::Material& sheet = window.materials[0] = {};
+    sheet.metallicFactor = 0.0f;
+    sheet.transmissionFactor = sheet.scatterStrengthFactor = 1.0f;
+    scene::Light& lamp = window.lights.emplace_back();
+    lamp.intensity = 40.0f;
+    lamp.lightToWorld = Translation({0, 0, -4});
     render.scene.SetScene(std::move(window));
     TraceSettings settings = ViewOfWindow();
     settings.biases.maxDepth = 1;
-    const FloatImage drawn = Draw(settings, 256, kScreen);
-    const FloatImage traced = render.Render(settings, 256).mean;
-    for (int c = 0; c < 3; ++c) {
-        EXPECT_NEAR(drawn.At(22, 32)[c], traced.At(22, 32)[c], 0.05f * traced.At(22, 32)[c]) << c;
-        EXPECT_GT(traced.At(22, 32)[c], 0.55f) << "half of what it would be as clear glass, and more";
-    }
+    const FloatImage drawn = Draw(settings, 4, kScreen);
+    const FloatImage traced = render.Render(settings, 64).mean;
+    for (const uint32_t column : {22u, 40u})
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_GT(traced.At(column, 32)[c], 0.1f);
+            EXPECT_NEAR(drawn.At(column, 32)[c], traced.At(column, 32)[c], 0.05f * traced.At(column, 32)[c])
+                << "column " << column << ", channel " << c;
+        }
 }
 
 TEST_F(RasterScreen, RoughGlassBlursWhatIsBehindItAboutAsPathTraced) {
