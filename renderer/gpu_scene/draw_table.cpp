@@ -32,6 +32,7 @@ void DrawTable::Number(SceneGeometry& geometry, uint32_t roomFactor) {
         kind.first = first;
         kind.room *= roomFactor;
         first += kind.room;
+        kind.taken.Free(kind.taken.Allocate(kind.room), kind.room);  // Add allocates no memory then
     }
     m_draws.Assign(std::vector<gpu::DrawRecord>(first));
     // Nothing fails from here on: numbers are always those of records

@@ -1,6 +1,12 @@
 // Exhausted host memory: an Error, and everything as before.
 #include "base/out_of_memory.h"
+
+#include <new>
+#include <numeric>
+
 #include "base/error.h"
+#include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/draw_table.h"
 #include "rhi/device.h"
 #include "tests/support/error_of.h"
 #include "tests/support/failing_memory.h"
@@ -76,6 +82,48 @@ TEST_F(OutOfMemoryTest, SetScene_LeavesTheSceneThatWasThere_WhicheverAllocationF
     }
     EXPECT_TRUE(isSet);
     EXPECT_GE(failureCount, 2u);
+}
+
+// A draw that is not a group's own would be culled and drawn as another, or freed while it is taken.
+TEST_F(OutOfMemoryTest, NumbersOfDraws_StayAsTheyWere_WhicheverAllocationFails) {
+    constexpr uint32_t kFew = 100, kMany = 1000;
+    SceneGeometry geometry(*device);
+    InstanceSet instances(*device, geometry, {});
+    const auto add = [&](uint32_t group) {
+        geometry.groups.emplace_back().triangleCount = 1;
+        geometry.meshes.push_back({.firstGroup = group, .groupCount = 1});
+        instances.AddMesh(group);
+    };
+    for (uint32_t group = 0; group < kFew; ++group) add(group);
+    DrawTable draws(*device, geometry, instances);
+    for (uint32_t group = kFew; group < kMany; ++group) {
+        add(group);
+        draws.Add(geometry.groups.back());
+    }
+    const auto numbers = [&] {
+        std::vector<uint32_t> all;
+        for (const GroupResources& group : geometry.groups) all.push_back(group.record.draw);
+        return all;
+    };
+    const std::vector<uint32_t> before = numbers();
+    EXPECT_EQ(before[kFew - 1], kFew - 1);
+    EXPECT_EQ(before[kFew], gpu::kNotDrawn) << "there is room";
+    size_t failureCount = 0;
+    bool isNumbered = false;
+    while (!isNumbered && failureCount < 50) {
+        try {
+            const FailingMemory failing(4000, failureCount);
+            draws.Refresh(geometry, instances);
+            isNumbered = true;
+        } catch (const std::bad_alloc&) {
+            ++failureCount;
+            ASSERT_EQ(numbers(), before) << failureCount;
+        }
+    }
+    EXPECT_GE(failureCount, 2u);
+    std::vector<uint32_t> expected(kMany);
+    std::iota(expected.begin(), expected.end(), 0u);
+    EXPECT_EQ(numbers(), expected);
 }
 
 TEST_F(OutOfMemoryTest, Frame_IsDropped) {
