@@ -308,6 +308,7 @@ VKAPI_ATTR VkResult VKAPI_CALL CreateCompute(VkDevice device, VkPipelineCache ca
     const auto areAllHere = [&] { return state.computeCount >= state.lies.computePipelinesAtOnce; };
     state.lies.areComputePipelinesAlone |=
         !state.computeCalled.wait_for(lock, std::chrono::seconds(10), areAllHere);
+    if (state.lies.computePipelineResult != VK_SUCCESS) return state.lies.computePipelineResult;
     lock.unlock();
     std::vector<VkComputePipelineCreateInfo> real(infos, infos + count);
     for (VkComputePipelineCreateInfo& info : real)

@@ -37,7 +37,8 @@ struct Lies {
     std::vector<std::thread::id> rayTracingMakers;  // no lie: the threads that have called it
     // Not 0: a vkCreateComputePipelines waits until as many have been called, but at most ten seconds.
     uint32_t computePipelinesAtOnce = 0;
-    bool areComputePipelinesAlone = false;  // no lie: one of them has waited ten seconds for the others
+    bool areComputePipelinesAlone = false;        // no lie: one of them has waited ten seconds for the others
+    VkResult computePipelineResult = VK_SUCCESS;  // not VK_SUCCESS: vkCreateComputePipelines fails so
     // On: the device has the memory types below instead of one for all. Set before the device is made.
     bool hasSeparateMemory = false;
     uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory
