@@ -52,10 +52,6 @@ void Get(const glm::vec<Length, float>& from, double* to) {
 template <typename T>
 void Get(const T&, double*) {}
 
-float ToFloat(double number) {
-    constexpr double kMax = std::numeric_limits<float>::max();
-    return static_cast<float>(std::clamp(number, -kMax, kMax));
-}
 // With which a rotated axis is still finite.
 constexpr FieldRange kScales{-1e37f, 1e37f};
 

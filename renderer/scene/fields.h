@@ -3,6 +3,7 @@
 // camera_fields.h. For this project's own files; not installed. Threads: constants.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <string_view>
 #include <tuple>
@@ -13,6 +14,11 @@
 namespace raygraph::scene {
 
 inline constexpr float kUnboundedField = std::numeric_limits<float>::max();
+
+// Returns the nearest finite float.
+inline float ToFloat(double number) {
+    return static_cast<float>(std::clamp<double>(number, -kUnboundedField, kUnboundedField));
+}
 
 // Numbers of a field, of a vector each.
 struct FieldRange {

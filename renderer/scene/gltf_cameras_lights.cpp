@@ -10,11 +10,6 @@
 namespace raygraph::scene {
 namespace {
 
-// Finite and in its range: the schema has seen to it.
-float ToFloat(double number) {
-    return static_cast<float>(number);
-}
-
 // Half the size of an orthographic view.
 float Magnification(GltfContext& context, double value, const Place& where) {
     const float number = ToFloat(value);

@@ -58,11 +58,6 @@ Sampler ReadSampler(const gltf::Sampler& file) {
     return sampler;
 }
 
-// Finite and in its range: the schema has seen to it.
-float ToFloat(double number) {
-    return static_cast<float>(number);
-}
-
 // A color; left as it is when absent.
 template <typename Color>
 void ReadColor(const std::vector<double>& numbers, Color& color) {

@@ -16,7 +16,7 @@
 
 namespace raygraph::rhi {
 
-// Those of these tests. In GLSL kRayTypeRadiance and kRayTypeShadow.
+// The ray types of these tests have the names kRayTypeRadiance and kRayTypeShadow in GLSL.
 enum RayType : uint32_t { Radiance, Shadow };
 inline constexpr uint32_t kRayTypeCount = 2;
 
