@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -163,6 +165,9 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (pictures.Current().at) settings.at = pictures.Current().at;
     if (pictures.Current().camera) settings.camera = *pictures.Current().camera;
 
+    // A driver takes a third of a second to make a device, longer than most scenes take to load
+    std::future<std::vector<std::unique_ptr<rhi::Device>>> opening =
+        std::async(std::launch::async, [&] { return OpenDevices(arguments, group, log); });
     Progress& progress = console.progress;
     std::optional<image::ExrThreads> threads(std::in_place);
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
@@ -183,34 +188,45 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (pictures.Resumed() == nullptr)
         RequireMapFor(arguments.given, input, settings.light, "--env or --light studio");
     WarnOfDarkness(console.log, job, input);
-    const std::vector<std::unique_ptr<rhi::Device>> devices = OpenDevices(arguments, group, log);
+    std::vector<std::unique_ptr<rhi::Device>> devices = opening.get();
     std::vector<rhi::Device*> used;
     for (const auto& device : devices) used.push_back(device.get());
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);
     const passes::TonemapSettings display = DisplayFor(arguments, settings, input);
-    Session session(used, std::move(input),
-                    {.settings = settings,
-                     .aovs = job.aovs,
-                     .firstSample = job.firstSample,
-                     .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
-                                     arguments.error.has_value() || group != nullptr || settings.isAdaptive,
-                     .withSums = hasExr && arguments.exrType != ExrType::Half,
-                     .tonemap = display,
-                     .resumed = pictures.Resumed(),
-                     .tracing = arguments.tracing,
-                     .group = group});
+    std::optional<Session> session;
+    session.emplace(
+        used, std::move(input),
+        SessionDesc{.settings = settings,
+                    .aovs = job.aovs,
+                    .firstSample = job.firstSample,
+                    .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
+                                    arguments.error.has_value() || group != nullptr || settings.isAdaptive,
+                    .withSums = hasExr && arguments.exrType != ExrType::Half,
+                    .tonemap = display,
+                    .resumed = pictures.Resumed(),
+                    .tracing = arguments.tracing,
+                    .group = group});
     // An hour of rendering must not end in a camera that is not there, either
-    for (const std::string& camera : arguments.cameras) session.RequireCamera(camera);
+    for (const std::string& camera : arguments.cameras) session->RequireCamera(camera);
     progress.ShowStep("building acceleration structures, compiling shaders");
     pictures.ForgetResumed();
 
-    Rendering rendering(arguments, job, used, session, signals, console, group);
-    rendering.RenderPicture(pictures.Current());
+    Rendering rendering(arguments, job, used, *session, signals, console, group);
+    const auto renderCurrent = [&] {
+        std::function<void()> giveBack;
+        if (pictures.Left() == 1)
+            giveBack = [&] {
+                session.reset();
+                devices.clear();
+            };
+        rendering.RenderPicture(pictures.Current(), giveBack);
+    };
+    renderCurrent();
     for (pictures.Take(); !rendering.IsAskedToEnd() && pictures.FindNext(); pictures.Take()) {
         const PlannedPicture& picture = pictures.Current();
-        session.StartPicture({.at = picture.at, .camera = picture.camera, .resumed = pictures.Resumed()});
+        session->StartPicture({.at = picture.at, .camera = picture.camera, .resumed = pictures.Resumed()});
         pictures.ForgetResumed();
-        rendering.RenderPicture(picture);
+        renderCurrent();
     }
     if (rendering.IsStopped() && pictures.Left() > 0)
         console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));

@@ -1,6 +1,7 @@
 #include "editor/cli/rendering.h"
 
 #include <algorithm>
+#include <thread>
 
 #include "base/atomic_file.h"
 #include "base/counted.h"
@@ -76,7 +77,7 @@ Rendering::Rendering(const RenderArguments& arguments, const RenderJob& job,
     m_signals.StartNoting();
 }
 
-void Rendering::RenderPicture(const PlannedPicture& picture) {
+void Rendering::RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack) {
     const uint32_t before = m_session.SampleCount();
     m_sinceSave = {};
     m_notSaved.clear();
@@ -100,7 +101,7 @@ void Rendering::RenderPicture(const PlannedPicture& picture) {
         throw MakeError(ErrorKind::Io,
                         "{}: stopped while its albedo and normals were restored; nothing was written",
                         m_arguments.resume);
-    Write(picture, run, before, true);
+    Write(picture, run, before, true, giveBack);
 }
 
 bool Rendering::IsSaveDue() const {
@@ -151,10 +152,11 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     }
 }
 
-void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render) {
+void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render,
+                             const std::optional<image::Image8>& display) {
     switch (picture.kind) {
         case OutputKind::Png:
-            image::WritePng(picture.path, m_session.Display());
+            image::WritePng(picture.path, *display);
             break;
         case OutputKind::Exr:
             WriteRenderFile(picture.path, render, m_console.log.ForLibraries(),
@@ -167,11 +169,13 @@ void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render
 }
 
 void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint32_t samplesBefore,
-                      bool isEnd) {
+                      bool isEnd, const std::function<void()>& giveBack) {
     const SessionResult result = m_session.Result();
+    const uint32_t samples = m_session.SampleCount();
+    const uint64_t nonFiniteSamples = m_session.NonFiniteSamples();
     Progress& progress = m_console.progress;
     if (isEnd) {
-        progress.ShowSamples(planned.label, {.samplesDone = m_session.SampleCount(),
+        progress.ShowSamples(planned.label, {.samplesDone = samples,
                                              .samplesWanted = m_job.samplesWanted,
                                              .samplesPerSecond = run.samplesPerSecond.value_or(0.0),
                                              .relativeError = result.statistics.relativeError,
@@ -187,7 +191,10 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     for (const OutputFile& picture : pictures) files.push_back(picture.path);
     const std::filesystem::path resumed =
         m_arguments.resume.empty() ? std::filesystem::path() : Named(m_arguments.resume, planned.name);
-    const bool hasNewSamples = m_session.SampleCount() > samplesBefore;
+    std::optional<image::Image8> display;
+    if (std::ranges::any_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Png; }))
+        display = m_session.Display();
+    const bool hasNewSamples = samples > samplesBefore;
     // What can be gone on with comes first.
     std::ranges::stable_sort(pictures, {}, [&](const OutputFile& picture) {
         if (picture.path == resumed) return 0;
@@ -201,7 +208,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         const bool isToResume = isResumable && !isStream && picture.kind == OutputKind::Exr;
         (isToResume ? toResume : others).push_back(picture.path);
         outputs.Add(picture.path, [&] {
-            if (hasNewSamples || picture.path != resumed) WritePicture(picture, result.render);
+            if (hasNewSamples || picture.path != resumed) WritePicture(picture, result.render, display);
         });
     }
     if (!m_arguments.report.empty() && isEnd) {
@@ -212,9 +219,13 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
             WriteTextFile(file, ToJson(report));
         });
     }
-    std::optional<image::ExrThreads> threads(std::in_place);
-    outputs.WriteAll();
-    threads.reset();
+    {
+        // Drivers take a tenth of a second to free a device. A report asks it, and a group is left together
+        std::jthread givingBack;
+        if (giveBack && m_arguments.report.empty() && m_group == nullptr) givingBack = std::jthread(giveBack);
+        const image::ExrThreads threads;
+        outputs.WriteAll();
+    }
     for (const std::filesystem::path& file : files) {
         if (outputs.HasWritten(file)) m_notSaved.erase(file);
         if (outputs.IsTorn(file)) m_saved.erase(file);
@@ -226,12 +237,13 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     m_saved.insert(kept.begin(), kept.end());
     const std::string saved = toResume.empty() ? "" : "resumable .exr saved: " + Joined(toResume);
     if (isEnd)
-        Warn(run, saved.empty() && outputs.Result() == ExitCode::Done ? "what there is was written" : saved);
+        Warn(run, samples, nonFiniteSamples,
+             saved.empty() && outputs.Result() == ExitCode::Done ? "what there is was written" : saved);
     if (!files.empty()) progress.ShowWritten(planned.label, files);
     if (!isEnd) {
         if (!saved.empty())
             Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "{}, {}", saved,
-                Counted(m_session.SampleCount(), "sample"));
+                Counted(samples, "sample"));
         return;
     }
     if (m_result == ExitCode::Done) m_result = outputs.Result();
@@ -250,16 +262,16 @@ void Rendering::SayNotWritten(const std::filesystem::path& file, std::string_vie
     known = why;
 }
 
-void Rendering::Warn(const RunSummary& run, const std::string& outcome) {
+void Rendering::Warn(const RunSummary& run, uint32_t samples, uint64_t nonFiniteSamples,
+                     const std::string& outcome) {
     if (run.wasStopped) {
-        const uint32_t count = m_session.SampleCount();
-        const std::string samples = m_job.samplesWanted
-                                        ? Text("{} of {}", count, Counted(*m_job.samplesWanted, "sample"))
-                                        : Counted(count, "sample");
-        m_console.log.Warn("stopped after " + samples + (outcome.empty() ? "" : "; " + outcome));
+        const std::string done = m_job.samplesWanted
+                                     ? Text("{} of {}", samples, Counted(*m_job.samplesWanted, "sample"))
+                                     : Counted(samples, "sample");
+        m_console.log.Warn("stopped after " + done + (outcome.empty() ? "" : "; " + outcome));
     }
-    if (const uint64_t count = m_session.NonFiniteSamples(); count > 0)
-        m_console.log.Warn(Counted(count, "sample was", "samples were") +
+    if (nonFiniteSamples > 0)
+        m_console.log.Warn(Counted(nonFiniteSamples, "sample was", "samples were") +
                            " infinite or NaN, and counted as black");
 }
 

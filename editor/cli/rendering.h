@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -28,8 +30,10 @@ class Rendering {
     // The picture that the session has begun, until it is complete or the program is asked to end. Its files
     // are written, each on its own, in a group by the root: first the one that can be gone on with, at the
     // end the report, last devices and pipes, to which no checkpoint is written. One that cannot be written
-    // is said, and is part of Result().
-    void RenderPicture(const PlannedPicture& picture);
+    // is said, and is part of Result(). `giveBack`, of the last picture, ends the session and its devices. It
+    // is called on another thread while the files are written, which need neither, and has returned when the
+    // call does. It is not called where a report or a group needs them longer.
+    void RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack = {});
 
     // The program was asked to end; the picture may have been completed all the same.
     bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
@@ -50,13 +54,15 @@ class Rendering {
     // Whether this is the end, in all processes.
     void TakeSignals();
     bool IsSaveDue() const;
-    // Writes all files as of now. `summary`: of the run so far.
-    void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd);
-    void WritePicture(const OutputFile& picture, const RenderFile& render);
+    // Writes all files as of now. `summary`: of the run so far. `giveBack`: as of RenderPicture.
+    void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd,
+               const std::function<void()>& giveBack = {});
+    void WritePicture(const OutputFile& picture, const RenderFile& render,
+                      const std::optional<image::Image8>& display);
     // Says that a file cannot be written. Before the end, once for each reason.
     void SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd);
     // `outcome`: "", or what was written, for a run that was stopped.
-    void Warn(const RunSummary& run, const std::string& outcome);
+    void Warn(const RunSummary& run, uint32_t samples, uint64_t nonFiniteSamples, const std::string& outcome);
 
     const RenderArguments& m_arguments;
     const RenderJob& m_job;
