@@ -67,6 +67,12 @@ uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
     return std::bit_floor(std::max(static_cast<uint32_t>(most), 1u));
 }
 
+uint64_t PathCount(const TraceSettings& settings) {
+    const uint64_t pixels =
+        settings.pixels.IsGiven() ? settings.pixels.count : RegionOf(settings).PixelCount();
+    return pixels * settings.sampleCount;
+}
+
 TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                TraceOutputs outputs) {
     if (outputs.rayCounts && (outputs.parts || outputs.lightGroups))

@@ -157,6 +157,9 @@ struct TraceCounts {
     uint32_t takenPixels = 0;  // not meaningful afterwards: invocations overrun the number of pixels
     // Samples that were infinite or NaN. They are written as black, and count as samples.
     uint32_t nonFiniteSamples = 0;
+    std::array<uint32_t, 2> rayWords{};  // the low one first
+    // Of all paths, shadow rays included.
+    uint64_t Rays() const { return rayWords[0] + (uint64_t{rayWords[1]} << 32); }
 };
 
 // Where there are several samples, each texture has the rows of one below those of the one before; of the
@@ -173,11 +176,14 @@ struct TraceIds {
 // The samples of every pixel: the radiance, and the requested other outputs. A function of only (scene,
 // settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
 // several. Several keep a device busy that one does not fill, and wait for the longest path once. Unbiased
-// but for settings.biases. Ray counts are taken by the loop, and are those of any form. Error{Usage} for them
-// beside another output, for several samples, or pixels of a list, that share Roulette::Frame, which draws
-// the length of all paths of one, and for a region outside the picture.
+// but for settings.biases. Ray counts of pixels are taken by the loop, and are those of any form.
+// Error{Usage} for them beside another output, for several samples, or pixels of a list, that share
+// Roulette::Frame, which draws the length of all paths of one, and for a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
+
+// How many paths Trace follows: the samples of the pixels.
+RAYGRAPH_API uint64_t PathCount(const TraceSettings& settings);
 
 // How many samples of every pixel Trace renders best at once, a power of two up to 64. On a GPU so many paths
 // that the wait for the longest of them hardly counts, as far as an eighth of its memory holds them; on a CPU

@@ -134,7 +134,8 @@ class Wavefront {
                                           .step = step,
                                           .pathRows = m_rows.OfPath(),
                                           .isProbedOnce = isPinhole ? 1u : 0u,
-                                          .traces = traces});
+                                          .traces = traces,
+                                          .firstPaths = static_cast<uint32_t>(PathCount(m_settings))});
     }
     // All that a sample writes; `isFirst`: nothing is there yet.
     void BindOutputs(PassBuilder& pass, bool isFirst) {
@@ -186,6 +187,7 @@ class Wavefront {
                 pass.Reads("waveShadows", m_shadows);
                 m_paths = pass.Updates("wavePaths", m_paths);
                 m_hits = pass.Updates("waveHits", m_hits);
+                m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
                 BindOutputs(pass, false);
             },
             Launching(LaunchAt(step)));
@@ -234,6 +236,8 @@ class Wavefront {
             "WaveFinish", PassKind::Compute,
             [&](PassBuilder& pass) {
                 pass.Compute(Shader("finish") + ".comp");
+                SetConstants(pass, kSteps);
+                pass.Reads("waveCounts", m_counts);
                 m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
                 BindOutputs(pass, false);
             },

@@ -62,7 +62,7 @@ Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, cons
                         .render = 1e3 * run.seconds};
     DescribeAcceleration(report, statistics.scene);
 
-    report.throughput = {run.samplesPerSecond, session.MeasureRaysPerSample()};
+    report.throughput = {run.samplesPerSecond, session.RaysPerSample()};
     report.image = result.statistics;
     report.nonFiniteSamples = session.NonFiniteSamples();
     report.removed = result.removed;

@@ -80,13 +80,13 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     m_renderer.Execute();
     m_submitted = count;
     m_samples = render.samples;
-    m_lastSample = static_cast<uint32_t>(m_samples.back().End() - 1);
+    m_lastRestored = static_cast<uint32_t>(m_samples.back().End() - 1);
     if (!hasAverages) m_toRestore = count;
 }
 
 void SampleFrames::RestoreSample() {
     RG_CHECK(m_toRestore > 0);
-    const uint32_t sample = m_lastSample + 1 - m_toRestore;
+    const uint32_t sample = m_lastRestored + 1 - m_toRestore;
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.Declare(sample);
     DeclareAverages(ids, m_scene.SettingsFor(sample));
@@ -141,7 +141,7 @@ passes::TraceIds SampleFrames::DeclareSamples(const SceneIds& ids, const passes:
 
 void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::TraceIds sample = DeclareSamples(ids, settings);
-    if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
+    if (TracesPaths()) m_counts.push_back({m_renderer.ReadBack(sample.counts), passes::PathCount(settings)});
     for (KeptPart& part : m_parts) KeepTraced(sample.parts[part.index], settings, part.sum.accumulation);
     if (m_plan.lightGroupCount > 0) KeepTraced(sample.lightGroups, settings, m_groups.accumulation);
     if (!m_adaptive)
@@ -212,7 +212,6 @@ void SampleFrames::RenderSamples(SampleRange samples) {
         m_samples.back().count += samples.count;
     else
         m_samples = Union(m_samples, {samples});
-    m_lastSample = static_cast<uint32_t>(samples.End() - 1);
     m_submitted += samples.count;
     m_hasPicture = false;
     NonFiniteSamples();
@@ -256,11 +255,19 @@ void SampleFrames::FinishPicture() {
 }
 
 uint64_t SampleFrames::NonFiniteSamples() {
-    while (!m_counts.empty() && m_counts.front().IsReady()) {
-        m_nonFiniteSamples += WaitForValues<passes::TraceCounts>(m_counts.front()).front().nonFiniteSamples;
-        m_counts.pop_front();
+    for (; !m_counts.empty() && m_counts.front().counts.IsReady(); m_counts.pop_front()) {
+        const auto counts = ValuesOf<passes::TraceCounts>(m_counts.front().counts).front();
+        m_nonFiniteSamples += counts.nonFiniteSamples;
+        m_rays += counts.Rays();
+        m_paths += m_counts.front().paths;
     }
     return m_nonFiniteSamples;
+}
+
+std::optional<double> SampleFrames::RaysPerSample() {
+    NonFiniteSamples();
+    if (m_paths == 0) return std::nullopt;
+    return static_cast<double>(m_rays) / static_cast<double>(m_paths);
 }
 
 void SampleFrames::WaitForSamples() {

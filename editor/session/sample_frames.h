@@ -88,9 +88,8 @@ class SampleFrames {
     // The sums of the radiance alone, with squares; zeros without a sample.
     passes::ExactSums RadianceSums();
 
-    // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
-    // Only if TracesPaths().
-    double MeasureRaysPerSample();
+    // Rays of a path, on average over all that were rendered here; none without a path.
+    std::optional<double> RaysPerSample();
     // GPU times of all frames of samples.
     const PassTimes& Times();
     bool ShowsLight() const { return passes::ShowsLight(m_plan.view); }
@@ -155,10 +154,10 @@ class SampleFrames {
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter, m_isKeepingMotion;
     bool m_hasPicture = false;
     bool m_wasSharpTraced = false;
-    uint32_t m_submitted = 0;   // samples in the picture, continued ones included
-    SampleRanges m_samples;     // which
-    uint32_t m_lastSample = 0;  // that was submitted
-    uint32_t m_toRestore = 0;   // the last ones of those that were continued
+    uint32_t m_submitted = 0;     // samples in the picture, continued ones included
+    SampleRanges m_samples;       // which
+    uint32_t m_lastRestored = 0;  // the last sample of the render that goes on
+    uint32_t m_toRestore = 0;     // the last ones of those that were continued
     // Submitted samples that may not be done: the timeline's value when they are
     struct PendingSamples {
         uint64_t doneAt;
@@ -175,8 +174,12 @@ class SampleFrames {
     Accumulated m_groups{"lightGroups"};
     std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
     Readback m_variance, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
-    std::deque<Readback> m_counts;  // TraceCounts of samples, until they have arrived
-    uint64_t m_nonFiniteSamples = 0;
+    struct CountsOfFrame {
+        Readback counts;  // TraceCounts
+        uint64_t paths;
+    };
+    std::deque<CountsOfFrame> m_counts;  // until they have arrived
+    uint64_t m_nonFiniteSamples = 0, m_rays = 0, m_paths = 0;
     std::optional<Measurement> m_measurement;  // under way
     std::optional<MeasuredError> m_error;
     PassTimes m_times;

@@ -26,7 +26,6 @@ void SampleFrames::RenderListed(uint32_t average) {
     m_pending.push_back({m_renderer.Execute(), uint64_t{samples.count} * samples.pixels.count});
     m_submitted = m_adaptive->Counts().Average();
     m_samples = {{m_plan.firstSample, m_submitted}};
-    m_lastSample = m_plan.firstSample + std::max(m_submitted, 1u) - 1;
     m_hasPicture = false;
     NonFiniteSamples();
     m_times.Add(m_renderer.TakeTimings());

@@ -1,6 +1,4 @@
-// What SampleFrames measures: the error of the picture, and the rays of a sample.
-#include <numeric>
-
+// What SampleFrames measures: the error of the picture.
 #include "base/check.h"
 #include "editor/session/error_goal.h"
 #include "editor/session/sample_frames.h"
@@ -43,20 +41,6 @@ passes::ExactSums SampleFrames::RadianceSums() {
                                     passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true));
     m_renderer.Execute();
     return sums.Values();
-}
-
-double SampleFrames::MeasureRaysPerSample() {
-    m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Declare(m_lastSample);
-    const passes::TraceIds traced =
-        passes::Trace(m_renderer, ids, m_scene.SettingsFor(m_lastSample), {.rayCounts = true});
-    const Readback readback = m_renderer.ReadBack(traced.rayCounts);
-    m_renderer.Execute();
-    const std::vector<float> rays = WaitForValues<float>(readback);
-    if (!m_adaptive) return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());
-    const AdaptiveState state = m_adaptive->Counts().State();
-    return std::inner_product(rays.begin(), rays.end(), state.counts.begin(), 0.0) /
-           static_cast<double>(state.Total());
 }
 
 }  // namespace raygraph::session

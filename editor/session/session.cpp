@@ -306,10 +306,8 @@ SessionStatistics Session::Statistics() {
             .pipelinesMs = first.Scene().GraphRenderer().PipelineCreationMs()};
 }
 
-std::optional<double> Session::MeasureRaysPerSample() {
-    SampleFrames& frames = m_impl->shared.First().Frames();
-    if (!frames.TracesPaths()) return std::nullopt;
-    return frames.MeasureRaysPerSample();
+std::optional<double> Session::RaysPerSample() {
+    return m_impl->shared.First().Frames().RaysPerSample();
 }
 
 const SceneInput& Session::Input() const {

@@ -143,9 +143,8 @@ class RAYGRAPH_API Session {
     // Of the samples that this session, or its group, rendered: infinite or NaN ones, which count as black.
     uint64_t NonFiniteSamples();
     SessionStatistics Statistics();
-    // Rays that a path of the last sample takes, on average over the pixels; none where no paths are traced.
-    // Renders that sample once more.
-    std::optional<double> MeasureRaysPerSample();
+    // Rays of a path, on average over those that the first device has rendered; none without a path.
+    std::optional<double> RaysPerSample();
     // Without scene and environment, which are on the device.
     const SceneInput& Input() const;
 

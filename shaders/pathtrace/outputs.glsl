@@ -29,7 +29,15 @@ layout(set = 0, binding = 23, rgba32f) OUTPUT_ACCESS uniform image2D transmissio
 layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passes/trace.h: TraceCounts
     uint takenCount;
     uint nonFiniteCount;
+    uint rayCount[2];  // of all paths: the low word and the high one
 } pixelQueue;
+
+// Of the paths of an invocation, or of many.
+void CountRays(uint count) {
+    if (count == 0u) return;
+    uint before = atomicAdd(pixelQueue.rayCount[0], count);
+    if (before + count < before) atomicAdd(pixelQueue.rayCount[1], 1u);
+}
 #ifdef LIGHT_GROUPS
 // A tile for each group, row by row; there may be fewer than kMaxLightGroups
 layout(set = 0, binding = 25, rgba32f) OUTPUT_ACCESS uniform image2D lightGroups;

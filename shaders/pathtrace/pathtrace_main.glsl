@@ -36,13 +36,14 @@ void main() {
     PathSettings settings = SettingsOf(parameters.value);
     uvec2 texel;
     PathState path;
+    uint rays = 0u;
     bool isGoingOn = false;
     bool isProbed = false;
     vec3 probedOrigin = vec3(0.0f);
     MediumStack cameraMedia = NoMedia();
     while (true) {
         if (!isGoingOn) {
-            if (!TakeTexel(size, texel)) return;
+            if (!TakeTexel(size, texel)) break;
             if (IsBehindList(texel)) continue;
             path = PathOf(texel);
             ClearGroups();
@@ -56,7 +57,9 @@ void main() {
         }
         isGoingOn = ExtendPath(path, settings);
         if (isGoingOn) continue;
+        rays += path.rayCount;
         BlackenIfNotFinite(path);
         StoreOutputs(ivec2(texel), path);
     }
+    CountRays(rays);
 }

@@ -1,4 +1,5 @@
-// The last kernel of a wavefront: samples that are infinite or NaN become black.
+// The last kernel of a wavefront: samples that are infinite or NaN become black, and rays are counted that no
+// other kernel counts: those which the queues name.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -11,11 +12,19 @@
 #include "scene/surface.glsl"
 
 #include "pathtrace/outputs.glsl"
+#include "pathtrace/wave_state.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (texel == ivec2(0)) {
+        // The paths of the last queue are those of the kernel before this one
+        uint rays = wave.value.firstPaths;
+        for (uint step = 0u; step < wave.value.step; ++step)
+            rays += waveCounts.at[2u * step] + waveCounts.at[2u * step + 1u];
+        CountRays(rays);
+    }
     if (any(greaterThanEqual(texel, imageSize(radiance)))) return;
     PathState path;
     path.radiance = imageLoad(radiance, texel).xyz;

@@ -23,16 +23,21 @@ void main() {
     uint count = PathCount();
     uint slot = 0u;
     PathState path;
+    uint rays = 0u;  // those of the other kernels are not among them
     bool isGoingOn = false;
     while (true) {
         if (!isGoingOn) {
             uint i = atomicAdd(pixelQueue.takenCount, 1u);
-            if (i >= count) return;
+            if (i >= count) break;
             slot = SlotAt(i);
             path = LoadPath(slot);
             LoadOutputs(TexelOf(slot), path);
+            rays -= path.rayCount;
         }
         isGoingOn = ExtendPath(path, settings);
-        if (!isGoingOn) StoreOutputs(TexelOf(slot), path);
+        if (isGoingOn) continue;
+        rays += path.rayCount;
+        StoreOutputs(TexelOf(slot), path);
     }
+    CountRays(rays);
 }

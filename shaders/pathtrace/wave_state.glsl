@@ -38,7 +38,7 @@ layout(set = 0, binding = 27, std430) WAVE_HITS_ACCESS buffer WaveHits { uvec4 a
 layout(set = 0, binding = 28, std430) WAVE_SHADOWS_ACCESS buffer WaveShadows { vec4 at[]; } waveShadows;
 // Two queues of slots, which change places at each step
 layout(set = 0, binding = 29, std430) WAVE_QUEUES_ACCESS buffer WaveQueue { uint at[]; } waveQueue;
-// For each step the number of paths in its queue, and of shadow rays; starts at 0
+// For each step the number of paths in its queue, none in the first, and of shadow rays; starts at 0
 layout(set = 0, binding = 30, std430) WAVE_QUEUES_ACCESS buffer WaveCounts { uint at[]; } waveCounts;
 layout(push_constant) uniform Wave { WaveConstants value; } wave;
 

@@ -27,11 +27,13 @@ void TracePath(uint slot) {
     StoreHit(slot, Intersect(path.ray, AlphaSeed(RngOf(uvec2(TexelOf(slot))), path.rayCount + 1u)));
 }
 
-void TraceShadow(uint at, PathSettings settings) {
+// Returns how many rays it took beyond the one that was planned.
+uint TraceShadow(uint at, PathSettings settings) {
     WaveShadow shadow = LoadShadow(at);
     ivec2 texel = TexelOf(shadow.slot);
     Sampler rng = RngOf(uvec2(texel));
     vec3 share = vec3(0.0f);
+    uint planned = shadow.rayCount;
     if (HasTraceFeature(kTraceMatchedMedia)) {
         share = ShareThroughMedia(shadow.light, shadow.wavelength, rng, shadow.rayCount);
         StoreRayCount(shadow.slot, shadow.rayCount);
@@ -39,22 +41,25 @@ void TraceShadow(uint at, PathSettings settings) {
         share = UnblockedShare(shadow.light.ray, shadow.light.distance, shadow.light.ior,
                                AlphaSeed(rng, shadow.rayCount));
     }
-    if (!(MaxComponent(share) > 0.0f)) return;
+    if (!(MaxComponent(share) > 0.0f)) return shadow.rayCount - planned;
     PathState path;
     LoadOutputs(texel, path);
     Collect(path, shadow.light.radiance * share, shadow.depth, shadow.light.lobe, shadow.light.light,
             shadow.light.triangle, settings);
     StoreOutputs(texel, path);
+    return shadow.rayCount - planned;
 }
 
 void main() {
     PathSettings settings = SettingsOf(parameters.value);
     uint paths = (wave.value.traces & kWaveTracesPaths) != 0u ? PathCount() : 0u;
     uint shadows = (wave.value.traces & kWaveTracesShadows) != 0u ? ShadowCount() : 0u;
+    uint unplanned = 0u;
     for (uint i = LaunchIndex(); i < paths + shadows; i += LaunchSize()) {
         if (i < paths)
             TracePath(SlotAt(i));
         else
-            TraceShadow(i - paths, settings);
+            unplanned += TraceShadow(i - paths, settings);
     }
+    CountRays(unplanned);
 }

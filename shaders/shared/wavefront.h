@@ -53,6 +53,7 @@ struct WaveConstants {
     uint pathRows;      // of a path
     uint isProbedOnce;  // the media of all camera rays are the same
     uint traces;        // kWaveTraces*
+    uint firstPaths;    // that the camera starts
 };
 
 #undef RAYGRAPH_CONSTANT

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "renderer/graph/readback_values.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -91,6 +93,38 @@ TEST_F(TraceContract, Trace_CountsItsRays) {
         ASSERT_EQ(rays[i], 3.0f) << "a closed box ends every path at the depth limit";
     EXPECT_TRUE(SameBits(ToFloatImage(counted), render.TraceOnce(settings)))
         << "counting must not change the picture";
+}
+
+TEST_F(TraceContract, Trace_CountsTheRaysOfAllPaths) {
+    SetBoxes();
+    TraceSettings settings = InsideBoxes();
+    settings.sampleCount = 3;
+    settings.biases.maxDepth = 12;  // more rays than a wavefront has steps
+    settings.roulette.start = 100;
+    const auto take = [&](bool ofPixels) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::TraceIds traced =
+            passes::Trace(render.renderer, ids, settings, {.rayCounts = ofPixels});
+        const Readback counts = render.renderer.ReadBack(traced.counts);
+        const Readback rays = render.renderer.ReadBack(ofPixels ? traced.rayCounts : traced.radiance);
+        render.renderer.Execute();
+        if (!ofPixels) return WaitForValues<passes::TraceCounts>(counts).front().Rays();
+        const std::vector<float> all = WaitForValues<float>(rays);
+        return static_cast<uint64_t>(std::accumulate(all.begin(), all.end(), 0.0));
+    };
+    for (const bool lightsAreOn : {false, true}) {
+        settings.lights.isOn = lightsAreOn;
+        settings.form = passes::IntegratorForm::Loop;
+        const uint64_t ofPixels = take(true);
+        EXPECT_EQ(take(false), ofPixels);
+        if (!lightsAreOn) {
+            EXPECT_EQ(ofPixels, 13 * passes::PathCount(settings));
+        }
+        settings.form = passes::IntegratorForm::Wavefront;
+        // A GPU rounds differently in each kernel
+        EXPECT_NEAR(double(take(false)), double(ofPixels), 0.001 * double(ofPixels));
+    }
 }
 
 TEST_F(TraceContract, PrimaryHits_NameInstanceMaterialAndTheFilesPrimitive) {
