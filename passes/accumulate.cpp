@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <future>
 #include <numeric>
 #include <utility>
 
@@ -259,12 +260,18 @@ std::vector<Readback> SumsReadback::Readbacks() const {
     return all;
 }
 
+// A thread for each plane: memory that is written for the first time is slow to come.
 ExactSums SumsReadback::Values() const {
     ExactSums values;
-    for (size_t k = 0; k < m_sums.size(); ++k) {
-        values.sums[k] = WaitForValues<uint32_t, ExactSums::Plane>(m_sums[k]);
-        if (m_hasSquares) values.squares[k] = WaitForValues<uint32_t, ExactSums::Plane>(m_squares[k]);
-    }
+    std::vector<std::future<ExactSums::Plane>> sums, squares;
+    const auto take = [](const Readback& from) {
+        from.Wait();
+        return std::async(std::launch::async, [from] { return ValuesOf<uint32_t, ExactSums::Plane>(from); });
+    };
+    for (const Readback& from : m_sums) sums.push_back(take(from));
+    for (size_t k = 0; k < m_squares.size() && m_hasSquares; ++k) squares.push_back(take(m_squares[k]));
+    for (size_t k = 0; k < sums.size(); ++k) values.sums[k] = sums[k].get();
+    for (size_t k = 0; k < squares.size(); ++k) values.squares[k] = squares[k].get();
     return values;
 }
 
