@@ -19,7 +19,6 @@ namespace fs = std::filesystem;
 
 // A scene's pipelines are a few hundred kilobytes to a megabyte.
 constexpr uint64_t kMaxFolderBytes = uint64_t{64} << 20;
-constexpr uint64_t kMaxKnownBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{16} << 20;
 constexpr std::string_view kSuffix = ".spv";
 
@@ -67,10 +66,11 @@ SpecializedShaders::Words SpecializedShaders::Find(std::span<const uint32_t> spi
     if (own.empty() || m_version.empty()) return nullptr;
     const Key key{HashOf(spirv, own, m_version, kChecksumStart),
                   HashOf(spirv, own, m_version, ~kChecksumStart)};
-    {
-        const std::lock_guard lock(m_mutex);
-        if (const auto known = m_known.find(key); known != m_known.end()) return known->second;
-    }
+    std::unique_lock lockOfMap(m_mutex);
+    Shader& shader = m_shaders[key];
+    lockOfMap.unlock();
+    const std::lock_guard lock(shader.mutex);
+    if (Words known = shader.words.lock()) return known;
     Words words = Load(key);
     if (!words) {
         std::vector<uint32_t> made = SpecializeSpirv(spirv, own);
@@ -78,13 +78,7 @@ SpecializedShaders::Words SpecializedShaders::Find(std::span<const uint32_t> spi
         Save(key, made);
         words = std::make_shared<const std::vector<uint32_t>>(std::move(made));
     }
-    const uint64_t bytes = words->size() * sizeof(uint32_t);
-    const std::lock_guard lock(m_mutex);
-    if (m_knownBytes + bytes > kMaxKnownBytes) {
-        m_known.clear();
-        m_knownBytes = 0;
-    }
-    if (m_known.emplace(key, words).second) m_knownBytes += bytes;
+    shader.words = words;
     return words;
 }
 

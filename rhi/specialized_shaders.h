@@ -1,5 +1,5 @@
-// SpecializedShaders: what SpecializeSpirv made (rhi/shader_specializer.h), kept in memory and on disk,
-// because a large shader takes up to a second.
+// SpecializedShaders: what SpecializeSpirv made (rhi/shader_specializer.h), kept on disk, because a large
+// shader takes up to a second; in memory only as long as somebody makes a pipeline of it.
 //
 // A file a module, "shaders/<key>.spv" in the folder of the pipeline cache. The key is a hash of module,
 // values and the specializer's version; the file says its key, size and checksum, and one that is damaged or
@@ -31,8 +31,8 @@ class SpecializedShaders {
     // (SpecializerVersion); if it is empty, no shader is specialized.
     SpecializedShaders(const std::filesystem::path& folder, Log log, std::string version);
 
-    // Null: the module has none of the values, or nothing is made of it; then it is used as it is. Throws
-    // std::bad_alloc alone.
+    // Null: the module has none of the values, or nothing is made of it; then it is used as it is. While one
+    // thread makes a shader, others that want the same wait for it. Throws std::bad_alloc alone.
     Words Find(std::span<const uint32_t> spirv, std::span<const SpecializationValue> values);
 
   private:
@@ -45,9 +45,12 @@ class SpecializedShaders {
     std::filesystem::path m_folder;
     Log m_log;
     std::string m_version;
-    std::mutex m_mutex;
-    std::map<Key, Words> m_known;
-    uint64_t m_knownBytes = 0;
+    struct Shader {
+        std::mutex mutex;  // held while it is made
+        std::weak_ptr<const std::vector<uint32_t>> words;
+    };
+    std::mutex m_mutex;  // of the map
+    std::map<Key, Shader> m_shaders;
 };
 
 }  // namespace raygraph::rhi

@@ -4,11 +4,15 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <spirv-tools/libspirv.hpp>
 #include <spirv.hpp>
+#include <thread>
+#include <vector>
 
 #include "base/read_file.h"
 #include "rhi/checksum.h"
@@ -217,6 +221,23 @@ TEST_F(SpecializedShadersTest, AreMadeOnce) {
     EXPECT_NE(*shaders.Find(FeaturesShader(), Values{{5, 2}}), expected);
     EXPECT_FALSE(shaders.Find(FeaturesShader(), Values{{11, 2}})) << "it has no such constant";
     EXPECT_EQ(log.Text(), "");
+}
+
+TEST_F(SpecializedShadersTest, ThreadsThatMissAtOnceGetTheSame) {
+    SpecializedShaders shaders({}, log.Listener(), SpecializerVersion());
+    std::array<SpecializedShaders::Words, 8> found;
+    {
+        std::vector<std::jthread> threads;
+        for (SpecializedShaders::Words& words : found)
+            threads.emplace_back([&] { words = shaders.Find(FeaturesShader(), values); });
+    }
+    ASSERT_TRUE(found[0]);
+    EXPECT_EQ(*found[0], expected);
+    for (const SpecializedShaders::Words& words : found) EXPECT_EQ(words, found[0]);
+    // Nobody else keeps them
+    const std::weak_ptr<const Words> kept = found[0];
+    found = {};
+    EXPECT_TRUE(kept.expired());
 }
 
 TEST_F(SpecializedShadersTest, FilesAreReadByTheNext) {
