@@ -138,20 +138,23 @@ class Collapse {
         best.fill(-kInfinity);
         best[0] = 0.0f;
         const glm::vec3 center = box.Center();
-        for (uint32_t i = 0; i < children.size(); ++i) {
+        std::array<std::array<float, kWideChildren>, kWideChildren> gains;
+        for (size_t i = 0; i < children.size(); ++i) {
             const glm::vec3 d = m_tree.nodes[children[i]].box.Center() - center;
-            std::array<float, kWideChildren> gains;
             for (uint32_t slot = 0; slot < kWideChildren; ++slot)
-                gains[slot] = (slot & 1u ? d.x : -d.x) + (slot & 2u ? d.y : -d.y) + (slot & 4u ? d.z : -d.z);
-            for (uint32_t set = 0; set < kSets; ++set) {
-                if (static_cast<uint32_t>(std::popcount(set)) != i + 1) continue;
-                for (uint32_t slot = 0; slot < kWideChildren; ++slot) {
-                    if ((set >> slot & 1u) == 0u) continue;
-                    const float sum = best[set ^ (1u << slot)] + gains[slot];
-                    if (!(sum > best[set])) continue;
-                    best[set] = sum;
-                    last[set] = static_cast<uint8_t>(slot);
-                }
+                gains[i][slot] =
+                    (slot & 1u ? d.x : -d.x) + (slot & 2u ? d.y : -d.y) + (slot & 4u ? d.z : -d.z);
+        }
+        // A set without one of its slots is a smaller number
+        for (uint32_t set = 1; set < kSets; ++set) {
+            const size_t i = static_cast<size_t>(std::popcount(set)) - 1;
+            if (i >= children.size()) continue;
+            for (uint32_t slots = set; slots != 0; slots &= slots - 1) {
+                const auto slot = static_cast<uint32_t>(std::countr_zero(slots));
+                const float sum = best[set ^ (1u << slot)] + gains[i][slot];
+                if (!(sum > best[set])) continue;
+                best[set] = sum;
+                last[set] = static_cast<uint8_t>(slot);
             }
         }
         uint32_t set = 0;
