@@ -14,8 +14,8 @@
 
 namespace raygraph {
 
-// What `run` returns. Error{OutOfMemory} in place of std::bad_alloc and std::length_error; `subject` names
-// the object or the call. All else passes.
+// Returns what `run` returns. std::bad_alloc and std::length_error become Error{OutOfMemory}, in which
+// `subject` names the object or the call. All other exceptions pass through.
 template <typename Run>
 decltype(auto) WithMemoryErrors(std::string_view subject, Run&& run) {
     try {

@@ -5,7 +5,7 @@
 
 #include "base/api.h"
 
-// Of these headers; the build reads the numbers from here.
+// The version of these headers; the build reads the numbers from here.
 #define RAYGRAPH_VERSION_MAJOR 0
 #define RAYGRAPH_VERSION_MINOR 1
 #define RAYGRAPH_VERSION_PATCH 0
@@ -23,8 +23,8 @@ struct Version {
 inline constexpr Version kHeaderVersion{RAYGRAPH_VERSION_MAJOR, RAYGRAPH_VERSION_MINOR,
                                         RAYGRAPH_VERSION_PATCH};
 
-// Of the library that the program runs with, which may be a later one than that of the headers it was
-// compiled with.
+// Returns the version of the library that the program runs with. It may be later than that of the headers
+// with which the program was compiled.
 RAYGRAPH_API Version LibraryVersion();
 
 }  // namespace raygraph

@@ -11,7 +11,7 @@ inline constexpr size_t kLargePageBytes = size_t{2} << 20;
 
 // New memory, zeros, in large pages if the system has them; begins with one. Null if there is none left.
 RAYGRAPH_API void* AllocateLargePages(size_t bytes) noexcept;
-// What a call for as many bytes has returned.
+// Frees what AllocateLargePages returned for the same number of bytes.
 RAYGRAPH_API void FreeLargePages(void* memory, size_t bytes) noexcept;
 
 }  // namespace raygraph::os

@@ -10,7 +10,7 @@
 
 namespace raygraph::os {
 
-// What a file had before it was to be written in place.
+// Says whether the previous content of the file was still intact when a write in place failed.
 enum class OldContent : bool { Kept, Lost };
 
 // An empty file for writing and reading, which nobody else sees until Publish. It has no name where the file

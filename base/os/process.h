@@ -13,7 +13,7 @@ double ProcessCpuSeconds();
 // Peak resident memory.
 uint64_t PeakResidentBytes();
 
-// Of the wall clock, in the time zone of this computer: "14:05:09".
+// Returns the wall-clock time in this computer's time zone: "14:05:09".
 std::string LocalTimeOfDay();
 
 // Lets writes fail instead of ending the process: those to a pipe without a reader, and those beyond the

@@ -8,7 +8,7 @@ namespace raygraph::os {
 
 void KeepLargeBlocksApart() noexcept {
 #ifdef M_MMAP_THRESHOLD
-    // What is set does not grow with the blocks that are freed
+    // A threshold that is set explicitly no longer grows with the blocks that are freed.
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
 }
