@@ -89,8 +89,8 @@ bool Compaction::IsWorthIt(const Entry& entry) const {
     return blas && entry.bytes < blas->BytesBuilt();
 }
 
-// As many as the budget allows, at least one. Without memory it is tried again later: the larger
-// structures work.
+// Takes as many structures as the budget allows, at least one. If memory is short, it tries again later: the
+// larger structures work in the meantime.
 void Compaction::ReserveSlice() {
     if (m_ready.empty()) return;
     if (m_pollsToRetry > 0) {
@@ -119,7 +119,7 @@ void Compaction::ReserveSlice() {
             Say(m_device.Log(), LogLevel::Info, log_category::kGeometry,
                 "BLAS compaction waits for memory: {}", error.what());
         m_hasRunOut = true;
-        // Those for which there was some: each of them makes room.
+        // Keep those that got memory: each of them frees some of its own when it has been copied.
         taken = done;
     }
     m_slice = std::move(slice);

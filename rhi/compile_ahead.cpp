@@ -14,7 +14,7 @@ namespace raygraph::rhi {
 
 namespace {
 
-// Of the first group that is made on a device.
+// The number of the first group that is made on a device.
 constexpr uint32_t kFirstNumber = 2;
 
 // The number of its first group on its device: what a handle of this driver is.

@@ -145,8 +145,8 @@ struct SemaphoreUse {
 struct MemoryStatistics {
     uint64_t usedBytes = 0;  // bytes of live resources
     uint64_t peakBytes = 0;  // the largest usedBytes so far
-    // Of usedBytes, resources meant for the device's own memory that had to be placed in the host's, which is
-    // slow. The first time, a warning says so.
+    // The part of usedBytes that was meant for the device's own memory but had to be placed in the host's,
+    // which is slow. A warning reports the first time.
     uint64_t fallbackBytes = 0;
 };
 

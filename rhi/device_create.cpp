@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-// Of the loader, and of `layer` if not null.
+// Returns the extensions of the loader, and those of `layer` if it is not null.
 std::vector<std::string> InstanceExtensions(const GlobalFunctions& vk, const char* layer) {
     std::vector<std::string> names;
     for (const char* source : {static_cast<const char*>(nullptr), layer}) {

@@ -47,7 +47,7 @@ class MemoryCounter {
         }
     }
     void Remove(uint64_t bytes) { m_used.fetch_sub(bytes); }
-    // Of what was added. True: there was none before.
+    // Counts bytes that had to be placed in the host's memory. Returns true if there were none before.
     bool AddFallback(uint64_t bytes) { return m_fallback.fetch_add(bytes) == 0; }
     void RemoveFallback(uint64_t bytes) { m_fallback.fetch_sub(bytes); }
     MemoryStatistics Statistics() const { return {m_used.load(), m_peak.load(), m_fallback.load()}; }

@@ -62,7 +62,8 @@ struct Extent2D {
     bool IsEmpty() const { return width == 0 || height == 0; }
 };
 
-// What covers so many texels: columns and rows of blocks, or of texels where the format has no blocks.
+// Returns the columns and rows of blocks that cover so many texels; a format without blocks has one texel a
+// block.
 RAYGRAPH_API Extent2D BlockCounts(Format format, Extent2D extent);
 // Bytes of so many texels, without padding.
 RAYGRAPH_API uint64_t ImageBytes(Format format, Extent2D extent);

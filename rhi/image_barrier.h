@@ -6,7 +6,8 @@
 
 namespace raygraph::rhi {
 
-// Of all levels and layers, within a queue family; stages and accesses are the caller's.
+// Returns a barrier for all levels and layers, without a transfer of queue family ownership. The caller sets
+// stages and accesses.
 inline VkImageMemoryBarrier2 ImageBarrier(const Texture& texture, VkImageLayout from, VkImageLayout to) {
     VkImageMemoryBarrier2 barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;

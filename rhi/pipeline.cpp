@@ -25,7 +25,7 @@ VkDescriptorSetLayout CreatePassSetLayout(Device& device, const std::string& pip
     std::vector<VkDescriptorSetLayoutBinding> bindings;
     uint32_t descriptorCount = 0;
     for (const BindingInfo& info : interface.bindings) {
-        // Of a table of addresses each is listed; the block is one binding
+        // The reflection lists each address of a table; the block that holds them is one binding.
         if (info.kind == BindingKind::BufferAddress && !bindings.empty() &&
             bindings.back().binding == info.binding) {
             bindings.back().stageFlags |= info.stages;

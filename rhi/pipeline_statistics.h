@@ -1,5 +1,5 @@
-// What a driver tells of the programs that it made of a pipeline's shaders: registers, memory on the stack,
-// occupancy. Names and units are the driver's. Threads: any.
+// Statistics of the programs that a driver compiled from a pipeline's shaders: registers, memory on the
+// stack, occupancy. Names and units are the driver's. Threads: any.
 #pragma once
 
 #include <cstdint>

@@ -138,14 +138,14 @@ class RAYGRAPH_API Texture {
     ~Texture();
 
     VkImage Image() const { return m_image; }
-    // Of all levels and layers: a 2D view of a texture of one layer, an array view of others.
+    // Returns a view of all levels and layers: a 2D view of a texture of one layer, an array view of others.
     VkImageView View() const { return m_view; }
-    // Of a part, for a shader or as a target. Error{Usage} for a part that the texture does not have, or
-    // that does not have the shape: a cube map takes six layers of a square texture.
+    // Returns a view of a part, for a shader or as a target. Throws Error{Usage} for a part that the texture
+    // does not have, or that does not have the shape: a cube map takes six layers of a square texture.
     VkImageView View(const Subresources& part, ImageShape shape) const;
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
-    // Of a resolved part; of all.
+    // RangeOf takes a resolved part.
     VkImageSubresourceRange RangeOf(const Subresources& part) const;
     VkImageSubresourceRange WholeRange() const;
     // False for a wrapped image of a host: destroying this object then frees only the views.
@@ -218,7 +218,8 @@ class RAYGRAPH_API MemoryBlock {
     MemoryBlock& operator=(MemoryBlock&& other) noexcept;
     ~MemoryBlock();
 
-    // As requested, with the one memory type that was chosen. Bound resources must fit into it.
+    // The requirements as requested, with the one memory type that was chosen. Bound resources must fit into
+    // them.
     const MemoryRequirements& Requirements() const { return m_requirements; }
     explicit operator bool() const { return m_allocation != nullptr; }
 

@@ -30,7 +30,7 @@ struct GlslSource {
 RAYGRAPH_API std::vector<uint32_t> CompileGlsl(const GlslSource& source,
                                                std::vector<std::filesystem::path>* includedFiles = nullptr);
 
-// The same with the text of the file `name` of `includeRoot`; throws Error{Io} if it cannot be read.
+// Compiles the text of the file `name` of `includeRoot`. Throws Error{Io} if it cannot be read.
 RAYGRAPH_API std::vector<uint32_t> CompileGlslFile(
     GlslSource source, std::vector<std::filesystem::path>* includedFiles = nullptr);
 

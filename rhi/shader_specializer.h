@@ -19,7 +19,7 @@ namespace raygraph::rhi {
 // Identifies what specializes: the versions of SPIRV-Tools and of this code. Empty without SPIRV-Tools.
 std::string SpecializerVersion();
 
-// Those of `values` that the module has a constant for, in the order of its declarations.
+// Returns those of `values` that the module has a constant for, in the order of its declarations.
 std::vector<SpecializationValue> ValuesOf(std::span<const uint32_t> spirv,
                                           std::span<const SpecializationValue> values);
 

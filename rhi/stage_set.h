@@ -39,7 +39,7 @@ class StageSet {
     std::vector<uint32_t> m_values;
     std::vector<VkSpecializationMapEntry> m_entries;
     VkSpecializationInfo m_specialization{};
-    // Of each stage, in parallel.
+    // These lists are parallel: one entry for each stage.
     std::vector<const uint32_t*> m_words;
     std::vector<uint32_t> m_partners;
     std::vector<StageKind> m_kinds;

@@ -1,6 +1,6 @@
-// What the entry point of a SPIR-V module uses: by the text of the functions that it calls, whatever their
-// branches depend on. Reads the module once; SPIRV-Cross reads a function again for each call of it. Threads:
-// pure functions. For rhi/ alone.
+// Finds the resources that the entry point of a SPIR-V module uses statically: all that the functions that it
+// calls name, in any branch. Reads the module once, while SPIRV-Cross reads a function again for each call of
+// it. Threads: pure functions. For rhi/ alone.
 #pragma once
 
 #include <cstdint>

@@ -49,12 +49,13 @@ RAYGRAPH_API const char* Name(ImageShape shape);  // "2D image", "array of 2D im
 
 // With counts in place of kRest, for a texture of so many levels and layers.
 RAYGRAPH_API Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers);
-// What of a resolved part such a texture does not have: "level 7, there are 5"; empty: it has all of it.
+// Returns which part of a resolved range such a texture lacks, "level 7, there are 5", or an empty text if it
+// has all of it.
 RAYGRAPH_API std::string MissingText(const Subresources& part, uint32_t levels, uint32_t layers);
 // " level 2", " levels 1-3 layer 4"; empty for all of the texture. `part` is resolved.
 RAYGRAPH_API std::string PartText(const Subresources& part, uint32_t levels, uint32_t layers);
 
-// Of resolved parts.
+// Both parts must be resolved.
 constexpr bool Overlap(const Subresources& a, const Subresources& b) {
     return a.level < b.level + b.levelCount && b.level < a.level + a.levelCount &&
            a.layer < b.layer + b.layerCount && b.layer < a.layer + a.layerCount;

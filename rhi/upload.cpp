@@ -37,7 +37,7 @@ uint64_t LevelBytes(const Texture& texture, uint32_t level) {
     return ImageBytes(texture.Desc().format, extent);
 }
 
-// Of a row of texels, or of blocks.
+// Returns the bytes of a row of texels, or of a row of blocks.
 uint64_t RowBytes(const Texture& texture, uint32_t level) {
     const Format format = texture.Desc().format;
     return ImageBytes(format, {MipExtent(texture.Extent(), level).width, BlockSide(format)});

@@ -54,8 +54,8 @@ class RAYGRAPH_API Uploader {
         UploadTexture(target, std::span(&level0, 1));
     }
 
-    // The same in pieces, over several frames for example. Texels are the caller's until it is complete, and
-    // the texture is read by nobody before.
+    // An upload in pieces, over several frames for example. The caller keeps the texels until it is complete,
+    // and nobody reads the texture before.
     struct TextureTransfer {
         const Texture* target = nullptr;
         std::vector<std::span<const std::byte>> levels;  // as UploadTexture takes them
