@@ -7,7 +7,7 @@
 namespace raygraph::image {
 namespace {
 
-// What a block of a mode consists of: counts, and numbers of bits.
+// The layout of a block of one mode: counts, and numbers of bits.
 struct Mode {
     uint8_t parts, partBits, rotationBits, selectionBits;
     uint8_t colorBits, alphaBits;  // A channel of an endpoint; no alpha bits: opaque.

@@ -23,7 +23,7 @@ constexpr size_t kDxgiFormatAt = 128, kDimensionAt = 132, kMiscFlagsAt = 136, kA
 
 // DDS_PIXELFORMAT's flags: alpha beside color, a name instead of masks, RGB, luminance.
 constexpr uint32_t kHasAlpha = 0x1, kHasFourCc = 0x4, kIsRgb = 0x40, kIsLuminance = 0x20000;
-// Of dwCaps2, and of DDS_HEADER_DXT10.
+// Values of the fields dwCaps2 and those of DDS_HEADER_DXT10.
 constexpr uint32_t kIsCube = 0x200, kIsVolume = 0x200000;
 constexpr uint32_t kTexture2d = 3, kIsCubeDx10 = 0x4, kPremultipliedDx10 = 2;
 

@@ -20,7 +20,7 @@ std::string EndIsMissing(std::string_view name);
 // Refuses an empty picture and one beyond the limits.
 void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits);
 
-// Of the formats that SniffFormat() names; each checks everything beyond the first bytes itself.
+// Decoders of the formats that SniffFormat() names. Each checks everything beyond the first bytes itself.
 Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);

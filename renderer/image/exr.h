@@ -31,7 +31,7 @@ struct ExrChannel {
 // The picture that the pixels of a file are a part of (its display window), and where they are in it (its
 // data window).
 struct ExrWindow {
-    int32_t x = 0, y = 0;  // Of the first pixel, from the picture's upper left corner.
+    int32_t x = 0, y = 0;                          // the first pixel, from the picture's upper left corner
     uint32_t pictureWidth = 0, pictureHeight = 0;  // To write, 0: there are no other pixels.
 
     bool operator==(const ExrWindow&) const = default;
@@ -54,7 +54,7 @@ struct ExrPlane {
     std::string name;
     std::variant<std::span<const float>, std::span<const uint32_t>> samples;
     uint32_t stride = 1;  // In samples.
-    bool isHalf = false;  // Of floats: stored as half floats, at most +-65504.
+    bool isHalf = false;  // in samples
 };
 
 // All channels of a single-part file with all int, float, double and string attributes that are not part of

@@ -16,8 +16,8 @@
 namespace raygraph::image {
 namespace {
 
-// Of the format (openexr.com, "OpenEXR File Layout"), by compression method: none, RLE, ZIPS, ZIP, PIZ,
-// PXR24, B44, B44A, DWAA, DWAB.
+// Scan lines in a chunk (openexr.com, "OpenEXR File Layout"), by compression method: none, RLE, ZIPS, ZIP,
+// PIZ, PXR24, B44, B44A, DWAA, DWAB.
 constexpr std::array<uint32_t, 10> kLinesPerChunk = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
 // All channels together, padded to whole chunks or tiles: 4 GiB of float32.
 constexpr uint64_t kMaxSampleCount = uint64_t{1} << 30;

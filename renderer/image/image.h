@@ -31,7 +31,7 @@ struct BlockLevels {
 
     bool IsEmpty() const { return levels.empty(); }
 };
-// Of a level of so many texels.
+// Returns the bytes of a level of so many texels.
 RAYGRAPH_API uint64_t BlockBytes(BlockCoding coding, uint32_t width, uint32_t height);
 
 // Eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height. The
@@ -56,7 +56,7 @@ struct ImageF {
 struct DecodeLimits {
     uint32_t maxWidth = 16384, maxHeight = 16384;
     uint64_t maxPixels = uint64_t{1} << 28;  // width * height
-    // Of what several pictures that are decoded at once may have together; nullptr: all.
+    // The budget of several pictures that are decoded at once; nullptr: no common limit.
     PixelBudget::Share* share = nullptr;
 };
 // An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.

@@ -85,7 +85,8 @@ Inflated Inflate(const Ktx2Header& header, std::span<const std::byte> stored, ui
     return inflated;
 }
 
-// As the file has them, where no swizzle comes between them and the picture. `largest` is inflated.
+// Returns the blocks as the file has them, if no swizzle comes between them and the picture. `largest` is the
+// inflated level 0.
 BlockLevels Blocks(const Ktx2Header& header, const TexelLayout& layout, std::span<const std::byte> largest,
                    std::string_view name) {
     BlockLevels blocks{.coding = CodingOf(layout), .levels = {}};

@@ -17,8 +17,8 @@ constexpr size_t kVkFormatAt = 12, kWidthAt = 20, kHeightAt = 24, kDepthAt = 28,
 constexpr size_t kLevelsAt = 40, kSupercompressionAt = 44, kDescriptorAt = 48, kKeysAt = 56, kGlobalAt = 64;
 constexpr uint32_t kMaxLevelCount = 31;
 
-// Of the basic block of a data format descriptor (Khronos Data Format Specification): offsets from the start
-// of the descriptor, color models, and channels of samples.
+// The basic block of a data format descriptor (Khronos Data Format Specification): offsets from the start of
+// the descriptor, color models, and channels of samples.
 constexpr size_t kModelAt = 12, kTransferAt = 14, kFlagsAt = 15, kSamplesAt = 28, kSampleBytes = 16,
                  kChannelAt = 3;
 constexpr uint32_t kModelEtc1s = 163, kModelUastc = 166, kTransferSrgb = 2, kPremultiplied = 1;

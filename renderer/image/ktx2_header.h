@@ -13,7 +13,7 @@ namespace raygraph::image {
 
 enum class Supercompression : uint8_t { None = 0, BasisLz = 1, Zstd = 2 };
 
-// What the data format descriptor says of files without a Vulkan format.
+// The fields of the data format descriptor of a file without a Vulkan format.
 struct BasisFormat {
     bool isUastc = false;  // Otherwise ETC1S.
     bool isSrgb = false;
@@ -35,11 +35,13 @@ struct Ktx2Header {
     };
     std::vector<StoredLevel> smaller;  // The other levels, as far as they lie in the file.
     std::span<const std::byte> global;
-    // That the file wishes for; of what is decoded, in place of BasisFormat::channels.
+    // The swizzle that the file asks for. It applies to the decoded channels, in place of
+    // BasisFormat::channels.
     std::optional<Swizzle> swizzle;
 };
 
-// Of a 2D texture, neither array nor cube map. Refuses all others, and what lies outside the file.
+// Reads the header of a 2D texture that is neither an array nor a cube map. Refuses all others, and data
+// outside the file.
 Ktx2Header ReadKtx2Header(std::span<const std::byte> bytes, std::string_view name,
                           const DecodeLimits& limits);
 

@@ -1,4 +1,4 @@
-// What pictures that are decoded at once may have together. Threads: any.
+// A memory budget that pictures share that are decoded at once. Threads: any.
 #pragma once
 
 #include <condition_variable>
@@ -19,7 +19,7 @@ class RAYGRAPH_API PixelBudget {
     PixelBudget(const PixelBudget&) = delete;
     PixelBudget& operator=(const PixelBudget&) = delete;
 
-    // What one decoder has of it: DecodeLimits::share. Destroying it says that the decoder is done.
+    // The share of one decoder: DecodeLimits::share. Destroying it says that the decoder is done.
     class RAYGRAPH_API Share {
       public:
         explicit Share(PixelBudget& budget) : m_budget(budget) {}

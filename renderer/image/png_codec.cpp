@@ -137,8 +137,8 @@ void WritePng(const std::filesystem::path& path, const Image8& image) {
     png.version = PNG_IMAGE_VERSION;
     png.width = image.width;
     png.height = image.height;
-    // Of 8 bits, which means sRGB here: libpng says so in the file. An alpha of 255 everywhere takes more
-    // than half of the time to compress.
+    // PNGs are written with 8 bits, which means sRGB here: libpng says so in the file. They have no alpha
+    // channel where alpha is 255 everywhere, because compressing it takes more than half of the time.
     const std::vector<uint8_t> opaque = OpaqueTexels(image);
     png.format = opaque.empty() ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
     const std::vector<uint8_t>& texels = opaque.empty() ? image.rgba : opaque;

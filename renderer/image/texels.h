@@ -33,13 +33,13 @@ inline constexpr Swizzle kRedGreen{Source::Red, Source::Green, Source::Zero, Sou
 
 struct TexelLayout {
     TexelCoding coding = TexelCoding::Plain;
-    // Of plain texels: how many bytes one has, 1 to 4, and which of them R, G, B and A are; Red stands for
-    // the first byte.
+    // For plain texels only: how many bytes one has, 1 to 4, and which of them R, G, B and A are. Red stands
+    // for the first byte.
     uint8_t texelBytes = 0;
     Swizzle bytes = kIdentity;
 };
 
-// Of a picture without padding between its rows.
+// Returns the bytes of a picture without padding between its rows.
 uint64_t StoredBytes(const TexelLayout& layout, uint32_t width, uint32_t height);
 
 // None for texels that are no blocks of a GPU's.

@@ -11,7 +11,7 @@ namespace {
 // Numbers of an endpoint are so many bits below a digit of base 1 (none), 3 or 5; digits are stored
 // together.
 struct Mode {
-    uint8_t code, codeBits;  // What a block of the mode starts with.
+    uint8_t code, codeBits;  // the first bits of a block of the mode
     uint8_t hintBits;        // For transcoders to other formats.
     uint8_t parts, partBits;
     uint8_t channels;  // 2: luminance and alpha.
@@ -139,7 +139,7 @@ struct Parts {
     uint32_t anchors = 0;  // A bit for each first texel of a part; its index has one bit less.
 };
 
-// Of a table of so many bits a texel.
+// Returns the divisions of a table that has so many bits a texel.
 template <typename Numbers>
 constexpr auto Divisions(const Numbers& numbers, uint32_t bitsPerTexel) {
     std::array<Parts, std::tuple_size_v<Numbers>> all;
