@@ -32,7 +32,7 @@ struct BvhSettings {
     bool isBalanced = false;
     uint32_t maxThreads = 0;  // 0: as many as the machine has cores
 };
-// Of finite boxes. The tree does not depend on the threads.
+// Builds a tree over finite boxes. The tree does not depend on the number of threads.
 BinaryBvh BuildBinaryBvh(std::span<const Box> boxes, const BvhSettings& settings = {});
 
 }  // namespace raygraph

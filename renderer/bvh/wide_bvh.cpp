@@ -31,12 +31,12 @@ float NotAbove(double x) {
     return double{rounded} > x ? std::nextafter(rounded, -kInfinity) : rounded;
 }
 
-// What the wide tree is made of, by the paper's section 3: cost[i] of a binary node is that of its subtree
-// as at most i + 1 wide children of one node.
+// The decision of section 3 of the paper for a binary node: cost[i] is the cost of its subtree as at most i +
+// 1 wide children of one node.
 struct Choice {
     std::array<float, kWideChildren - 1> cost{};
-    // Of at most i + 1 children, how many come from the left child; 0: as with one fewer. The last entry
-    // is of this node as a wide one.
+    // The number of at most i + 1 children that come from the left child; 0: the same decision as with one
+    // fewer. The last entry is for this node as a wide one.
     std::array<uint8_t, kWideChildren> left{};
     bool isLeaf = false;
 };

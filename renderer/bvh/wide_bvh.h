@@ -28,7 +28,7 @@ WideBvh CollapseToWide(const BinaryBvh& tree);
 // Gives a node whose children are known (`meta`, and which are nodes) its boxes: its own, and one a slot, of
 // which those of empty slots do not count. All are finite.
 void StoreBoxes(gpu::WideNode& node, const Box& box, std::span<const Box, gpu::kWideChildren> children);
-// What a node and its leaves add to sahCost, times the area of the root's box.
+// Returns what a node and its leaves add to sahCost, times the area of the root's box.
 double CostOf(const gpu::WideNode& node, const Box& box);
 
 // The box of a child, as the shader has it; empty for an empty slot.

@@ -18,7 +18,8 @@ class WideRefit {
     WideRefit() = default;
     // The box of a primitive, by its place in the leaves; finite.
     using BoxOf = std::function<Box(uint32_t primitive)>;
-    // Of a tree as CollapseToWide makes it: children and primitives count from the tree's own first ones.
+    // Takes a tree as CollapseToWide makes it: indices of children and primitives are relative to the tree's
+    // own first ones.
     WideRefit(std::span<const gpu::WideNode> nodes, const BoxOf& boxOf);
 
     // Writes the nodes that contain the primitives which have moved, and returns which these are. The nodes
@@ -28,7 +29,7 @@ class WideRefit {
     // The expected cost of rays of a given density in space, which is in proportion to the areas of boxes,
     // over that when the tree was made.
     double Decay() const;
-    // Of all primitives.
+    // The box around all primitives.
     const Box& Bounds() const { return m_nodes.front().box; }
 
   private:

@@ -35,7 +35,7 @@ struct WideMesh {
     Box box;
     uint32_t depth = 0;
 };
-// Of the triangles that have an area: rounding might let rays hit others.
+// Returns the triangles that have an area: rounding might let rays hit others.
 RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
                                        std::span<const uint32_t> indices);
 // Builds the tree and orders the triangles as its leaves have them; returns where each was. No tree of
@@ -88,14 +88,14 @@ struct WideInstances {
     std::vector<uint32_t> placements;          // likewise, which they are of; the first is of none
     uint32_t depth = 0;
 };
-// Of those that PlaceInstance gives.
+// Builds the tree over the placements that PlaceInstance returns.
 RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> placements);
 
-// Of nodes, children and primitives included, that are moved to other places in their tables.
+// Adjusts the indices of nodes, their children and primitives for new positions in their tables.
 RAYGRAPH_API void MoveNodes(std::span<gpu::WideNode> nodes, uint32_t firstNode, uint32_t firstPrimitive);
 
-// As many levels as there is room for while a ray is traversed: a level leaves one group behind, and going
-// into a mesh another one.
+// The depth for which the traversal stack has room: each level pushes one group, and entering a mesh another
+// one.
 inline constexpr uint32_t kMaxMeshDepth = 18;
 inline constexpr uint32_t kMaxInstanceDepth = gpu::kWideStackSize - 1 - kMaxMeshDepth;
 
