@@ -33,7 +33,7 @@ struct AccessRow {
     const char* text;
     Effect effect;
     uint8_t passes;  // the pass kinds that may have it
-    // Of the masks. Stages NONE: those of the pass kind (ShaderStages).
+    // The barrier's masks. Stages NONE: those of the pass kind (ShaderStages).
     VkAccessFlags2 access;
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
     VkAccessFlags2 accessInBuilds = VK_ACCESS_2_NONE;  // NONE: as elsewhere

@@ -6,7 +6,7 @@ namespace raygraph {
 
 namespace {
 
-// The same but for the part.
+// Returns whether two barriers differ at most in the part of the texture.
 bool AreAlike(const PlannedBarrier& a, const PlannedBarrier& b) {
     return a.dependency == b.dependency && a.predecessor == b.predecessor &&
            a.followsLastFrame == b.followsLastFrame;

@@ -82,7 +82,7 @@ ResourceState Merged(std::span<const ResourceState> states) {
         return state.readStages != VK_PIPELINE_STAGE_2_NONE;
     });
     for (const ResourceState& state : states.subspan(1)) {
-        // What was never written is visible everywhere.
+        // Contents that were never written count as visible everywhere.
         const bool isVisible = state.writeStages == VK_PIPELINE_STAGE_2_NONE;
         const bool wasVisible = all.writeStages == VK_PIPELINE_STAGE_2_NONE;
         if (wasVisible) {

@@ -70,7 +70,7 @@ class Compiler {
     Plan m_plan;
     struct BlockUse {
         uint32_t occupant = kNone;  // the resource that used it last
-        // What that one found there: an earlier occupant, or what the last frame left.
+        // The occupant before `occupant`, or followsLastFrame for what the last frame left in the block.
         uint32_t predecessor = kNone;
         bool followsLastFrame = false;
         // The stages and writes of all occupants so far. An earlier one may reach beyond the last, smaller
@@ -234,7 +234,7 @@ void Compiler::EnterBlock(uint32_t resource) {
     use.occupant = resource;
 }
 
-// What a pass does with one subresource, by its uses from `first` on; empty: nothing.
+// Returns what a pass does with one subresource, given its uses from `first` on; nullopt: nothing.
 std::optional<AccessRequest> Compiler::RequestOf(const GraphPass& pass, const ResourceUse* first,
                                                  const Subresources& subresource) const {
     const ResourceKind kind = m_graph.resources[first->resource].kind;

@@ -56,7 +56,7 @@ std::string WhyEmpty(const GraphResource& resource, const Subresources& part) {
     return {};
 }
 
-// What the subresources of `part` that `other` has too are.
+// Returns the intersection of two overlapping parts.
 Subresources Shared(const Subresources& part, const Subresources& other) {
     const auto cut = [](uint32_t first, uint32_t count, uint32_t otherFirst, uint32_t otherCount) {
         const uint32_t from = std::max(first, otherFirst);

@@ -57,7 +57,7 @@ struct GraphResource {
     ResourceState state{};             // before the frame, of its first subresource; unused for transients
     std::vector<ResourceState> otherStates = {};  // of its other ones, layer by layer; empty: as `state`
     uint32_t version = 0;                         // writes declared so far
-    // Of a texture with several subresources, set by FrameGraph:
+    // Set by FrameGraph for a texture with several subresources:
     uint32_t firstOther = 0;             // the number of the second one, counted from the last resource on
     std::vector<uint8_t> isFilled = {};  // by subresource, layer by layer: it has contents
 
@@ -157,7 +157,7 @@ struct RAYGRAPH_API FrameGraph {
     void ReadOnHost(BufferId buffer);
     // The index of a resource of this frame whose newest version the id names.
     uint32_t Resolve(AnyId id, std::string_view what) const;
-    // The same for any version of it.
+    // Resolves an id of any version of the resource.
     uint32_t ResolveAnyVersion(AnyId id, std::string_view what) const;
 
     // All subresources of the declared frame have a number: the first one of a resource has its index, the

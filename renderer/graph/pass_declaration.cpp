@@ -174,7 +174,8 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
     bound.addressOffset = info->offset;
 }
 
-// Those of the shaders; all of a block is given, also what the pass has no need of.
+// Lists the address tables of the shaders. All addresses of a block are listed, also those that the pass does
+// not need.
 void ListAddressTables(const rhi::ShaderInterface& interface, std::vector<AddressTable>& tables) {
     tables.clear();
     for (const rhi::BindingInfo& info : interface.bindings) {

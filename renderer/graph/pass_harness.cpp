@@ -210,7 +210,7 @@ TextureId PassHarness::Texture(std::string_view name, const GraphTextureDesc& de
         for (uint32_t level = 0; level < desc.levels; ++level) {
             const Extent2D extent = rhi::MipExtent(desc.extent, level);
             const bool isLast = layer + 1 == desc.layers && level + 1 == desc.levels;
-            // Those of the last one have to be what is left: EncodeTexels says if they are not.
+            // The last subresource takes all that is left, and EncodeTexels reports a wrong number.
             size_t count = size_t{extent.width} * extent.height * ChannelCount(desc.format);
             if (isOneTexel || isLast || count > rest.size()) count = rest.size();
             const std::vector<std::byte> piece = EncodeTexels(rest.first(count), extent, desc.format);

@@ -68,8 +68,7 @@ class RAYGRAPH_API PassHarness {
 
     // Declares a frame, executes it, waits, and returns what the declared id holds at its end.
     Texels Run(const std::function<TextureId(PassHarness&)>& declare);
-    // The same of all levels of all layers: layer after layer, each from level 0 on. Run reads the first
-    // alone.
+    // Returns all levels of all layers: layer after layer, each from level 0 on. Run reads only the first.
     std::vector<Texels> RunAll(const std::function<TextureId(PassHarness&)>& declare);
     template <typename T>
     std::vector<T> RunBuffer(const std::function<BufferId(PassHarness&)>& declare) {

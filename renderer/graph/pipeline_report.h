@@ -1,4 +1,4 @@
-// What is known of a pipeline of the graph. Threads: plain values.
+// The description of a pipeline of the graph, with its driver's statistics. Threads: plain values.
 #pragma once
 
 #include <string>

@@ -38,7 +38,7 @@ struct PlannedPass {
     BarrierRange barriers{};
 };
 
-// Of one resource, in positions among the executed passes.
+// The lifetime of one resource, in positions among the executed passes.
 struct Lifetime {
     uint32_t first = kNone;  // kNone: no executed pass uses it
     uint32_t last = 0;

@@ -22,7 +22,7 @@ std::string Node(const char* prefix, uint32_t index) {
     return Text("{}{}", prefix, index);
 }
 
-// Of a line, with the part of the texture that it stands for.
+// Returns the attributes of an edge, with the part of the texture that it stands for.
 std::string EdgeStyle(const std::string& style, const std::string& part) {
     std::string attributes = style.empty() ? "" : "style=" + style;
     if (!part.empty()) attributes += (style.empty() ? "" : ", ") + Text("label=\"{}\"", part.substr(1));

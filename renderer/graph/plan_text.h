@@ -30,7 +30,7 @@ RAYGRAPH_API std::string BarrierText(const FrameGraph& graph, const PlannedBarri
 RAYGRAPH_API std::string UseText(const FrameGraph& graph, const ResourceUse& use);
 // "texture 640x360 rgba32f", "texture 64x64 r32f, 7 levels, 6 layers"
 RAYGRAPH_API std::string ResourceText(const GraphResource& resource);
-// Of one of plan.culled: "nothing needs radiance"
+// Returns why a pass of plan.culled is culled: "nothing needs radiance".
 RAYGRAPH_API std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled);
 
 }  // namespace raygraph

@@ -20,7 +20,7 @@ Values ValuesOf(const Readback& readback) {
     return Values(first, first + bytes.size() / sizeof(T));
 }
 
-// The same after waiting for it.
+// Waits for the readback and returns its values.
 template <typename T, typename Values = std::vector<T>>
 Values WaitForValues(const Readback& readback) {
     readback.Wait();

@@ -96,7 +96,7 @@ class RAYGRAPH_API Readback {
     std::shared_ptr<State> m_state;
 };
 
-// What happens to a semaphore of a frame that is dropped.
+// The fate of a semaphore of a frame that is dropped.
 enum class WhenDropped : uint8_t {
     Forward,     // waited for or signaled all the same, so that its other users can continue
     LeaveAlone,  // for the next frame to use
@@ -218,9 +218,9 @@ class RAYGRAPH_API Renderer {
     // may take seconds, drops the frame while this is false, shows what it has, and declares it again;
     // Execute waits for those that are being created.
     bool PreparePipelines();
-    // The same of the declared passes from `first` on, up to `end` without it, whether the open frame will
-    // execute them or not: for one that declares both what it would like to show and what it can, and uses
-    // one of them. Error{Usage} for passes that are not declared.
+    // Prepares the pipelines of the declared passes from `first` on, up to `end` without it, whether the open
+    // frame will execute them or not. A caller can so declare both what it would like to show and what it can
+    // show now, and use one of them. Error{Usage} for passes that are not declared.
     bool PreparePipelines(PassId first, PassId end);
     // Whether those are all there, without beginning to create any. One that could not be created is not: it
     // fails when it is needed.
@@ -238,8 +238,8 @@ class RAYGRAPH_API Renderer {
     // The plan of the last compiled frame: order, culled passes, barriers, lifetimes, aliases.
     std::string DescribePlan() const;
     std::string DescribePlanDot() const;  // Graphviz
-    // The same as data, for tools that draw it. Both are valid until the next BeginFrame. Error{Usage} before
-    // the first frame.
+    // The plan of the last frame as data, for tools that draw it. Both are valid until the next BeginFrame.
+    // Error{Usage} before the first frame.
     struct CompiledFrame {
         const FrameGraph& graph;
         const Plan& plan;
@@ -252,8 +252,8 @@ class RAYGRAPH_API Renderer {
     // Milliseconds spent creating pipelines so far, and how many.
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
-    // What the driver tells of each of them, by name: see rhi/pipeline_statistics.h. Waits for those that are
-    // being created.
+    // Returns the driver's statistics of each pipeline, by name: see rhi/pipeline_statistics.h. Waits for
+    // those that are being created.
     std::vector<PipelineReport> PipelineReports();
     // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile
     // leaves its last good pipeline in use; the messages ("file:line: text") are returned. Error{Usage} while

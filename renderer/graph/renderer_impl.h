@@ -91,8 +91,8 @@ struct Renderer::Impl {
     BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
     std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
 
-    // --- Executing (renderer_execute.cpp) ---
-    // Of the open frame; Error{Usage} for others.
+    // --- Executing (renderer_execute.cpp) --- Takes passes of the open frame; throws Error{Usage} for
+    // others.
     std::span<const PassDeclaration> PassesBetween(PassId first, PassId end, std::string_view what) const;
     void CompileFrame();
     void Prepare();
@@ -152,7 +152,7 @@ struct Renderer::Impl {
 
     // By frame in flight.
     std::vector<uint64_t> submitted;
-    // What has to be completed before the next frame begins.
+    // The submission that must be complete before the next frame begins.
     uint64_t BeforeNext() const { return submitted[(frameNumber + 1) % submitted.size()]; }
     std::vector<rhi::Buffer> uniformBuffers;
     uint64_t lastSubmitted = 0;

@@ -28,8 +28,8 @@ class SwapchainFrame {
     // Executes the frame and shows `drawn`, the last version of what Begin returned. Drivers of CPUs would
     // wait here until it is drawn: there, ShowDrawn shows it, or the next Begin, which waits.
     void End(Renderer& renderer, TextureId drawn);
-    // The same if Renderer::PreparePipelines. False: the frame is still open, and nothing is shown. After
-    // DropFrame another one may take its place.
+    // Ends the frame if Renderer::PreparePipelines returns true. Otherwise returns false: the frame stays
+    // open, and nothing is shown. After DropFrame another one may take its place.
     bool TryEnd(Renderer& renderer, TextureId drawn);
     // False: the last frame is not drawn yet. Never waits for it.
     bool ShowDrawn();

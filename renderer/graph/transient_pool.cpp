@@ -69,7 +69,8 @@ rhi::MemoryRequirements TransientPool::RequirementsOf(const rhi::TextureDesc& de
 rhi::MemoryRequirements TransientPool::RequirementsOf(const rhi::BufferDesc& desc) {
     return FindRequirements(m_knownBuffers, desc, [&] {
         rhi::MemoryRequirements requirements = m_device.RequirementsOf(desc);
-        // As Device::CreateBuffer gives it: the start of a buffer serves as scratch memory of a build.
+        // The alignment is that of Device::CreateBuffer: the start of a buffer can serve as scratch memory of
+        // a build.
         requirements.alignment = std::max<uint64_t>(requirements.alignment, m_device.Info().scratchAlignment);
         return requirements;
     });
