@@ -63,7 +63,7 @@ class AccumulationStep {
             m_cause = ResetCause::Resize;
         if (m_cause != ResetCause::Count) m_after.progress = {};
     }
-    // Of so many samples; a part of the picture is of one.
+    // Takes a tile of so many samples; if it is a part of the picture, the number must be one.
     void TakeTile(const Region& region, uint32_t sampleCount) {
         Accumulation::Progress& progress = m_after.progress;
         m_sampleCount = progress.sampleCount;
@@ -177,7 +177,7 @@ void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount,
                                      {region.width, region.height},
                                      gpu::DivisorOf(std::max(sampleCount, 1u)),
                                      sampleCount});
-            // Of a tile, the rest stays
+            // A tile is an update: the texels outside of it keep their contents.
             const bool isWhole = WholeOf(renderer.Desc(ids.mean).extent) == region;
             ids.mean = isWhole ? pass.Writes("mean", ids.mean) : pass.Updates("mean", ids.mean);
             if (withVariance) ids.variance = pass.Writes("variance", ids.variance);
@@ -395,7 +395,7 @@ NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation, const
             noted.mean = pass.Updates("mean", noted.mean);
             pass.KeepAlive();  // they are read in a later frame
         },
-        // As large a dispatch as all devices have
+        // All devices have at least 65535 groups.
         [count = pixels.count](CommandList& commands) {
             commands.Dispatch(std::min((count + 63u) / 64u, 65535u));
         });

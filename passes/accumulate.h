@@ -53,7 +53,7 @@ class RAYGRAPH_API Accumulation {
     void Reset(ResetCause cause);
     // Samples in the mean, of every pixel.
     uint32_t SampleCount() const { return m_state.progress.sampleCount; }
-    // As of the frames that were submitted.
+    // The state after the frames that were submitted.
     const Progress& Submitted() const { return m_state.progress; }
     // Including what the open frame has declared so far: the state from which its next pass continues.
     const Progress& Declared() const { return Current().progress; }
@@ -101,7 +101,7 @@ struct AccumulatedIds {
 // sample; reporting them is up to the pass that makes the samples.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId sample,
                                                      Accumulation& accumulation, bool withVariance = false);
-// The same of several samples at once.
+// Adds several samples at once.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId samples,
                                                      const SampleRows& rows, Accumulation& accumulation,
                                                      bool withVariance = false);
@@ -118,8 +118,8 @@ struct AccumulatedIds {
 struct NotedIds {
     TextureId variance, mean;
 };
-// Of the listed pixels that have `sampleCount` samples, and sampleIndex is the next: writes the variance of
-// one sample and the mean, each the sum of R, G and B.
+// For the listed pixels that have `sampleCount` samples, where sampleIndex is the next: writes the variance
+// of one sample and the mean, each the sum of R, G and B.
 [[nodiscard]] RAYGRAPH_API NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation,
                                                 const ListedPixels& pixels, uint32_t sampleIndex,
                                                 uint32_t sampleCount, NotedIds noted);
@@ -141,7 +141,7 @@ struct NotedIds {
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance);
 
-// The same where pixels have different numbers of samples: `counts` (r32ui, at least 1) are those of each,
+// Resolves pixels that have different numbers of samples: `counts` (r32ui, at least 1) holds that of each,
 // and of each tile of the picture if it has several.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   TextureId counts, Extent2D extent, bool withVariance);

@@ -32,7 +32,7 @@ gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings
 }
 
 uint32_t GroupsFor(uint32_t count) {
-    // Of the 65535 that every device takes
+    // A share of the 65535 groups that every device has.
     constexpr uint32_t kMaxGroups = 4096;
     return std::min((count + kGroupSize - 1) / kGroupSize, kMaxGroups);
 }

@@ -28,7 +28,7 @@ struct ExactSums {
     bool operator==(const ExactSums&) const = default;
 };
 
-// Of no samples: zeros.
+// Returns the sums of no samples: zeros.
 RAYGRAPH_API ExactSums MakeExactSums(size_t pixelCount, bool withSquares);
 
 // Adds a sample of every pixel, RGBA, or the sums over other samples. The bits do not depend on the order.

@@ -48,7 +48,7 @@ void MakeColorFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
                                               (kTerms[i].b * pixelsPerDegree * pixelsPerDegree));
         const double sum = SumOf(taps);
         Store(taps, 1.0 / sum, kernels.color, i);
-        // Of the filter in two dimensions
+        // The weight is that of the filter in two dimensions.
         weights[i] = kTerms[i].a * std::sqrt(std::numbers::pi / kTerms[i].b) * sum * sum;
     }
     const double both = weights[2] + weights[3];

@@ -1,5 +1,5 @@
-// What a viewport and an offline render make the settings of their frames from. Threads: plain values and
-// pure functions, for any thread.
+// The options from which a viewport and an offline render make the settings of their frames. Threads: plain
+// values and pure functions, for any thread.
 #pragma once
 
 #include "base/api.h"
@@ -16,8 +16,8 @@ struct LensSettings {
     bool operator==(const LensSettings&) const = default;
 };
 
-// Of sample 0 of a whole picture. The aspect ratio is that of the extent, which is not empty, whatever the
-// camera says.
+// Returns the settings for sample 0 of a whole picture. The aspect ratio is that of the extent, which must
+// not be empty, and the camera's own is ignored.
 RAYGRAPH_API TraceSettings FrameSettings(Extent2D extent, const scene::CameraView& camera,
                                          const LensSettings& lens, const PathSettings& paths);
 

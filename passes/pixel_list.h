@@ -27,7 +27,7 @@ struct ListedPixels {
 // A list on the device. It outlives the frames that read it.
 class RAYGRAPH_API PixelList {
   public:
-    // Of a picture that size, at most 65536 a side.
+    // Makes a list for a picture of that size, at most 65536 pixels a side.
     PixelList(rhi::Device& device, Extent2D picture);
 
     // At most as many as the picture has, at least one, none twice.

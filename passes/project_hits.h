@@ -15,10 +15,10 @@
 
 namespace raygraph::passes {
 
-// What the rays through one place of each pixel meet, its center say, into `hits`, rgba32ui of the size of
-// settings.region: triangles or capsules and places on them (shaders/raster/visibility.glsl), which hold for
-// the same scene in any pose. The camera has no lens here. BLEND surfaces are met with their chance. Returns
-// the new version.
+// Writes the hits of the rays through one point of each pixel, its center say, into `hits`, rgba32ui of the
+// size of settings.region: triangles or capsules and places on them (shaders/raster/visibility.glsl), which
+// hold for the same scene in any pose. The camera has no lens here. BLEND surfaces are met with their chance.
+// Returns the new version.
 [[nodiscard]] RAYGRAPH_API TextureId TraceHits(Renderer& renderer, const SceneIds& scene,
                                                const TraceSettings& settings, TextureId hits,
                                                glm::vec2 filmOffset = glm::vec2(0.5f));

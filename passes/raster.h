@@ -14,7 +14,7 @@
 
 namespace raygraph::passes {
 
-// What determines the pixels that a triangle covers.
+// Chooses the method that finds the pixels of a triangle.
 enum class Rasterizer : uint8_t {
     Compute,  // compute shaders, at the positions where camera rays would be
     Device,   // the device's own rasterizer
@@ -47,7 +47,8 @@ struct RasterVisibility {
 [[nodiscard]] RAYGRAPH_API bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene,
                                                   Extent2D extent);
 
-// The same found by rays, through the same position of each pixel: for views of what the path tracer sees.
+// Finds the visibility by rays through the same position of each pixel: for views of what the path tracer
+// sees.
 [[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
                                                             const TraceSettings& settings, FilmPosition film);
 

@@ -14,7 +14,7 @@ struct PixelConstants {
     uint32_t option;
     uint32_t shadowTiles;
 };
-// Of shaders/raster/trace_capsules.rgen.
+// The push constants of shaders/raster/trace_capsules.rgen.
 struct CapsuleConstants {
     glm::vec2 filmOffset;
     uint32_t drawsGlass;

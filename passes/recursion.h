@@ -19,7 +19,7 @@ enum class PathForm : uint8_t {
 
 // Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base color
 // with flat normals, emission found by BSDF sampling, alpha taken as opaque, the environment without its map.
-// Of `settings`, extent, camera, sampler, seed and sampleIndex count. Throws Error{Usage} for
+// Only extent, camera, sampler, seed and sampleIndex of `settings` are used. Throws Error{Usage} for
 // PathForm::Recursive where the device cannot (CanRecurse).
 [[nodiscard]] RAYGRAPH_API TextureId LambertPath(Renderer& renderer, const SceneIds& scene,
                                                  const TraceSettings& settings, PathForm form);

@@ -68,7 +68,7 @@ void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, TraceFea
     specialize("kLightSampler", settings.lights.sampler);
 }
 
-// As the device has it.
+// Returns the camera relative to the scene's origin, as the device has it.
 gpu::CameraRecord FromSceneOrigin(gpu::CameraRecord camera, const glm::dvec3& sceneOrigin) {
     camera.origin = EyeOf(camera) - sceneOrigin;
     camera.originRest = glm::vec3(0.0f);

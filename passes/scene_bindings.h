@@ -10,7 +10,7 @@ namespace raygraph::passes {
 
 // The requested part of the picture. Error{Usage} if it is not within settings.extent.
 RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
-// Of the texels that a sample takes in the outputs of Trace.
+// Returns the extent of the texels that a sample takes in the outputs of Trace.
 RAYGRAPH_API Extent2D TracedExtent(const TraceSettings& settings);
 // Error{Usage} naming the pass for a part of the picture.
 RAYGRAPH_API void RequireWhole(const TraceSettings& settings, const char* pass);
@@ -26,8 +26,8 @@ enum class AlphaTest : uint8_t {
 // The miss and hit shaders of radiance rays, the TLAS with the BLASes that it references, and the parameters.
 RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
                               const gpu::TraceParameters& parameters, AlphaTest alphaTest);
-// Those of shadow rays; beside BindTracing. Where the scene has alpha, thin walls or round primitives, needs
-// BindGeometry and BindMaterials.
+// Binds what shadow rays need, in addition to BindTracing. Where the scene has alpha, thin walls or round
+// primitives, BindGeometry and BindMaterials are needed too.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Whether Trace's rays traverse the scene's own trees.
 RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& settings);
@@ -35,8 +35,8 @@ RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& setti
 // parameters. Needs BindGeometry and BindMaterials.
 RAYGRAPH_API void BindOwnTracing(PassBuilder& pass, const SceneIds& scene,
                                  const gpu::TraceParameters& parameters);
-// What the integrator's loop needs to trace shadow rays; beside BindTracing and SpecializeTrace. On a CPU
-// device, where no walls and media let light through, that is no shader more.
+// Binds what the integrator's loop needs to trace shadow rays, in addition to BindTracing and
+// SpecializeTrace. On a CPU device, where no walls and media let light through, this adds no shader.
 RAYGRAPH_API void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,
                                const TraceSettings& settings);
 // Instance records, and the vertices of deformed meshes, which they address.
@@ -49,8 +49,8 @@ RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
 // For a pass whose shaders ask HasTraceFeature; SpecializeDirect and SpecializeTrace do it.
 RAYGRAPH_API void SpecializeFeatures(PassBuilder& pass, TraceFeatures features);
-// Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has; whether
-// textures are read at other levels than 0, if there are any.
+// Sets the constants of direct light: settings.scattering and settings.lights.sampler, and what the scene
+// has; and whether textures are read at levels other than 0, if there are any.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
                                    bool hasTextureLevels);
 // Returns the features of the scene that the settings use, and those that the settings add.

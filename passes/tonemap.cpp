@@ -8,7 +8,7 @@ namespace raygraph::passes {
 
 namespace {
 
-// Of shaders/post/tonemap.comp.
+// The flags of shaders/post/tonemap.comp.
 constexpr uint32_t kOpaque = 1, kUnassociated = 2, kBalanced = 4;
 
 // The contents of `display` outside of the region stay if it is `kept`.

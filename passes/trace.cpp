@@ -23,7 +23,7 @@ std::string LoopOf(const TraceOutputs& outputs, const char* stage) {
 // More invocations than any device runs at once.
 constexpr uint32_t kMaxInvocations = 1u << 18;
 
-// Of a picture that size, see pathtrace/pathtrace_main.glsl.
+// Returns the invocations for a picture of that size: see pathtrace/pathtrace_main.glsl.
 Extent2D InvocationsFor(Extent2D extent) {
     const uint64_t pixels = uint64_t{extent.width} * extent.height;
     return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMaxInvocations)), 1};

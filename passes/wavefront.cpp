@@ -16,7 +16,7 @@ constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl and la
 // Rays of each path, after which the loop goes on with the paths that are left: among the best of 2, 4, 8 and
 // 16 in all scenes of docs/performance.md.
 constexpr uint32_t kSteps = 8;
-// Of the paths that are left for the last kernel, as many are traced at once.
+// The number of paths that the last kernel traces at once, of those that are left for it.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
 // How many rows the records of a picture have.
@@ -88,12 +88,12 @@ class Wavefront {
         constexpr uint32_t kLeast = 1u << 16, kMostHalvings = 4;
         return {std::max(m_pixels >> std::min(step, kMostHalvings), std::min(m_pixels, kLeast)), 1};
     }
-    // As far as the device has groups for it.
+    // Clamps a launch to the groups that the device has.
     Extent2D Dispatched(Extent2D launch) const {
         const uint64_t most = uint64_t{m_renderer.Device().Info().maxGroupCounts[0]} * kGroupSize;
         return {static_cast<uint32_t>(std::min<uint64_t>(launch.width, most)), 1};
     }
-    // Of kernels that trace.
+    // The kind of the kernels that trace.
     PassKind TracingKind() const { return m_isOwn ? PassKind::Compute : PassKind::RayTracing; }
     void UseTracing(PassBuilder& pass, const std::string& kernel) const {
         if (m_isOwn)

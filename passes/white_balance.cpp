@@ -7,7 +7,7 @@ namespace raygraph::passes {
 
 namespace {
 
-// Of unit luminance.
+// Returns the XYZ of unit luminance.
 glm::dvec3 XyzOf(const glm::dvec2& chromaticity) {
     return {chromaticity.x / chromaticity.y, 1.0, (1.0 - chromaticity.x - chromaticity.y) / chromaticity.y};
 }

@@ -23,7 +23,7 @@ RAYGRAPH_API glm::dvec2 WhitePointAt(double kelvin);
 // CIE 1931 x and y of a linear Rec. 709 color that is not black.
 RAYGRAPH_API glm::dvec2 ChromaticityOf(const glm::dvec3& color);
 
-// What linear Rec. 709 radiance is multiplied with, so that a color of the chromaticity `white` becomes
+// Returns the matrix for linear Rec. 709 radiance with which a color of the chromaticity `white` becomes
 // neutral, with the same luminance: von Kries adaptation to D65 in Bradford's cone responses (K. M. Lam,
 // "Metamerism and Colour Constancy", 1985; ISO 15076-1, annex E). The identity for kDisplayWhite.
 RAYGRAPH_API glm::mat3 WhiteBalance(const glm::dvec2& white);
