@@ -8,7 +8,7 @@
 
 namespace raygraph::passes {
 
-// What the buffer holds: of a pixel without a sample 0, and below two samples no variance.
+// An element of the buffer: zeros for a pixel without samples, and no variance below two samples.
 struct ProbedTexels {
     glm::vec4 mean;
     glm::vec4 variance;

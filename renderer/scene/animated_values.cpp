@@ -84,7 +84,7 @@ bool Set(T&, const FieldRange&, const double*) {
     return false;
 }
 
-// Of any list: the range is that of numbers, flags have none.
+// Sets a field of any list. Only numbers have a range, flags have none.
 template <typename Owner, typename FieldType>
 bool SetField(Owner& owner, const FieldType& field, const double* value) {
     if constexpr (std::is_same_v<typename FieldType::Value, bool>)
@@ -95,7 +95,7 @@ bool SetField(Owner& owner, const FieldType& field, const double* value) {
         return false;
 }
 
-// What the ranges of fields cannot say: the largest factor of a color whose product is finite.
+// The limit that ranges of fields cannot express: the largest factor of a color whose product is finite.
 float MaxFactor(const glm::vec3& color) {
     return std::numeric_limits<float>::max() / std::max({1.0f, color.x, color.y, color.z});
 }
@@ -186,7 +186,8 @@ void VisitTransform(Materials& materials, const AnimationTarget& target, Visit&&
     });
 }
 
-// What is left of the numbers when they are rounded to float, too. Of those that are too large, nothing.
+// Splits the numbers into floats and the rest that rounding to float leaves. Numbers that are too large leave
+// no rest.
 bool SetTranslation(Node& node, const double* value) {
     glm::dvec3 translation;
     for (int i = 0; i < 3; ++i) {

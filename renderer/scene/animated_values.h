@@ -1,4 +1,4 @@
-// What an AnimationTarget stands for in a scene: how wide it is, its value, and setting it. Internal to
+// Access to the value that an AnimationTarget refers to: its width, getting it and setting it. Internal to
 // renderer/scene. Threads: pure functions of their arguments.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace raygraph::scene {
 
-// Of morph targets: all of them, or one.
+// Returns whether the target is the weights of morph targets: all of them, or one.
 constexpr bool IsOfWeights(const AnimationTarget& target) {
     return target.property == AnimatedProperty::Weights || target.property == AnimatedProperty::MeshWeights;
 }
@@ -27,12 +27,12 @@ bool IsInfiniteAtZero(const AnimationTarget& target);
 // How many numbers the target's value has; 0: the scene has no such thing, or nothing that could be animated.
 size_t WidthOf(const SceneData& scene, const AnimationTarget& target);
 
-// Of what WidthOf finds: the value, as numbers. Rotations are x, y, z, w; flags 0 or 1.
+// Gets the value of a target for which WidthOf is not 0, as numbers. Rotations are x, y, z, w; flags 0 or 1.
 void GetValue(const SceneData& scene, const AnimationTarget& target, double* value);
 
-// Of a whole, of what WidthOf finds. Numbers are put into the range of their field, and a flag is whether the
-// number is at least 0.5; so the scene stays one that Check accepts. Returns whether the scene has changed. A
-// node's matrix stays, and counts instead of what is set.
+// Sets the whole value of a target for which WidthOf is not 0. Numbers are clamped to the range of their
+// field, and a flag is true if the number is at least 0.5; so the scene stays one that Check accepts. Returns
+// whether the scene has changed. A node's matrix stays, and overrides what is set.
 bool SetValue(SceneData& scene, const AnimationTarget& target, const double* value);
 
 }  // namespace raygraph::scene

@@ -14,7 +14,7 @@ uint32_t FindInterval(const std::vector<float>& times, double seconds, uint32_t 
     const auto contains = [&](size_t i) {
         return i + 1 < times.size() && double{times[i]} <= seconds && seconds < double{times[i + 1]};
     };
-    // As most times follow the one before
+    // Most times follow the one before.
     if (contains(guess)) return guess;
     if (contains(size_t{guess} + 1)) return guess + 1;
     const auto after = std::upper_bound(times.begin(), times.end(), seconds,

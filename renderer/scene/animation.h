@@ -1,5 +1,5 @@
-// What moves a SceneData: animations, and the skins whose joints they move. Value types, and the value of a
-// sampler at a time (glTF 2.0, section 3.11 and appendix C).
+// Animations, and the skins whose joints they move. Value types, and the value of a sampler at a time (glTF
+// 2.0, section 3.11 and appendix C).
 //
 // Holds for a scene that is valid (renderer/scene/check.h):
 //   - times are finite and ascend strictly, and there is at least one;
@@ -40,18 +40,18 @@ struct AnimationSampler {
     std::vector<float> values;
 };
 
-// What a channel changes.
+// The property that a channel changes.
 enum class AnimatedProperty : uint8_t {
-    Translation,  // Of the node `object`.
+    Translation,  // the node `object`; also Rotation and Scale
     Rotation,     //
     Scale,        //
     // Mesh::weights of the mesh `object`: all, or the one of `element`. For nodes without their own.
     MeshWeights,
-    Weights,           // Of the node `object`: its own weights, likewise;
+    Weights,           // the node `object`: its own weights, all or the one of `element`
     Visibility,        // and Node::isVisible: not 0.
-    MaterialField,     // Of the material `object`: the field of this index in material_fields::kAll,
+    MaterialField,     // the material `object`, field `field` of material_fields::kAll
     TextureTransform,  // or field `element` of kTransformFields of the texture that this field is.
-    CameraField,       // Of the camera `object`: the field of this index in camera_fields::kAll.
+    CameraField,       // the camera `object`, field `field` of camera_fields::kAll
     LightField,        // Of the light `object`: the field of this index in light_fields::kAll.
 };
 
@@ -74,8 +74,8 @@ struct Animation {
     std::vector<AnimationSampler> samplers;
     std::vector<AnimationChannel> channels;  // No two of the same target.
     float duration = 0.0f;                   // Seconds: the last time of all samplers; 0 without any.
-    // What LoadGltf found wrong with the keys of something that pictures show: one line with the file, the
-    // place and the value. Such an animation cannot be played (RequirePlayable in pose.h). Empty: nothing is.
+    // The defect that LoadGltf found in the keys of something that pictures show: one line with the file, the
+    // place and the value. Such an animation cannot be played (RequirePlayable in pose.h). Empty: none.
     std::string defect = {};
 };
 

@@ -28,7 +28,7 @@ class RAYGRAPH_API BoundsTree {
             m_boxes[i] = around;
         }
     }
-    // Of many at once: SetLeaf of each, then Update once, which takes time by the count.
+    // To set many: SetLeaf for each, then Update once, whose time is proportional to the number of leaves.
     void SetLeaf(size_t index, const Bounds& box) { m_boxes[Count() + index] = box; }
     void Update() {
         for (size_t i = Count(); i-- > 1;) m_boxes[i] = Around(i);

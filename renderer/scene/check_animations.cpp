@@ -80,7 +80,7 @@ void CheckNode(const SceneData& scene, const Node& node, bool isPlaced,
                     "a joint of its skin is not in nodeOrder");
 }
 
-// Of the mesh that a node or an instance has.
+// Checks the mesh of a node or an instance.
 void CheckDeformedMesh(const SceneData& scene, const Node& node, uint32_t mesh,
                        const std::vector<size_t>& jointCounts, const Subject& subject) {
     if (node.skin != kNone && jointCounts[mesh] > scene.skins[node.skin].joints.size())

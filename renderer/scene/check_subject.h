@@ -1,4 +1,4 @@
-// What the parts of Check share. Internal to renderer/scene. Threads: pure functions.
+// Helpers that the parts of Check share. Internal to renderer/scene. Threads: pure functions.
 #pragma once
 
 #include <cmath>

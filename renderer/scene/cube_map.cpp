@@ -20,7 +20,7 @@ using glm::dvec3;
 
 constexpr uint32_t kMinHeight = 128;   // Interpolation between the map's rows keeps its moments to 1e-4.
 constexpr uint32_t kMaxHeight = 4096;  // 512 MiB.
-constexpr uint32_t kMaxDrawnSize = kMaxHeight / 2;  // Of faces: what the largest map can show.
+constexpr uint32_t kMaxDrawnSize = kMaxHeight / 2;  // of a face: the finest that the largest map can show
 constexpr size_t kBandBytes = size_t{16} << 20;
 constexpr uint32_t kTileSize = 32;  // Texels a side. Those of the largest face are half as high as a band.
 
@@ -197,7 +197,7 @@ class Drawing {
         }
     }
 
-    // Of a point of a face, in texels.
+    // Returns the direction of a point of a face, in texels.
     dvec3 Direction(size_t face, double column, double row) const {
         const double scale = 2.0 / m_size;
         return glm::normalize(m_toWorld * FacePoint(face, column * scale - 1.0, row * scale - 1.0));
@@ -301,7 +301,7 @@ class Drawing {
         return polygon;
     }
 
-    // What is beyond the left or the right end lies on that end's line.
+    // The part of an edge beyond the left or the right end is moved onto that end's line.
     void AddClipped(Band& band, const Spot& from, const Spot& to, const dvec3& radiance) const {
         const double width = m_width;
         const auto onMap = [&](Spot spot) {
@@ -327,7 +327,7 @@ class Drawing {
     }
 
     const CubeMap& m_cube;
-    const uint32_t m_size, m_width;  // Of a face as it is drawn; of the map.
+    const uint32_t m_size, m_width;  // of a face as it is drawn; of the map
     const glm::dmat3 m_toWorld;
     std::vector<Tile> m_tiles;
 };
@@ -356,7 +356,8 @@ glm::vec3 MeanRadiance(const ImageData& face, uint32_t size, uint32_t column, ui
         return FaceRadiance(&face.rgba[4 * (y * face.width + x)]);
     };
     if (face.width == size) return at(column, row);
-    // What a texel of the smaller face has of a texel, in units of which a texel is `size` long
+    // The overlap of a texel of the smaller face with one of the larger: lengths in units of which a texel of
+    // the larger face is `size` long.
     struct Part {
         double length, center;  // From -1 to 1.
     };

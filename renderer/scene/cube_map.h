@@ -20,14 +20,14 @@ struct CubeMap {
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // Turns the map: +x is then where rotation * +x points.
 };
 
-// Of a texel of a face: rgb are sRGB, and alpha is what the linear ones are divided by (RGBD), at least 1 /
-// 255. Of an opaque texel that is the color itself.
+// Returns the radiance of a texel of a face: rgb are sRGB, and the linear values are divided by alpha (RGBD),
+// which counts as at least 1 / 255. For an opaque texel this is its color.
 glm::vec3 FaceRadiance(const uint8_t* rgba);
 
 // The rows of the map that a cube with faces of so many texels a side becomes; it has twice as many columns.
 uint32_t EquirectHeight(uint32_t faceSize);
 
-// Of a texel of the face when it is made smaller, to that many texels a side: the mean over its solid angle.
+// Returns a texel of the face scaled down to `size` texels a side: the mean over its solid angle.
 glm::vec3 MeanRadiance(const ImageData& face, uint32_t size, uint32_t column, uint32_t row);
 
 // The map: a texel is the mean radiance over its solid angle, where a texel of a face has one radiance. So no

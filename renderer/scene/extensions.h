@@ -12,7 +12,7 @@ namespace raygraph::scene {
 struct GltfExtension {
     std::string_view name;
     bool isRead = false;
-    std::string_view note;  // What becomes of it; of one that is not read: why.
+    std::string_view note;  // how it is applied, or why it is not read
 };
 
 // In the order of their names.

@@ -24,7 +24,8 @@ inline float ToFloat(double number) {
 struct FieldRange {
     float min = 0.0f, max = 0.0f;
     bool mayBeZero = false;  // though it is below the minimum
-    // What an editor offers, where more has a field of its own; a file's more is kept.
+    // The maximum that an editor offers, where a field itself has no limit or a higher one. Larger values of
+    // files are kept.
     float maxOffered = kUnboundedField;
 
     constexpr bool HasMin() const { return min > -kUnboundedField; }

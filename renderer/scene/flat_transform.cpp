@@ -23,8 +23,8 @@ double TermsOf(const glm::dmat3& m) {
 
 // Nearly all are: their ratios are above all limits. False for numbers whose products overflow.
 bool IsSurelySolid(const glm::mat4x3& m) {
-    // Of the squares of the determinant and of the matrix, the latter cubed. Where s3 is kObliqueThickness of
-    // s1 = s2 it is 1.2e-7.
+    // The limit of the square of the determinant relative to the cube of the squared norm. Where s3 is
+    // kObliqueThickness of s1 = s2, that ratio is 1.2e-7.
     constexpr float kFar = 1.5e-7f;
     const float determinant = glm::dot(m[0], glm::cross(m[1], m[2]));
     const float square = glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
@@ -32,7 +32,7 @@ bool IsSurelySolid(const glm::mat4x3& m) {
     return std::isnormal(least) && determinant * determinant >= least;
 }
 
-// What a matrix whose s3 is far below its s2 squeezes.
+// The decomposition of a matrix whose s3 is far below its s2.
 struct Squeeze {
     glm::dvec3 normal{0.0}, squeezed{0.0};  // n and m
     double s3 = 0.0;                        // negative if the matrix mirrors
@@ -128,7 +128,7 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
     const double size = sizes.along > 0.0 ? sizes.inPlane / sizes.along : 1.0;
     const double forRays = kObliqueThickness * ObliquityOf(squeeze.squeezed) * widths.s2;
     const double forSides = sizes.along > 0.0 ? std::min(forRays, kSeen * size) : forRays;
-    // What has been thickened, and rounded since, is thick enough
+    // A matrix that was thickened and rounded since is thick enough.
     constexpr double kEnough = 0.75;
     if (!isFlat && !(std::abs(squeeze.s3) < kEnough * forSides)) return ifShown(placed);
     // Vertex normals that were at 45 degrees are then within that share of the plane's

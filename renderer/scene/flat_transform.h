@@ -47,7 +47,7 @@ RAYGRAPH_API bool MayGainThickness(const glm::mat4x3& transform);
 RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, const Bounds& mesh,
                                                           bool isMirrored = false);
 
-// The same for an instance of a scene; `placed` is where its node, or its skin, places it.
+// Thickens an instance of a scene; `placed` is the transform by its node, or by its skin.
 RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Instance& instance,
                                                           const PlacedTransform& placed);
 

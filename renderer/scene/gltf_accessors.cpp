@@ -53,7 +53,7 @@ ComponentType ReadComponentType(int type) {
 // Bytes of an element. Matrix columns start at multiples of four bytes; the padding after the last one need
 // not be there at the end of a buffer.
 struct ElementSize {
-    uint64_t stride = 0;  // Of tightly packed elements.
+    uint64_t stride = 0;  // the stride of tightly packed elements
     uint64_t used = 0;    // Up to the end of the last component.
 };
 

@@ -41,7 +41,7 @@ struct SparseRun {
 struct Accessor {
     uint64_t count = 0;
     ComponentType componentType = ComponentType::Float;
-    uint32_t componentCount = 1;  // Of SCALAR and VECn; matrices: rows * columns.
+    uint32_t componentCount = 1;  // 1 for SCALAR, n for VECn, rows * columns for matrices
     bool isMatrix = false;
     bool isNormalized = false;
     ElementRun run;

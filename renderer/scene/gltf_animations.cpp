@@ -185,8 +185,8 @@ class AnimationReader {
         return false;
     }
 
-    // What a channel takes, here and in a PoseEvaluator; and once for all animations what it changes: a
-    // value at rest, one of a pose, one for weights, and the scene's.
+    // Charges the memory of a channel, here and in a PoseEvaluator. A target is charged once for all
+    // animations: a value at rest, one of a pose, one for weights, and the scene's.
     void Charge(AnimationTarget target, const Place& where) {
         constexpr uint64_t kBytesAChannel = 128, kBytesATarget = 256;
         constexpr uint64_t kBytesANumber = 3 * sizeof(double) + sizeof(float);

@@ -15,7 +15,7 @@
 
 namespace raygraph::scene {
 
-// What is wrong with the keys of a sampler. `topic` is that of its warning.
+// A defect in the keys of a sampler. `topic` is that of its warning.
 struct KeyDefect {
     Place where;
     const char* topic;
@@ -36,7 +36,7 @@ struct SamplerLayout {
 
 struct AnimationLayout {
     std::string name;
-    std::vector<SamplerLayout> samplers;  // Those that channels use, one for each kind of value.
+    std::vector<SamplerLayout> samplers;  // those that channels use, once for each kind of value
     std::vector<AnimationChannel> channels;
 };
 

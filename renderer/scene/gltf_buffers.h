@@ -29,7 +29,7 @@ class GltfBuffers {
     const std::vector<BufferSource>& m_sources;
     const AccessorTables& m_tables;
     const GltfContainer& m_container;
-    std::vector<std::optional<std::vector<std::byte>>> m_files;    // Those not in the .glb.
+    std::vector<std::optional<std::vector<std::byte>>> m_files;    // those not in the .glb
     std::vector<std::optional<std::vector<std::byte>>> m_decoded;  // By view.
 };
 

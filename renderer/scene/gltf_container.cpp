@@ -98,7 +98,7 @@ std::optional<unsigned> EscapedUnit(std::string_view text) {
     return unit;
 }
 
-// What a string of JSON has at the start of `text`, inside of it.
+// The first character of a text inside of a JSON string.
 struct Character {
     size_t bytes = 1;
     bool isBroken = false;
@@ -121,7 +121,7 @@ Character FirstCharacter(std::string_view text) {
 
 std::optional<RepairedText> RepairStrings(std::string_view json) {
     RepairedText repaired;
-    size_t kept = 0;  // Of `json`, what is in the repaired text.
+    size_t kept = 0;  // bytes of `json` already handled: up to here they are in the text
     bool isInString = false;
     for (size_t at = 0; at < json.size();) {
         if (json[at] == '"') isInString = !isInString;

@@ -34,7 +34,7 @@ std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte>
 // control characters: parsers refuse a text for the sake of any, and most are in names.
 struct RepairedText {
     std::string text;
-    size_t count = 0;  // Of what has been replaced.
+    size_t count = 0;  // the number of replacements
     size_t firstByte = 0;
 };
 // Nothing: all characters are well-formed.

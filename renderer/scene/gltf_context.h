@@ -1,4 +1,4 @@
-// What the parts of one glTF import share. Internal to renderer/scene.
+// The state that the parts of one glTF import share. Internal to renderer/scene.
 #pragma once
 
 #include <cstddef>
@@ -42,9 +42,9 @@ struct GltfContext {
     const LoadOptions& options;
     const ConfinedFolder& folder;
     Warnings warnings;
-    uint64_t bytesRead = 0;        // Of all files and data URIs so far.
+    uint64_t bytesRead = 0;        // of all files and data URIs so far
     uint64_t geometryBytes = 0;    // Charged so far.
-    uint64_t compressedBytes = 0;  // Of primitives, charged so far.
+    uint64_t compressedBytes = 0;  // charged for primitives so far
     uint64_t imageTexels = 0;      // Decoded so far.
 
     // "label: path: what", without the path if it is empty.
@@ -68,7 +68,7 @@ struct GltfContext {
     std::vector<std::byte> ReadUri(const std::string& uri, const Place& where);
 
   private:
-    // Of what so many bytes are decoded to.
+    // Returns the limit for the data that so many bytes are decoded to.
     uint64_t MemoryLimit(uint64_t sourceBytes) const;
 };
 

@@ -157,7 +157,7 @@ void GiveEachAccessorAView(Json& root) {
             if (!accessor.contains("bufferView")) accessor["bufferView"] = none;
 }
 
-// What tinygltf asks for and we do not.
+// Adds the near planes that tinygltf requires and this reader does not.
 void GiveCamerasANearPlane(Json& root) {
     Json::array_t* const cameras = ArrayOf(root, "cameras");
     if (!cameras) return;
@@ -200,7 +200,7 @@ class ModelSize {
                 });
             });
         });
-        // As values too, which is what tinygltf has all extensions as
+        // Extensions are counted as values too: tinygltf keeps them all that way.
         AddExtensions(root);
         if (const auto extensions = root.find("extensions"); extensions != root.end())
             if (const auto lights = extensions->find("KHR_lights_punctual"); lights != extensions->end())
@@ -210,7 +210,7 @@ class ModelSize {
     uint64_t Bytes() const { return m_bytes; }
 
   private:
-    // Of a map: links and color of its tree, beside the pair.
+    // The links and the color of a map's node, in addition to the pair.
     static constexpr size_t kNodeBytes = 4 * sizeof(void*);
     // A vector that grows has up to twice what it needs.
     static constexpr size_t kGrowth = 2;
@@ -231,7 +231,7 @@ class ModelSize {
     void AddMembers(const Json& object, size_t pairBytes) {
         m_bytes += object.size() * (pairBytes + kNodeBytes);
     }
-    // Of the members of `object` that may have extensions.
+    // Adds the extensions of the members of `object` that are texture infos.
     void AddTextureInfos(const Json& object) {
         for (const auto& [name, member] : object.items())
             if (name.ends_with("Texture")) AddExtensions(member);

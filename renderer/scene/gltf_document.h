@@ -24,7 +24,7 @@ struct ImageSource {
     uint32_t view = kNone;
 };
 
-// Of an accessor's "sparse"; zeros if it has none.
+// The numbers of an accessor's "sparse"; zeros if it has none.
 struct SparseNumbers {
     uint64_t count = 0;
     uint64_t indicesOffset = 0;
@@ -48,7 +48,7 @@ struct AnimationSource {
         uint32_t sampler = 0;
         uint32_t node = kNone;
         std::string path;
-        std::optional<std::string> pointer;  // Of KHR_animation_pointer.
+        std::optional<std::string> pointer;  // the pointer of KHR_animation_pointer
     };
     std::string name;
     std::vector<Sampler> samplers;
@@ -59,13 +59,13 @@ struct GltfDocument {
     // All indices are in range, but for an accessor's bufferView: views.size() - 1, one more than the file
     // has, is none. Buffers and images are placeholders.
     gltf::Model model;
-    // What tinygltf would open; and it keeps no length of a buffer.
+    // The buffers and images, which tinygltf would open; it also keeps no length of a buffer.
     std::vector<BufferSource> buffers;
     std::vector<ImageSource> images;
-    // What tinygltf refuses, or cuts to 31 bits. The model has none of it.
+    // Values that tinygltf refuses, or cuts to 31 bits. They are not in the model.
     std::vector<uint32_t> strides;      // By buffer view; 0: none.
     std::vector<SparseNumbers> sparse;  // By accessor.
-    // What needs none of tinygltf's checks.
+    // Objects that need none of tinygltf's checks.
     std::vector<SkinSource> skins;
     std::vector<AnimationSource> animations;
 };

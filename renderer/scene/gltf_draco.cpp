@@ -44,7 +44,7 @@ struct Expected {
                 where, Text("{} compressed, POSITION has {}", Counted(vertices, "vertex is", "vertices are"),
                             Counted(vertexCount, "element")));
     }
-    // Those that the primitive does not have are decoded all the same.
+    // Attributes that the primitive does not use are decoded all the same.
     void RequireAttributes(int attributes) const {
         constexpr int kMaxAttributes = 64;
         if (attributes > kMaxAttributes)
@@ -276,7 +276,7 @@ DracoPrimitive DecodeDraco(GltfContext& context, const PrimitiveLayout& layout, 
                            std::span<const std::byte> compressed) {
     const Place where = layout.where["extensions"][kExtension];
     Expected expected{.context = context, .where = where, .vertexCount = layout.vertexCount};
-    // Of a strip the accessor may count the indices of the strip
+    // The accessor of a strip may count the indices of the strip, so only that of a list is expected.
     if (layout.indices != kNone && layout.mode == PrimitiveMode::Triangles)
         expected.indexCount = tables.accessors[layout.indices].count;
     draco::DecoderBuffer buffer;

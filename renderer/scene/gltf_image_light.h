@@ -29,7 +29,8 @@ struct ImageLight {
     std::array<uint32_t, 6> faces{};  // Images: +x, -x, +y, -y, +z, -z.
 };
 
-// That of a scene of the file, kNone: the file has none. Opens nothing.
+// Returns the image light of a scene, if it has one. `scene` is kNone if the file has no scenes. Opens
+// nothing.
 std::optional<ImageLight> ReadImageLight(GltfContext& context, const gltf::Model& model, uint32_t scene);
 
 // The images that its faces are, each once.

@@ -19,7 +19,7 @@
 namespace raygraph::scene {
 namespace {
 
-// Of those that DecodeImage8 takes.
+// Returns the name of a format that DecodeImage8 reads.
 const char* FormatName(std::span<const std::byte> bytes) {
     switch (image::SniffFormat(bytes)) {
         case image::FileFormat::Png:
@@ -82,8 +82,8 @@ class ImageDecoder {
         std::future<Attempt> attempt;  // Last: it reads the others.
     };
 
-    // What decoders need beside the texels is then at most what one needs for the largest image, or about
-    // half of what all texels may take.
+    // Returns how many texels may be decoded at once. The decoders then need, in addition to the texels, at
+    // most the memory of one for the largest image, or about half of the memory of all texels.
     static uint64_t TexelsAtOnce(const LoadLimits& limits) {
         return std::max(limits.maxImageTexels, limits.maxAllImageTexels / 4);
     }
@@ -202,7 +202,7 @@ class ImageDecoder {
     GltfBuffers& m_buffers;
     const unsigned m_threads;
     std::counting_semaphore<> m_running;
-    image::PixelBudget m_budget;  // Of all tasks together.
+    image::PixelBudget m_budget;  // shared by all tasks
     std::deque<Task> m_tasks;     // Last: they are waited for before the others go.
 };
 

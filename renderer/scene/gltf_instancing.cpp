@@ -24,7 +24,7 @@ bool IsQuaternion(const Accessor& accessor) {
            (accessor.componentType == ComponentType::Int8 || accessor.componentType == ComponentType::Int16);
 }
 
-// What a node's instances are read from, checked.
+// Returns the layout of a node's instances, checked.
 InstancingLayout ReadLayout(GltfContext& context, const gltf::Value& attributes, const AccessorTables& tables,
                             const Place& where) {
     InstancingLayout layout{.where = where};

@@ -24,7 +24,7 @@ struct ProfileSource {
 
 Place PlaceOfProfile(size_t profile);
 
-// Those of the file that `profiles` lists, in that order. Opens nothing.
+// Returns the profiles of the file that `profiles` lists, in that order. Opens nothing.
 std::vector<ProfileSource> ReadProfileSources(const gltf::Model& model,
                                               const std::vector<uint32_t>& profiles);
 

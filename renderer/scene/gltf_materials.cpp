@@ -218,8 +218,8 @@ class MaterialImporter {
         return material;
     }
 
-    // What KHR_materials_pbrSpecularGlossiness stands for, but for what is in the places of its own, which
-    // are read as those of other extensions are.
+    // Reads what KHR_materials_pbrSpecularGlossiness stands for, except for its own properties, which are
+    // read like those of other extensions.
     void ReadGlossiness(const gltf::Material& file, const Place& where, Material& material) {
         material.isSpecularGlossiness = true;
         material.metallicFactor = 0.0f;

@@ -18,7 +18,7 @@
 namespace raygraph::scene {
 namespace {
 
-// What the materials read that a primitive is shown with.
+// The vertex attributes that the materials of a primitive read.
 struct VertexUse {
     std::array<bool, 2> texCoords{};
     bool tangents = false;
@@ -36,7 +36,7 @@ void AddUse(const Material& material, const PrimitiveLayout& layout, VertexUse& 
     for (const TextureRef& map : maps) use.texCoords[static_cast<size_t>(map.texCoord)] = true;
 }
 
-// The same elements, of which no picture depends on any unless they are read.
+// Returns the elements, none of them marked as used unless they are read: then no picture depends on them.
 ElementSelection UsedIf(bool isRead, ElementSelection elements) {
     static const std::vector<uint32_t> none;
     if (!isRead) elements.used = &none;
@@ -137,7 +137,7 @@ class PrimitiveDecoder {
         return primitive;
     }
 
-    // Those of round primitives, and of triangles too.
+    // Reads the streams that round primitives and triangles have in common.
     void ReadStreams(Primitive& primitive, const ElementSelection& vertices) {
         primitive.positions = Stream<glm::vec3>(Attribute::Position, vertices);
         primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, UsedIf(m_use.texCoords[0], vertices));
@@ -254,7 +254,7 @@ class PrimitiveDecoder {
 
     // Splits the vertices where several tangents along a set of texture coordinates meet.
     std::vector<glm::vec4> TangentsAlong(Primitive& primitive, uint32_t texCoord) {
-        // What its working tables take, and at most as many vertices as there are indices.
+        // The memory of the working tables, for at most as many vertices as there are indices.
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
                                                      primitive.positions.size() * kBytesAVertex);

@@ -47,7 +47,7 @@ bool IsAllowed(Attribute attribute, const Accessor& accessor) {
     }
 }
 
-// Of those that are allowed: whether it takes KHR_mesh_quantization.
+// Returns whether an allowed accessor needs KHR_mesh_quantization.
 bool IsQuantized(Attribute attribute, const Accessor& accessor) {
     if (accessor.componentType == ComponentType::Float || attribute >= Attribute::Color0) return false;
     const bool isUnsigned =

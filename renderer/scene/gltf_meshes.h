@@ -48,7 +48,7 @@ constexpr bool IsJoints(Attribute attribute) {
     return attribute >= Attribute::Joints0 && attribute < Attribute::Weights0;
 }
 
-// Of a morph target, the accessors; kNone: no displacement.
+// The accessors of a morph target; kNone: no displacement.
 struct MorphLayout {
     uint32_t positions = kNone, normals = kNone, tangents = kNone;
 };
@@ -68,7 +68,7 @@ struct PrimitiveLayout {
     uint32_t material = kNone;
     uint64_t vertexCount = 0;
     std::optional<DracoLayout> draco = {};
-    // As Primitive::variants, where kNone is for the material above, which may be none itself.
+    // The materials of Primitive::variants. kNone is the material above, which may itself be absent.
     std::vector<VariantMaterial> variants = {};
     std::vector<MorphLayout> targets = {};
 
@@ -79,7 +79,7 @@ struct PrimitiveLayout {
 struct MeshLayout {
     std::string name;
     std::vector<PrimitiveLayout> primitives;  // Without those that have no positions or are left out.
-    std::vector<float> weights;               // As Mesh::weights.
+    std::vector<float> weights;               // the values of Mesh::weights
 };
 
 // Reads and checks all of the file's meshes.

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kExt = "EXT_meshopt_compression";
 constexpr const char* kKhr = "KHR_meshopt_compression";
 
-// What the schema lets through, by the enumerators.
+// The names that the schema allows, by enumerator.
 constexpr std::array<const char*, 3> kModes{"ATTRIBUTES", "TRIANGLES", "INDICES"};
 constexpr std::array<const char*, 4> kFilters{"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"};
 

@@ -30,8 +30,8 @@ struct MeshoptView {
     uint64_t DecodedBytes() const { return count * byteStride; }
 };
 
-// Of a buffer view of the file, if it is compressed. Checks all that can be checked without its bytes;
-// `byteStride` is the view's own, 0 for none.
+// Returns the compression of a buffer view of the file, if it is compressed. Checks all that can be checked
+// without its bytes; `byteStride` is the view's own, 0 for none.
 std::optional<MeshoptView> ReadMeshoptView(const GltfContext& context, const gltf::Model& model, size_t view,
                                            uint32_t byteStride);
 

@@ -36,7 +36,7 @@ std::vector<MorphTarget> DecodeTargets(GltfContext& context, AccessorReader& rea
         };
         read(layout.targets[i].positions, Attribute::Position, targets[i].positions);
         read(layout.targets[i].normals, Attribute::Normal, targets[i].normals);
-        // Of a primitive without normals, tangents are not read, either
+        // Tangents of a primitive without normals are not read, either.
         if (layout.Has(Attribute::Normal))
             read(layout.targets[i].tangents, Attribute::Tangent, targets[i].tangents);
     }

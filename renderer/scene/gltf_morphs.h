@@ -13,8 +13,8 @@ namespace raygraph::scene {
 std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<double>& file, size_t targetCount,
                                     const Place& where);
 
-// Of the vertices named, which are the same for tangents. Displacements of normals and tangents only where
-// the file has these; a stream of nothing but zeros is left out. Boxes are not filled.
+// Decodes the targets of `vertices`; `tangents` are the same for tangents. Normals and tangents have
+// displacements only where the file has them, and a stream of only zeros is left out. Boxes are not filled.
 std::vector<MorphTarget> DecodeTargets(GltfContext& context, AccessorReader& reader,
                                        const PrimitiveLayout& layout, const ElementSelection& vertices,
                                        const ElementSelection& tangents);

@@ -14,7 +14,7 @@ namespace raygraph::scene {
 // The file's indices of what the scene has.
 struct GraphIndices {
     uint32_t scene = kNone;          // kNone: the file has no scenes.
-    std::vector<uint32_t> profiles;  // As they will be in SceneData::profiles.
+    std::vector<uint32_t> profiles;  // the file's index of each element of SceneData::profiles
     std::vector<uint32_t> cameras;   // By SceneData::cameras.
     std::vector<uint32_t> lights;    // By SceneData::lights, without those that have a profile.
 };

@@ -1,4 +1,4 @@
-// What a glTF file says without its buffers and images. Internal to renderer/scene.
+// The content of a glTF file without its buffers and images. Internal to renderer/scene.
 #pragma once
 
 #include <filesystem>
@@ -36,7 +36,7 @@ struct GltfOutline {
     std::vector<ImageSource> imageSources;    // By the file's image.
     // Materials, textures, nodes, cameras, lights and skins, without transforms and matrices.
     SceneData scene;
-    std::vector<ImageChoice> images;           // As ReadMaterials returns them.
+    std::vector<ImageChoice> images;           // from ReadMaterials
     std::vector<bool> isShown;                 // By `images`: by a material of a mesh that is placed.
     std::optional<ImageLight> imageLight;      // The loaded scene's.
     std::vector<ProfileSource> profiles;       // By SceneData::profiles.

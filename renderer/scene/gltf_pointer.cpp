@@ -185,7 +185,8 @@ class PointerResolver {
         return true;
     }
 
-    // Of all that are placed and were made of the file's one; false if some have no such field.
+    // Adds a target for each placed object that was made of the file's one. Returns false if some have no
+    // such field.
     template <typename List, typename Placed, typename IsOf>
     bool ReadPlaced(AnimatedProperty property, const List& fields, std::span<const uint32_t> sources,
                     const Placed& placed, uint32_t index, Steps steps, const IsOf& isOf) {

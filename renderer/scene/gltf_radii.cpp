@@ -46,7 +46,7 @@ void SetRadii(GltfContext& context, SceneData& scene) {
                     Place("meshes")[m],
                     "all of the scene is one point, to which no radius is relative: give it in meters");
             const double inWorld = asked < 0.0 ? -asked * diagonal : asked;
-            // Of one that is placed nowhere, any will do
+            // A mesh that is placed nowhere gets any valid radius.
             const double radius = inWorld / (scales[m] > 0.0 ? scales[m] : 1.0);
             if (!(radius >= static_cast<double>(kMinRadius) && radius <= static_cast<double>(kMaxRadius)))
                 context.Fail(Place("meshes")[m],

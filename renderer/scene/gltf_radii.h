@@ -7,7 +7,7 @@
 
 namespace raygraph::scene {
 
-// What a decoded primitive has as its radii until SetRadii has set them.
+// Returns the value that a decoded primitive has as its radii until SetRadii replaces it.
 float AskedRadius(const RoundRadius& asked);
 
 // After everything is placed: makes the radii those asked for, in the world, and extends all bounds by

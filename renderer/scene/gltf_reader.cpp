@@ -64,7 +64,7 @@ void WithType(ComponentType type, const Call& call) {
     }
 }
 
-// Of the unsigned types.
+// Copies elements of an unsigned type T.
 template <typename T>
 void CopyIntegers(const std::byte* bytes, size_t stride, std::vector<uint32_t>& out) {
     for (size_t i = 0; i < out.size(); ++i) {

@@ -26,7 +26,7 @@ const char* Name(Target target) {
     return kNames[static_cast<size_t>(target)];
 }
 
-// As a message shows a value: numbers and short strings themselves, else the type's name.
+// Returns a value as a message shows it: numbers and short strings themselves, else the type's name.
 std::string Shown(const Json& value) {
     switch (value.type()) {
         case Json::value_t::object:
@@ -310,7 +310,7 @@ class Checker {
         if (!row.numbers.empty() && std::ranges::find(row.numbers, *whole) == row.numbers.end())
             return LeaveOut(value, row, Text("must be {}", Listed(row.numbers)));
         if (*whole < row.wholeMin || *whole > row.wholeMax) return LeaveOut(value, row, WholeNeeded(row));
-        // What tinygltf does not know it keeps as an int or a double
+        // A property that tinygltf does not know stays an int or a double in its model.
         value = m_isKeptAsValue ? Json(static_cast<double>(*whole)) : Json(*whole);
         return true;
     }

@@ -1,4 +1,4 @@
-// What a glTF document may hold, as tables, and the check of a document against them. Internal to
+// The schema of a glTF document, as tables, and the check of a document against them. Internal to
 // renderer/scene.
 //
 // A row a property, made by gltf_schema_rows.h: its type, its range or what it points at, and what becomes of
@@ -24,8 +24,8 @@ enum class PropertyType : uint8_t {
     Number,      // Finite as a float.
     Whole,       // At least 0; may be written 2.0 or 2e0.
     Index,       // A Whole below the length of an array of the document.
-    Numbers,     // As many as the row says.
-    NumberList,  // As many as there are, of any value.
+    Numbers,     // an array of the row's count
+    NumberList,  // an array of any count, with any values
     Indices,
     IndexLists,  // At least one list, each of as many as the row says.
     Object,
@@ -35,7 +35,7 @@ enum class PropertyType : uint8_t {
     RequiredExtensions,  // An array of strings; all must be supported.
 };
 
-// What indices point into.
+// The array into which an index points.
 enum class Target : uint8_t {
     None,
     Accessors,
@@ -54,7 +54,7 @@ enum class Target : uint8_t {
     Skins,
     Textures,
     Variants,
-    AnimationSamplers,  // Those of the animation around.
+    AnimationSamplers,  // those of the animation that holds the index
     Count,
 };
 
@@ -62,7 +62,7 @@ enum class Misfit : uint8_t {
     Refuse,        // The file is bad.
     PutIntoRange,  // A warning, and the nearest value of the range.
     LeaveOut,      // A warning that ends in the row's remedy, and the property is absent.
-    LeaveOutAny,   // The same for a value of another type: what belongs to applications.
+    LeaveOutAny,   // like LeaveOut, also for a value of another type: it belongs to an application
 };
 
 // Where an extension stands.
@@ -84,8 +84,8 @@ struct Property {
     PropertyType type = PropertyType::Bool;
     bool isRequired = false;
     Misfit misfit = Misfit::Refuse;
-    const char* topic = nullptr;   // Of the warning: alike ones are one line.
-    const char* remedy = nullptr;  // What is done instead: "taken as 0".
+    const char* topic = nullptr;   // the warning's topic: warnings of one topic are one line
+    const char* remedy = nullptr;  // the text for what is done instead: "taken as 0"
     // Number, Numbers: each of them.
     float min = std::numeric_limits<float>::lowest();
     float max = std::numeric_limits<float>::max();

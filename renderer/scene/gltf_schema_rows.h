@@ -176,7 +176,8 @@ constexpr ObjectsRow Objects(std::string_view name, std::span<const Property> ro
 constexpr Row Extensions(ExtensionPlace place) {
     return Row("extensions", PropertyType::Extensions).With([&](Row& row) { row.place = place; });
 }
-// What applications put there, whatever it is; of ours only what is of the right type is kept.
+// A row for the data of applications, of any type; of the properties of `rows`, only values of the right type
+// are kept.
 constexpr ObjectRow Extras(std::span<const Property> rows) {
     return Object("extras", rows).With([](ObjectRow& row) {
         row.misfit = Misfit::LeaveOutAny;

@@ -29,7 +29,7 @@ constexpr auto kBufferView =
           Whole("byteLength").AtLeast(1).Required(), Whole("byteStride").Between(4, 252),
           Extensions(ExtensionPlace::BufferView));
 
-// Of EXT_meshopt_compression and KHR_meshopt_compression. tinygltf keeps numbers of extensions as doubles.
+// EXT_meshopt_compression and KHR_meshopt_compression. tinygltf keeps numbers of extensions as doubles.
 constexpr uint64_t kMaxExact = uint64_t{1} << 53;
 constexpr auto kMeshoptBuffer = Table(Flag("fallback"));
 constexpr std::array<std::string_view, 3> kMeshoptModes{"ATTRIBUTES", "TRIANGLES", "INDICES"};
@@ -77,7 +77,7 @@ constexpr auto kSampler = Table(Whole("wrapS").OneOf(kWraps), Whole("wrapT").One
 constexpr auto kTexture = Table(kName, Index("sampler", Target::Samplers), Index("source", Target::Images),
                                 Extensions(ExtensionPlace::Texture));
 
-// Of the extensions that name another file of the same picture.
+// The extensions that name another file of the same picture.
 constexpr auto kTextureSource = Table(Index("source", Target::Images));
 
 // --- Materials ---
@@ -89,11 +89,11 @@ constexpr WholeRow kTexCoord =
 constexpr Row kTextureInfoExtensions = Extensions(ExtensionPlace::TextureInfo);
 
 constexpr auto kTextureInfo = Table(kTextureIndex, kTexCoord, kTextureInfoExtensions);
-// Of a texture that nothing reads.
+// A texture that nothing reads.
 constexpr auto kUnreadTextureInfo = Table(kTextureIndex, Whole("texCoord"));
 
-// Of a field of a material or a texture's transform. What is out of its range is put into it, but for what no
-// number stands for.
+// The row of a field of a material or of a texture's transform. A value out of range is clamped, but left out
+// where 0 stands for infinite: no number of the range does.
 template <typename Owner>
 constexpr auto FactorRow(const Field<Owner, float>& field) {
     const NumberRow row = RowFor(field);
@@ -123,7 +123,7 @@ constexpr auto kTextureTransformRows =
     Table(Factor(&TextureTransform::offset), Factor(&TextureTransform::rotation),
           Factor(&TextureTransform::scale), kTexCoord);
 
-// Of textures with a field of their own.
+// Texture infos with a factor of their own.
 constexpr auto kNormalTextureInfo =
     Table(kTextureIndex, kTexCoord, Factor(&Material::normalScale), kTextureInfoExtensions);
 constexpr auto kOcclusionTextureInfo =
@@ -219,14 +219,14 @@ constexpr auto kPrimitive =
     Table(Object("attributes", kAttributes).Required(), Index("indices", Target::Accessors),
           Index("material", Target::Materials), Whole("mode").Between(0, 6), Objects("targets", kMorphTarget),
           Extensions(ExtensionPlace::Primitive));
-// Of KHR_draco_mesh_compression: ids of the compressed attributes.
+// KHR_draco_mesh_compression: ids of the compressed attributes.
 constexpr WholeRow UniqueId(const char* attribute) {
     return Whole(attribute).Between(0, std::numeric_limits<uint32_t>::max() - 1);
 }
 constexpr auto kDracoAttributes = AttributeTable([](const char* name) { return UniqueId(name); });
 constexpr auto kDraco = Table(Index("bufferView", Target::BufferViews).Required(),
                               Object("attributes", kDracoAttributes).Required());
-// Of KHR_materials_variants.
+// KHR_materials_variants.
 constexpr auto kVariant = Table(kName);
 constexpr auto kVariants = Table(Objects("variants", kVariant).PointedAtAs(Target::Variants));
 constexpr auto kVariantMapping =
@@ -267,7 +267,7 @@ constexpr auto kNodeProfile =
     Table(Index("light", Target::LightProfiles).Required(), Number("multiplier").AtLeast(0.0f).PutIntoRange(),
           Numbers("color", 3).Between(0.0f, 1.0f).PutIntoRange());
 
-// Of EXT_lights_image_based. A path tracer has no use for the irradiance.
+// EXT_lights_image_based. A path tracer does not need the irradiance.
 constexpr auto kImageLight =
     Table(kName, Numbers("rotation", 4), Number("intensity").AtLeast(0.0f).PutIntoRange(),
           Whole("specularImageSize").Between(1, 1u << 30),
@@ -282,7 +282,7 @@ constexpr auto kNode = Table(
     Index("mesh", Target::Meshes), Index("camera", Target::Cameras), Index("skin", Target::Skins),
     NumberList("weights"), Indices("children", Target::Nodes), Extensions(ExtensionPlace::Node));
 constexpr auto kNodeVisibility = Table(Flag("visible"));
-// Of EXT_mesh_gpu_instancing; others of its attributes belong to applications.
+// EXT_mesh_gpu_instancing; its other attributes belong to applications.
 constexpr auto kInstanceAttributes =
     Table(Index("TRANSLATION", Target::Accessors), Index("ROTATION", Target::Accessors),
           Index("SCALE", Target::Accessors));
@@ -315,8 +315,8 @@ constexpr std::array<std::string_view, 1> kMinVersions{"2.0"};
 constexpr auto kAsset =
     Table(Text("version").StartsWith("2.").Required(), Text("minVersion").OneOf(kMinVersions));
 
-// What a file is and requires comes first: what follows may be of another shape in files that cannot be read.
-// Then extensions, because nodes point at what one holds.
+// The asset and the required extensions come first: in files that cannot be read, the rest may have another
+// shape. Then extensions, because nodes point at objects that one holds.
 constexpr auto kRoot =
     Table(Object("asset", kAsset).Required(), Row("extensionsRequired", PropertyType::RequiredExtensions),
           Row("extensionsUsed", PropertyType::UsedExtensions), Extensions(ExtensionPlace::Root),

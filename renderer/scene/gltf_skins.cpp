@@ -29,7 +29,7 @@ void ReadSkin(GltfContext& context, const SkinSource& source, const AccessorTabl
                           Counted(accessor.count, "element"), Counted(skin.joints.size(), "joint")));
 }
 
-// What makes the skin of a node useless; an empty text: nothing.
+// Returns why the skin of a node cannot be used; an empty text: it can.
 std::string WhyLeftOut(const Node& node, const std::vector<MeshLayout>& layouts, bool isInstanced,
                        uint32_t missingJoint) {
     if (node.mesh == kNone) return "is of a node without a mesh, ignored";

@@ -20,7 +20,7 @@ class ValueReader {
 
     explicit operator bool() const { return m_object != nullptr; }
 
-    // What is in one of its objects, and in an element of a list.
+    // Return a reader of one of the object's members, and of an element of a list.
     ValueReader In(const std::string& object) const {
         return ValueReader(m_object && m_object->Has(object) ? &m_object->Get(object) : nullptr);
     }
@@ -28,7 +28,7 @@ class ValueReader {
         return ValueReader(&m_object->Get(static_cast<int>(index)));
     }
 
-    // What is absent leaves the value as it is.
+    // These leave `value` as it is if the key is absent.
     void Read(const std::string& key, int& value) const {
         if (const ValueReader found = In(key)) value = found.m_object->GetNumberAsInt();
     }

@@ -13,7 +13,7 @@
 namespace raygraph::scene {
 namespace {
 
-constexpr size_t kMaxAngles = 10'000;  // Of a direction of the web; a step of a fiftieth of a degree.
+constexpr size_t kMaxAngles = 10'000;  // in each direction of the web: steps of a fiftieth of a degree
 constexpr double kMaxCandela = 1e30;   // With all factors: products with colors and areas stay finite.
 constexpr double kSameAngle = 1e-3;    // Degrees.
 constexpr double kMinStep = 1e-4;      // Degrees; less vanishes in floats.
@@ -100,7 +100,7 @@ class IesReader {
     size_t m_line = 0;
 };
 
-// What follows "TILT=", if that is what the line says.
+// Returns whether the line is "TILT=", and sets `value` to the text after it.
 bool IsTilt(std::string_view line, std::string_view& value) {
     line = Trimmed(line);
     if (!line.starts_with("TILT")) return false;
@@ -110,13 +110,13 @@ bool IsTilt(std::string_view line, std::string_view& value) {
     return true;
 }
 
-// Of 1986, whose files do not say so, or of 1991.
+// Returns whether the file is of the format of 1986, which is not named in the file, or of 1991.
 bool IsBefore1995(std::string_view firstLine) {
     const std::string_view version = Trimmed(firstLine);
     return !version.starts_with("IESNA:LM-63-") && !version.starts_with("IES:LM-63-");
 }
 
-// As in the file: degrees.
+// The angles are in degrees, as in the file.
 struct Web {
     PhotometricType type = PhotometricType::C;
     std::vector<double> vertical, horizontal;

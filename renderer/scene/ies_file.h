@@ -12,7 +12,7 @@ namespace raygraph::scene {
 
 struct IesFile {
     LightProfile profile;               // Without a name.
-    std::vector<std::string> warnings;  // What was repaired; without the file's name.
+    std::vector<std::string> warnings;  // what was repaired, without the file's name
 };
 
 // Intensities are the file's times its multiplier and its ballast factor (and the ballast-lamp factor, which

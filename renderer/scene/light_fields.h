@@ -45,7 +45,7 @@ constexpr void ForEachLightField(LightType type, Visit&& visit) {
     std::apply([&](const auto&... field) { (look(field), ...); }, light_fields::kAll);
 }
 
-// The same of a light: one with a profile has a factor and a color.
+// Calls visit(field) for each field of a light. A light with a profile has a factor and a color only.
 template <typename Visit>
 constexpr void ForEachLightField(const Light& light, Visit&& visit) {
     const auto look = [&](const auto& field) {
@@ -76,7 +76,7 @@ constexpr auto FieldOf(T Light::*member) {
     return FindField(member, light_fields::kAll);
 }
 
-// What the ranges cannot say: a spot light shines in a cone around that of its full intensity.
+// The rule that ranges cannot express: the outer cone of a spot light contains the inner one.
 inline bool HasCone(const Light& light) {
     return light.type != LightType::Spot || light.innerConeAngle < light.outerConeAngle;
 }

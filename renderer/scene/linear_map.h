@@ -1,4 +1,5 @@
-// What the three columns of a transform's linear part say about it. Threads: pure functions, for any thread.
+// Properties of the linear part of a transform, computed from its three columns. Threads: pure functions, for
+// any thread.
 #pragma once
 
 #include <algorithm>

@@ -132,7 +132,7 @@ ScenePath Locate(const std::filesystem::path& path) {
 
 namespace {
 
-// Of KHR_materials_variants.
+// Reads the names of KHR_materials_variants.
 std::vector<std::string> ReadVariantNames(const gltf::Model& model) {
     std::vector<std::string> names;
     const auto found = model.extensions.find("KHR_materials_variants");

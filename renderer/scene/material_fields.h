@@ -18,7 +18,7 @@ struct TextureField : FieldPlace<Material, TextureRef> {
 
 namespace material_fields {
 
-// What kind of number a field is, with the names that the list has for them.
+// The kinds of numbers, by the names that shaders/shared/material_list.h uses.
 struct Quantity {
     FieldRange range;
     const char* unit = "";

@@ -64,7 +64,7 @@ struct MorphTarget {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
     std::vector<glm::vec3> tangents;
-    Bounds bounds;  // Of its `positions`; empty without them.
+    Bounds bounds;  // the bounds of `positions`; empty without them
 };
 
 // One draw's worth of triangles, or of round primitives, with one material. All streams but positions and
@@ -96,14 +96,14 @@ struct Primitive {
     // Triangle list, three a triangle, counter-clockwise seen from the front; or two a capsule.
     std::vector<uint32_t> indices;
     uint32_t material = 0;  // Into SceneData::materials; always valid.
-    Bounds bounds;          // Of `positions`, object space; of round primitives with their radii.
+    Bounds bounds;          // object space; for round primitives with their radii
     // KHR_materials_variants: what scene::SetVariant chooses `material` from, ascending by variant. Empty:
     // `material` in all of them.
     std::vector<VariantMaterial> variants;
     // Not empty: these are round primitives, one radius each. They have no normals and no tangents.
     std::vector<float> radii;
-    // What deforms it (renderer/scene/deform.h). Positions, normals and tangents are those of no joint and no
-    // target: the base shape. Round primitives have neither.
+    // scene/scene/deform.h). Positions, normals and tangents are those of no joint and no target: the base
+    // shape. Round primitives have neither.
     JointInfluences influences;
     std::vector<MorphTarget> targets;  // Empty, or as many as Mesh::weights.
     // Each triangle has its own normal, which no stream of the file said: three vertices a triangle, in
@@ -118,8 +118,8 @@ struct Mesh {
     std::string name;
     // Empty for one that the loaded scene does not place, and of points and lines only, if they are left out.
     std::vector<Primitive> primitives;
-    // Of the morph targets, as long as there are any: how much of each is added where a node has no weights
-    // of its own. Any numbers.
+    // The weight of each morph target where a node has no weights of its own: as many as there are targets,
+    // any numbers.
     std::vector<float> weights;
 };
 

@@ -28,7 +28,7 @@ bool Plays(const ClipState& clip) {
     return clip.weight > 0.0f && std::isfinite(clip.weight);
 }
 
-// Of quaternions.
+// Returns the dot product of two quaternions.
 double Dot(const double* a, const double* b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }

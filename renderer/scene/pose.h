@@ -1,5 +1,5 @@
-// What animations make of a scene at a time: a Pose, computed from clips, and applied by PoseApplier
-// (pose_applier.h).
+// The pose of a scene at a time: a Pose is computed from the clips of animations, and PoseApplier
+// (pose_applier.h) applies it.
 //
 //   scene::PoseEvaluator evaluator(data);                     // keeps the rest pose
 //   scene::PoseApplier applier(data);

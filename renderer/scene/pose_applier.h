@@ -14,7 +14,7 @@
 
 namespace raygraph::scene {
 
-// What a call has changed: indices, each once, ascending. Values are in the scene, or of the applier.
+// The changes of a call: indices, each once, ascending. The values are in the scene, or those of the applier.
 struct PoseChanges {
     std::vector<uint32_t> instances;   // objectToWorld, translationRest
     std::vector<uint32_t> shown;       // instances that are seen now and were not, or the other way
@@ -59,12 +59,12 @@ class RAYGRAPH_API PoseApplier {
     // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
     // that no deformed instance has.
     std::span<const glm::mat4x3> JointMatricesOf(uint32_t skin) const;
-    // Of an instance: its nodes are visible, and it is not collapsed.
+    // Returns whether the nodes of an instance are visible, and it is not collapsed.
     bool IsVisible(uint32_t instance) const { return m_isInstanceSeen[instance] != 0; }
     bool IsLightVisible(uint32_t light) const { return m_isLightSeen[light] != 0; }
     // The node and all above it are visible.
     bool IsNodeVisible(uint32_t node) const { return m_isNodeSeen[node] != 0; }
-    // Of an instance, whether or not it is visible; world space.
+    // The bounds of an instance in world space, whether or not it is visible.
     const Bounds& BoundsOf(uint32_t instance) const { return m_instanceBounds[instance]; }
     std::span<const PlacedTransform> NodeTransforms() const { return m_nodeToWorld; }
 

@@ -15,7 +15,8 @@
 
 namespace raygraph::scene {
 
-// Of radii in object space: what shading computes of them is far from the ends of float.
+// The limits of radii in object space. The products that shading computes of them stay far from the limits of
+// float.
 inline constexpr float kMinRadius = 1e-9f;
 inline constexpr float kMaxRadius = 1e9f;
 
@@ -38,7 +39,7 @@ struct PointsAndLines {
 // "0.01" is in meters, "0.2%" relative to the diagonal; "off". Error{Usage} for anything else, and for a
 // radius that is not between 1e-9 and 1e9 meters, or 1e-7 and 1000 percent.
 RAYGRAPH_API RoundRadius ParseRoundRadius(std::string_view text);
-// What ParseRoundRadius reads as the same.
+// Returns the text that ParseRoundRadius reads as the same radius.
 RAYGRAPH_API std::string ToText(const RoundRadius& radius);
 
 // A box around a capsule, with room for the rounding of a ray's intersection with it.

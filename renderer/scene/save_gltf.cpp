@@ -132,8 +132,8 @@ bool IsIes(std::span<const std::byte> bytes) {
     }
 }
 
-// What the file names: buffers, images and profiles of lights, of which some are read. An image that has
-// another in its place may be missing.
+// Copies the files that the document names: buffers, images and light profiles, only some of which are read.
+// An image that has a substitute may be missing.
 void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices,
                const std::vector<ProfileSource>& profilesRead, const ConfinedFolder& from, const fs::path& to,
                uint64_t maxBytes) {

@@ -87,7 +87,7 @@ struct RAYGRAPH_API Material {
     float emissiveStrength = 1.0f;   // KHR_materials_emissive_strength.
     TextureRef emissiveTexture;      // sRGB.
     AlphaMode alphaMode = AlphaMode::Opaque;
-    float alphaCutoff = 0.5f;  // Of AlphaMode::Mask: alpha below it is a hole.
+    float alphaCutoff = 0.5f;  // for AlphaMode::Mask: where alpha is below it there is a hole
     bool isDoubleSided = false;
 
     float ior = 1.5f;                     // KHR_materials_ior: at least 1; or 0: reflects everything.
@@ -219,7 +219,8 @@ struct ImageData {
     uint32_t width = 0;
     uint32_t height = 0;
     std::vector<uint8_t> rgba;
-    // The same texels as blocks that GPUs read, if the file has them, and the smaller levels of the file.
+    // The same texels compressed as blocks that GPUs read, if the file has them, with the file's smaller
+    // levels.
     image::BlockLevels blocks = {};
     // LowestAlpha() of rgba, which the importer has computed where it decoded: who changes rgba resets this.
     std::optional<uint8_t> lowestAlpha = {};
@@ -231,7 +232,8 @@ struct RAYGRAPH_API Node {
     uint32_t parent = kNone;
     // Local transform: `matrix` if the file gave one, else translation * rotation * scale.
     glm::vec3 translation{0.0f};
-    glm::vec3 translationRest{0.0f};             // Of `translation`, or of the matrix's.
+    glm::vec3 translationRest{0.0f};             // the part that `translation`, or the matrix's, loses by
+                                                 // rounding
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // w, x, y, z; unit length.
     glm::vec3 scale{1.0f};
     std::optional<glm::mat4x3> matrix;
@@ -240,7 +242,7 @@ struct RAYGRAPH_API Node {
     // shine (VisibleNodes).
     bool isVisible = true;
     uint32_t skin = kNone;       // Into SceneData::skins: what deforms its mesh.
-    std::vector<float> weights;  // Of its mesh's morph targets; empty: Mesh::weights.
+    std::vector<float> weights;  // weights of its mesh's morph targets; empty: Mesh::weights
 
     // Node space to parent space.
     glm::mat4x3 LocalTransform() const;
@@ -314,8 +316,8 @@ struct Light {
 // The light from infinity that a scene brings along (EXT_lights_image_based), turned and scaled.
 struct EnvironmentLight {
     std::string name;
-    uint32_t faceSize = 0;  // Of the file's cube map: texels a side.
-    image::ImageF map;      // As GpuScene::SetEnvironmentMap takes it. Empty: the scene has none.
+    uint32_t faceSize = 0;  // texels a side of the file's cube map
+    image::ImageF map;      // as GpuScene::SetEnvironmentMap takes it; empty: none
 
     bool IsPresent() const { return !map.rgba.empty(); }
 };
@@ -332,8 +334,9 @@ struct SceneData {
     // EXT_mesh_gpu_instancing are neighbors. One that is scaled to nothing or to a line is left out when
     // loading, with a warning.
     std::vector<Instance> instances;
-    std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
-    // Those placed in the loaded scene, by the file's light index; then those with a profile, by its index.
+    std::vector<Camera> cameras;  // those placed in the loaded scene, by the file's camera index
+    // The lights placed in the loaded scene, by the file's light index; then those with a profile, by its
+    // index.
     std::vector<Light> lights;
     std::vector<LightProfile> profiles;  // Only those that lights use.
     EnvironmentLight environment;
@@ -351,7 +354,7 @@ struct RAYGRAPH_API PlacedTransform {
     glm::vec3 rest{0.0f};
 
     glm::dvec3 Place() const { return glm::dvec3(matrix[3]) + glm::dvec3(rest); }
-    // The same with its place seen from `origin`, rounded once.
+    // Returns the transform relative to `origin`, rounded once.
     glm::mat4x3 RelativeTo(const glm::dvec3& origin) const;
 
     bool operator==(const PlacedTransform&) const = default;

@@ -20,7 +20,7 @@
 
 namespace raygraph::scene {
 
-// Of each piece. Bytes are those of all its streams on the host.
+// The limits of each piece. Bytes are those of all its streams on the host.
 struct PieceLimits {
     uint64_t maxTriangles = std::numeric_limits<uint64_t>::max();
     uint64_t maxVertices = std::numeric_limits<uint64_t>::max();
@@ -30,7 +30,7 @@ struct PieceLimits {
 struct PrimitivePiece {
     // With bounds of its own, and boxes of its own for what joints and targets move.
     Primitive primitive;
-    // Of each triangle (or capsule) the index that it had, ascending; empty: the same, this is all of them.
+    // The original index of each triangle (or capsule), ascending. Empty: the piece is all of the primitive.
     std::vector<uint32_t> originals;
 };
 

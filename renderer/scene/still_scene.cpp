@@ -40,7 +40,7 @@ ClipState FindClip(const SceneData& scene, std::string_view text, double seconds
     return clip;
 }
 
-// As FindClip reads it.
+// Returns the text with which FindClip finds the clip.
 std::string TextOf(const SceneData& scene, const ClipState& clip) {
     const std::string& name = scene.animations.at(clip.animation).name;
     const auto first = std::ranges::find(scene.animations, name, &Animation::name);
@@ -71,7 +71,7 @@ uint64_t Bytes(const std::vector<T>& values) {
     return values.size() * sizeof(T);
 }
 
-// Of a copy without what deforms it.
+// Returns the bytes of a copy without its deformation.
 uint64_t CopyBytes(const Mesh& mesh) {
     uint64_t bytes = sizeof(Mesh);
     for (const Primitive& p : mesh.primitives)
@@ -100,7 +100,7 @@ void Deform(const Primitive& from, std::span<const float> weights, std::span<con
     to.bounds = BoundsOf(to.positions);
 }
 
-// What no joint and no target changes.
+// Copies the fields that no joint and no target changes.
 Primitive CopyBesideStreams(const Primitive& from) {
     Primitive copy;
     copy.tangentTexCoord = from.tangentTexCoord;
@@ -122,7 +122,8 @@ bool CanAttach(const PlacedTransform& node) {
     return !IsFlat(node.matrix) && CanInvert(node.matrix);
 }
 
-// What is not seen and would be placed as it is at no time, or is lost to its node, which could show it.
+// Erases instances that are collapsed, and unseen ones that a skin places and that cannot attach to their
+// node, by which they could otherwise be shown later.
 void EraseUnseen(SceneData& scene, const PoseApplier& applier) {
     size_t index = 0;
     std::erase_if(scene.instances, [&](const Instance& instance) {

@@ -65,7 +65,7 @@ glm::dvec3 DirectionOf(uint32_t x, uint32_t y) {
     return {std::sin(polar) * std::cos(longitude), std::cos(polar), std::sin(polar) * std::sin(longitude)};
 }
 
-// What light of radiance 1 from a steradian adds to the mean over the disc of a white Lambert ball, if it
+// Returns the mean radiance over the disc of a white Lambert ball, per steradian of light of radiance 1 that
 // comes at this angle to the direction of view: the phase function of a Lambert sphere (Schoenberg 1929),
 // whose integral over all directions is 1.
 double ShareOfBall(double cosine) {

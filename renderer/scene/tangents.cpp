@@ -56,8 +56,9 @@ Face Measure(const std::array<dvec3, 3>& p, const std::array<dvec2, 3>& uv) {
     return face;
 }
 
-// What a face adds to the tangent of a vertex with this normal, to which two of its edges lead: its own
-// tangent in the plane perpendicular to the normal, weighted by its angle, measured in that plane.
+// Returns the contribution of a face to the tangent of a vertex with this normal, to which two of its edges
+// lead: its own tangent in the plane perpendicular to the normal, weighted by its angle, measured in that
+// plane.
 dvec3 Share(const Face& face, const dvec3& normal, const dvec3& edge, const dvec3& otherEdge) {
     const dvec3 a = Tangential(edge, normal), b = Tangential(otherEdge, normal);
     return std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)) * Tangential(face.tangent, normal);

@@ -13,7 +13,7 @@ namespace raygraph::scene {
 struct TangentMesh {
     std::vector<uint32_t> sources;  // By new vertex: the old one, whose other attributes it takes. The first
                                     // ones are the old vertices, in order.
-    std::vector<uint32_t> indices;  // As the old ones, into the new vertices.
+    std::vector<uint32_t> indices;  // in the order of the old ones, into the new vertices
     std::vector<glm::vec4>
         tangents;  // By new vertex: unit length, perpendicular to the normal; w = +1 or -1.
 };

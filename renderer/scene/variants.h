@@ -20,7 +20,8 @@ namespace raygraph::scene {
 // "". Error{BadInput} naming what there is, if there is no such variant.
 RAYGRAPH_API uint32_t FindVariant(const SceneData& scene, std::string_view choice);
 
-// What FindVariant finds a variant by: its name, or its index if an earlier one has that name; "" for kNone.
+// Returns the text by which FindVariant finds a variant: its name, or its index if an earlier one has that
+// name; "" for kNone.
 RAYGRAPH_API std::string VariantText(const SceneData& scene, uint32_t variant);
 
 // The index in Primitive::variants, or in another list that ascends by `variant` and ends with kNone, of the
