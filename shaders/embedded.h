@@ -10,7 +10,8 @@
 namespace raygraph {
 
 struct EmbeddedShader {
-    std::string_view name;            // What passes ask for, such as "pathtrace/pathtrace.rgen".
+    std::string_view name;            // the name by which passes ask for it, such as
+                                      // "pathtrace/pathtrace.rgen"
     std::string_view source;          // Path relative to shaders/: the name, or what it is a variant of.
     std::string_view preamble;        // "#define OWN_TRAVERSAL\n": what goes before the text of the source.
     std::span<const uint32_t> words;  // A whole SPIR-V module; lives as long as the program.

@@ -163,7 +163,7 @@ INLINE FacetEnergy FacetEnergyFrom(vec2 alpha, TableSpan row, vec3 w) {
     return energy;
 }
 
-// The same towards the viewer.
+// Returns the energy of the facets towards the viewer.
 INLINE FacetEnergy ViewEnergy(vec2 alpha, TableSpan row, vec3 wo, uint seed) {
     if (!IsStretched(alpha)) return FacetEnergyAt(row, wo.z);
     FacetEnergy energy = EstimateFacets(alpha, wo, seed);

@@ -33,8 +33,9 @@ double SchlickCurve(double cosine) {
     return std::pow(std::clamp(1.0 - cosine, 0.0, 1.0), 5.0);
 }
 
-// Of the light that meets a facet seen from a direction: cosine with the facet, and z and masking of where
-// it is reflected and refracted to. z <= 0, or >= 0 for refraction: it does not get there.
+// A part of the light that comes from one direction and meets a facet: the cosine with the facet, and the z
+// and the masking of the directions of reflection and refraction. z <= 0, or >= 0 for refraction: it does not
+// get there.
 struct FacetPath {
     double share;  // of the light; all shares add up to 1
     double cosI;
@@ -177,7 +178,7 @@ WalkedFacets WalkFacets(const shading::WalkSurface& white, shading::vec3 wo, uin
     return facets;
 }
 
-// What happens to light of one roughness and direction after its first facet.
+// The fate of light of one roughness and direction after its first facet.
 struct LaterFacets {
     double curveMean = 0.0;     // of (s1 + s2) / 2, s Schlick's curve
     double curveProduct = 0.0;  // of s1 s2
@@ -330,7 +331,7 @@ void AppendSheen(std::vector<Entry>& table) {
         std::vector<double> caps;
         for (uint i = 0; i < kEnergyCosCount; ++i)
             caps.push_back(1.0 / std::max(SheenAlbedo(cosineOf(i), alpha, [](double) { return 1.0; }), 1.0));
-        // As the device interpolates them
+        // The interpolation is the device's.
         const auto capAt = [&](double z) {
             const double place = std::sqrt(z) * (kEnergyCosCount - 1.0);
             const auto first = std::min(static_cast<size_t>(place), caps.size() - 2);

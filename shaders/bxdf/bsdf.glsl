@@ -36,7 +36,7 @@ INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     return lobe;
 }
 
-// Of a surface in the frame of its shading normal.
+// Returns the setting of a surface in the frame of its shading normal.
 INLINE SurfaceSetting SettingOf(SurfaceInteraction surface, Frame frame, float eta, float minAlpha,
                                 uint seed) {
     SurfaceSetting setting = SettingOf(surface.material, eta, minAlpha, seed);
@@ -79,8 +79,9 @@ INLINE bool IsMatchedBoundary(SurfaceMaterial material, bool areSidesAlike) {
            material.transmission > 0.0f;
 }
 
-// Of such walls and boundaries: the share that goes straight on from wo, the probability that a sample does,
-// and the other lobes, which sample the rest. The probability is below 1, or there is no rest.
+// For smooth thin walls and matched boundaries: the share of light that goes straight on from wo, the
+// probability that a sample does, and the other lobes, which sample the rest. The probability is below 1
+// unless there is no rest.
 INLINE vec3 StraightShare(SurfaceBSDF wall) { return StraightShare(wall.gltf); }
 INLINE float StraightChance(SurfaceBSDF wall) { return StraightChance(wall.gltf); }
 INLINE SurfaceBSDF WithoutStraight(SurfaceBSDF wall, float chance) {

@@ -20,7 +20,7 @@ struct DielectricLayerBxDF {
     float passedScale;  // 1 / mean of what it passes
 };
 
-// What the layer passes where it reflects with that energy.
+// Returns the share that the layer passes where it reflects with that energy.
 INLINE float PassedShare(DielectricLayerBxDF lobe, FacetView view, FacetEnergy energy) {
     vec3 f0 = lobe.table.f0;
     vec3 f90 = lobe.table.f90;

@@ -4,7 +4,7 @@
 // The layers above (dielectric, sheen, clear coat) are on both sides of a sheet, and light from either side
 // passes them by the same factor: the sum is reciprocal, and a white sheet returns and passes all light.
 //
-// What is scattered within a thin sheet (KHR_materials_scatter) leaves it on either side, in one color.
+// Light that is scattered within a thin sheet (KHR_materials_scatter) leaves it on either side, in one color.
 //
 // At the boundary of a medium of relative index n it obeys the law of every boundary that does not make heat
 // flow from cold to warm: f(wo, wi) n(wi)^2 = f(wi, wo) n(wo)^2, as glass does. So of light from the denser

@@ -13,7 +13,7 @@
 
 SHADING_BEGIN
 
-// Of a path that carries all colors, to which media have their index at the d line.
+// The value for a path that carries all colors: media have their index at the d line for it.
 CONST float kNoWavelength = 0.0f;
 
 // nm, of red, green and blue: mean, and scale of the logistic distribution, sqrt(3) / pi of its deviation.

@@ -128,7 +128,7 @@ struct GlassScale {
 
 INLINE float CornerWeight(TableSpan span, uint isNext) { return isNext != 0u ? span.t : 1.0f - span.t; }
 
-// What the tables have of a refracting surface, for one direction.
+// The entries of the tables for a refracting surface and one direction.
 struct GlassEnergy {
     vec2 passed;          // C, D of one bounce, (1 - F0) C + (1 - F90) D
     vec3 reflected;       // K, A, B of one bounce, K + F0 A + F90 B; K is total reflection

@@ -27,9 +27,9 @@ INLINE FacetFresnel BlackFresnel() {
     return fresnel;
 }
 
-// Of light that makes cosI > 0 with the facet of a dielectric; `cosOutside` is the cosine on its thinner
-// side. Exact models have the shape of the exact curve, moved to f0 and exactF90 at its ends; f0 is then that
-// of eta times a tint.
+// Returns the reflectance of a dielectric facet for light at cosI > 0; `cosOutside` is the cosine on its
+// thinner side. Exact models have the shape of the exact curve, moved to f0 and exactF90 at its ends; f0 is
+// then that of eta times a tint.
 INLINE vec3 DielectricCurve(FacetFresnel fresnel, float cosOutside, float cosI, float eta) {
     if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosOutside, fresnel.f0, fresnel.f90);
     float f0 = DielectricF0(eta);
@@ -39,7 +39,8 @@ INLINE vec3 DielectricCurve(FacetFresnel fresnel, float cosOutside, float cosI, 
 
 INLINE bool HasFilm(ThinFilm film) { return HasTraceFeature(kTraceIridescence) && film.weight > 0.0f; }
 
-// What a film adds to the reflectance of a metal. --fresnel dielectric is without absorption here too.
+// Returns what a film adds to the reflectance of a metal. With --fresnel dielectric there is no absorption
+// here, either.
 INLINE vec3 MetalFilmGain(ThinFilm film, ConductorFresnel fresnel, float cosI) {
     vec3 k = ActiveFresnel() == kFresnelDielectric ? vec3(0.0f) : fresnel.k;
     return film.weight * FilmGain(film, cosI, fresnel.eta, k);
@@ -59,7 +60,8 @@ INLINE vec3 ConductorReflectance(ConductorFresnel fresnel, ThinFilm film, float 
     return clamp(bare + MetalFilmGain(film, fresnel, cosI), vec3(0.0f), vec3(1.0f));
 }
 
-// As FacetReflectance, of a dielectric seen from its thinner side, eta >= 1: nothing is reflected totally.
+// Returns FacetReflectance of a dielectric seen from its thinner side, eta >= 1, where there is no total
+// reflection.
 INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
     vec3 bare = DielectricCurve(fresnel, cosI, cosI, eta);
     if (!HasFilm(fresnel.film)) return bare;
@@ -71,7 +73,7 @@ INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
 // color (KHR_materials_specular).
 INLINE vec3 PassedShare(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
 
-// What a facet reflects of light, and what it passes.
+// The shares of light that a facet reflects and passes.
 struct FacetShares {
     vec3 reflected;
     vec3 passed;
@@ -92,8 +94,8 @@ INLINE FacetShares FilmedShares(vec3 bare, vec3 gain) {
     return shares;
 }
 
-// Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
-// read for metals. Total reflection is 1 whatever f90 and film.
+// Returns the shares of light at cosI > 0 with the facet. eta is n(far side) / n(this side) as seen from
+// here, and is not read for metals. Total reflection is 1 whatever f90 and film are.
 INLINE FacetShares SharesOf(FacetFresnel fresnel, float cosI, float eta) {
     if (fresnel.isMetal) {
         if (ActiveFresnel() == kFresnelSchlick && !HasFilm(fresnel.film))

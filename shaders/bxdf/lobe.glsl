@@ -27,8 +27,8 @@
 //         at a smooth thin wall: the share of light that goes straight on, f |wi.z| of that delta; the
 //         probability that a sample of the lobe does; and the lobe without that. What such a lobe transmits
 //         at all, it transmits so
-// Those that most lobes answer alike are written by LOBE_IS_OPAQUE, LOBE_GOES_NOT_STRAIGHT (part of the
-// former), LOBE_COVERS_NOTHING and LOBE_IS_NOT_WALKED. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe
+// LOBE_IS_OPAQUE, LOBE_GOES_NOT_STRAIGHT (part of the former), LOBE_COVERS_NOTHING and LOBE_IS_NOT_WALKED
+// write the overloads that are the same for most lobes. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe
 // alone, which the tests hold to their contracts.
 #ifndef RAYGRAPH_BXDF_LOBE_GLSL
 #define RAYGRAPH_BXDF_LOBE_GLSL
@@ -45,7 +45,7 @@
 
 SHADING_BEGIN
 
-// What shading needs beside a surface's material.
+// The properties that shading needs in addition to a surface's material.
 struct SurfaceSetting {
     float eta;    // n(other side) / n(side of wo)
     bool isThin;  // there is no medium behind it: a thin wall of that index
@@ -118,7 +118,7 @@ INLINE vec3 SampleNormal(FacetView view, vec2 u) {
     return view.isSmooth ? vec3(0.0f, 0.0f, 1.0f) : Sample_wm(view.facets, view.wo, u);
 }
 
-// What SampleDirection of a lobe takes.
+// Returns the `drawn` argument of a lobe's SampleDirection.
 INLINE vec3 DrawFor(FacetView view, bool isCosine, vec2 u) {
     return isCosine ? SampleCosineHemisphere(u) : SampleNormal(view, u);
 }
@@ -222,7 +222,7 @@ INLINE vec3 DominantReflection(vec3 wo, float roughness) {
     return DominantDirection(vec3(0.0f, 0.0f, 1.0f), Mirrored(wo), roughness);
 }
 
-// Of facets that reflect `albedo`.
+// Returns the mean of facets that reflect `albedo`.
 INLINE LobeMean FacetMean(FacetView view, vec3 albedo) {
     LobeMean mean = NoMean();
     mean.albedo = albedo;
@@ -286,7 +286,7 @@ INLINE vec3 FacetAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
     return SingleAlbedo(energy, f0, f90) + LaterAlbedo(view, energy, f0, f90);
 }
 
-// Of facets of this reflectance that reflect once, times `scale`.
+// Returns the mean of facets of this reflectance that reflect once, times `scale`.
 INLINE LobeMean FacetMean(FacetView view, vec3 scale, vec3 f0, vec3 f90) {
     return FacetMean(view, scale * SingleAlbedo(view.energy, f0, f90));
 }

@@ -242,7 +242,7 @@ INLINE float ReflectionPDF(MicrofacetDistribution d, vec3 wo, vec3 wm) {
     return 0.25f * PDF(d, wo, wm) / max(abs(dot(wo, wm)), 1e-12f);
 }
 
-// What Walter's eq. 17 makes of the solid angle of normals: that of wm over that of wi.
+// Returns the Jacobian of refraction (Walter eq. 17): the solid angle of wm over that of wi.
 INLINE float RefractionJacobian(vec3 wo, vec3 wi, vec3 wm, float eta) {
     return abs(dot(wi, wm)) / max(Sqr(dot(wi, wm) + dot(wo, wm) / eta), 1e-20f);
 }

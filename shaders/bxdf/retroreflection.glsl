@@ -6,7 +6,7 @@
 // Turned by half a circle facets are distributed as before. So f stays reciprocal, albedos and what passes to
 // lobes below are those without, and a direction of f(wo, .) that is mirrored is one of f(Mirrored(wo), .).
 //
-// Of the lobes, those that IsWalked, which have these facets.
+// It applies to the lobes with IsWalked, which have these facets.
 #ifndef RAYGRAPH_BXDF_RETROREFLECTION_GLSL
 #define RAYGRAPH_BXDF_RETROREFLECTION_GLSL
 

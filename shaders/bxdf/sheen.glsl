@@ -4,9 +4,9 @@
 // in at grazing angles (2.1 times at 0.1): there f is capped, by the lesser of the factors that keep the
 // albedo of either direction at 1, which is reciprocal and leaves all other pairs as they are.
 //
-// What lies below is scaled by 1 - m E(wo), with m the largest channel of the color and E the albedo of white
-// sheen; a diffuse base also by the same factor of the light's direction over its mean, so that the sum is
-// reciprocal and white stays white.
+// The lobes below are scaled by 1 - m E(wo), with m the largest channel of the color and E the albedo of
+// white sheen; a diffuse base also by the same factor of the light's direction over its mean, so that the sum
+// is reciprocal and white stays white.
 #ifndef RAYGRAPH_BXDF_SHEEN_GLSL
 #define RAYGRAPH_BXDF_SHEEN_GLSL
 
@@ -56,7 +56,7 @@ INLINE float SheenF(float alpha, vec3 wo, vec3 wi) {
     return SheenD(alpha, sum.z * inversesqrt(square)) / (4.0f * wo.z * wi.z * masking);
 }
 
-// Of one direction. x: the albedo of white sheen; y: the factor that caps f.
+// Returns the energy for one direction. x: the albedo of white sheen; y: the factor that caps f.
 INLINE vec2 SheenEnergyAt(TableSpan row, float cosTheta) {
     TableSpan column = SpanAt(sqrt(max(cosTheta, 0.0f)), kEnergyCosCount);
     uint at = kEnergySheenOffset + row.first * kEnergyCosCount + column.first;

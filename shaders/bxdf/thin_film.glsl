@@ -9,10 +9,9 @@
 // - the responses are those of linear sRGB under daylight (D65), so that a gray film is gray: five
 //   Gaussians, fitted to the CIE 1931 curves. The mean of any cosine is off by 0.02 at most; with the four
 //   that the paper fits to XYZ, by 0.15;
-// - four terms are summed and the rest extrapolated.
-// What is returned is by how much the film changes the reflectance. A film that is not there to light,
-// because it has no thickness or the index of what is above it or below, changes nothing, by every Fresnel
-// model.
+// - four terms are summed and the rest extrapolated. The result is the change of the reflectance by the film.
+// A film that is not there to light, because it has no thickness or the index of what is above it or below,
+// changes nothing, by every Fresnel model.
 //
 // Linear sRGB does not hold all of these colors: the sum with the base must be clamped.
 #ifndef RAYGRAPH_BXDF_THIN_FILM_GLSL
@@ -169,8 +168,8 @@ INLINE vec3 InterferenceGain(ComplexColor r12, ComplexColor r23, PathSpectrum sp
     return 2.0f * passed * (without.re - MeanOfRoundTrips(q, spectrum));
 }
 
-// What the film adds to the reflectance of a facet of the index eta + i k, relative to the medium before it
-// as the film's is: less than 0 where it takes away. cosI > 0 is in that medium.
+// Returns what the film adds to the reflectance of a facet of the index eta + i k, which is relative to the
+// medium before it, like the film's: less than 0 where the film reduces it. cosI > 0 is in that medium.
 INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
     if (!HasTraceFeature(kTraceIridescence)) return vec3(0.0f);
     vec3 zero = vec3(0.0f);

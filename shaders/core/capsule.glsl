@@ -30,10 +30,10 @@ INLINE Chord EmptyChord() {
     return chord;
 }
 
-// Of the line of points `to` + t `unit`. The distance between line and center is computed from the vector
-// between them, and not from a difference of squares, which loses a small sphere far away: E. Haines, J.
-// Günther and T. Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing
-// Gems, chapter 7.
+// Returns the chord of the line of points `to` + t `unit`. The distance between line and center is computed
+// from the vector between them, and not from a difference of squares, which loses a small sphere far away: E.
+// Haines, J. Günther and T. Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection", Ray
+// Tracing Gems, chapter 7.
 INLINE Chord SphereChord(vec3 to, vec3 unit, vec3 center, float radius) {
     vec3 offset = center - to;
     float middle = dot(offset, unit);
@@ -46,7 +46,8 @@ INLINE Chord SphereChord(vec3 to, vec3 unit, vec3 center, float radius) {
     return chord;
 }
 
-// Of the cylinder around the axis from 0, of that unit direction and length, without its ends' caps.
+// Returns the chord of the cylinder around the axis from 0, of that unit direction and length, without caps
+// at its ends.
 INLINE Chord CylinderChord(vec3 to, vec3 unit, vec3 axis, float len, float radius) {
     vec3 acrossUnit = unit - dot(unit, axis) * axis;
     vec3 acrossTo = to - dot(to, axis) * axis;
@@ -79,7 +80,7 @@ INLINE Chord CylinderChord(vec3 to, vec3 unit, vec3 axis, float len, float radiu
     return chord;
 }
 
-// What a ray does with a capsule.
+// The intersections of a ray with a capsule.
 struct CapsuleHit {
     float enter;  // where it enters, in lengths of its direction; below 0: nowhere, it starts inside
     float leave;  // where it leaves; below 0: nowhere, it misses
@@ -144,8 +145,8 @@ INLINE Frame CapsuleFrame(CapsuleRecord capsule) {
     return FrameFromZ(vec3(0.0f, 0.0f, 1.0f));
 }
 
-// Of the point of the surface that is nearest to a point: an error of the point goes along the surface,
-// not off it.
+// Returns the place of the surface point that is nearest to `point`: an error of the point goes along the
+// surface, not off it.
 INLINE vec2 CapsulePlaceOf(CapsuleRecord capsule, vec3 point) {
     Frame frame = CapsuleFrame(capsule);
     vec3 offset = ToLocal(frame, point - capsule.p0);

@@ -59,7 +59,7 @@ INLINE vec4 TangentInPlane(vec4 tangent, vec3 normal) {
     return size > 1e-3f ? vec4(inPlane / size, tangent.w) : tangent;
 }
 
-// Of a triangle; +z where it has no area.
+// Returns the unit normal of a triangle; +z where it has no area.
 INLINE vec3 FlatNormal(vec3 p0, vec3 p1, vec3 p2) {
     return UnitOr(cross(p1 - p0, p2 - p0), vec3(0.0f, 0.0f, 1.0f));
 }

@@ -26,8 +26,8 @@ INLINE Frame FrameFromZ(vec3 z) {
     return frame;
 }
 
-// The same with the x axis as near as possible to a direction, of any length; FrameFromZ where that is no way
-// to go along the plane.
+// Returns a frame whose x axis is as near as possible to a direction, of any length; FrameFromZ(z) where that
+// direction has no component in the plane.
 INLINE Frame FrameFromZX(vec3 z, vec3 x) {
     vec3 along = x - dot(x, z) * z;
     float square = dot(along, along);

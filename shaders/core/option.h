@@ -38,9 +38,9 @@
 #define OPTION_FEATURES(Name, HasAny, id, secondId, value)      \
     layout(constant_id = id) const uint k##Name##0 = (value).x; \
     layout(constant_id = secondId) const uint k##Name##1 = (value).y;
-// As macros (which no macro can define, so a new option gets its line here): glslang makes a constant of
-// operators on specialization constants but not of a call. rhi/shader_specializer.h starts from constants.
-// clang-format off
+// These are macros, which no macro can define, so a new option gets its line here. The reason is that glslang
+// makes a constant of operators on specialization constants but not of a call. rhi/shader_specializer.h
+// starts from constants. clang-format off
 #define ActiveBrdf()             kBrdf
 #define ActiveDistribution()     kDistribution
 #define ActiveFresnel()          kFresnel

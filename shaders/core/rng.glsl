@@ -44,7 +44,7 @@ OPTION(SamplerKind, SamplerKind, 0, Sobol)
 struct Sampler {
     uint pixelSeed;  // One-to-one with the pixel for a given seed, and with the seed for a given pixel.
     uint index;      // The sample index; for Sobol with its bits reversed, as the scrambling needs it.
-    uint dimension;  // Of the next draw.
+    uint dimension;  // of the next draw
 };
 
 // The top 24 bits as a float in [0, 1). Through int: that conversion is one instruction on CPUs.
@@ -229,8 +229,8 @@ INLINE uint FacetSeed(Sampler rng, uint rayIndex) {
     return MixBits(rng.pixelSeed ^ MixBits(rng.index * 0x9e3779b9u + rayIndex));
 }
 
-// What AlphaDraw needs to know of ray `rayIndex` of a sample. For Sobol it is the index of the sample, in an
-// order of that ray of the pixel.
+// Returns the seed of AlphaDraw for ray `rayIndex` of a sample. For Sobol it is the index of the sample, in
+// an order that this ray of the pixel has for itself.
 INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
     if (ActiveSamplerKind() != kSamplerKindSobol) return FacetSeed(rng, rayIndex);
     return OwenScrambleReversed(rng.index, MixBits(rng.pixelSeed ^ (rayIndex * 0x85ebca6bu)));
@@ -280,8 +280,8 @@ INLINE vec3 Get3D(INOUT(Sampler) rng) {
     return vec3(Get2D(rng), z);
 }
 
-// As Get3D, for two decisions of which one follows from the other: x and y of both together are spread
-// evenly. `first` is the dimension of the first draw of the two.
+// Draws three numbers for two decisions, one of which follows from the other: x and y of both together are
+// stratified. `first` is the dimension of the first draw of the two.
 INLINE vec3 Get3DOfPair(INOUT(Sampler) rng, uint first) {
     if (ActiveSamplerKind() != kSamplerKindSobol) return Get3D(rng);
     vec3 u = SobolDraw3DOfPair(rng, first);

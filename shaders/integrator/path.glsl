@@ -115,8 +115,8 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     return true;
 }
 
-// Of how many directions to lights one is chosen. Facets scatter into few directions, and of those to a sky
-// few are among them.
+// The number of directions to lights from which one is chosen. Facets scatter into few directions, so that
+// few of many directions to a sky are among them.
 CONST uint kLightCandidates = 4u;
 
 INLINE uint LightCandidates(Vertex vertex) {
@@ -182,7 +182,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     FirstLobe chosenLobe = path.lobe;
     float sum = 0.0f;
     float chosenShare = 1.0f;
-    // Of few bits, unlikely candidates would not have their chance
+    // The number needs many bits, or unlikely candidates would never be chosen.
     float choice = candidates > 1u ? DrawOfCandidates(path) : 0.0f;
     // Evaluate the BSDF for all at one call site: a device compiles it for each
     DONT_UNROLL
@@ -212,7 +212,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         vec3 radiance = value * light.radiance * (abs(toLight.z) * weight);
         if (radiance == vec3(0.0f)) continue;
         float share = MaxComponent(path.throughput * radiance);
-        // What is not finite is chosen, too, and found where samples are checked
+        // A share that is not finite is chosen, too, so that the check of samples finds it.
         if (!(share > 0.0f && share < kInfinity)) share = 1.0f;
         sum += share;
         if (candidates == 1u || Decide(choice, share / sum)) {
@@ -384,7 +384,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     } else if (HasTraceFeature(kTraceDispersion) && isVolume) {
         ChooseWavelength(path, boundary);
         eta = RelativeIor(boundary, path.wavelength);
-        // What lies on either side of its film
+        // The index at this wavelength is also that of the base below the surface's film.
         surface.material.ior = MediumIor(surface.material.id, path.wavelength);
     }
 

@@ -69,7 +69,7 @@ INLINE float ProfileIntensity(uint profile, vec3 d) {
     return mix(PlaneIntensity(plane, vShare), PlaneIntensity(plane + verticalCount, vShare), hShare);
 }
 
-// Of a light with a profile, in a direction of the world, of unit length.
+// Returns the intensity of a light with a profile, in a unit direction of the world.
 INLINE float LightProfileIntensity(LightRecord light, vec3 direction) {
     // Turned by the quaternion (e1, spotScale)
     vec3 across = cross(light.e1, direction) + light.spotScale * direction;

@@ -78,8 +78,8 @@ INLINE LightRecord PlaceTriangle(LightRecord triangle, LightRecord mesh, mat4x3 
     return placed;
 }
 
-// Of the rays that end anywhere on the triangle, which is convex in the point: of those that end at a vertex.
-// What is placed has roundings of its own.
+// Returns the clearance of rays that end anywhere on the triangle. It is convex in the point, so that the
+// vertices bound it. A placed triangle has rounding errors of its own.
 INLINE float PlacedClearance(LightRecord triangle, LightRecord placed, mat4x3 objectToWorld) {
     mat3 linear = mat3(objectToWorld);
     float clearance = 0.0f;
@@ -116,7 +116,7 @@ INLINE float ChooseWithin(INOUT(LightRecord) light, LightContext context, INOUT(
     return chosen.probability;
 }
 
-// The same for a triangle that a ray has hit: the probability with which ChooseWithin chooses it.
+// Returns the probability with which ChooseWithin chooses a triangle that a ray has hit.
 INLINE float ChooseHitWithin(INOUT(LightRecord) light, LightContext context, uint triangle) {
     if (!HasTraceFeature(kTraceMeshLights) || light.kind != kLightMesh) return 1.0f;
     LightMeshRecord mesh = LightMeshAt(light.primitive);

@@ -6,7 +6,8 @@
 #ifdef LIGHT_GROUPS
 vec3 groupSums[kMaxLightGroups];
 
-// Of a light, and of its triangle if it is a mesh: FirstLightGroup of renderer/gpu_scene/light_groups.h.
+// Returns the group of a light, and of its triangle if it is a mesh: FirstLightGroup of
+// renderer/gpu_scene/light_groups.h.
 uint GroupOf(uint light, uint triangle) {
     LightRecord record = LightAt(light);
     uint group = record.flags >> kLightGroupShift;

@@ -83,7 +83,7 @@ void StoreOutputs(ivec2 texel, PathState path) {
 }
 
 #ifdef OUTPUTS_ARE_READ
-// What was stored there so far becomes that of the path.
+// Loads the stored sums of the texel into the path.
 void LoadOutputs(ivec2 texel, inout PathState path) {
     vec4 stored = imageLoad(radiance, texel);
     path.radiance = stored.xyz;

@@ -48,7 +48,7 @@ void main() {
             path = PathOf(texel);
             ClearGroups();
             if (HasTraceFeature(kTraceProbeMedia)) {
-                // Of a pinhole camera, all rays start at one point
+                // All rays of a pinhole camera start at one point.
                 if (!isProbed || path.ray.origin != probedOrigin) cameraMedia = MediaAround(path.ray.origin);
                 isProbed = true;
                 probedOrigin = path.ray.origin;

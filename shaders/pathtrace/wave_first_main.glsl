@@ -19,7 +19,7 @@ void main() {
     for (uint slot = LaunchIndex(); slot < PixelCount(); slot += LaunchSize()) {
         if (IsBehindList(uvec2(TexelOf(slot)))) continue;
         PathState path = PathOf(uvec2(TexelOf(slot)));
-        // Of a pinhole camera, all rays start at one point
+        // All rays of a pinhole camera start at one point.
         if (HasTraceFeature(kTraceProbeMedia) && (slot == 0u || wave.value.isProbedOnce == 0u))
             StoreCameraMedia(slot, MediaAround(path.ray.origin));
         StoreHit(slot, Intersect(path.ray, AlphaSeed(path.rng, 1u)));

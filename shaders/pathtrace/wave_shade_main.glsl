@@ -45,7 +45,7 @@ void main() {
     PathSettings settings = SettingsOf(parameters.value);
     uint count = PathCount();
     uint total = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
-    // As often for all invocations of a group
+    // All invocations of a group take the same number of turns.
     for (uint first = gl_WorkGroupID.x * gl_WorkGroupSize.x; first < count; first += total) {
         uint i = first + gl_LocalInvocationIndex;
         uint slot = 0u, depth = 0u;

@@ -1,7 +1,7 @@
-// What the kernels of a wavefront hand on (passes/wavefront.cpp): the state of the paths, the hits of their
-// rays, their shadow rays, and the queues. A path keeps one slot, its texel's number, as long as it lives;
-// the queues name the slots of those that do. Records are rows of 16 bytes, one after the other, so that a
-// path is read by few transactions wherever its slot is.
+// wavefront.cpp): the/wavefront.cpp): the state of the paths, the hits of their rays, their shadow rays, and
+// the queues. A path keeps one slot, its texel's number, as long as it lives; the queues name the slots of
+// those that do. Records are rows of 16 bytes, one after the other, so that a path is read by few
+// transactions wherever its slot is.
 //
 // Includers define WAVE_WRITES_PATHS, WAVE_WRITES_HITS, WAVE_WRITES_SHADOWS and WAVE_WRITES_QUEUES for what
 // they write.
@@ -45,16 +45,16 @@ layout(push_constant) uniform Wave { WaveConstants value; } wave;
 uint PixelCount() { return wave.value.size.x * wave.value.size.y; }
 ivec2 TexelOf(uint slot) { return ivec2(slot % wave.value.size.x, slot / wave.value.size.x); }
 
-// Of the step. In the first one, all texels have a path.
+// The number of paths in the step. In the first one, all texels have a path.
 uint PathCount() { return wave.value.step == 0u ? PixelCount() : waveCounts.at[2u * wave.value.step]; }
 uint SlotAt(uint i) {
     return wave.value.step == 0u ? i : waveQueue.at[(wave.value.step & 1u) * PixelCount() + i];
 }
 
 #ifdef WAVE_WRITES_QUEUES
-// What the invocations of a group want of the queue of paths and of that of shadow rays, and where the
-// group's places begin. One atomic operation a group: all invocations take part, and none relies on which of
-// them a device runs in lockstep.
+// The number of places that a group takes in the queue of paths and in that of shadow rays, and the first of
+// them. One atomic operation a group: all invocations take part, and none relies on which of them a device
+// runs in lockstep.
 shared uint wantedPlaces[2];
 shared uint firstPlaces[2];
 
@@ -82,8 +82,8 @@ void Enqueue(uint slot, uint place) {
 
 // ----------------------------------------------------------------------------------------------------- rows
 
-// What the lists of shared/wavefront.h are made of: conditions, and for each kind of row what is stored of
-// its members, and how they are loaded from what is `stored`.
+// The macros from which the lists of shared/wavefront.h are made: conditions, and for each kind of row the
+// expression that is stored of its members, and their expressions in terms of `stored`.
 #define KeepsParts() kKeepsParts
 
 #define WAVE_STORED_VEC3_FLOAT(xyz, w) vec4(xyz, w)
@@ -198,7 +198,7 @@ void StoreShadow(uint at, WaveShadow shadow) {
 }
 #endif
 
-// Of the step before.
+// The number of shadow rays of the step before.
 uint ShadowCount() { return waveCounts.at[2u * wave.value.step - 1u]; }
 
 WaveShadow LoadShadow(uint at) {

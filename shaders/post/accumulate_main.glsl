@@ -44,7 +44,7 @@ layout(push_constant) uniform Constants {
         }                                                                  \
     }
 
-// Of the new samples
+// The sums of the new samples.
 uvec4 sums[4];
 #ifdef WITH_VARIANCE
 uvec4 squares[kSquareWords];

@@ -1,4 +1,4 @@
-// What a material's alpha means (glTF 2.0, 3.9.4), named once.
+// The meanings of a material's alpha (glTF 2.0, 3.9.4), in one list for all code.
 //
 //   Opaque: nothing
 //   Mask:   where it is below the cutoff there is a hole

@@ -28,7 +28,7 @@ struct TriangleTile {
     uint tile;      // column, and row << 16
 };
 
-// What is drawn: bits of the specialization constant kDrawn.
+// The surfaces that are drawn: bits of the specialization constant kDrawn.
 RAYGRAPH_CONSTANT uint kDrawnAlpha = 1u;  // some triangles are alpha-tested
 RAYGRAPH_CONSTANT uint kDrawnGlass = 2u;  // transmissive surfaces, too
 

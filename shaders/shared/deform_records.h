@@ -1,5 +1,5 @@
-// What deforms the vertices of the scene: one source for C++ and GLSL, scalar layout. Streams are reached by
-// device address, as in scene_records.h; 0 means that there is none.
+// The records of the deformation of vertices: one source for C++ and GLSL, scalar layout. Streams are reached
+// by device address, as in scene_records.h; 0 means that there is none.
 #ifndef RAYGRAPH_SHARED_DEFORM_RECORDS_H
 #define RAYGRAPH_SHARED_DEFORM_RECORDS_H
 

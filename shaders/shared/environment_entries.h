@@ -22,7 +22,7 @@ RAYGRAPH_CONSTANT uint kEnvironmentSteps = 0x1000000u;
 // spread evenly stay so; those of an alias table do not.
 struct EnvironmentEntry {
     float end;
-    // Of entry i of n: no u in the i-th nth, nor one that rounds to it, chooses an entry before this
+    // For entry i of n: no u in the i-th nth, nor one that rounds to it, chooses an entry before `guide`.
     uint guide;
     float probability;  // of this row; of this cell in the whole map
 };

@@ -66,8 +66,8 @@ RAYGRAPH_CONSTANT uint kProfileTypeC = 2u;
 
 // "No light": in a group's triangleLights and in InstanceRecord::firstLight.
 RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
-// Of InstanceRecord::firstLight: the rest is the number of the one light that the placement is, and
-// triangleLights counts from the first triangle of the mesh.
+// A bit of InstanceRecord::firstLight. Without it, the number is that of the one light that the placement is,
+// and triangleLights counts from the first triangle of the mesh.
 RAYGRAPH_CONSTANT uint kFirstLightIsMesh = 0x80000000u;
 
 // World space from the scene's origin, but for the triangles of meshes. A triangle keeps the order of its
@@ -104,7 +104,7 @@ struct LightNode {
     uint cones;  // packSnorm2x16(cos thetaO, cos thetaE), both rounded to the wider angle
 };
 
-// What the placements of a mesh have in common.
+// The values that all placements of a mesh share.
 struct LightMeshRecord {
     uint firstLight;  // record of its first triangle
     uint triangleCount;

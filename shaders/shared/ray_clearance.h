@@ -61,10 +61,10 @@ RAYGRAPH_INLINE float TestError(vec3 e1, vec3 e2, vec3 normal) {
 // translation, of the place moved by the result along the unit normal, and what the device does then.
 //
 // Running error bounds: N. Higham 2002, "Accuracy and Stability of Numerical Algorithms", chapter 3; for
-// rays: M. Pharr, W. Jakob and G. Humphreys 2023, "Physically Based Rendering", 4th edition, section 6.8.
-// That the transforms in both directions have to be in the bound: C. Wächter and N. Binder 2019, "A Fast and
-// Robust Method for Avoiding Self-Intersection". Everything here is times the length of `across`, until the
-// end: so the object's errors need no division by the determinant.
+// rays: M. Pharr, W. Jakob and G. Humphreys 2023, "Physically Based Rendering", 4th edition, section 6.8. The
+// bound includes the transforms in both directions: C. Wächter and N. Binder 2019, "A Fast and Robust Method
+// for Avoiding Self-Intersection". Everything here is times the length of `across`, until the end: so the
+// object's errors need no division by the determinant.
 RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 e1, vec3 e2, vec3 p) {
     vec3 x = linear[0];
     vec3 y = linear[1];

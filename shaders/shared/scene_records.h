@@ -90,8 +90,8 @@ struct GeometryRecord {
     uint tangentSet;  // kTangents*: which maps are read along the tangents
 };
 
-// What KHR_materials_ior's special value 0 stands for: F0 is 1 to the last bit, and the square is in the
-// range of float.
+// The index for which KHR_materials_ior's special value 0 stands: F0 is 1 to the last bit, and the square is
+// in the range of float.
 RAYGRAPH_CONSTANT float kInfiniteIor = 1e8f;
 
 // Bits of MaterialRecord::flags.

@@ -27,7 +27,7 @@ struct ShadowView {
     uint light;           // ordinal among the punctual lights, or kNoLight: the tile is unused
 };
 
-// Of a punctual light, by its ordinal.
+// The shadow views of a punctual light, by its ordinal.
 struct ShadowLight {
     uint firstView;
     uint viewCount;  // 0: it casts no shadow

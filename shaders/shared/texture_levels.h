@@ -13,7 +13,7 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-// What the four numbers of a texel are.
+// The meaning of the four numbers of a texel.
 RAYGRAPH_CONSTANT uint kTexelsData = 0u;              // averaged as they stand
 RAYGRAPH_CONSTANT uint kTexelsColor = 1u;             // sRGB, with linear alpha: averaged in linear light
 RAYGRAPH_CONSTANT uint kTexelsTransparentColor = 2u;  // the same, weighted by alpha
@@ -22,7 +22,7 @@ RAYGRAPH_CONSTANT uint kTexelsNormals = 3u;           // unit vectors, from [-1,
 struct TextureLevelConstants {
     uint texels;   // kTexels*
     uint isFirst;  // the finer level is the image itself, as it is stored; else means of it
-    // Of a level of roughness that is widened by a normal map
+    // The fields below are for a level of roughness that is widened by a normal map.
     float normalsLod;       // the level of the normal map whose waves are lost in this one
     uint hasOtherTexels;    // not as large as those of this level: normalsLod is a whole number
     float slopeScale;       // the normal map's scale

@@ -1,4 +1,4 @@
-// What a path tracing pipeline can be specialized to, named once (core/trace_options.glsl).
+// trace_options.glsl)./trace_options.glsl).
 #ifndef RAYGRAPH_SHARED_TRACE_OPTIONS_H
 #define RAYGRAPH_SHARED_TRACE_OPTIONS_H
 
@@ -36,7 +36,7 @@
 //             same where neither ThinWalls nor MatchedMedia is set. For devices that compile each place anew
 #define RAYGRAPH_LOOP_OPTIONS(X) X(OneTrace, 1)
 
-// Of a feature's two words, x (0) and y (1), with its bit in one of them.
+// Word x (0) or y (1) of a feature's two words: one of them has the feature's bit.
 #define RAYGRAPH_TRACE_WORD(word, line) (((line) >> 5 & 1) == (word) ? 1u << ((line)&31) : 0u)
 
 #ifdef __cplusplus

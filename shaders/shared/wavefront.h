@@ -1,4 +1,5 @@
-// What the kernels of a wavefront hand on: shaders/pathtrace/wave_state.glsl, passes/wavefront.cpp.
+// The records that the kernels of a wavefront pass on: shaders/pathtrace/wave_state.glsl,
+// passes/wavefront.cpp.
 #ifndef RAYGRAPH_SHARED_WAVEFRONT_H
 #define RAYGRAPH_SHARED_WAVEFRONT_H
 
@@ -43,7 +44,7 @@ using glm::uvec2;
 
 #define RAYGRAPH_WAVE_COUNT_ROW(condition, members) +((condition) ? 1u : 0u)
 
-// What a launch of pathtrace/wave_trace.rgen traces
+// The rays that a launch of pathtrace/wave_trace.rgen traces.
 RAYGRAPH_CONSTANT uint kWaveTracesPaths = 1u;
 RAYGRAPH_CONSTANT uint kWaveTracesShadows = 2u;
 

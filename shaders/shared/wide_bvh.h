@@ -38,7 +38,8 @@ RAYGRAPH_CONSTANT uint kWideNoInstance = 0xFFFFFFFFu;
 // Bits of `flags`.
 RAYGRAPH_CONSTANT uint kWideBackCulled = 1u;  // rays pass through the back faces of its triangles
 RAYGRAPH_CONSTANT uint kWideTested = 2u;      // whoever traverses decides for each triangle whether it is hit
-// Of one level: the transform mirrors the triangle, whose front is where its back seems to be.
+// Only in a tree of one level: the transform mirrors the triangle, so its front is where its back seems to
+// be.
 RAYGRAPH_CONSTANT uint kWideMirrored = 4u;
 
 // A child is in one of eight slots. Bit 0 of the slot's number is set where it is on the side of greater x,
@@ -81,14 +82,14 @@ struct WideHit {
     uint primitive;
     vec2 barycentrics;  // weights of p1 and p2
 };
-// What a traversal visits.
+// The number of nodes, triangles and instances that a traversal visits.
 struct WideCounts {
     uint nodes;
     uint triangles;
     uint instances;
 };
 
-// What both ways of tracing take that are measured against each other; they give WideHits.
+// The input of both ways of tracing that a benchmark compares; they give WideHits.
 struct BenchRay {
     vec3 origin;
     float tMax;
