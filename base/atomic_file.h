@@ -49,8 +49,8 @@ class RAYGRAPH_API AtomicFile {
     // TornFile.
     const std::string& WhyInPlace() const { return m_whyInPlace; }
 
-    // Whether it is a device or a pipe, which gets content after content: it is never replaced, and keeps
-    // nothing.
+    // Returns whether it is a device or a pipe, which gets content after content: it is never replaced, and
+    // keeps nothing.
     static bool IsStream(const std::filesystem::path& target);
 
     void Write(std::span<const std::byte> bytes);

@@ -75,7 +75,7 @@ class AccumulationStep {
                             progress.cursor.Y());
         if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount += sampleCount;
     }
-    // Whether these are the first.
+    // Returns whether these are the first.
     bool TakeListed(uint32_t sampleCount) {
         m_sampleCount = m_after.progress.sampleCount;
         m_after.progress.sampleCount += sampleCount;

@@ -43,7 +43,7 @@ struct RasterVisibility {
                                                            const TraceSettings& settings, FilmPosition film,
                                                            Rasterizer rasterizer = Rasterizer::Compute);
 
-// Whether the device supports it; Error{Usage} as above.
+// Returns whether the device supports it; Error{Usage} as above.
 [[nodiscard]] RAYGRAPH_API bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene,
                                                   Extent2D extent);
 

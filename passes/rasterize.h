@@ -10,8 +10,8 @@
 
 namespace raygraph::passes {
 
-// Whether the device has the required features, the scene's triangles can be numbered, and a buffer can hold
-// a key for each pixel.
+// Returns whether the device has the required features, the scene's triangles can be numbered, and a buffer
+// can hold a key for each pixel.
 bool CanRasterize(const Renderer& renderer, const SceneIds& scene, Extent2D extent);
 
 // Clears seen.hits and seen.depth and draws them from its lists, as DrawHits. Call CanRasterize first.

@@ -29,7 +29,7 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 // Binds what shadow rays need, in addition to BindTracing. Where the scene has alpha, thin walls or round
 // primitives, BindGeometry and BindMaterials are needed too.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
-// Whether Trace's rays traverse the scene's own trees.
+// Returns whether Trace's rays traverse the scene's own trees.
 RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& settings);
 // In place of both, for a compute pass that defines OWN_TRAVERSAL (shaders/scene/trace_rays.glsl): trees and
 // parameters. Needs BindGeometry and BindMaterials.

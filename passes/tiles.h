@@ -35,14 +35,14 @@ class RAYGRAPH_API TileCursor {
   public:
     // The next tile: about `pixels` pixels, at least one, never more than remain. The cursor stays.
     Region Next(rhi::Extent2D picture, uint64_t pixels) const;
-    // Whether Next returns this tile for some count of pixels.
+    // Returns whether Next returns this tile for some count of pixels.
     bool IsNext(rhi::Extent2D picture, const Region& tile) const;
     // Moves past `tile`, which Next has returned. True: that was the last one, and the cursor is back at
     // the start.
     bool Advance(rhi::Extent2D picture, const Region& tile);
 
     bool IsAtStart() const { return m_x == 0 && m_y == 0; }
-    // Whether the sample has this pixel already.
+    // Returns whether the sample has this pixel already.
     bool Has(uint32_t x, uint32_t y) const { return y < m_y || (y < m_y + m_bandHeight && x < m_x); }
     // Pixels that are done.
     uint64_t PixelCount(rhi::Extent2D picture) const;

@@ -192,7 +192,7 @@ RAYGRAPH_API uint64_t PathCount(const TraceSettings& settings);
 RAYGRAPH_API uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
                                     uint32_t tileRows = 1);
 
-// Whether a pass of that name is one of Trace, in any form.
+// Returns whether a pass of that name is one of Trace, in any form.
 RAYGRAPH_API bool IsOfTrace(std::string_view pass);
 
 // The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per pixel.

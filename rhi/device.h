@@ -209,9 +209,10 @@ class RAYGRAPH_API Device {
     MemoryBlock CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements);
     MemoryRequirements RequirementsOf(const TextureDesc& desc);
     MemoryRequirements RequirementsOf(const BufferDesc& desc);
-    // Whether mip levels of such a texture can be generated (CommandList::BlitMip).
+    // Returns whether mip levels of such a texture can be generated (CommandList::BlitMip).
     bool CanGenerateMips(Format format) const;
-    // Whether textures of the format can be filled and sampled with linear filters; of one of blocks, too.
+    // Returns whether textures of the format can be filled and sampled with linear filters; of one of blocks,
+    // too.
     bool CanSample(Format format) const;
     MemoryStatistics Memory() const;
     std::vector<MemoryHeap> MemoryHeaps() const;

@@ -44,7 +44,7 @@ void CheckAgree(const BindingInfo& first, const std::string& shader, const Bindi
     Fail("shaders disagree: " + side(first.firstShader, first) + ", " + side(shader, second));
 }
 
-// Whether no pipeline can have both but as one: they have a name or a place in common.
+// Returns whether no pipeline can have both but as one: they have a name or a place in common.
 bool Collide(const Binding& a, const Binding& b) {
     if (a.name == b.name) return true;
     return a.binding == b.binding && (a.offset == b.offset || a.kind != b.kind);

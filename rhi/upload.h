@@ -67,8 +67,8 @@ class RAYGRAPH_API Uploader {
     // Copies whole rows of at most so many bytes, or one row. Returns the bytes copied.
     uint64_t Continue(TextureTransfer& transfer, uint64_t budget);
 
-    // Whether an upload would begin by waiting now, for the device or for memory that is allocated ahead:
-    // after a Flush, one of up to a chunk's bytes waits at no other place.
+    // Returns whether an upload would begin by waiting now, for the device or for memory that is allocated
+    // ahead: after a Flush, one of up to a chunk's bytes waits at no other place.
     bool WouldWait() const;
 
     // Submits the recorded copies. Returns the timeline value at which all uploads so far have arrived.

@@ -25,7 +25,7 @@ bool IsTerminal(std::FILE* stream);
 // Columns; 80 if unknown.
 size_t TerminalWidth(std::FILE* stream);
 
-// Whether a text matches a shell pattern: * ? [a-z].
+// Returns whether a text matches a shell pattern: * ? [a-z].
 bool FitsPattern(const std::string& text, const std::string& pattern);
 
 }  // namespace raygraph::os

@@ -31,7 +31,7 @@ class SignalWatch {
     std::unique_ptr<Before> m_before;
 };
 
-// Whether the SignalWatch, if there is one, has noted SIGINT or a signal to end.
+// Returns whether the SignalWatch, if there is one, has noted SIGINT or a signal to end.
 bool IsAskedToEnd();
 
 }  // namespace raygraph::os

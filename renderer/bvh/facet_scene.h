@@ -19,7 +19,7 @@ struct Facet {
     bool isTested = false;      // the scene's FacetTest decides which rays pass through
 };
 
-// Whether a ray is stopped by a facet that isTested, at these barycentric coordinates of p1 and p2.
+// Returns whether a ray is stopped by a facet that isTested, at these barycentric coordinates of p1 and p2.
 using FacetTest = std::function<bool(uint32_t instance, uint32_t facet, const glm::vec2& barycentrics)>;
 
 struct FacetHit {
@@ -38,7 +38,7 @@ class FacetScene {
 
     // The nearest hit with a positive t.
     std::optional<FacetHit> Trace(const glm::vec3& origin, const glm::vec3& direction) const;
-    // Whether any facet is hit with t in (0, tMax).
+    // Returns whether any facet is hit with t in (0, tMax).
     bool IsOccluded(const glm::vec3& origin, const glm::vec3& direction, float tMax) const;
     const std::vector<Facet>& FacetsOf(uint32_t mesh) const { return m_meshes[mesh].facets; }
     const std::vector<BvhInstance>& Instances() const { return m_instances; }

@@ -47,8 +47,8 @@ RAYGRAPH_API const char* Name(Access access);  // "sampled", "storage write", ..
 RAYGRAPH_API bool Writes(Access access);
 // True when the contents before the pass are needed: StorageUpdate, every read, ... ; false for pure writes.
 RAYGRAPH_API bool NeedsContents(Access access);
-// Whether a pass of this kind may access a resource that way: a compute pass has no attachments, a transfer
-// no shaders.
+// Returns whether a pass of this kind may access a resource that way: a compute pass has no attachments, a
+// transfer no shaders.
 RAYGRAPH_API bool IsLegal(PassKind kind, Access access);
 
 // An access as the barrier planner sees it.

@@ -194,9 +194,9 @@ struct RAYGRAPH_API FrameGraph {
 };
 
 RAYGRAPH_API const char* Name(ResourceKind kind);  // "texture", "buffer", ...
-// Whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address and
-// builds of some structures of a set count as partial; Writes and CopiesTo of a texture, or of a part of it,
-// replace all of that.
+// Returns whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address
+// and builds of some structures of a set count as partial; Writes and CopiesTo of a texture, or of a part of
+// it, replace all of that.
 RAYGRAPH_API bool KeepsEarlierContents(ResourceKind kind, Access access);
 
 }  // namespace raygraph

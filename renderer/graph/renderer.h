@@ -131,7 +131,8 @@ class RAYGRAPH_API Renderer {
     // Waits until at most framesInFlight - 1 frames are pending, then starts declaring. A frame that is open
     // is dropped.
     void BeginFrame();
-    // Whether BeginFrame would wait now: for a program that does something else meanwhile. Never waits.
+    // Returns whether BeginFrame would wait now: for a program that does something else meanwhile. Never
+    // waits.
     bool WouldWait() const;
     uint64_t FrameNumber() const;
     // Drops the open frame, for a program that continues after an Error while declaring: its semaphores are
@@ -222,11 +223,11 @@ class RAYGRAPH_API Renderer {
     // frame will execute them or not. A caller can so declare both what it would like to show and what it can
     // show now, and use one of them. Error{Usage} for passes that are not declared.
     bool PreparePipelines(PassId first, PassId end);
-    // Whether those are all there, without beginning to create any. One that could not be created is not: it
-    // fails when it is needed.
+    // Returns whether those are all there, without beginning to create any. One that could not be created is
+    // not: it fails when it is needed.
     bool HasPipelines(PassId first, PassId end) const;
-    // Whether any pipeline is being created on another thread. ReloadShaders, AddShader of other words and
-    // the destructor wait for those.
+    // Returns whether any pipeline is being created on another thread. ReloadShaders, AddShader of other
+    // words and the destructor wait for those.
     bool IsPreparingPipelines() const;
     // Between frames: lets go of the pipelines for which the frames of the last so many seconds have declared
     // no pass, culled or not. One that is needed again later is created again; one that is being created

@@ -149,7 +149,7 @@ class ExrHeaderCheck {
         }
     }
 
-    // Whether OpenEXR, by what the type says, reads all of the value and no more.
+    // Returns whether OpenEXR, by what the type says, reads all of the value and no more.
     static bool HasItsSize(std::string_view type, std::span<const std::byte> value) {
         for (const TypeSize& known : kTypeSizes)
             if (known.type == type) return value.size() == known.bytes;

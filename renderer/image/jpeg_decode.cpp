@@ -93,9 +93,9 @@ class JpegReader {
         jpeg->err->format_message(jpeg, reinterpret_cast<Errors*>(jpeg->err)->message);
         Jump(jpeg);
     }
-    // Whether every component has been in a scan, and every coefficient in one that makes it exact. Data that
-    // a sequential file lacks within a scan is an error of OnMessage. Arithmetic coding omits zeros at the
-    // end of a scan, so that missing ones cannot be told apart: it never has all scans.
+    // Returns whether every component has been in a scan, and every coefficient in one that makes it exact.
+    // Data that a sequential file lacks within a scan is an error of OnMessage. Arithmetic coding omits zeros
+    // at the end of a scan, so that missing ones cannot be told apart: it never has all scans.
     bool HasAllScans() const {
         if (m_jpeg.arith_code != FALSE) return false;
         for (int c = 0; c < m_jpeg.num_components; ++c) {

@@ -62,7 +62,7 @@ class PngReader {
         png_read_end(m_png, nullptr);
         return true;
     }
-    // Whether the last read reached beyond the end of the file.
+    // Returns whether the last read reached beyond the end of the file.
     bool IsCutOff() const { return m_isCutOff; }
 
   private:

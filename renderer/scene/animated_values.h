@@ -21,7 +21,7 @@ constexpr bool IsOfWeights(const AnimationTarget& target) {
 std::optional<AnimationTarget> FollowerOf(const AnimationTarget& target);
 bool IsFollower(const AnimationTarget& target);
 
-// Whether it is a field of which 0 means infinite.
+// Returns whether it is a field of which 0 means infinite.
 bool IsInfiniteAtZero(const AnimationTarget& target);
 
 // How many numbers the target's value has; 0: the scene has no such thing, or nothing that could be animated.

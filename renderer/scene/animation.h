@@ -52,7 +52,7 @@ enum class AnimatedProperty : uint8_t {
     MaterialField,     // the material `object`, field `field` of material_fields::kAll
     TextureTransform,  // or field `element` of kTransformFields of the texture that this field is.
     CameraField,       // the camera `object`, field `field` of camera_fields::kAll
-    LightField,        // Of the light `object`: the field of this index in light_fields::kAll.
+    LightField,        // the light `object`, field `field` of light_fields::kAll
 };
 
 struct AnimationTarget {

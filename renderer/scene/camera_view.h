@@ -46,8 +46,8 @@ RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float y
 // up +y, fov 40 where missing; a fov "2.5m": orthographic, that height. Error{Usage} that quotes the text.
 RAYGRAPH_API CameraView ViewFromText(std::string_view text, float aspect);
 
-// Whether this text is for ViewFromText rather than a camera's name or index. (Several numbers and nothing
-// else.)
+// Returns whether this text is for ViewFromText rather than a camera's name or index. (Several numbers and
+// nothing else.)
 RAYGRAPH_API bool IsViewText(std::string_view text);
 
 // The camera of this name, else of this index; none: the scene has none such.

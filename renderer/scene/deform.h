@@ -21,7 +21,7 @@
 
 namespace raygraph::scene {
 
-// Whether something may deform an instance: a skin that its mesh has joints for, or morph targets.
+// Returns whether something may deform an instance: a skin that its mesh has joints for, or morph targets.
 RAYGRAPH_API bool HasSkin(const SceneData& scene, const Instance& instance);
 RAYGRAPH_API bool HasTargets(const SceneData& scene, const Instance& instance);
 

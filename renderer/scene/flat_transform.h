@@ -37,7 +37,7 @@ inline constexpr double kFlatThickness = 1.0 / 4096.0, kObliqueThickness = 1.0 /
 // less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.
 RAYGRAPH_API bool IsFlat(const glm::mat4x3& transform);
 
-// Whether WithThickness may return another transform: it is flat, or flatter than kObliqueThickness.
+// Returns whether WithThickness may return another transform: it is flat, or flatter than kObliqueThickness.
 RAYGRAPH_API bool MayGainThickness(const glm::mat4x3& transform);
 
 // The transform with which an instance of a mesh with this box (object space) is shown: `placed`, bit for

@@ -167,7 +167,7 @@ class AnimationReader {
         return target.element == kNone ? count : target.element < count ? 1 : 0;
     }
 
-    // Whether the object has what is to be moved.
+    // Returns whether the object has what is to be moved.
     bool IsMovable(const AnimationTarget& target, const Place& where) {
         const bool isTransform = target.property == AnimatedProperty::Translation ||
                                  target.property == AnimatedProperty::Rotation ||

@@ -27,7 +27,7 @@ class Warnings {
         std::string text;
         size_t count = 0;
     };
-    // Whether it is new. Of very many warnings the later ones count as new.
+    // Returns whether it is new. Of very many warnings the later ones count as new.
     bool IsNew(std::string_view topic, std::string_view text);
 
     std::vector<Entry> m_entries;

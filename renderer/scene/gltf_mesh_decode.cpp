@@ -320,8 +320,8 @@ class PrimitiveDecoder {
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
 
-// Whether two textures turn a direction of the surface into different ones of the image: by another set of
-// coordinates, another rotation or another mirroring.
+// Returns whether two textures turn a direction of the surface into different ones of the image: by another
+// set of coordinates, another rotation or another mirroring.
 bool ReadDifferently(const TextureRef& a, const TextureRef& b) {
     return a.texCoord != b.texCoord || a.transform.rotation != b.transform.rotation ||
            glm::sign(a.transform.scale) != glm::sign(b.transform.scale);

@@ -247,7 +247,7 @@ class LeftOut {
   public:
     explicit LeftOut(const PointsAndLines& shown) : m_shown(shown) {}
 
-    // Whether the primitive is one that is not shown.
+    // Returns whether the primitive is one that is not shown.
     bool Takes(const PrimitiveLayout& layout, const AccessorTables& tables) {
         if (layout.mode >= PrimitiveMode::Triangles) return false;
         const bool isPoints = layout.mode == PrimitiveMode::Points;

@@ -35,7 +35,7 @@ struct MeshoptView {
 std::optional<MeshoptView> ReadMeshoptView(const GltfContext& context, const gltf::Model& model, size_t view,
                                            uint32_t byteStride);
 
-// Whether a buffer only stands in for bytes that are compressed elsewhere: it is never opened.
+// Returns whether a buffer only stands in for bytes that are compressed elsewhere: it is never opened.
 bool IsMeshoptFallback(const gltf::Buffer& buffer);
 
 // `where` is the view's. Memory is charged before it is taken.

@@ -185,7 +185,7 @@ class Checker {
         }
     }
 
-    // Whether the property is one of an object of this type.
+    // Returns whether the property is one of an object of this type.
     static bool IsOfType(const Json& object, const Property& row) {
         if (row.ofType.empty()) return true;
         const auto type = object.find("type");

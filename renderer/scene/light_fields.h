@@ -28,7 +28,8 @@ inline constexpr auto kAll = std::tuple{
 
 }  // namespace light_fields
 
-// Whether a light of `type` has a field. A directional one is at no place that a range could be around.
+// Returns whether a light of `type` has a field. A directional one is at no place that a range could be
+// around.
 template <typename T>
 constexpr bool HasField(LightType type, const Field<Light, T>& field) {
     if constexpr (std::is_same_v<T, float>)

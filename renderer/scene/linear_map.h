@@ -15,8 +15,8 @@ glm::mat<3, 3, T> Cofactors(const glm::mat<3, 3, T>& m) {
     return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
 }
 
-// Whether the transform turns the winding of triangles around. In double, whose range the products of three
-// floats do not leave.
+// Returns whether the transform turns the winding of triangles around. In double, whose range the products of
+// three floats do not leave.
 inline bool IsMirrored(const glm::mat4x3& transform) {
     return glm::determinant(glm::dmat3(transform)) < 0.0;
 }

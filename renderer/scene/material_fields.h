@@ -103,7 +103,7 @@ constexpr std::optional<Field> SpecularGlossinessField(Field field) {
     return field;
 }
 
-// Whether the file has 1 minus the value in the place of the field.
+// Returns whether the file has 1 minus the value in the place of the field.
 template <typename Field>
 constexpr bool IsGlossiness(const Field& field) {
     return field.key == std::string_view("glossinessFactor");
@@ -157,7 +157,7 @@ constexpr void ForEachMaterialField(Visit&& visit) {
     std::apply([&](const auto&... field) { (visit(field), ...); }, material_fields::kAll);
 }
 
-// Whether pictures depend on the texture: not on one that the list has as UNSHOWN.
+// Returns whether pictures depend on the texture: not on one that the list has as UNSHOWN.
 constexpr bool IsShown(TextureRef Material::*member) {
 #define RAYGRAPH_MATERIAL_UNSHOWN(name, object, key, space) \
     if (member == &Material::name##Texture) return false;

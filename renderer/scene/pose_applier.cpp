@@ -22,7 +22,7 @@ bool IsIn(const std::vector<uint8_t>& flags, uint32_t node) {
     return node != kNone && flags[node] != 0;
 }
 
-// Whether the flag was another one.
+// Returns whether the flag was another one.
 bool Replace(uint8_t& flag, bool value) {
     return std::exchange(flag, uint8_t{value}) != uint8_t{value};
 }

@@ -32,8 +32,8 @@ void Require(const fs::path& path, const std::error_code& error) {
     if (error) throw MakeError(ErrorKind::Io, "{}: {}", path, error.message());
 }
 
-// Whether the file exists with this content. Throws Error{Io} if it has other content, as it is not ours to
-// replace.
+// Returns whether the file exists with this content. Throws Error{Io} if it has other content, as it is not
+// ours to replace.
 bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
@@ -115,7 +115,7 @@ void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::
     WriteBeside(to / relative, bytes);
 }
 
-// Whether a buffer is for readers that do not decompress: it is not read, and may be missing.
+// Returns whether a buffer is for readers that do not decompress: it is not read, and may be missing.
 bool IsFallback(const Json& buffer) {
     const auto isMarked = [&](const char* extension) {
         return buffer.value(Json::json_pointer(Text("/extensions/{}/fallback", extension)), false);

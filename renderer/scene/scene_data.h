@@ -175,7 +175,7 @@ struct RAYGRAPH_API Material {
     glm::vec3 Scattering() const;
     // Mean cosine of the angle by which the medium scatters: that of the extension which Scattering follows.
     float ScatteringMeanCosine() const;
-    // Whether back faces are culled for all rays (glTF 2.0, 3.9.5).
+    // Returns whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 
     static constexpr float kMaxExtinction = 1e9f;
@@ -219,8 +219,7 @@ struct ImageData {
     uint32_t width = 0;
     uint32_t height = 0;
     std::vector<uint8_t> rgba;
-    // The same texels compressed as blocks that GPUs read, if the file has them, with the file's smaller
-    // levels.
+    // The same texels as blocks that GPUs read, if the file has them, with the smaller levels of the file.
     image::BlockLevels blocks = {};
     // LowestAlpha() of rgba, which the importer has computed where it decoded: who changes rgba resets this.
     std::optional<uint8_t> lowestAlpha = {};
@@ -374,7 +373,7 @@ RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, c
 // instance stays collapsed as long as it is scaled to nothing or to a line.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
-// Whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
+// Returns whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
 // `nodeOrder`. Linear time.
 RAYGRAPH_API std::vector<bool> VisibleNodes(const SceneData& scene);
 // By these, of what belongs to a node, or to none.

@@ -117,7 +117,8 @@ Primitive CopyBesideStreams(const Primitive& from) {
     return copy;
 }
 
-// Whether instances can move with the node. Relative to a flat node no transform would restore their place.
+// Returns whether instances can move with the node. Relative to a flat node no transform would restore their
+// place.
 bool CanAttach(const PlacedTransform& node) {
     return !IsFlat(node.matrix) && CanInvert(node.matrix);
 }

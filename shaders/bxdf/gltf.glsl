@@ -109,7 +109,7 @@ INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s, uint walked) {
     return s;
 }
 
-// Whether the sample is of a delta. No scene without smooth materials has any.
+// Returns whether the sample is of a delta. No scene without smooth materials has any.
 INLINE bool IsDelta(BSDFSample s) { return HasTraceFeature(kTraceSmooth) && IsSpecular(s.flags); }
 
 // Sample_f without f and pdf, which come from Evaluate, unless isEvaluated is set.

@@ -163,7 +163,7 @@ INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
     return pair;
 }
 
-// Whether diffuse lobes scatter light from there: of the other side, only if one transmits.
+// Returns whether diffuse lobes scatter light from there: of the other side, only if one transmits.
 INLINE bool IsForDiffuse(FacetPair pair) {
     if (pair.isDelta) return false;
     return HasTraceFeature(kTraceDiffuseTransmission) ? pair.wi.z != 0.0f : pair.wi.z > 0.0f;

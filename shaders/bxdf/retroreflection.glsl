@@ -14,7 +14,7 @@
 
 SHADING_BEGIN
 
-// Whether a part of such light is reflected back: not of what is transmitted.
+// Returns whether a part of such light is reflected back: not of what is transmitted.
 INLINE bool IsTurnedBack(FacetView view, vec3 wi) {
     return HasTraceFeature(kTraceRetroreflection) && view.backShare > 0.0f && wi.z > 0.0f;
 }
@@ -25,7 +25,7 @@ INLINE FacetPair BackPairOf(FacetView view, vec3 wi, bool isDelta) {
     return PairOf(view, wi, isDelta);
 }
 
-// Whether a sample is of that light; `within` remains uniform.
+// Returns whether a sample is of that light; `within` remains uniform.
 INLINE bool ChooseBack(FacetView view, INOUT(float) within) {
     if (!HasTraceFeature(kTraceRetroreflection) || !(view.backShare > 0.0f)) return false;
     bool isBack = within < view.backShare;

@@ -45,7 +45,7 @@ INLINE DirectLight NoDirectLight() {
     return direct;
 }
 
-// Whether light goes straight on at that boundary, which is real.
+// Returns whether light goes straight on at that boundary, which is real.
 INLINE bool IsMatchedBoundary(SurfaceMaterial material, Boundary boundary, float wavelength) {
     return HasTraceFeature(kTraceMatchedMedia) &&
            IsMatchedBoundary(material, AreAlike(boundary, wavelength));

@@ -129,7 +129,7 @@ INLINE Boundary CrossBoundary(MediumStack media, uint material, bool isEntering)
     return boundary;
 }
 
-// Whether the media on both sides refract alike all light of a path of that wavelength.
+// Returns whether the media on both sides refract alike all light of a path of that wavelength.
 INLINE bool AreAlike(Boundary boundary, float wavelength) {
     if (MediumIor(boundary.here, wavelength) != MediumIor(boundary.there, wavelength)) return false;
     if (!HasTraceFeature(kTraceDispersion) || wavelength != kNoWavelength) return true;

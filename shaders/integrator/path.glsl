@@ -236,8 +236,8 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
     if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(surface, path.ray.origin);
 }
 
-// Whether the path passes straight through the smooth thin wall or matched boundary it has found. If not, its
-// transmission is removed.
+// Returns whether the path passes straight through the smooth thin wall or matched boundary it has found. If
+// not, its transmission is removed.
 INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
     float chance = StraightChance(vertex.bsdf);
     path.rng.dimension = kStraightDimensions + path.rayCount;

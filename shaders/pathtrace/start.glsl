@@ -23,7 +23,7 @@ ListedPixel ListedAt(uvec2 texel) {
     return PixelListStream(parameters.value.pixelList).at[ListPlaceOf(texel)];
 }
 
-// Whether a texel fills up the rows of a list, and is of no pixel: it is not traced.
+// Returns whether a texel fills up the rows of a list, and is of no pixel: it is not traced.
 bool IsBehindList(uvec2 texel) {
     return HasTraceFeature(kTracePixelList) && ListPlaceOf(texel) >= parameters.value.pixelListCount;
 }

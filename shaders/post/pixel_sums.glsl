@@ -30,7 +30,7 @@ ExactSum SumOf(PixelSums pixel, int channel) {
     return sum;
 }
 
-// As MeanOfExactSum, of a count that needs no preparation.
+// Returns MeanOfExactSum for a count that needs no preparation.
 uint MeanOfCount(ExactSum sum, uint count) {
     UintPair divisor;
     divisor.low = count;

@@ -4,7 +4,7 @@
 
 #include "scene/alpha_test.glsl"
 
-// The same result as for the camera ray of the same pixel and sample.
+// Returns the decision of the camera ray of the same pixel and sample.
 bool IsFragmentThere(uvec2 triangle, vec2 barycentrics, bool isBack) {
     TraceParameters settings = parameters.value;
     Sampler rng = StartPixelSample(uvec2(gl_FragCoord.xy), settings.sampleIndex, settings.seed);

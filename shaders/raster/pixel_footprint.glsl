@@ -1,6 +1,6 @@
-// What a pixel sees of its triangle, for passes over pixels: the derivatives of the weights of its vertices,
-// and by them those of texture coordinates. Neighbors see other triangles: their differences would not do.
-// Included before scene/surface.glsl.
+// The footprint of a pixel on its triangle, for passes over pixels: the derivatives of the weights of its
+// vertices, and by them those of texture coordinates. Neighbors see other triangles: their differences would
+// not do. Included before scene/surface.glsl.
 #ifndef RAYGRAPH_RASTER_PIXEL_FOOTPRINT_GLSL
 #define RAYGRAPH_RASTER_PIXEL_FOOTPRINT_GLSL
 

@@ -107,7 +107,7 @@ Sphere SliceSphere(CameraRecord camera, float from, float to) {
     return sphere;
 }
 
-// Of a split between two depths.
+// Returns the depth of a split between two depths.
 float SplitDepth(float from, float to, float share) {
     return mix(mix(from, to, share), from * pow(to / from, share), kSplitByFactor);
 }

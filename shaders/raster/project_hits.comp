@@ -44,7 +44,7 @@ void main() {
     else  // infinitely far away: only its direction counts
         offset = CameraRay(seenBy.camera, (vec2(pixel) + 0.5f) / vec2(size), vec2(0.5f)).direction;
     vec4 clip = OffsetToClip(camera, vec2(0.0f)) * vec4(offset, 1.0f);
-    // What is hidden now has no place either: its vertices may be those of another time
+    // A hit that is hidden now has no place either: its vertices may be those of another time.
     bool isHidden = IsHit(hit) && instances.at[hit.instance].draw == kNotDrawn;
     float placeless = clip.w > 0.0f && !isHidden ? 0.0f : 1.0f;
     vec2 place = (0.5f * clip.xy / clip.w + 0.5f) * vec2(size);

@@ -24,7 +24,7 @@ void main() {
         if (instances.at[placement].draw == kNotDrawn) continue;
         mat4x3 objectToWorld = instances.at[placement].objectToWorld;
         DrawRecord draw = draws.at[instances.at[placement].draw];
-        // Of the box turned along with the object: center, and half its size along each axis of the world
+        // The box is turned with the object: center, and half its size along each axis of the world.
         vec3 center = objectToWorld * vec4(0.5f * (draw.boundsMin + draw.boundsMax), 1.0f);
         vec3 halfSize = 0.5f * (draw.boundsMax - draw.boundsMin);
         vec3 reach = abs(objectToWorld[0]) * halfSize.x + abs(objectToWorld[1]) * halfSize.y +

@@ -19,7 +19,7 @@ struct SceneBox {
     vec3 high;
 };
 
-// Of an empty scene, a point.
+// Returns the box of the scene; a point if the scene is empty.
 SceneBox SceneBoxOf(SceneBoundsRecord bounds) {
     SceneBox box;
     box.low = vec3(0.0f);

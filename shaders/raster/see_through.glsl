@@ -27,7 +27,8 @@ vec4 BehindLevel(vec2 place, uint level) {
     return textureLod(behindBlurred, texel / vec2(textureSize(behindBlurred, 0)), 0.0f);
 }
 
-// Of the surface behind the glass in the pixel; where there is none, of the nearest one around it.
+// Returns the depth of the surface behind the glass in the pixel; where there is none, that of the nearest
+// one around it.
 float DepthBehind() {
     float depth = texelFetch(behindDepth, Pixel(), 0).x;
     ivec2 size = textureSize(behindDepth, 0);

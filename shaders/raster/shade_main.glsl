@@ -36,7 +36,7 @@
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 layout(set = 0, binding = 22) uniform sampler2D openShare;
 
-// As seen from vacuum.
+// Returns the relative index for a viewer in vacuum.
 float EtaOf(SurfaceInteraction surface) {
     bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
     return isVolume && !surface.isFront ? 1.0f / surface.material.ior : surface.material.ior;
@@ -114,7 +114,7 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
     return sum;
 }
 
-// What a lobe transmits comes from there; the picture behind shows what the environment does not.
+// Returns the radiance that a lobe transmits. The picture behind shows what the environment does not.
 vec3 RadianceFromBehind(LobeMean lobe, vec3 position, vec3 wi) {
     if (HasTraceFeature(kTraceDiffuseTransmission) && lobe.isDiffuse) return DiffuseEnvironment(wi);
     if ((constants.option & kShadeBehind) != 0u) return SeenThrough(position, wi, lobe.slope, lobe.roughness);

@@ -20,7 +20,7 @@ layout(set = 0, binding = 21, scalar) readonly buffer ShadowLights { ShadowLight
 
 const float kNormalOffset = 0.5f;  // texels
 
-// Of a direction from a point light: +x, -x, +y, -y, +z, -z.
+// Returns the face of a direction from a point light: +x, -x, +y, -y, +z, -z.
 uint FaceOf(vec3 direction) {
     vec3 size = abs(direction);
     uint axis = size.x >= max(size.y, size.z) ? 0u : (size.y >= size.z ? 1u : 2u);

@@ -52,7 +52,7 @@ vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
     return triangle.isMirrored ? -edges : edges;
 }
 
-// Whether the triangle covers the pixel's center: its unnormalized barycentrics there, and the depth.
+// Returns whether the triangle covers the pixel's center: its unnormalized barycentrics there, and the depth.
 bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
     edges = EdgesAt(triangle, place);
     float minimum = min(min(edges.x, edges.y), edges.z), maximum = max(max(edges.x, edges.y), edges.z);
@@ -66,7 +66,7 @@ bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges,
 
 vec2 BarycentricsOf(vec3 edges) { return edges.yz / (edges.x + edges.y + edges.z); }
 
-// Whether it is back-facing, from everywhere in the picture; evaluated near to it.
+// Returns whether it is back-facing, from everywhere in the picture; evaluated near to it.
 bool IsBackOnly(PictureTriangle triangle, vec2 place) {
     return dot(EdgesAt(triangle, place),
                vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w)) > 0.0f;

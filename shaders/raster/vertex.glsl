@@ -10,7 +10,7 @@ struct Corner {
     uint primitive;
 };
 
-// Of a placement of a group; `vertex` counts three a triangle.
+// Returns a corner of a triangle of a placement of a group: number `vertex`, with three for each triangle.
 Corner CornerOf(uint placement, uint vertex) {
     mat4x3 objectToWorld = instances.at[placement].objectToWorld;
     Corner result;

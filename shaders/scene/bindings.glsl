@@ -52,7 +52,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Stream { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Stream { vec4 at[]; };
 
-// Of a table whose records have a multiple of 16 bytes.
+// A table whose records have a multiple of 16 bytes.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Words { u64vec2 at[]; };
 
 InstanceRecord InstanceAt(uint index) {

@@ -30,8 +30,8 @@ Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
     return ray;
 }
 
-// Of a pixel of a picture of that size, in a camera ray's direction. A lens does not widen it: each of its
-// points sees the scene through a cone of its own.
+// Returns the cone of a pixel of a picture of that size, in a camera ray's direction. A lens does not widen
+// it: each of its points sees the scene through a cone of its own.
 RayCone PixelCone(CameraRecord camera, uvec2 pictureSize, vec3 direction) {
     float film = 4.0f * length(camera.right) * length(camera.up);
     float width = sqrt(film / (float(pictureSize.x) * float(pictureSize.y)));

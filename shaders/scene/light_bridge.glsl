@@ -51,7 +51,8 @@ uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 #include "bxdf/clearcoat.glsl"
 #include "scene/surface.glsl"
 
-// What EmissionPassed needs of a triangle, as SurfaceAt has it for a ray from the viewer.
+// Returns the properties of a triangle that EmissionPassed needs, as SurfaceAt has them for a ray from the
+// viewer.
 SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
                           Triangle triangle, vec3 toViewer) {
     SurfaceInteraction surface;

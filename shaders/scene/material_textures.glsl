@@ -29,7 +29,7 @@ uint GeometryIndex(InstanceRecord instance, uint primitive) {
     return geometry;
 }
 
-// Whether the primitives of an instance are capsules.
+// Returns whether the primitives of an instance are capsules.
 bool IsRound(InstanceRecord instance) {
     return HasTraceFeature(kTraceCapsules) && !IsPresent(instance.indices);
 }
@@ -38,8 +38,8 @@ CapsuleRecord CapsuleAt(InstanceRecord instance, uint primitive) {
     return CapsuleStream(instance.positions).at[primitive];
 }
 
-// Of a capsule, whose place stands for barycentrics: its segment, as a triangle without a third vertex. Its
-// textures are read at level 0.
+// Returns the segment of a capsule, as a triangle without a third vertex; `place` takes the place of
+// barycentrics. Its textures are read at level 0.
 Triangle SegmentAt(CapsuleRecord capsule, vec2 place) {
     float along = clamp(place.y, 0.0f, 1.0f);
     Triangle segment;

@@ -26,7 +26,7 @@ uvec2 groupStack[kWideStackSize];
 void PushGroup(uint at, uvec2 group) { groupStack[at] = group; }
 uvec2 GroupAt(uint at) { return groupStack[at]; }
 
-// Of the ray that is traced.
+// The seed of the ray that is traced.
 uint ownAlphaSeed;
 #ifdef TRACES_SHADOW_RAYS
 ShadowPayload ownShadow;
@@ -67,7 +67,7 @@ Hit HitWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
 }
 
 #ifdef TRACES_SHADOW_RAYS
-// As UnblockedShare of scene/trace_rays.glsl.
+// Returns UnblockedShare of scene/trace_rays.glsl.
 vec3 ShareUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
     if (HasTraceFeature(kTraceThinWalls)) {
         ownShadowRay = ray;

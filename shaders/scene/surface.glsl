@@ -20,13 +20,13 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
     return dot(x, yz) < 0.0f ? -result : result;
 }
 
-// Of a triangle with those edges, on its front, unit length; a sliver, which has no normal of its own, faces
-// the viewer.
+// Returns the unit normal of a triangle with those edges, on its front. A degenerate triangle, which has no
+// normal of its own, faces the viewer.
 vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
     return UnitOr(NormalToWorld(instance.objectToWorld, cross(e1, e2)), wo);
 }
 
-// Whether the transform keeps the directions of the coordinate axes: it only translates, or scales by
+// Returns whether the transform keeps the directions of the coordinate axes: it only translates, or scales by
 // positive factors.
 bool KeepsAxes(mat3x2 transform) {
     return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
@@ -184,7 +184,7 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
     return result;
 }
 
-// Of a triangle in a set of texture coordinates, twice.
+// Returns twice the area of a triangle in a set of texture coordinates.
 float UvArea(uvec2 stream, Triangle triangle) {
     if (!IsPresent(stream)) return 0.0f;
     Vec2Stream values = Vec2Stream(stream);
@@ -207,7 +207,7 @@ void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRec
 }
 #endif
 
-// Of the surface that the vertex normals describe, on the front; in the world.
+// Returns the curvature of the surface that the vertex normals describe, on the front; in world space.
 float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 e1,
                   vec3 e2) {
     float curvature = 0.0f;

@@ -25,7 +25,7 @@ layout(push_constant, scalar) uniform Constants { TextureLevelConstants level; }
 // Transparent texels keep a little weight: theirs is the color where all are.
 const float kLeastWeight = 1.0f / 4096.0f;
 
-// What is averaged: linear numbers.
+// Returns the linear values that are averaged.
 vec4 Linear(vec4 stored) {
     if (level.texels == kTexelsColor) return vec4(SrgbDecode(stored.xyz), stored.w);
     if (level.texels == kTexelsTransparentColor)

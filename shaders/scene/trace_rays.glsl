@@ -64,7 +64,7 @@ Hit Intersect(Ray ray, uint alphaSeed) {
 }
 
 #ifdef TRACES_AT_ONE_PLACE
-// As Intersect up to a distance; `isAnyEnough`: only whether there is a surface.
+// Returns Intersect up to a distance. If `isAnyEnough`, the hit only says whether there is a surface.
 Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
     const uint any = gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
     radiancePayload.alphaSeed = alphaSeed;

@@ -1,5 +1,5 @@
-// What a shadow ray does at the surfaces of a scene with smooth thin walls: a wall attenuates the light and
-// the ray goes on. Asked once for each triangle on the ray that is not opaque, or is of such a wall.
+// The any-hit test of shadow rays in a scene with smooth thin walls: a wall attenuates the light and the ray
+// goes on. Runs once for each triangle on the ray that is not opaque, or is of such a wall.
 #ifndef RAYGRAPH_SCENE_WALL_SHADOW_GLSL
 #define RAYGRAPH_SCENE_WALL_SHADOW_GLSL
 

@@ -199,7 +199,7 @@ bool MakeRoom(int from, int to, off_t oldSize, off_t size) {
     return false;
 }
 
-// Whether this process may do with files of others what their owners may.
+// Returns whether this process may do with files of others what their owners may.
 bool MayActAsOwner() {
     __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
     std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> sets{};
