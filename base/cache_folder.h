@@ -1,4 +1,4 @@
-// Where programs of this user keep what can be made again. Threads: any.
+// The folder in which programs of this user keep data that can be made again. Threads: any.
 #pragma once
 
 #include <filesystem>

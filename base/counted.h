@@ -1,4 +1,4 @@
-// Numbers of things, in messages. Threads: any.
+// Texts of counts, for messages. Threads: any.
 #pragma once
 
 #include <cstdint>

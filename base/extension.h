@@ -7,7 +7,7 @@
 
 namespace raygraph {
 
-// With its dot, in lower case: ".png" of "A.PNG"; "" without one.
+// Returns the extension with its dot, in lower case: ".png" for "A.PNG"; "" if there is none.
 inline std::string LowerExtension(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
     std::ranges::transform(extension, extension.begin(),

@@ -1,5 +1,5 @@
-// Memory for large arrays that are read here and there. In small pages, the processor would have to look up
-// the address of nearly every access. Threads: any.
+// Memory for large arrays that are read at random. With small pages, the processor would have to look up the
+// address of nearly every access. Threads: any.
 #pragma once
 
 #include <cstddef>

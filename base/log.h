@@ -28,7 +28,7 @@ enum class LogLevel : uint8_t {
     Error,    // a fault that no Error can be thrown for; messages of the validation layers
     Off,      // a threshold alone
 };
-// "debug", "info", "warning", "error", "off"
+// Returns "debug", "info", "warning", "error" or "off".
 RAYGRAPH_API const char* Name(LogLevel level);
 
 // The categories of messages, one for each area.
@@ -62,14 +62,15 @@ class RAYGRAPH_API Log {
     explicit Log(Callback callback, LogLevel least = LogLevel::Info)
         : m_callback(std::move(callback)), m_least(m_callback ? least : LogLevel::Off) {}
 
-    // To be asked before a text is put together: what nobody listens to costs one comparison.
+    // Returns whether messages of the level are wanted. Ask before building a text: if nobody listens, that
+    // costs one comparison.
     bool Listens(LogLevel level) const noexcept { return level >= m_least && level < LogLevel::Off; }
     void Send(LogLevel level, std::string_view category, std::string_view text) const noexcept {
         if (!Listens(level)) return;
         try {
             m_callback({level, category, text});
         } catch (...) {
-            // See above
+            // An exception of the callback is dropped.
         }
     }
 

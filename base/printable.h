@@ -10,13 +10,14 @@
 
 namespace raygraph {
 
-// Bytes of the well-formed UTF-8 sequence at the start of `text`; 0: there is none.
+// Returns the bytes of the well-formed UTF-8 sequence at the start of `text`; 0 if there is none.
 RAYGRAPH_API size_t Utf8Length(std::string_view text);
 
-// `text` with control characters and bytes that are not UTF-8 as '?', cut to `maxBytes` with "..." after it.
+// Returns `text` with control characters and bytes that are not UTF-8 as '?', cut to `maxBytes` with "..."
+// after it.
 RAYGRAPH_API std::string Printable(std::string_view text, size_t maxBytes = 120);
 
-// Printable text in double quotes.
+// Returns the printable text in double quotes.
 RAYGRAPH_API std::string Quoted(std::string_view text, size_t maxBytes = 120);
 
 }  // namespace raygraph

@@ -24,7 +24,8 @@ class InputFile {
     InputFile(const InputFile&) = delete;
     InputFile& operator=(const InputFile&) = delete;
 
-    // Bytes of a regular file, as of now; none if it is not a regular file (a folder, a device, a pipe).
+    // Returns the bytes of a regular file at this time; none if it is not a regular file (a folder, a device,
+    // a pipe).
     std::optional<uint64_t> RegularSize(std::error_code& error) const;
     // Fills `bytes` from where the last call ended. Returns how many it filled: fewer where the file ends.
     size_t Read(std::span<std::byte> bytes, std::error_code& error);

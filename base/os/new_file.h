@@ -28,13 +28,14 @@ class NewFile {
     NewFile(const NewFile&) = delete;
     NewFile& operator=(const NewFile&) = delete;
 
-    // Null where the constructor failed, and after Close.
+    // Returns null if the constructor failed, and after Close.
     std::FILE* Stream() const { return m_stream; }
 
     // Waits until all is on the disk, and closes the stream.
     void Close(std::error_code& error);
-    // Both after Close. Gives the file a name in its folder, in place of whatever has it, at once: where the
-    // system gives none to a file without a name, a copy that has one takes its place.
+    // Publish and CopyTo are called after Close. Publish gives the file a name in its folder, in place of
+    // whatever has it, at once: where the system gives none to a file without a name, a copy that has one
+    // takes its place.
     void Publish(const std::filesystem::path& name, std::error_code& error);
     // Copies the content into a regular file, which is created if there is none, a device or a pipe. Room in
     // a regular file is made first, so that a full disk is found before any of its old content is
@@ -56,13 +57,13 @@ class NewFile {
     std::FILE* m_stream = nullptr;
 };
 
-// Why Publish could not replace this file, which exists, as far as its status, that of its folder and the
-// rights of this process tell: such as that it is a folder, mounted by itself, immutable, or of another user
-// in a folder of all. Nothing is changed, or tried, for that.
+// Returns the reason for which Publish could not replace this existing file, if its status, that of its
+// folder and the rights of this process tell: for example that it is a folder, a mount point, immutable, or
+// another user's in a folder that all share. Nothing is changed or tried.
 std::error_code RefusalToReplace(const std::filesystem::path& file);
 
-// Why CopyTo could not write to this file, device or pipe, which exists. A device or a pipe is not opened: a
-// pipe may lack its reader for now.
+// Returns the reason for which CopyTo could not write to this existing file, device or pipe. A device or a
+// pipe is not opened: a pipe may lack its reader for now.
 std::error_code RefusalToWrite(const std::filesystem::path& file);
 
 }  // namespace raygraph::os

@@ -8,9 +8,10 @@
 
 namespace raygraph::os {
 
-// Processor time of all threads, user and system, seconds. A CPU driver renders in this process.
+// Returns the processor time of all threads, user and system, in seconds. A CPU driver renders in this
+// process.
 double ProcessCpuSeconds();
-// Peak resident memory.
+// Returns the peak of the resident memory, in bytes.
 uint64_t PeakResidentBytes();
 
 // Returns the wall-clock time in this computer's time zone: "14:05:09".
@@ -22,7 +23,7 @@ std::string LocalTimeOfDay();
 void LetWritesFail() noexcept;
 
 bool IsTerminal(std::FILE* stream);
-// Columns; 80 if unknown.
+// Returns the columns of the terminal; 80 if unknown.
 size_t TerminalWidth(std::FILE* stream);
 
 // Returns whether a text matches a shell pattern: * ? [a-z].

@@ -14,17 +14,17 @@ constexpr bool IsOfWeights(const AnimationTarget& target) {
     return target.property == AnimatedProperty::Weights || target.property == AnimatedProperty::MeshWeights;
 }
 
-// Some fields are kept legal beside another one: an inner cone angle below the outer one, zNear below zFar, a
-// strength beside a color whose product is to be finite. These follow: SetValue clamps them against the other
-// one's value in the scene, which is to be set before. What follows `target`, if it leads; and whether it
-// follows.
+// Some fields are limited by another one: an inner cone angle by the outer one, zNear by zFar, a strength by
+// its color, because their product must be finite. SetValue clamps such a follower against the other field's
+// value in the scene, which must be set before. FollowerOf returns the field that `target` limits, if any.
 std::optional<AnimationTarget> FollowerOf(const AnimationTarget& target);
 bool IsFollower(const AnimationTarget& target);
 
-// Returns whether it is a field of which 0 means infinite.
+// Returns whether 0 means infinite for the field.
 bool IsInfiniteAtZero(const AnimationTarget& target);
 
-// How many numbers the target's value has; 0: the scene has no such thing, or nothing that could be animated.
+// Returns how many numbers the target's value has; 0 if the scene has no such target, or none that can be
+// animated.
 size_t WidthOf(const SceneData& scene, const AnimationTarget& target);
 
 // Gets the value of a target for which WidthOf is not 0, as numbers. Rotations are x, y, z, w; flags 0 or 1.

@@ -14,11 +14,11 @@ namespace raygraph::scene {
 // A binary tree in an array: the box at i is around those at 2 i and 2 i + 1, the leaves come last.
 class RAYGRAPH_API BoundsTree {
   public:
-    // So many empty boxes.
+    // Sets the count of boxes, all empty.
     void Assign(size_t count) { m_boxes.assign(2 * count, {}); }
     size_t Count() const { return m_boxes.size() / 2; }
 
-    // Takes time by the logarithm of the count, less if All stays as it was.
+    // Sets one box. Takes time logarithmic in the count, less if All does not change.
     void Set(size_t index, const Bounds& box) {
         size_t i = Count() + index;
         m_boxes[i] = box;
@@ -33,7 +33,7 @@ class RAYGRAPH_API BoundsTree {
     void Update() {
         for (size_t i = Count(); i-- > 1;) m_boxes[i] = Around(i);
     }
-    // Around all; empty boxes do not count.
+    // Returns the box around all; empty boxes do not count.
     Bounds All() const {
         if (m_boxes.size() < 2) return {};
         return m_boxes[1];

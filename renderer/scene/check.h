@@ -15,7 +15,7 @@
 
 namespace raygraph::scene {
 
-// Everything that the top of scene_data.h lists. Linear time. `subject` begins the line.
+// Checks everything that the top of scene_data.h lists, in linear time. `subject` begins the line.
 RAYGRAPH_API void Check(const SceneData& scene, const std::string& subject = "scene",
                         ErrorKind kind = ErrorKind::Usage);
 
@@ -33,7 +33,8 @@ RAYGRAPH_API PlacedTransform CheckedPlacement(const PlacedTransform& transform, 
 
 RAYGRAPH_API bool IsFinite(const glm::vec3& vector);
 RAYGRAPH_API bool IsFinite(const glm::mat4x3& transform);
-// In float, because a device inverts in float. False for a matrix that is not finite.
+// Returns whether the transform can be inverted in float, as devices invert. False for a matrix that is not
+// finite.
 RAYGRAPH_API bool CanInvert(const glm::mat4x3& transform);
 
 }  // namespace raygraph::scene

@@ -35,7 +35,7 @@ RAYGRAPH_API void DeformInstances(SceneData& scene);
 // winding, and the instance says that it is mirrored.
 RAYGRAPH_API PlacedTransform SkinFrame(std::span<const PlacedTransform> nodeToWorld, const Skin& skin);
 
-// One a joint into `matrices`, from the mesh's object space to that of an instance.
+// Writes one matrix for each joint into `matrices`, from the mesh's object space to that of an instance.
 RAYGRAPH_API void JointMatrices(std::span<const PlacedTransform> nodeToWorld, const Skin& skin,
                                 const PlacedTransform& objectToWorld, std::span<glm::mat4x3> matrices);
 

@@ -15,7 +15,7 @@ struct GltfExtension {
     std::string_view note;  // how it is applied, or why it is not read
 };
 
-// In the order of their names.
+// Returns all known extensions, sorted by name.
 RAYGRAPH_API std::span<const GltfExtension> KnownExtensions();
 
 }  // namespace raygraph::scene

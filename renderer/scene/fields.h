@@ -36,7 +36,8 @@ inline constexpr FieldRange kNotNegative{0.0f, kUnboundedField};
 inline constexpr FieldRange kColorBesideStrength{0.0f, kUnboundedField, false, 1.0f};
 inline constexpr FieldRange kAnyNumber{-kUnboundedField, kUnboundedField};
 
-// How the hash of a scene has a field: renders of scenes of the same hash are resumed and merged.
+// The way in which the hash of a scene includes a field. Renders of scenes of equal hash are resumed and
+// merged.
 enum class Hashed : uint8_t {
     // Where it is not at its default, with a label before it: a struct may get such a field, and the hashes
     // of scenes without it stay. A flag with a label of its own is that label alone.

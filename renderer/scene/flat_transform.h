@@ -33,8 +33,8 @@ namespace raygraph::scene {
 // a pixel of a view of 60 degrees that is 1920 pixels wide.
 inline constexpr double kFlatThickness = 1.0 / 4096.0, kObliqueThickness = 1.0 / 1024.0;
 
-// True where s3 / s1 is below 2^-30, or where float cannot tell the sign of the determinant: where it is
-// less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.
+// Returns true where s3 / s1 is below 2^-30, or where float cannot tell the sign of the determinant: where it
+// is less than 2^-21 of the sum of its terms' sizes, whichever axes are scaled.
 RAYGRAPH_API bool IsFlat(const glm::mat4x3& transform);
 
 // Returns whether WithThickness may return another transform: it is flat, or flatter than kObliqueThickness.

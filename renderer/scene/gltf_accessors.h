@@ -17,7 +17,7 @@ struct BufferView {
     uint64_t byteOffset = 0;
     uint64_t byteLength = 0;
     uint32_t byteStride = 0;  // 0: tightly packed.
-    // Where its bytes are, if they are not in `buffer`.
+    // The source of the view's bytes, if they are not in `buffer`.
     std::optional<MeshoptView> meshopt;
 };
 

@@ -40,9 +40,9 @@ struct AnimationLayout {
     std::vector<AnimationChannel> channels;
 };
 
-// Reads and checks all of the file's animations. Channels of what is not read, or not there, and the later
-// ones of a target are left out with a warning. The scene has its nodes, skins and materials; `layouts` are
-// its meshes.
+// Reads and checks all of the file's animations. Channels whose target is not read or missing, and all but
+// the first of a target, are left out with a warning. The scene has its nodes, skins and materials; `layouts`
+// are its meshes.
 std::vector<AnimationLayout> ReadAnimations(GltfContext& context, const std::vector<AnimationSource>& sources,
                                             const AccessorTables& tables,
                                             const std::vector<MeshLayout>& meshes,

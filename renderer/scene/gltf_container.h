@@ -23,8 +23,8 @@ struct GltfContainer {
     bool isGlb = false;
 };
 
-// Tells .glb from .gltf by the first four bytes, whatever the file's name. Throws Error{BadInput}, "label:
-// ...", on a broken .glb; unknown chunks are skipped, as the format asks.
+// Distinguishes .glb from .gltf by the first four bytes, whatever the file's name. Throws Error{BadInput},
+// "label: ...", on a broken .glb; unknown chunks are skipped, as the format asks.
 GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label);
 
 // The bytes of a .glb: a JSON chunk, and what comes after it, as chunks. Error{Usage} above 4 GiB.
@@ -37,7 +37,7 @@ struct RepairedText {
     size_t count = 0;  // the number of replacements
     size_t firstByte = 0;
 };
-// Nothing: all characters are well-formed.
+// Returns the repaired text; nullopt if all characters are well-formed.
 std::optional<RepairedText> RepairStrings(std::string_view json);
 
 // Parses JSON text whose length and depth are checked first, because a parser's tree may be many times its

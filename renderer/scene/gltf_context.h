@@ -13,11 +13,11 @@
 
 namespace raygraph::scene {
 
-// Warnings of one import, one line per topic: the first occurrence, then how many more there were. What is
-// said again in the same words, as of an accessor that several primitives share, counts once.
+// Warnings of one import, one line per topic: the first occurrence, then how many more there were. A repeated
+// warning, such as for an accessor that several primitives share, counts once.
 class Warnings {
   public:
-    // `topic` tells alike warnings; "scene.gltf: materials[2].metallicFactor: is 3, taken as 1 (and 4 more)".
+    // `topic` groups warnings; "scene.gltf: materials[2].metallicFactor: is 3, taken as 1 (and 4 more)".
     void Add(std::string_view topic, std::string text);
     std::vector<std::string> Take();
 
@@ -47,7 +47,7 @@ struct GltfContext {
     uint64_t compressedBytes = 0;  // charged for primitives so far
     uint64_t imageTexels = 0;      // Decoded so far.
 
-    // "label: path: what", without the path if it is empty.
+    // Returns "label: path: what", without the path if it is empty.
     std::string Line(const std::string& path, const std::string& what) const;
     // Throws Error{BadInput} with that line.
     [[noreturn]] void Fail(const std::string& path, const std::string& why) const;
@@ -61,7 +61,7 @@ struct GltfContext {
     // Fails if a model of a document of so many bytes of JSON would take too much memory.
     void CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const;
     void Progress(std::string_view stage, float fraction) const;
-    // LoadOptions::maxThreads, as a number.
+    // Returns LoadOptions::maxThreads, resolved to a number.
     unsigned ThreadCount() const;
 
     // The bytes of a URI: a data URI, or a file in the scene's folder. Fails at `where`.

@@ -10,7 +10,7 @@
 
 namespace raygraph::scene {
 
-// Images of the file that show the same, the best first: the first one that can be read is taken.
+// Images of the file with the same picture, the best first: the first one that can be read is taken.
 using ImageChoice = std::vector<uint32_t>;
 
 // Decodes one of each choice, in that order, on LoadOptions::maxThreads threads. An image in whose place

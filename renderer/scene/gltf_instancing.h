@@ -16,7 +16,8 @@ struct InstancingLayout {
     uint64_t count = 0;  // 0: the node's mesh is placed once, by the node alone.
 };
 
-// One per node of the file. Checks all that have the extension, whether or not they are placed.
+// Returns one layout per node of the file. Checks all nodes that have the extension, whether or not they are
+// placed.
 std::vector<InstancingLayout> ReadInstancing(GltfContext& context, const gltf::Model& model,
                                              const AccessorTables& tables);
 

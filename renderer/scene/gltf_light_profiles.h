@@ -31,7 +31,7 @@ std::vector<ProfileSource> ReadProfileSources(const gltf::Model& model,
 // The light of a node that has one: its name, color and factor.
 Light ReadProfileLight(const gltf::Model& model, uint32_t node);
 
-// Fails at a file that cannot be read or is none of IES LM-63.
+// Decodes the profiles. Fails at a file that cannot be read or is not of IES LM-63.
 std::vector<LightProfile> DecodeProfiles(GltfContext& context, const std::vector<ProfileSource>& sources,
                                          GltfBuffers& buffers);
 

@@ -20,14 +20,14 @@
 
 namespace raygraph::scene {
 
-// Where a scene file is and what it is called in messages.
+// The path of a scene file, and its name in messages.
 struct ScenePath {
     std::filesystem::path file;  // Canonical.
     // The one named, so that a link to a scene finds what stands beside the link.
     std::filesystem::path folder;
     std::string label;
 };
-// Error{Io} if there is none.
+// Finds the scene file; throws Error{Io} if there is none.
 ScenePath Locate(const std::filesystem::path& path);
 
 struct GltfOutline {

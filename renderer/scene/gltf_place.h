@@ -8,7 +8,7 @@
 
 namespace raygraph::scene {
 
-// Cheap to make and to pass on: the text is made when a message needs it.
+// A place in the document. It is cheap to make and to pass on: the text is made when a message needs it.
 class Place {
   public:
     // The document itself, whose path is empty.
@@ -19,7 +19,7 @@ class Place {
     Place operator[](const char* name) const { return Below({name, 0}); }
     Place operator[](size_t index) const { return Below({nullptr, index}); }
 
-    // "accessors[3].count".
+    // Returns the path, such as "accessors[3].count".
     std::string Path() const;
     operator std::string() const { return Path(); }
 
@@ -39,7 +39,7 @@ class Place {
     }
 
     uint32_t m_count = 0;
-    // Deeper than anything that the importer reads; a deeper place keeps the path of what it is in.
+    // The importer reads nothing deeper; a deeper place keeps the path of its container.
     std::array<Step, 8> m_steps;
 };
 

@@ -1,5 +1,5 @@
-// KHR_animation_pointer: what a JSON pointer (RFC 6901) into the document means in the scene. Internal to
-// renderer/scene.
+// KHR_animation_pointer: resolves a JSON pointer (RFC 6901) into the document to its targets in the scene.
+// Internal to renderer/scene.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace raygraph::scene {
 
-// How the numbers of an accessor become those of a target.
+// The conversion from the numbers of an accessor to those of a target.
 enum class ValueKind : uint8_t {
     Plain,
     Rotation,    // Unit length.
@@ -29,7 +29,7 @@ struct PointedScene {
 
 struct PointedTargets {
     ValueKind kind = ValueKind::Plain;
-    // Several where the file's object is placed several times; none if it is placed nowhere.
+    // Has several elements where the file's object is placed several times, and none if it is placed nowhere.
     std::vector<AnimationTarget> targets;
 };
 

@@ -10,9 +10,9 @@ namespace raygraph::scene {
 // Returns the value that a decoded primitive has as its radii until SetRadii replaces it.
 float AskedRadius(const RoundRadius& asked);
 
-// After everything is placed: makes the radii those asked for, in the world, and extends all bounds by
-// them. A mesh of several placements has its radius at the largest; of one whose scale differs by axis, it
-// is that of the sphere that has the ellipsoid's volume.
+// Sets the radii so that they are those asked for in world space, and extends all bounds by them. Call it
+// when everything is placed. If a mesh has several placements, the largest gets the radius asked for; if its
+// scale differs by axis, the radius is that of the sphere with the ellipsoid's volume.
 void SetRadii(GltfContext& context, SceneData& scene);
 
 }  // namespace raygraph::scene

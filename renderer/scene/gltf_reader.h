@@ -13,7 +13,7 @@
 
 namespace raygraph::scene {
 
-// Which elements of an accessor to read, in which order: all of them, or those listed (all below the count).
+// Selects the elements of an accessor to read, and their order: all, or those listed (all below the count).
 struct ElementSelection {
     size_t count = 0;
     const uint32_t* ids = nullptr;  // nullptr: 0 to count - 1.
@@ -21,7 +21,7 @@ struct ElementSelection {
     const std::vector<uint32_t>* used = nullptr;
 
     size_t operator[](size_t i) const { return ids ? ids[i] : i; }
-    // By place in the selection.
+    // Returns, for each place in the selection, whether it is used.
     std::vector<bool> UsedPlaces() const;
 };
 

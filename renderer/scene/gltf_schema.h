@@ -65,7 +65,7 @@ enum class Misfit : uint8_t {
     LeaveOutAny,   // like LeaveOut, also for a value of another type: it belongs to an application
 };
 
-// Where an extension stands.
+// The object that holds an extension.
 enum class ExtensionPlace : uint8_t {
     Nowhere,
     Root,
@@ -86,29 +86,30 @@ struct Property {
     Misfit misfit = Misfit::Refuse;
     const char* topic = nullptr;   // the warning's topic: warnings of one topic are one line
     const char* remedy = nullptr;  // the text for what is done instead: "taken as 0"
-    // Number, Numbers: each of them.
+    // for Number and Numbers: the range of each
     float min = std::numeric_limits<float>::lowest();
     float max = std::numeric_limits<float>::max();
     bool excludesMin = false;
     bool excludesMax = false;
     bool allowsZero = false;  // Which is out of the range.
-    // Numbers, IndexLists.
+    // for Numbers and IndexLists: the number of elements
     size_t count = 0;
-    // Whole.
+    // for Whole: the range
     uint64_t wholeMin = 0;
     uint64_t wholeMax = std::numeric_limits<uint64_t>::max();
-    // Whole, String: if there are any, one of these; String: what it starts with.
+    // For Whole and String: the allowed values, if there are any. For String: the text with which it starts.
     std::span<const uint64_t> numbers;
     std::span<const std::string_view> texts;
     std::string_view start;
-    // Index, Indices: what they point into. Objects: what points into them.
+    // For Index and Indices: the array into which they point. For Objects: the target by which indices point
+    // into them.
     Target target = Target::None;
-    // Object, Objects: their properties.
+    // For Object and Objects: their properties.
     const Property* rows = nullptr;
     size_t rowCount = 0;
-    // Object: required if the property "type" beside it is this, and else not read.
+    // For Object: it is read, and required, only if the property "type" beside it has this value.
     std::string_view ofType;
-    // tinygltf keeps what is in it as values, as it does with what is in extensions.
+    // True where tinygltf keeps the content as values, as it does in extensions.
     bool isKeptAsValue = false;
     ExtensionPlace place = ExtensionPlace::Nowhere;
 
@@ -121,7 +122,7 @@ struct Extension {
     std::span<const Property> rows;
 };
 
-// gltf_schema_tables.cpp.
+// Returns the table of gltf_schema_tables.cpp for the root.
 std::span<const Property> RootProperties();
 std::span<const Extension> SupportedExtensions();
 

@@ -1,4 +1,4 @@
-// How the rows of gltf_schema_tables.cpp are made. Internal to renderer/scene.
+// Builders of the rows of gltf_schema_tables.cpp. Internal to renderer/scene.
 //
 // A class for each type of property, with what can be said of that type and nothing else; what contradicts
 // what has been said before is no constant expression. So a table that the checker would misunderstand does
@@ -20,7 +20,8 @@ struct RowOf : Property {
         name = ofName;
         type = ofPropertyType;
     }
-    // With something changed. First, because clang evaluates no call of what it has not read yet.
+    // Returns a changed copy. It comes first, because clang does not evaluate a call of a function that it
+    // has not read yet.
     template <typename Change>
     constexpr Self With(const Change& change) const {
         Self row = static_cast<const Self&>(*this);
@@ -92,7 +93,7 @@ struct WholeRow : RowOf<WholeRow> {
         return With(
             [&](WholeRow& row) { row.misfit = Misfit::LeaveOut, row.topic = warnAs, row.remedy = instead; });
     }
-    // Also if it is no whole number.
+    // A value is also left out if it is no whole number.
     constexpr WholeRow OrLeftOutWhateverItIs(const char* warnAs, const char* instead) const {
         return With([&](WholeRow& row) {
             row.misfit = Misfit::LeaveOutAny, row.topic = warnAs, row.remedy = instead;
@@ -105,7 +106,7 @@ struct TextRow : RowOf<TextRow> {
     constexpr TextRow OneOf(std::span<const std::string_view> values) const {
         return With([&](TextRow& row) { row.texts = values; });
     }
-    // Also if it is no text.
+    // A value is also left out if it is no text.
     constexpr TextRow OrLeftOutWhateverItIs(const char* warnAs, const char* instead) const {
         return With([&](TextRow& row) {
             row.misfit = Misfit::LeaveOutAny, row.topic = warnAs, row.remedy = instead;
@@ -193,7 +194,7 @@ constexpr RangedRow InRange(const RangedRow& row, const FieldRange& range) {
 }
 template <typename Owner>
 constexpr NumberRow RowFor(const Field<Owner, float>& field) {
-    // Where it is left out it is 0
+    // A value that is left out is 0.
     const NumberRow row(KeyPartsOf(field.key).key);
     return field.zeroIsLeftOut ? InRange(row, field.range).Above(0.0f) : InRange(row, field.range);
 }

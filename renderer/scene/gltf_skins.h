@@ -24,11 +24,11 @@ void ReadSkins(GltfContext& context, const GltfDocument& document, const Accesso
 void DecodeSkins(GltfContext& context, AccessorReader& reader, const std::vector<SkinSource>& sources,
                  SceneData& scene);
 
-// By mesh: the skin with the fewest joints of the placed nodes that have the mesh.
+// Returns, by mesh, the skin with the fewest joints among those of the placed nodes that have the mesh.
 std::vector<JointLimit> JointLimits(const SceneData& scene, size_t meshCount);
 
-// Joints and weights of the vertices named, as JointInfluences has them, without the boxes. `packed`: the
-// bytes of attributes that were compressed.
+// Decodes joints and weights of the selected vertices into JointInfluences, without the boxes. `packed` holds
+// the bytes of attributes that were compressed.
 JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
                                  const ElementSelection& vertices, const JointLimit& limit,
                                  const std::array<std::vector<std::byte>, kAttributeCount>& packed);

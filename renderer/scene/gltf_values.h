@@ -12,7 +12,7 @@ namespace raygraph::scene {
 
 class ValueReader {
   public:
-    // nullptr: an absent object, which has nothing.
+    // A null object stands for an absent one, which has no members.
     explicit ValueReader(const gltf::Value* object) : m_object(object) {}
     ValueReader(const gltf::ExtensionMap& extensions, const char* name) {
         if (const auto found = extensions.find(name); found != extensions.end()) m_object = &found->second;

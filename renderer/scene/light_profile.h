@@ -1,5 +1,5 @@
-// How the intensity of a light depends on direction, as a goniometer measures it (IES LM-63). Threads: plain
-// values; pure functions, for any thread.
+// The intensity of a light by direction, as a goniometer measures it (IES LM-63). Threads: plain values; pure
+// functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -18,20 +18,20 @@ namespace raygraph::scene {
 //   C  d = (sin v cos h, sin v sin h, -cos v)
 enum class PhotometricType : uint8_t { A, B, C };
 
-// Intensities at all pairs of angles; between them linear in both, and beyond them nothing.
+// Intensities at all pairs of angles; linear in both between them, and 0 beyond them.
 struct RAYGRAPH_API LightProfile {
     std::string name;
     PhotometricType type = PhotometricType::C;
-    // Radians, increasing, at least two. Of type C from 0 to pi at most, of the others from -pi to pi.
+    // Radians, increasing, at least two. For type C from 0 to at most pi, for the others from -pi to pi.
     std::vector<float> vertical;
     // Radians, increasing. Of type C all around, the first and the last one turn apart; or one, for a profile
     // that is the same all around. Of the others at least two, from -pi to pi at most.
     std::vector<float> horizontal;
-    // Not negative, as many as pairs: candela[h * vertical.size() + v].
+    // Not negative, one for each pair of angles: candela[h * vertical.size() + v].
     std::vector<float> candela;
 
     float MaxIntensity() const;
-    // Over all directions.
+    // Returns the mean over all directions.
     double MeanIntensity() const;
 
     bool operator==(const LightProfile&) const = default;

@@ -36,7 +36,7 @@ inline Widths WidthsOf(double square, double area) {
     return {s1, s1 > 0.0 ? area / s1 : 0.0};
 }
 
-// About s3 / s2, where that is far below 1; 0 if s2 is 0.
+// Returns approximately s3 / s2 where that is far below 1; 0 if s2 is 0.
 inline double Flatness(const glm::mat4x3& transform) {
     const glm::dmat3 linear(transform);
     const double area = std::sqrt(SquareOf(Cofactors(linear)));

@@ -38,13 +38,13 @@ struct LoadLimits {
 };
 
 struct LoadOptions {
-    // Which of the file's scenes: its name, or its index as decimal digits. Empty: the file's default scene,
-    // else its first; all root nodes if the file has none.
+    // Chooses one of the file's scenes, by its name or by its index as decimal digits. Empty: the file's
+    // default scene, else its first; all root nodes if the file has none.
     std::string scene;
     LoadLimits limits;
     // The radii of points and lines, which become spheres and capsules. By default they are left out.
     PointsAndLines pointsAndLines = {};
-    // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
+    // Called on the loading thread with the current stage and the completed part of the whole, 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
     // The scene may also name files below this folder, as "../textures/wood.png"; "": only those below its
     // own.
@@ -53,7 +53,8 @@ struct LoadOptions {
     // Images are decoded on so many threads, which end before the call does; 0: as many as there are cores.
     // The scene, or the error, is the same for any number.
     uint32_t maxThreads = 0;
-    // Warnings, as in SceneData::warnings; how long it took; for debugging, how long each image took.
+    // Receives warnings, as in SceneData::warnings, the time that loading took, and for debugging the time
+    // for each image.
     Log log = {};
 };
 

@@ -38,7 +38,7 @@ inline constexpr Quantity kFilmIndex{{1.0f, Material::kMaxIor}};
 inline constexpr Quantity kFilmThickness{{0.0f, Material::kMaxFilm}, "nm"};
 inline constexpr Quantity kMeanCosine{{-Material::kMaxScatterAnisotropy, Material::kMaxScatterAnisotropy}};
 
-// `object`: as the list has it.
+// `object` is the name in the list.
 template <typename T>
 constexpr FieldPlace<Material, T> PlaceOf(T Material::*member, const char* name, const char* object,
                                           const char* key) {
@@ -49,7 +49,7 @@ constexpr MaterialField<T> Make(const FieldPlace<Material, T>& place, const Quan
     return {place, quantity.range, quantity.unit, quantity.zeroIsLeftOut};
 }
 
-// All fields of a Material but its name, in its order.
+// All fields of a Material except its name, in the order of the struct.
 inline constexpr auto kAll = std::tuple{
 #define RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity) \
     Make(PlaceOf(&Material::field, #field, #object, #key), quantity),
@@ -131,7 +131,7 @@ template <typename T>
 using TransformField = Field<TextureTransform, T>;
 
 inline constexpr const char* kTextureTransform = "KHR_texture_transform";
-// Far above any use, and no product with a texture coordinate of the same size is infinite.
+// The limit is far above any use, and no product with a texture coordinate of the same size is infinite.
 inline constexpr FieldRange kTextureSteps{-1e9f, 1e9f};
 inline constexpr auto kTransformFields = std::tuple{
     TransformField<glm::vec2>{{&TextureTransform::offset, "offset", "", "offset"}, kTextureSteps},
@@ -139,7 +139,7 @@ inline constexpr auto kTransformFields = std::tuple{
     TransformField<glm::vec2>{{&TextureTransform::scale, "scale", "", "scale"}, kTextureSteps},
 };
 
-// Calls visit(field) for each.
+// Calls visit(field) for each field of a TextureTransform.
 template <typename Visit>
 constexpr void ForEachTransformField(Visit&& visit) {
     std::apply([&](const auto&... field) { (visit(field), ...); }, kTransformFields);

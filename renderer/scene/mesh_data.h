@@ -13,7 +13,7 @@
 
 namespace raygraph::scene {
 
-// "No such thing" in an index field.
+// The value of an index that refers to nothing.
 inline constexpr uint32_t kNone = 0xFFFFFFFFu;
 
 // An axis-aligned box. Default-constructed: empty (min above max).
@@ -25,7 +25,7 @@ struct RAYGRAPH_API Bounds {
     void Extend(const glm::vec3& point);
     void Extend(const Bounds& other);
     glm::vec3 Center() const { return 0.5f * (min + max); }
-    // Half the diagonal; 0 for an empty box.
+    // Returns half the diagonal; 0 for an empty box.
     float Radius() const { return IsEmpty() ? 0.0f : 0.5f * glm::length(max - min); }
     // The box around this box's eight corners moved by an affine transform; empty stays empty.
     Bounds Transformed(const glm::mat4x3& transform) const;
@@ -40,17 +40,17 @@ struct VariantMaterial {
     bool operator==(const VariantMaterial&) const = default;
 };
 
-// Which joints of a skin move the vertices of a primitive, and how much: `perVertex` of each vertex, those of
-// vertex i from perVertex * i on. A node that places the mesh has the skin, so that the same vertices may
-// follow several. Empty: nothing does.
+// The joints of a skin that move the vertices of a primitive, and their weights: `perVertex` of each vertex,
+// those of vertex i from perVertex * i on. A node that places the mesh has the skin, so that the same
+// vertices may follow several. Empty: nothing does.
 struct JointInfluences {
     uint32_t perVertex = 0;
     std::vector<uint16_t> joints;  // Into Skin::joints of every skin that the mesh is placed with.
-    // Not negative, with a sum of 1 for each vertex, up to rounding. The greatest first; what is left over is
-    // 0, of joint 0.
+    // Not negative, with a sum of 1 for each vertex, up to rounding. The greatest come first; unused places
+    // are 0, of joint 0.
     std::vector<float> weights;
-    // By joint, up to the highest that is named: the box around the positions that it moves at all; empty for
-    // one that moves none. Without what targets add.
+    // By joint, up to the highest that is used: the box around the positions that it moves, before targets
+    // are added; empty for a joint that moves none.
     std::vector<Bounds> bounds;
 
     bool IsEmpty() const { return perVertex == 0; }
@@ -91,7 +91,7 @@ struct Primitive {
     std::vector<glm::vec2> frameTurns;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
-    // Linear; multiplies the base color. Alpha 1 where the file has three channels.
+    // Linear, multiplies the base color. Alpha is 1 where the file has three channels.
     std::vector<glm::vec4> colors;
     // Triangle list, three a triangle, counter-clockwise seen from the front; or two a capsule.
     std::vector<uint32_t> indices;
@@ -100,10 +100,11 @@ struct Primitive {
     // KHR_materials_variants: what scene::SetVariant chooses `material` from, ascending by variant. Empty:
     // `material` in all of them.
     std::vector<VariantMaterial> variants;
-    // Not empty: these are round primitives, one radius each. They have no normals and no tangents.
+    // The radii of round primitives, one for each. Such a primitive has no normals and no tangents. Empty for
+    // triangles.
     std::vector<float> radii;
-    // scene/scene/deform.h). Positions, normals and tangents are those of no joint and no target: the base
-    // shape. Round primitives have neither.
+    // The deformation (renderer/scene/deform.h). Positions, normals and tangents are the base shape, before
+    // joints and targets. Round primitives have neither.
     JointInfluences influences;
     std::vector<MorphTarget> targets;  // Empty, or as many as Mesh::weights.
     // Each triangle has its own normal, which no stream of the file said: three vertices a triangle, in
@@ -116,7 +117,8 @@ struct Primitive {
 
 struct Mesh {
     std::string name;
-    // Empty for one that the loaded scene does not place, and of points and lines only, if they are left out.
+    // Empty for a mesh that the loaded scene does not place, and for one of points and lines only if they are
+    // left out.
     std::vector<Primitive> primitives;
     // The weight of each morph target where a node has no weights of its own: as many as there are targets,
     // any numbers.

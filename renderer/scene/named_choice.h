@@ -1,4 +1,5 @@
-// How people name one thing of a list: by its name, else by its index. Internal to renderer/scene.
+// Lookup of one element of a list by the text that a user gives: its name, else its index. Internal to
+// renderer/scene.
 #pragma once
 
 #include <charconv>
@@ -12,7 +13,7 @@
 
 namespace raygraph::scene {
 
-// All of `text` as a number.
+// Parses all of `text` as a number; returns false if that fails.
 template <typename Number>
 bool IsNumber(std::string_view text, Number& value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -31,8 +31,8 @@ struct ClipState {
     bool operator==(const ClipState&) const = default;
 };
 
-// Error{BadInput} with Animation::defect if one of the clips, with a weight, is of an animation that has one.
-// Error{Usage} if there is no such animation.
+// Throws Error{BadInput} with Animation::defect if one of the clips that has a weight is of an animation with
+// a defect, and Error{Usage} if there is no such animation.
 RAYGRAPH_API void RequirePlayable(const SceneData& scene, std::span<const ClipState> clips);
 
 // A property that some animation of the scene changes, and where its value is in Pose::values.
@@ -69,7 +69,7 @@ class RAYGRAPH_API PoseEvaluator {
     // The scene's own, with nothing animated.
     const Pose& Rest();
 
-    // Takes the rest value of these properties from the scene: after an edit of a scene that has its rest
+    // Reads the rest values of these properties from the scene, after an edit of a scene that has its rest
     // pose.
     void ReadRest(const SceneData& scene);
 

@@ -42,8 +42,8 @@ class RAYGRAPH_API PoseApplier {
     // equal; its vertices may be missing, but not JointInfluences::perVertex and the boxes.
     explicit PoseApplier(SceneData& scene);
 
-    // Takes all transforms and visibilities from the scene's nodes again: after nodes, or the lists of a
-    // scene, were changed by others. It says no changes: copies elsewhere are to take everything.
+    // Reads all transforms and visibilities from the scene's nodes again, after others have changed nodes or
+    // the lists of the scene. It reports no changes: copies elsewhere must take everything.
     void Refresh(SceneData& scene);
 
     // Sets the values of the pose, in the range of their fields, then what follows from the nodes:
@@ -56,8 +56,8 @@ class RAYGRAPH_API PoseApplier {
     // next call. No memory is allocated once the lists have grown.
     const PoseChanges& Apply(SceneData& scene, const Pose& pose, std::span<const uint32_t> edited = {});
 
-    // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
-    // that no deformed instance has.
+    // Returns one matrix for each joint, from the mesh to the object space of the instances with the skin;
+    // none for a skin that no deformed instance has.
     std::span<const glm::mat4x3> JointMatricesOf(uint32_t skin) const;
     // Returns whether the nodes of an instance are visible, and it is not collapsed.
     bool IsVisible(uint32_t instance) const { return m_isInstanceSeen[instance] != 0; }
@@ -96,7 +96,7 @@ class RAYGRAPH_API PoseApplier {
     std::vector<uint8_t> m_isMeshReweighted;         // by mesh
     std::vector<uint8_t> m_isNodeSeen, m_isInstanceSeen, m_isLightSeen;
     std::vector<uint8_t> m_isSkinned, m_hasNoArea;  // by instance; m_hasNoArea depends on its transform alone
-    // Copies of what is looked at of each in every call, so that few bytes are read.
+    // Copies of the fields that every call reads of each object, so that it reads few bytes.
     std::vector<uint32_t> m_parents;        // by node
     std::vector<uint32_t> m_instanceNodes;  // by instance
     std::vector<uint8_t> m_isDeformed;      // by instance

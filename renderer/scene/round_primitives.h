@@ -36,15 +36,15 @@ struct PointsAndLines {
     bool operator==(const PointsAndLines&) const = default;
 };
 
-// "0.01" is in meters, "0.2%" relative to the diagonal; "off". Error{Usage} for anything else, and for a
-// radius that is not between 1e-9 and 1e9 meters, or 1e-7 and 1000 percent.
+// Parses "0.01" (in meters), "0.2%" (relative to the diagonal) or "off". Throws Error{Usage} for anything
+// else, and for a radius that is not between 1e-9 and 1e9 meters, or 1e-7 and 1000 percent.
 RAYGRAPH_API RoundRadius ParseRoundRadius(std::string_view text);
 // Returns the text that ParseRoundRadius reads as the same radius.
 RAYGRAPH_API std::string ToText(const RoundRadius& radius);
 
 // A box around a capsule, with room for the rounding of a ray's intersection with it.
 RAYGRAPH_API Bounds RoundBox(const glm::vec3& a, const glm::vec3& b, float radius);
-// Around all of a primitive's, and around positions.
+// Returns the box around all capsules of a primitive, and the one around positions.
 RAYGRAPH_API Bounds RoundBounds(const Primitive& primitive);
 RAYGRAPH_API Bounds BoundsOf(std::span<const glm::vec3> positions);
 

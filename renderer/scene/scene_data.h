@@ -58,7 +58,7 @@ struct TextureTransform {
     bool operator==(const TextureTransform&) const = default;
 };
 
-// How a material reads one texture. `texture` indexes SceneData::textures, -1 is none: the factor alone
+// A reference of a material to a texture. `texture` indexes SceneData::textures; -1: none, only the factor
 // counts.
 struct TextureRef {
     int32_t texture = -1;
@@ -112,8 +112,8 @@ struct RAYGRAPH_API Material {
     TextureRef sheenColorTexture;  // sRGB;
     float sheenRoughnessFactor = 0.0f;
     TextureRef sheenRoughnessTexture;  // alpha.
-    // KHR_materials_anisotropy: how far highlights are stretched, and where to, counterclockwise from the
-    // tangent, radians.
+    // KHR_materials_anisotropy: the strength of the stretching of highlights, and its direction in radians,
+    // counterclockwise from the tangent.
     float anisotropyStrength = 0.0f;
     float anisotropyRotation = 0.0f;
     TextureRef anisotropyTexture;  // rg = direction in [-1,1], which rotation turns; b = strength.
@@ -161,19 +161,20 @@ struct RAYGRAPH_API Material {
     // a frame, too: an absent texture that reads the first set then stands for it.
     std::vector<TextureRef> DirectionalTextures() const;
     bool IsAnisotropic() const { return anisotropyStrength > 0.0f; }
-    // Emitted radiance before the texture. An unlit material emits its base color instead.
+    // Returns the emitted radiance before the texture. An unlit material emits its base color instead.
     glm::vec3 EmittedRadiance() const {
         return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;
     }
-    // Transmits light, so that back faces count as much as front faces.
+    // Returns whether the material transmits light, so that back faces count as much as front faces.
     bool IsTransmissive() const { return transmissionFactor > 0.0f || diffuseTransmissionFactor > 0.0f; }
     bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
-    // Extinction coefficient of the medium, 1/m: exp(-extinction d) of the light passes d meters. At most
-    // kMaxExtinction, which an attenuationColor of 0 means.
+    // Returns the extinction coefficient of the medium, 1/m: exp(-extinction d) of the light passes d meters.
+    // At most kMaxExtinction, which an attenuationColor of 0 means.
     glm::vec3 Extinction() const;
-    // Its part that scatters, by its color of multiple scattering; the rest absorbs.
+    // Returns the scattering coefficient, from the color of multiple scattering; the rest of the extinction
+    // is absorption.
     glm::vec3 Scattering() const;
-    // Mean cosine of the angle by which the medium scatters: that of the extension which Scattering follows.
+    // Returns the mean cosine of the scattering angle, from the same extension as Scattering.
     float ScatteringMeanCosine() const;
     // Returns whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
@@ -243,7 +244,7 @@ struct RAYGRAPH_API Node {
     uint32_t skin = kNone;       // Into SceneData::skins: what deforms its mesh.
     std::vector<float> weights;  // weights of its mesh's morph targets; empty: Mesh::weights
 
-    // Node space to parent space.
+    // Returns the transform from node space to parent space.
     glm::mat4x3 LocalTransform() const;
 };
 
@@ -259,8 +260,9 @@ struct Instance {
     glm::mat4x3 objectToWorld{1.0f};
     glm::vec3 translationRest{0.0f};
     glm::mat4x3 objectToNode{1.0f};  // Moves with the node. The identity without EXT_mesh_gpu_instancing.
-    // Its vertices are drawn deformed, by the skin and the weights of its node (renderer/scene/deform.h,
-    // which says what objectToWorld then is). False: in their base shape, where the node is.
+    // True if its vertices are drawn deformed, by the skin and the weights of its node
+    // (renderer/scene/deform.h, which says what objectToWorld then is); false: in their base shape, where the
+    // node is.
     bool isDeformed = false;
     // The instance is not seen now, but may be at another time: it is scaled to nothing or to a line, or its
     // deformation is not finite. If scaled so, objectToWorld is that of another time or any invertible one.
@@ -300,7 +302,8 @@ struct Light {
     uint32_t node = kNone;
     LightType type = LightType::Point;
     glm::vec3 color{1.0f};  // Linear.
-    // Point and spot: cd. Directional: lx. Taken as they stand, see the README. The factor on a profile.
+    // Point and spot: cd. Directional: lx. The values are used as they are, see the README. A light with a
+    // profile multiplies it with this factor.
     float intensity = 1.0f;
     float range = 0.0f;           // Meters; 0 = infinite. A hint for raster views, no part of the physics.
     float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
@@ -359,13 +362,14 @@ struct RAYGRAPH_API PlacedTransform {
     bool operator==(const PlacedTransform&) const = default;
 };
 
-// `a` after `b`; the translation in double.
+// Returns the transform `a` after `b`, with the translation computed in double.
 RAYGRAPH_API PlacedTransform Compose(const PlacedTransform& a, const PlacedTransform& b);
 
-// Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
+// Returns the transforms from node to world, one per entry of `scene.nodes`; identity for nodes outside
+// `nodeOrder`. Linear time.
 RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene);
 
-// Object to world, of an instance of a node with this transform.
+// Returns the transform from object to world of an instance of a node with this transform.
 RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved. Of
@@ -373,10 +377,10 @@ RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, c
 // instance stays collapsed as long as it is scaled to nothing or to a line.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
-// Returns whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
-// `nodeOrder`. Linear time.
+// Returns, for each entry of `scene.nodes`, whether the node and all above it are visible; true for nodes
+// outside `nodeOrder`. Linear time.
 RAYGRAPH_API std::vector<bool> VisibleNodes(const SceneData& scene);
-// By these, of what belongs to a node, or to none.
+// Returns the visibility of an object of this node; an object without a node (kNone) is visible.
 inline bool IsVisible(const std::vector<bool>& visibleNodes, uint32_t node) {
     return node == kNone || visibleNodes[node];
 }
@@ -384,9 +388,9 @@ inline bool IsVisible(const std::vector<bool>& visibleNodes, const Instance& ins
     return !instance.isCollapsed && IsVisible(visibleNodes, instance.node);
 }
 
-// True if some placed and visible surface emits light; an unlit surface emits its base color.
+// Returns true if some placed and visible surface emits light; an unlit surface emits its base color.
 RAYGRAPH_API bool HasEmission(const SceneData& scene);
-// True if some light is visible.
+// Returns true if some light is visible.
 RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);
 
 // The lowest of all texels' alpha, 0 to 255: what is known of the image, else by looking at each.

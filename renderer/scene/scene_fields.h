@@ -77,7 +77,7 @@ FIELDS(Skin, NEVER(name), ALWAYS(joints), ALWAYS(inverseBinds))
 FIELDS(AnimationSampler, ALWAYS(interpolation), ALWAYS(width), ALWAYS(times), ALWAYS(values))
 FIELDS(AnimationTarget, ALWAYS(property), ALWAYS(field), ALWAYS(object), ALWAYS(element))
 FIELDS(AnimationChannel, ALWAYS(sampler), ALWAYS(target))
-// Options may choose by its name.
+// An option may choose an animation by its name.
 FIELDS(Animation, ALWAYS(name), ALWAYS(samplers), ALWAYS(channels), NEVER(duration), NEVER(defect))
 
 template <>

@@ -28,7 +28,7 @@ struct PieceLimits {
 };
 
 struct PrimitivePiece {
-    // With bounds of its own, and boxes of its own for what joints and targets move.
+    // Has its own bounds, and its own boxes for the deformation by joints and targets.
     Primitive primitive;
     // The original index of each triangle (or capsule), ascending. Empty: the piece is all of the primitive.
     std::vector<uint32_t> originals;
@@ -39,7 +39,7 @@ struct PrimitivePiece {
 // O(n log n) time for n triangles, and with the pieces twice the primitive's memory at its end.
 RAYGRAPH_API std::vector<PrimitivePiece> SplitPrimitive(Primitive&& primitive, const PieceLimits& limits);
 
-// Host bytes of all streams.
+// Returns the host bytes of all streams.
 RAYGRAPH_API uint64_t StreamBytes(const Primitive& primitive);
 
 }  // namespace raygraph::scene

@@ -9,7 +9,7 @@
 
 namespace raygraph::scene {
 
-// glTF's and OpenGL's numbers.
+// The values are glTF's and OpenGL's.
 enum class PrimitiveMode : uint8_t {
     Points,
     Lines,
@@ -25,14 +25,14 @@ enum class PrimitiveMode : uint8_t {
 // 0). Indices left over at the end draw nothing.
 std::vector<uint32_t> TriangleList(PrimitiveMode mode, std::vector<uint32_t> indices);
 
-// Two indices for each of the points or segments that `indices` draw in `mode` (one of the other modes). A
-// point is a segment from a vertex to itself. A loop of two vertices is one segment.
+// Returns two indices for each of the points or segments that `indices` draw in `mode` (one of the other
+// modes). A point is a segment from a vertex to itself. A loop of two vertices is one segment.
 std::vector<uint32_t> SegmentList(PrimitiveMode mode, std::span<const uint32_t> indices);
-// How many segments so many indices make.
+// Returns how many segments so many indices make.
 uint64_t SegmentCount(PrimitiveMode mode, uint64_t indexCount);
 
-// For vertices that no two triangles share (three a triangle, in order): each triangle's own unit normal. A
-// triangle without area gets +z.
+// Returns each triangle's own unit normal, for vertices that no two triangles share (three a triangle, in
+// order). A triangle without area gets +z.
 std::vector<glm::vec3> FlatNormals(std::span<const glm::vec3> positions);
 
 // Makes every normal unit length. One too short to have a direction becomes the area-weighted mean of the
@@ -44,7 +44,7 @@ size_t NormalizeNormals(std::span<glm::vec3> normals, std::span<const glm::vec3>
 // to the normal. Returns how many of those there were.
 size_t NormalizeTangents(std::span<glm::vec4> tangents, std::span<const glm::vec3> normals);
 
-// Some unit vector perpendicular to the unit vector n.
+// Returns a unit vector perpendicular to the unit vector n.
 glm::vec3 Perpendicular(const glm::vec3& n);
 
 }  // namespace raygraph::scene

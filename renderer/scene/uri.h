@@ -10,12 +10,12 @@
 
 namespace raygraph::scene {
 
-// "data" of "data:...", by the grammar of RFC 3986; nullopt if the text has no scheme.
+// Returns "data" for "data:...", by the grammar of RFC 3986; nullopt if the text has no scheme.
 std::optional<std::string_view> UriScheme(std::string_view uri);
 
 bool IsDataUri(std::string_view uri);
 
-// "%20" becomes a space; a '%' without two hexadecimal digits stays as it is.
+// Replaces "%20" by a space and so on; a '%' without two hexadecimal digits stays.
 std::string PercentDecode(std::string_view text);
 
 // The bytes of a data URI, base64 or percent-encoded (RFC 2397). Throws Error{BadInput} with the reason alone

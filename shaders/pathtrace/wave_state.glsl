@@ -1,7 +1,7 @@
-// wavefront.cpp): the/wavefront.cpp): the state of the paths, the hits of their rays, their shadow rays, and
-// the queues. A path keeps one slot, its texel's number, as long as it lives; the queues name the slots of
-// those that do. Records are rows of 16 bytes, one after the other, so that a path is read by few
-// transactions wherever its slot is.
+// The data that the kernels of a wavefront pass on (passes/wavefront.cpp): the state of the paths, the hits
+// of their rays, their shadow rays, and the queues. A path keeps one slot, its texel's number, as long as it
+// lives; the queues name the slots of those that do. Records are rows of 16 bytes, one after the other, so
+// that a path is read by few transactions wherever its slot is.
 //
 // Includers define WAVE_WRITES_PATHS, WAVE_WRITES_HITS, WAVE_WRITES_SHADOWS and WAVE_WRITES_QUEUES for what
 // they write.

@@ -1,4 +1,4 @@
-// trace_options.glsl)./trace_options.glsl).
+// The options to which a path tracing pipeline can be specialized, in one list (core/trace_options.glsl).
 #ifndef RAYGRAPH_SHARED_TRACE_OPTIONS_H
 #define RAYGRAPH_SHARED_TRACE_OPTIONS_H
 
