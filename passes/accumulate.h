@@ -16,7 +16,8 @@
 
 namespace raygraph::passes {
 
-// Why an accumulation was restarted. Exposure and tone mapping are no causes: they are applied after it.
+// The reason for which an accumulation was restarted. Exposure and tone mapping are no causes: they are
+// applied after it.
 enum class ResetCause : uint8_t {
     Start,
     Camera,
@@ -51,11 +52,11 @@ class RAYGRAPH_API Accumulation {
     // The next sample starts a new mean. A frame that has been declared but not executed may still show its
     // sample within the old mean; it is not counted.
     void Reset(ResetCause cause);
-    // Samples in the mean, of every pixel.
+    // The number of samples in the mean, for every pixel.
     uint32_t SampleCount() const { return m_state.progress.sampleCount; }
     // The state after the frames that were submitted.
     const Progress& Submitted() const { return m_state.progress; }
-    // Including what the open frame has declared so far: the state from which its next pass continues.
+    // The state including what the open frame has declared so far: its next pass continues from there.
     const Progress& Declared() const { return Current().progress; }
     uint32_t ResetCount(ResetCause cause) const { return m_resets[static_cast<size_t>(cause)]; }
     uint32_t ResetCount() const;  // for any cause
@@ -78,8 +79,8 @@ class RAYGRAPH_API Accumulation {
     std::array<uint32_t, static_cast<size_t>(ResetCause::Count)> m_resets{};
 };
 
-// How samples lie in a texture that has several: rows of `height`, one sample below the other; where the
-// texture has tiles of samples below each other, as TraceIds::lightGroups, in each of them.
+// The layout of several samples in a texture: rows of `height`, one sample below the other; where the texture
+// has tiles of samples below each other, as TraceIds::lightGroups, in each of them.
 struct SampleRows {
     uint32_t count = 1;
     uint32_t height = 0;  // 0: all rows of the picture
@@ -87,9 +88,9 @@ struct SampleRows {
 
 struct AccumulatedIds {
     TextureId mean;  // rgba32f
-    // rgba32f, unbiased variance of one sample, 0 below two. Only Resolve makes it, if it is asked for.
+    // rgba32f, the unbiased variance of one sample, 0 below two. Only Resolve makes it, on request.
     TextureId variance;
-    // rgba32ui, planes of ExactSums. Presenting one keeps the samples without the cost of a mean.
+    // rgba32ui, the planes of ExactSums. Presenting one of them keeps the samples without the cost of a mean.
     std::array<TextureId, ExactSums::kPlanes> sums, squares;
 };
 
@@ -154,9 +155,9 @@ class RAYGRAPH_API SumsReadback {
   public:
     SumsReadback() = default;
     SumsReadback(Renderer& renderer, const AccumulatedIds& accumulated);
-    // All that Values reads.
+    // Returns all readbacks that Values reads.
     std::vector<Readback> Readbacks() const;
-    // Waits for it.
+    // Waits for the readbacks and returns their values.
     ExactSums Values() const;
 
   private:
@@ -164,7 +165,7 @@ class RAYGRAPH_API SumsReadback {
     bool m_hasSquares = false;
 };
 
-// Releases the memory. Between frames; the accumulation must be reset.
+// Releases the memory. Called between frames; the accumulation must be reset.
 RAYGRAPH_API void Forget(Renderer& renderer, const Accumulation& accumulation);
 
 // Continues from stored sums of `sampleCount` samples, with squares if their variance is to be accumulated.

@@ -17,9 +17,9 @@ struct DrawList {
 DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TraceParameters& parameters,
                    const glm::vec2& shift);
 
-// Error{Usage} naming `pass` on a device that cannot draw such lists.
+// Throws Error{Usage} naming `pass` on a device that cannot draw such lists.
 void RequireIndirectDraws(const Renderer& renderer, const char* pass);
-// One command a draw, with an empty list. There are this many slots for each placement.
+// Writes one command for each draw, with an empty list. There are this many slots for each placement.
 void ResetDraws(Renderer& renderer, const SceneIds& scene, DrawList& list, uint32_t slotsPerPlacement);
 
 // A class of triangles that is drawn by one command.
@@ -36,7 +36,8 @@ DrawClasses ClassesOf(const SceneIds& scene);
 gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings& settings);
 
 uint32_t DrawCount(const SceneIds& scene);
-// Groups of a shader that takes record after record, 64 at once a group (raster/invocation_stride.glsl).
+// The number of groups of a shader that takes record after record, 64 at once in a group
+// (raster/invocation_stride.glsl).
 uint32_t GroupsFor(uint32_t count);
 
 // The position in each pixel that a sample draws, from its upper left corner: the center is (0.5, 0.5).

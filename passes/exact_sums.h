@@ -36,8 +36,8 @@ RAYGRAPH_API ExactSums MakeExactSums(size_t pixelCount, bool withSquares);
 RAYGRAPH_API void AddSample(ExactSums& sums, std::span<const float> rgba);
 RAYGRAPH_API void AddSums(ExactSums& sums, const ExactSums& others);
 
-// Mean of `sampleCount` samples, at least 1; and their unbiased variance, 0 below two: RGBA, each the float
-// that is nearest to the sums' own. w of the variance is 0. The bits that Accumulate gives.
+// Return the mean of `sampleCount` samples, at least 1, and their unbiased variance, 0 below two: RGBA, each
+// the float nearest to the exact value. w of the variance is 0. The bits are those of Accumulate.
 RAYGRAPH_API std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount);
 RAYGRAPH_API std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount);
 
@@ -47,7 +47,7 @@ RAYGRAPH_API size_t WordsOfRecord(bool withSquares);
 // The records of as many pixels as `records` has room for, from `firstPixel` on; and back.
 RAYGRAPH_API void PackSums(const ExactSums& sums, size_t firstPixel, std::span<uint32_t> records);
 RAYGRAPH_API void UnpackSums(std::span<const uint32_t> records, size_t firstPixel, ExactSums& sums);
-// AddSums of records, as many on both sides.
+// Adds records as AddSums adds sums; both sides have the same number.
 RAYGRAPH_API void AddRecords(std::span<uint32_t> records, std::span<const uint32_t> others, bool withSquares);
 
 }  // namespace raygraph::passes

@@ -8,8 +8,9 @@
 namespace raygraph::passes {
 
 struct FlipSettings {
-    // Pixels per degree of the screen at viewing distance: pi / 180 * distance * pixels / width, both lengths
-    // in one unit. The default is the authors': a screen 0.7 m wide, of 3840 pixels, 0.7 m away. In [1, 400].
+    // The pixels per degree of the screen at the viewing distance: pi / 180 * distance * pixels / width, both
+    // lengths in one unit. The default is the authors': a screen 0.7 m wide, of 3840 pixels, 0.7 m away. In
+    // [1, 400].
     float pixelsPerDegree = 67.0206433f;
 };
 

@@ -11,16 +11,15 @@
 
 namespace raygraph::passes {
 
-// Writes to every texel of `line`, r32f of the picture's extent, how much of it lies on the line: 0 to 1,
-// with smooth edges. The line is `width` pixels wide (more than 0, at most 8) and lies outside of the
-// outlined part. `hits` is RasterVisibility::hits of the same view, of any extent: a coarser one gives a
-// coarser line. `instances` are indices as in SceneData::instances, in any order. Returns the new version
-// of `line`.
+// Writes to every texel of `line`, r32f of the picture's extent, its coverage by the line: 0 to 1, with
+// smooth edges. The line is `width` pixels wide (more than 0, at most 8) and lies outside of the outlined
+// part. `hits` is RasterVisibility::hits of the same view, of any extent: a coarser one gives a coarser line.
+// `instances` are indices as in SceneData::instances, in any order. Returns the new version of `line`.
 [[nodiscard]] RAYGRAPH_API TextureId OutlineInstances(Renderer& renderer, TextureId hits,
                                                       std::span<const uint32_t> instances, TextureId line,
                                                       float width, std::function<void()> onSubmitted = {});
 
-// `picture`, rgba8, with the line on it in a color of display values. Error{Usage} for other formats or
+// Draws the line over `picture`, rgba8, in a color of display values. Error{Usage} for other formats or
 // extents that differ.
 [[nodiscard]] RAYGRAPH_API TextureId DrawOutline(Renderer& renderer, TextureId picture, TextureId line,
                                                  const glm::vec3& color);

@@ -13,7 +13,7 @@ namespace raygraph::passes {
 [[nodiscard]] RAYGRAPH_API TextureId Overlay(Renderer& renderer, TextureId coarse, TextureId fine,
                                              const TileCursor& done);
 
-// `coarse`, rgba32f, scaled bilinearly to another extent.
+// Scales `coarse`, rgba32f, bilinearly to another extent.
 [[nodiscard]] RAYGRAPH_API TextureId Upscale(Renderer& renderer, TextureId coarse, Extent2D extent);
 
 }  // namespace raygraph::passes

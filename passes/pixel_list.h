@@ -1,5 +1,5 @@
-// PixelList: pixels of which Trace takes samples, where not all pixels have as many. Threads: that of the
-// Renderer.
+// PixelList: the pixels of which Trace takes samples, if not all pixels get the same number. Threads: that of
+// the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class RAYGRAPH_API PixelList {
     // Makes a list for a picture of that size, at most 65536 pixels a side.
     PixelList(rhi::Device& device, Extent2D picture);
 
-    // At most as many as the picture has, at least one, none twice.
+    // Takes at least one pixel, at most as many as the picture has, and none twice.
     void Set(std::span<const gpu::ListedPixel> pixels);
     // The first `count` of them, once in a frame; declares the upload where the list has changed since. Rows
     // of the outputs are those of the picture. There are so few different numbers of them that frames find

@@ -23,10 +23,10 @@ namespace raygraph::passes {
                                                const TraceSettings& settings, TextureId hits,
                                                glm::vec2 filmOffset = glm::vec2(0.5f));
 
-// Where these are now, before the camera of `settings`. rgba32f: x and y in pixels from the picture's upper
-// left corner, then 1 for what is behind the camera, which has no place, else 0. Where a pixel saw nothing,
-// the place of its direction, through the pixel's center, from `seenBy`, the camera that saw it; before an
-// orthographic camera, its own.
+// Projects these hits as they are now to the camera of `settings`. rgba32f: x and y in pixels from the
+// picture's upper left corner, then 1 for what is behind the camera, which has no place, else 0. Where a
+// pixel saw nothing, the place of its direction, through the pixel's center, from `seenBy`, the camera that
+// saw it; before an orthographic camera, its own.
 [[nodiscard]] RAYGRAPH_API TextureId ProjectHits(Renderer& renderer, const SceneIds& scene,
                                                  const TraceSettings& settings, TextureId hits,
                                                  const gpu::CameraRecord& seenBy);

@@ -52,7 +52,7 @@ struct RasterVisibility {
 [[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
                                                             const TraceSettings& settings, FilmPosition film);
 
-// Drawn, or found by rays on a device that cannot draw it.
+// Draws the visibility, or finds it by rays on a device that cannot draw it.
 [[nodiscard]] RAYGRAPH_API RasterVisibility AnyVisibility(Renderer& renderer, const SceneIds& scene,
                                                           const TraceSettings& settings, FilmPosition film);
 
@@ -61,7 +61,7 @@ struct RasterVisibility {
                                                     const TraceSettings& settings,
                                                     const RasterVisibility& seen);
 
-// How shadows are found.
+// The method that finds shadows.
 //   Off:  there are none: light passes through whatever is in its way
 //   Maps: passes/shadow_maps.h: of punctual lights; emitting triangles cast no shadow
 //   Rays: one ray a light, as the path tracer does; builds the acceleration structures that rays need

@@ -17,18 +17,18 @@ struct BinaryNode {
     bool IsLeaf() const { return right == 0; }
 };
 
-// Node 0 is the root, and children come after their parents.
+// A binary tree: node 0 is the root, and children come after their parents.
 struct BinaryBvh {
     std::vector<BinaryNode> nodes;  // empty without primitives
     std::vector<uint32_t> order;    // primitives in the order of the leaves from left to right
 
-    // Expected cost of a ray that meets the root, where a node costs 1 and a primitive 1.
+    // Returns the expected cost of a ray that meets the root, where a node costs 1 and a primitive 1.
     double SahCost() const;
 };
 
 struct BvhSettings {
-    // Into halves along the longest axis of the boxes' centers, so that no leaf is deeper than others, and at
-    // more cost to rays. False: by bins of centers.
+    // True: splits into halves along the longest axis of the boxes' centers, so that no leaf is deeper than
+    // others, at more cost to rays. False: by bins of centers.
     bool isBalanced = false;
     uint32_t maxThreads = 0;  // 0: as many as the machine has cores
 };

@@ -8,7 +8,7 @@
 
 namespace raygraph {
 
-// Empty by default: min above max.
+// A box; empty by default: min above max.
 struct Box {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};
@@ -21,7 +21,7 @@ struct Box {
         min = glm::min(min, other.min);
         max = glm::max(max, other.max);
     }
-    // Neither empty nor without an end.
+    // Returns whether the box is neither empty nor infinite.
     bool IsFinite() const {
         for (int axis = 0; axis < 3; ++axis)
             if (!std::isfinite(min[axis]) || !std::isfinite(max[axis]) || min[axis] > max[axis]) return false;
@@ -29,7 +29,7 @@ struct Box {
     }
     bool operator==(const Box&) const = default;
     glm::vec3 Center() const { return 0.5f * min + 0.5f * max; }
-    // 0 for an empty box.
+    // Returns half the surface area; 0 for an empty box.
     float HalfArea() const {
         const glm::vec3 size = max - min;
         return size.x >= 0.0f ? size.x * size.y + size.y * size.z + size.z * size.x : 0.0f;

@@ -1,5 +1,5 @@
-// Who finds what rays meet, and which of the two is faster on a device. Threads: that of the device's
-// Renderers.
+// The two ways of tracing rays, by the driver or by Raygraph's own shaders, and which one is faster on a
+// device. Threads: that of the device's Renderers.
 #pragma once
 
 #include "base/api.h"
@@ -21,14 +21,15 @@ class Device;
     X(Of, Own, 2, "own", "")
 RAYGRAPH_CHOICE(Traversal, RAYGRAPH_TRAVERSALS)
 
-// Driver or Own: a property of the device and its driver, whatever the scene. On a CPU it is Own, which was
-// faster wherever it was measured (docs/performance.md). On a GPU it is Own where own rays are at least a
-// tenth faster than the driver's (MeasureOwnSpeed), which is measured once and remembered
+// Returns Driver or Own, a property of the device and its driver, whatever the scene. On a CPU it is Own,
+// which was faster wherever it was measured (docs/performance.md). On a GPU it is Own where own rays are at
+// least a tenth faster than the driver's (MeasureOwnSpeed), which is measured once and remembered
 // (rhi::Device::RememberMeasured). Driver on a device without timestamps.
 RAYGRAPH_API Traversal FasterTraversal(rhi::Device& device);
 
-// Rays a second of Own over those of Driver, on a GPU: half a million incoherent rays through a terrain of
-// 18,432 triangles, by kernels that do nothing else, in turns. 0 on a device without timestamps.
+// Returns the speed of Own relative to Driver in rays a second, measured on a GPU: half a million incoherent
+// rays through a terrain of 18,432 triangles, by kernels that do nothing else, in turns. 0 on a device
+// without timestamps.
 RAYGRAPH_API double MeasureOwnSpeed(rhi::Device& device);
 
 }  // namespace raygraph

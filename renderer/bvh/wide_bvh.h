@@ -14,26 +14,26 @@ struct WideBvh {
     std::vector<gpu::WideNode> nodes;  // 0 is the root
     std::vector<uint32_t> primitives;  // in the order of the leaves
     uint32_t depth = 0;                // nodes from the root to the deepest one, both included
-    // Expected cost of a ray that meets the root's box, by the boxes as they are stored: a node costs 1
-    // and a primitive kWidePrimitiveCost.
+    // The expected cost of a ray that meets the root's box, by the boxes as stored: a node costs 1 and a
+    // primitive kWidePrimitiveCost.
     double sahCost = 0.0;
 };
 
 inline constexpr float kWidePrimitiveCost = 0.3f;  // as in the paper
 
-// Which nodes of the binary tree become nodes and leaves is chosen by dynamic programming, so that the
-// cost is the least one. Without primitives, one node without children.
+// Chooses by dynamic programming the nodes of the binary tree that become nodes and leaves, so that the cost
+// is minimal. A tree without primitives has one node without children.
 WideBvh CollapseToWide(const BinaryBvh& tree);
 
-// Gives a node whose children are known (`meta`, and which are nodes) its boxes: its own, and one a slot, of
-// which those of empty slots do not count. All are finite.
+// Stores the boxes of a node whose children are known (`meta`, and which of them are nodes): its own, and one
+// for each slot, where those of empty slots are ignored. All are finite.
 void StoreBoxes(gpu::WideNode& node, const Box& box, std::span<const Box, gpu::kWideChildren> children);
 // Returns what a node and its leaves add to sahCost, times the area of the root's box.
 double CostOf(const gpu::WideNode& node, const Box& box);
 
 // The box of a child, as the shader has it; empty for an empty slot.
 Box WideChildBox(const gpu::WideNode& node, uint32_t slot);
-// Its byte of `meta`.
+// Returns the byte of `meta` for a slot.
 inline uint32_t WideMeta(const gpu::WideNode& node, uint32_t slot) {
     return node.meta[slot / 4] >> (8 * (slot % 4)) & 0xFFu;
 }

@@ -1,6 +1,6 @@
-// WideRefit gives a wide tree the boxes of primitives that have moved. Which nodes and leaves it has stays,
-// so that the tree becomes worse the farther they move among each other; Decay says how much. Threads: one at
-// a time.
+// WideRefit adapts the boxes of a wide tree to primitives that have moved. Its nodes and leaves stay, so that
+// the tree becomes worse the farther primitives move relative to each other; Decay measures that. Threads:
+// one at a time.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ class WideRefit {
     // own first ones.
     WideRefit(std::span<const gpu::WideNode> nodes, const BoxOf& boxOf);
 
-    // Writes the nodes that contain the primitives which have moved, and returns which these are. The nodes
-    // are then a function of where all primitives are now, whatever came between.
+    // Updates the nodes that contain the moved primitives, and returns their indices. The nodes then depend
+    // only on where all primitives are now, not on earlier refits.
     std::vector<uint32_t> Refit(std::span<gpu::WideNode> nodes, std::span<const uint32_t> moved,
                                 const BoxOf& boxOf);
     // The expected cost of rays of a given density in space, which is in proportion to the areas of boxes,

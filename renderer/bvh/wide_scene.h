@@ -38,9 +38,9 @@ struct WideMesh {
 // Returns the triangles that have an area: rounding might let rays hit others.
 RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
                                        std::span<const uint32_t> indices);
-// Builds the tree and orders the triangles as its leaves have them; returns where each was. No tree of
-// triangles that reach farther than 1e18. One that would be deeper than kMaxMeshDepth is built again,
-// balanced. `maxThreads` as of BvhSettings.
+// Builds the tree, sorts the triangles by its leaves, and returns their original indices. There is no tree of
+// triangles that reach farther than 1e18. A tree that would be deeper than kMaxMeshDepth is built again,
+// balanced. `maxThreads` is that of BvhSettings.
 RAYGRAPH_API std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
 // The triangles of a WideMesh where an instance places them.
 struct PlacedTriangles {
@@ -62,8 +62,8 @@ struct WideLevel {
     std::vector<Source> sources;  // of the mesh's triangles
 };
 RAYGRAPH_API WideLevel BuildWideLevel(std::span<const PlacedTriangles> placed);
-// With more triangles, building it once takes longer than it saves; and building it in a frame longer than
-// frames should.
+// With more triangles, building the level once takes longer than it saves, and building it in a frame takes
+// longer than a frame should.
 inline constexpr uint64_t kMaxLevelTriangles = 1 << 19, kMaxRebuiltTriangles = 1 << 16;
 
 // A placed tree of a mesh.
@@ -78,8 +78,8 @@ struct PlacedInstance {
     gpu::WideInstance instance;
     Box box;  // in the space of the scene
 };
-// Nothing for an instance without triangles, one whose transform has no inverse, and one that reaches farther
-// than 1e18: no ray meets it.
+// Returns nullopt for an instance that no ray can hit: one without triangles, one whose transform has no
+// inverse, and one that reaches farther than 1e18.
 RAYGRAPH_API std::optional<PlacedInstance> PlaceInstance(const WidePlacement& placement);
 struct WideInstances {
     std::vector<gpu::WideNode> nodes;          // children count from their own first one
@@ -105,7 +105,7 @@ struct WideScene {
     std::vector<gpu::WideInstance> instances;
 };
 
-// One level. Error{Usage} for a tree that is too deep.
+// Builds a tree of one level. Throws Error{Usage} for a tree that is too deep.
 RAYGRAPH_API WideScene BuildOneLevel(const BvhScene& scene);
 
 // The box around the corners of the mesh's box, placed; a little larger than rounding may make it.

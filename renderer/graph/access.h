@@ -1,5 +1,5 @@
-// How a pass accesses a resource, and what that means to Vulkan. Pure: no device, no vk* call. Threads: plain
-// values and pure functions, for any thread.
+// The ways in which a pass accesses a resource, and their masks and layouts in Vulkan. Pure: no device, no
+// vk* call. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +45,8 @@ enum class Access : uint8_t {
 };
 RAYGRAPH_API const char* Name(Access access);  // "sampled", "storage write", ...
 RAYGRAPH_API bool Writes(Access access);
-// True when the contents before the pass are needed: StorageUpdate, every read, ... ; false for pure writes.
+// Returns true if the contents before the pass are needed: for StorageUpdate, every read, and so on; false
+// for pure writes.
 RAYGRAPH_API bool NeedsContents(Access access);
 // Returns whether a pass of this kind may access a resource that way: a compute pass has no attachments, a
 // transfer no shaders.
@@ -57,7 +58,7 @@ struct AccessMasks {
     VkAccessFlags2 access = VK_ACCESS_2_NONE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // textures only
 };
-// Only for legal pairs.
+// Takes only legal pairs.
 RAYGRAPH_API AccessMasks MasksFor(PassKind kind, Access access);
 
 // The pipeline stages that the shaders of a pass of this kind run in.

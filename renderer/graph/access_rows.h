@@ -41,7 +41,7 @@ struct AccessRow {
     // The usage flags that a resource needs.
     rhi::TextureUsage texture = rhi::TextureUsage::None;
     rhi::BufferUsage buffer = rhi::BufferUsage::None;
-    // Resource kinds of which it replaces only a part, so that the rest must be kept.
+    // The resource kinds of which it replaces only a part, so that the rest must be kept.
     uint8_t partOf = 0;
 };
 

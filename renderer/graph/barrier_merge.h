@@ -1,5 +1,5 @@
-// Barriers of the subresources of a texture become few: equal ones of neighboring levels and layers are
-// merged. Pure.
+// Merges the barriers of the subresources of a texture: equal ones of neighboring levels and layers become
+// one. Pure.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Barrier planner: from the state of a resource and its next access to the dependency between them. Pure.
+// Barrier planner: computes the dependency between the state of a resource and its next access. Pure.
 //
 // Rules, for a resource whose last write is W and that has been read by R since:
 //   read after W      waits for W and makes it visible; nothing if other reads have made W visible there
@@ -17,7 +17,7 @@
 
 namespace raygraph {
 
-// Every access that changes memory.
+// All accesses that change memory.
 inline constexpr VkAccessFlags2 kWriteAccesses =
     VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
     VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT |
@@ -45,8 +45,8 @@ struct Dependency {
 // The dependency that must come before the access; `state` becomes the state after it.
 RAYGRAPH_API Dependency PlanAccess(ResourceState& state, const AccessRequest& request);
 
-// One state from which to plan an access to all that have these: it waits for what each of them waits for, or
-// for more. The layout, and the queue family, are those of the first.
+// Returns one state for planning an access to several resources with these states: it waits for everything
+// that each of them waits for, or for more. The layout and the queue family are those of the first.
 RAYGRAPH_API ResourceState Merged(std::span<const ResourceState> states);
 
 }  // namespace raygraph

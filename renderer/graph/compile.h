@@ -1,4 +1,4 @@
-// Compile: from the declared frame to the plan of its execution. Pure: no device, no vk* call; the same graph
+// Compile: makes the plan of execution of a declared frame. Pure: no device, no vk* call; the same graph
 // gives the same plan.
 //
 //   order       as declared: a pass can only use the results of earlier passes

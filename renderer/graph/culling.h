@@ -8,7 +8,7 @@
 
 namespace raygraph {
 
-// By pass: 1 if it is kept.
+// Returns, for each pass, 1 if it is kept.
 std::vector<uint8_t> KeptPasses(const FrameGraph& graph);
 
 }  // namespace raygraph

@@ -20,7 +20,7 @@
 
 namespace raygraph {
 
-// Parts of textures: all of it, or levels and layers of it.
+// Parts of textures: the whole, or levels and layers of it.
 using rhi::Layer;
 using rhi::Layers;
 using rhi::Level;
@@ -35,7 +35,7 @@ enum class Origin : uint8_t {
 };
 RAYGRAPH_API const char* Name(Origin origin);
 
-// When a write to a persistent resource keeps its pass alive.
+// The condition under which a write to a persistent resource keeps its pass alive.
 enum class Persistence : uint8_t {
     OnDemand,  // when something shown in this frame uses its contents: toggling a view off stops its
                // accumulation
@@ -97,7 +97,7 @@ struct Root {
     uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // other than the frame's: ownership is released to it
 };
 
-// Any ResourceId, without its type.
+// A ResourceId without its type.
 struct AnyId {
     ResourceKind kind = ResourceKind::Texture;
     uint32_t resource = 0;
@@ -150,7 +150,7 @@ struct RAYGRAPH_API FrameGraph {
         return IdOf<Kind>(UseResource(id, access, part));
     }
 
-    // Throw as Use does; `what` names the calling function: "Present".
+    // These throw as Use does; `what` names the calling function: "Present".
     void Present(TextureId texture);
     void Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
     void Export(BufferId buffer, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);

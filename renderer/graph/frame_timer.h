@@ -20,7 +20,7 @@ class FrameTimer {
     void Stamp(rhi::CommandList& commands);
     void EndFrame(uint64_t submitted, FrameTiming timing);
 
-    // Takes in what has arrived; never waits.
+    // Takes the results that have arrived; never waits.
     void Poll();
     const FrameTiming& Latest() const { return m_latest; }
     std::vector<FrameTiming> TakeAll();

@@ -39,14 +39,14 @@ struct PassDeclaration;
 struct Shader;
 enum class BindVerb : uint8_t;
 
-// Names of the shaders of one hit group; "" leaves the stage out.
+// The names of the shaders of one hit group; "" leaves the stage out.
 struct HitGroupShaders {
     std::string_view closestHit;
     std::string_view anyHit;
     std::string_view intersection;
 };
 
-// How a raster pass draws; the formats come from its targets.
+// The drawing state of a raster pass; the formats come from its targets.
 struct RasterState {
     rhi::Topology topology = rhi::Topology::TriangleList;
     rhi::CullMode cull = rhi::CullMode::None;
@@ -73,7 +73,7 @@ class RAYGRAPH_API PassBuilder {
     // --- Shaders, by their name in the ShaderLibrary ("pathtrace/pathtrace.rgen") ---
     PassBuilder& RayGen(std::string_view shader);
     PassBuilder& Miss(RayType rayType, std::string_view shader);
-    // `hitSet` tells instances apart (FirstHitRecord); one group per ray type in each set.
+    // `hitSet` distinguishes instances (FirstHitRecord); there is one group per ray type in each set.
     PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
     PassBuilder& Callable(std::string_view shader);
     // How deep rays may trace rays: 1, the default, is ray generation only; a closest-hit shader that traces
@@ -84,7 +84,7 @@ class RAYGRAPH_API PassBuilder {
     PassBuilder& Vertex(std::string_view shader);
     PassBuilder& Fragment(std::string_view shader);
     PassBuilder& Raster(const RasterState& state);
-    // Specialization constant by its name in the shaders; a name that no stage declares is an error.
+    // Sets a specialization constant by its name in the shaders; a name that no stage declares is an error.
     PassBuilder& Specialize(std::string_view constant, uint32_t value);
 
     // --- Resources bound by name (set 0) ---

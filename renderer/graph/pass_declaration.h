@@ -20,7 +20,7 @@ class PassResources;
 
 enum class BindVerb : uint8_t { Reads, Writes, Updates, Uniform };
 
-// One resource, or block of uniform data, under a name of set 0.
+// A resource, or a block of uniform data, under a name of set 0.
 struct DeclaredBinding {
     std::string name;
     BindVerb verb = BindVerb::Reads;

@@ -36,12 +36,12 @@ struct RAYGRAPH_API Texels {
     std::span<const float> At(uint32_t x, uint32_t y) const;
 };
 
-// Bytes of a texture as floats, and back (rounded and clamped to what the format holds). Throws Error{Usage}
-// when sizes disagree.
+// Converts bytes of a texture to floats, and back (rounded and clamped to what the format holds). Throws
+// Error{Usage} when sizes disagree.
 RAYGRAPH_API Texels DecodeTexels(std::span<const std::byte> bytes, Extent2D extent, rhi::Format format);
 RAYGRAPH_API std::vector<std::byte> EncodeTexels(std::span<const float> values, Extent2D extent,
                                                  rhi::Format format);
-// 1 to 4; 0 for Undefined.
+// Returns 1 to 4; 0 for Undefined.
 RAYGRAPH_API uint32_t ChannelCount(rhi::Format format);
 
 class RAYGRAPH_API PassHarness {
@@ -58,7 +58,7 @@ class RAYGRAPH_API PassHarness {
                       std::initializer_list<float> values) {
         return Texture(name, extent, format, std::span(values.begin(), values.size()));
     }
-    // One of several levels and layers: `values` holds layer after layer, each from level 0 on.
+    // A texture of several levels and layers: `values` holds layer after layer, each from level 0 on.
     TextureId Texture(std::string_view name, const GraphTextureDesc& desc, std::span<const float> values);
     BufferId Buffer(std::string_view name, std::span<const std::byte> bytes);
     template <typename T>

@@ -26,8 +26,8 @@ class PassMarks {
     // The next pass begins. Recorded outside of rendering, after its barriers, which must make transfers
     // wait too.
     void Mark(rhi::CommandList& commands, const std::string& pass);
-    // `the last pass reached was pass "Trace" (2 of 3) of frame 12`, of the newest frame with a mark; empty
-    // without any. Any thread.
+    // Returns the last mark of the newest frame that has one, `the last pass reached was pass "Trace" (2 of
+    // 3) of frame 12`; empty if there is none. Any thread.
     std::string Report() const;
 
   private:

@@ -21,7 +21,7 @@ struct Persistent {
     GraphBufferDesc bufferDesc;
     rhi::Texture texture;
     rhi::Buffer buffer;
-    // By subresource, layer by layer.
+    // State by subresource, layer by layer.
     std::vector<ResourceState> states{1};  // after the last submitted frame
     std::vector<uint8_t> isWritten = {0};  // by a submitted frame
     uint64_t lastFrame = ~0ull;            // that declared it

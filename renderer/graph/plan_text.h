@@ -10,21 +10,23 @@
 
 namespace raygraph {
 
-// One block a pass: number, name, kind, what it reads and writes with versions, what it waits for; then
-// the culled passes with the reason, the resources with their lifetimes, and the shared memory with the
-// bytes saved.
+// Returns one block for each pass: number, name, kind, what it reads and writes with versions, what it waits
+// for; then the culled passes with the reason, the resources with their lifetimes, and the shared memory with
+// the bytes saved.
 RAYGRAPH_API std::string DescribePlan(const FrameGraph& graph, const Plan& plan);
 
-// Graphviz: passes as boxes (culled ones dashed), versions of resources as ellipses. `dot -Tsvg` draws it.
+// Returns Graphviz text: passes as boxes (culled ones dashed), versions of resources as ellipses. `dot -Tsvg`
+// draws it.
 RAYGRAPH_API std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan);
 
-// JSON, for scripts: the same as DescribePlan. Passes in order of execution, each with what it reads and
-// writes and the barriers before it; culled passes with the reason; resources; shared memory. Resources are
-// referred to by their index, passes of a lifetime by their position, where one past the last is the end.
+// Returns the content of DescribePlan as JSON, for scripts. Passes in order of execution, each with what it
+// reads and writes and the barriers before it; culled passes with the reason; resources; shared memory.
+// Resources are referred to by their index, passes of a lifetime by their position, where one past the last
+// is the end.
 RAYGRAPH_API std::string DescribePlanJson(const FrameGraph& graph, const Plan& plan);
 
-// Its parts, one line each, for tools that draw a plan.
-// "radiance: RayTracingShader write -> ComputeShader read, General"
+// Parts of the plan, one line each, for tools that draw it. "radiance: RayTracingShader write ->
+// ComputeShader read, General"
 RAYGRAPH_API std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier);
 // "radiance v1 (storage write)", "chain v3 level 2 (storage read)"
 RAYGRAPH_API std::string UseText(const FrameGraph& graph, const ResourceUse& use);

@@ -41,9 +41,9 @@ using rhi::Format;
 
 struct RendererDesc {
     std::string name = {};  // distinguishes Renderers of one Device in the report of a lost device
-    // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
+    // The root of the shader sources to reload from; "" uses the SPIR-V built into the library.
     std::filesystem::path shaderRoot;
-    // More include folders of those sources: the installed shaders, for passes outside the library.
+    // Further include folders for those sources: the installed shaders, for passes outside the library.
     std::vector<std::filesystem::path> shaderIncludes = {};
     bool gpuTimes = true;   // a timestamp between passes
     bool passMarks = true;  // record on the device which pass was reached, for the report of a lost device
@@ -85,7 +85,7 @@ class RAYGRAPH_API Readback {
   public:
     bool IsReady() const;  // the frame has completed
     void Wait() const;     // until IsReady()
-    // Tightly packed rows, or the buffer's bytes. Error{Usage} when not ready.
+    // Returns tightly packed rows, or the buffer's bytes. Throws Error{Usage} when not ready.
     std::span<const std::byte> Bytes() const;
     Extent2D Extent() const;
     rhi::Format Format() const;
@@ -157,8 +157,8 @@ class RAYGRAPH_API Renderer {
                       Persistence persistence = Persistence::OnDemand);
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
                            Persistence persistence = Persistence::OnDemand);
-    // True for a persistent resource without contents: neither a submitted frame nor, before this id, a pass
-    // of this one has written it, or some level of some layer of the part. For ids of the open frame.
+    // Returns true for a persistent resource without contents: neither a submitted frame nor, before this id,
+    // a pass of this one has written it, or some level of some layer of the part. For ids of the open frame.
     bool IsFresh(TextureId texture, const Subresources& part = {}) const;
     bool IsFresh(BufferId buffer) const;
     // Releases a persistent resource.
@@ -183,7 +183,7 @@ class RAYGRAPH_API Renderer {
     // --- Passes ---
     using SetupFunction = std::function<void(PassBuilder&)>;
     using ExecuteFunction = std::function<void(CommandList&, const PassResources&)>;
-    // Execute may take (CommandList&) or (CommandList&, const PassResources&).
+    // `execute` takes (CommandList&) or (CommandList&, const PassResources&).
     template <typename Setup, typename ExecuteBody>
     PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute);
 
@@ -215,9 +215,9 @@ class RAYGRAPH_API Renderer {
     // Compiles what has been declared so far without recording anything, for DescribePlan before Execute.
     void Compile();
     // Compiles, and begins to create the pipelines of the executed passes that are not there yet, each on a
-    // thread of its own. True: Execute waits for none. A host whose frames must not wait for pipelines, which
-    // may take seconds, drops the frame while this is false, shows what it has, and declares it again;
-    // Execute waits for those that are being created.
+    // thread of its own. Returns true if Execute will wait for none. A host whose frames must not wait for
+    // pipelines, which may take seconds, drops the frame while this is false, shows what it has, and declares
+    // it again; Execute waits for those that are being created.
     bool PreparePipelines();
     // Prepares the pipelines of the declared passes from `first` on, up to `end` without it, whether the open
     // frame will execute them or not. A caller can so declare both what it would like to show and what it can
@@ -229,9 +229,9 @@ class RAYGRAPH_API Renderer {
     // Returns whether any pipeline is being created on another thread. ReloadShaders, AddShader of other
     // words and the destructor wait for those.
     bool IsPreparingPipelines() const;
-    // Between frames: lets go of the pipelines for which the frames of the last so many seconds have declared
-    // no pass, culled or not. One that is needed again later is created again; one that is being created
-    // stays. Without this call all are kept. Does nothing while a frame is open.
+    // Called between frames: destroys the pipelines for which no frame of the last `lifetime` seconds has
+    // declared a pass, culled or not. One that is needed again later is created again; one that is being
+    // created stays. Without this call all are kept. Does nothing while a frame is open.
     void ForgetPipelines(double lifetime);
 
     // --- What happened ---
@@ -248,9 +248,9 @@ class RAYGRAPH_API Renderer {
     CompiledFrame LastCompiled() const;
     // The latest frame whose GPU times have arrived; empty before that.
     const FrameTiming& Timing() const;
-    // All timings that arrived since the last call, oldest first.
+    // Returns all timings that arrived since the last call, oldest first.
     std::vector<FrameTiming> TakeTimings();
-    // Milliseconds spent creating pipelines so far, and how many.
+    // The milliseconds spent creating pipelines so far, and the number of pipelines.
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
     // Returns the driver's statistics of each pipeline, by name: see rhi/pipeline_statistics.h. Waits for

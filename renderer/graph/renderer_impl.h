@@ -24,7 +24,7 @@ namespace raygraph {
 // A readback: a mapped buffer and the frame that fills it. Its holders may poll it from any thread: members
 // that change meanwhile are atomic, and the Renderer reuses the others only when no holder is left.
 struct Readback::State {
-    // Values of `submitted` that are not timeline values.
+    // Values of `submitted` that are no timeline values.
     static constexpr uint64_t kDeclared = 0;            // its frame is open
     static constexpr uint64_t kDropped = ~uint64_t{0};  // its frame never ran
     static constexpr uint64_t kRendererGone = kDropped - 1;
@@ -158,7 +158,7 @@ struct Renderer::Impl {
     uint64_t lastSubmitted = 0;
     std::vector<uint8_t> wasExecuted;  // by pass, of the frame executed last
 
-    // Kept for their memory.
+    // Members that keep their memory from frame to frame.
     std::vector<VkImageMemoryBarrier2> imageBarriers;
     std::vector<VkBufferMemoryBarrier2> bufferBarriers;
     std::vector<rhi::BoundResource> bound;

@@ -28,7 +28,7 @@ struct Shader {
     std::span<const uint32_t> words{};
     rhi::ShaderReflection reflection{};
 
-    // Where it comes from; empty for SPIR-V that was built in or handed in.
+    // The source of the words; empty for SPIR-V that was built in or handed in.
     std::vector<uint32_t> ownWords{};
     rhi::GlslSource source{};                      // for rhi::CompileGlslFile
     std::vector<std::filesystem::path> sources{};  // the file and all it includes

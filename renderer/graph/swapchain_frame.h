@@ -31,7 +31,7 @@ class SwapchainFrame {
     // Ends the frame if Renderer::PreparePipelines returns true. Otherwise returns false: the frame stays
     // open, and nothing is shown. After DropFrame another one may take its place.
     bool TryEnd(Renderer& renderer, TextureId drawn);
-    // False: the last frame is not drawn yet. Never waits for it.
+    // Returns false if the last frame is not drawn yet. Never waits for it.
     bool ShowDrawn();
 
   private:

@@ -23,7 +23,7 @@ class TransientPool {
 
     explicit TransientPool(rhi::Device& device) : m_device(device) {}
 
-    // Cached: the driver is queried once for each combination of everything but the name.
+    // Cached: the driver is queried once for each combination of all fields but the name.
     rhi::MemoryRequirements RequirementsOf(const rhi::TextureDesc& desc);
     rhi::MemoryRequirements RequirementsOf(const rhi::BufferDesc& desc);
 

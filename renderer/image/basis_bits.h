@@ -10,10 +10,10 @@
 
 namespace raygraph::image {
 
-// Bits from the lowest of the first byte upwards. What is asked for beyond the end is refused.
+// A reader of bits, from the lowest of the first byte upwards. Reading beyond the end is refused.
 class BasisBits {
   public:
-    // `part`: what these bits are, for messages.
+    // `part` is the name of these bits in messages.
     BasisBits(std::span<const std::byte> bytes, std::string_view name, const char* part)
         : m_bytes(bytes), m_name(name), m_part(part) {}
 
@@ -23,7 +23,7 @@ class BasisBits {
         Skip(count);
         return value;
     }
-    // At least the next 16 bits, the first one lowest; zeros after the end.
+    // Returns at least the next 16 bits, the first one lowest; zeros after the end.
     uint32_t Peek() {
         while (m_count < 16 && m_next < m_bytes.size()) {
             m_bits |= std::to_integer<uint32_t>(m_bytes[m_next++]) << m_count;

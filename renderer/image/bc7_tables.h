@@ -1,4 +1,4 @@
-// How BC7 divides a block into parts that have their own colors: the tables of the Khronos Data Format
+// The division of BC7 blocks into parts that have their own colors: the tables of the Khronos Data Format
 // Specification 1.4, chapter BPTC. Private to renderer/image.
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace raygraph::image::bc7 {
 
-// By the number in the block: the part of each texel, one bit each, the first texel's the lowest.
+// Indexed by the number in the block: the part of each texel, one bit each, the first texel's the lowest.
 inline constexpr std::array<uint16_t, 64> kTwoParts{
     0xCCCC, 0x8888, 0xEEEE, 0xECC8, 0xC880, 0xFEEC, 0xFEC8, 0xEC80, 0xC800, 0xFFEC, 0xFE80, 0xE800, 0xFFE8,
     0xFF00, 0xFFF0, 0xF000, 0xF710, 0x008E, 0x7100, 0x08CE, 0x008C, 0x7310, 0x3100, 0x8CCE, 0x088C, 0x3110,
@@ -15,7 +15,7 @@ inline constexpr std::array<uint16_t, 64> kTwoParts{
     0xA55A, 0x73CE, 0x13C8, 0x324C, 0x3BDC, 0x6996, 0xC33C, 0x9966, 0x0660, 0x0272, 0x04E4, 0x4E40, 0x2720,
     0xC936, 0x936C, 0x39C6, 0x639C, 0x9336, 0x9CC6, 0x817E, 0xE718, 0xCCF0, 0x0FCC, 0x7744, 0xEE22,
 };
-// Two bits a texel.
+// Two bits for each texel.
 inline constexpr std::array<uint32_t, 64> kThreeParts{
     0xAA685050, 0x6A5A5040, 0x5A5A4200, 0x5450A0A8, 0xA5A50000, 0xA0A05050, 0x5555A0A0, 0x5A5A5050,
     0xAA550000, 0xAA555500, 0xAAAA5500, 0x90909090, 0x94949494, 0xA4A4A4A4, 0xA9A59450, 0x2A0A4250,

@@ -15,7 +15,7 @@ enum class Bc1Alpha : bool { None, PunchThrough };
 void DecodeBc1(std::span<const std::byte, 8> block, Bc1Alpha alpha, BlockTexels& texels);
 void DecodeBc2(std::span<const std::byte, 16> block, BlockTexels& texels);
 void DecodeBc3(std::span<const std::byte, 16> block, BlockTexels& texels);
-// (R, 0, 0, 1) and (R, G, 0, 1), as GPUs sample them.
+// Give (R, 0, 0, 1) and (R, G, 0, 1), as GPUs sample them.
 void DecodeBc4(std::span<const std::byte, 8> block, BlockTexels& texels);
 void DecodeBc5(std::span<const std::byte, 16> block, BlockTexels& texels);
 // A block of the reserved mode is transparent black.

@@ -1,4 +1,4 @@
-// Reading what block-compressed textures are made of. Private to renderer/image.
+// A reader of the bits of block-compressed textures. Private to renderer/image.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ inline uint32_t Little32(std::span<const std::byte> bytes, size_t at) {
     return static_cast<uint32_t>(Little(bytes, at, 4));
 }
 
-// RGBA of 8 bits of 4 x 4 texels, rows from the top.
+// RGBA of 4 x 4 texels, 8 bits a channel, rows from the top.
 using BlockTexels = std::array<uint8_t, 64>;
 
 // The 128 bits of a block, taken from the lowest upwards.

@@ -8,13 +8,13 @@
 
 namespace raygraph::image {
 
-// Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
+// Throws Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
 [[noreturn]] void Refuse(std::string_view name, std::string_view what);
 
 // The warning for a file that has the whole picture but lacks its end.
 std::string EndIsMissing(std::string_view name);
 
-// Error{OutOfMemory} for a picture within the limits that does not fit the machine.
+// Throws Error{OutOfMemory} for a picture within the limits that does not fit the machine.
 [[noreturn]] void RefuseMemory(std::string_view name, uint64_t width, uint64_t height);
 
 // Refuses an empty picture and one beyond the limits.
@@ -28,10 +28,10 @@ Image8 DecodeDds(std::span<const std::byte> bytes, std::string_view name, const 
 Image8 DecodeKtx2(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
                  std::vector<std::string>& warnings);
-// R G B [A] or Y of an EXR as RGBA, numbers as they stand.
+// Returns R G B [A] or Y of an EXR as RGBA, with values as they are.
 ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 
-// Error{Usage} unless the picture is not empty and has its four numbers a texel.
+// Throws Error{Usage} unless the picture is not empty and has its four numbers for each texel.
 void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height, size_t texelNumbers);
 
 }  // namespace raygraph::image

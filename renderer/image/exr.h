@@ -18,11 +18,12 @@
 
 namespace raygraph::image {
 
-// EXR has no 64-bit integer: such a number (a seed) is stored as its decimal string.
+// The value of an attribute. EXR has no 64-bit integer: such a number (a seed) is stored as its decimal
+// string.
 using ExrAttribute = std::variant<int32_t, float, double, std::string>;
 using ExrAttributes = std::map<std::string, ExrAttribute, std::less<>>;
 
-// One channel, one number a pixel, rows from the top.
+// One channel: one number a pixel, rows from the top.
 struct ExrChannel {
     std::string name;  // "R", "albedo.R", "id.instance", ...
     std::variant<std::vector<float>, std::vector<uint32_t>> samples;
@@ -57,17 +58,17 @@ struct ExrPlane {
     bool isHalf = false;  // in samples
 };
 
-// All channels of a single-part file with all int, float, double and string attributes that are not part of
-// the format itself. float32 and uint32 come back bit for bit (NaN included), half is widened to float.
-// Subsampled channels, deep and multi-part files are refused.
+// Reads all channels of a single-part file with all int, float, double and string attributes that are not
+// part of the format itself. float32 and uint32 come back bit for bit (NaN included), half is widened to
+// float. Subsampled channels, deep and multi-part files are refused.
 RAYGRAPH_API ExrImage ReadExr(const std::filesystem::path& path,
                               const DecodeLimits& limits = kEnvironmentLimits);
 RAYGRAPH_API ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name,
                                 const DecodeLimits& limits = kEnvironmentLimits);
 
-// Scan lines, ZIP. Error{Usage} for a plane too short for the picture, an empty or repeated channel name, or
-// an attribute whose name the format itself uses ("channels", "dataWindow", ...). Returns how many samples of
-// half planes were beyond their range.
+// Writes scan lines with ZIP. Throws Error{Usage} for a plane too short for the picture, an empty or repeated
+// channel name, or an attribute whose name the format itself uses ("channels", "dataWindow", ...). Returns
+// how many samples of half planes were beyond their range.
 RAYGRAPH_API uint64_t WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
                                std::span<const ExrPlane> planes, const ExrAttributes& attributes = {},
                                const ExrWindow& window = {});

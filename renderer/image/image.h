@@ -20,7 +20,7 @@
 
 namespace raygraph::image {
 
-// Texels in blocks of 4 x 4, as GPUs read them.
+// The coding of texels in blocks of 4 x 4, as GPUs read them.
 enum class BlockCoding : uint8_t { None, Bc1Opaque, Bc1, Bc2, Bc3, Bc4, Bc5, Bc7 };
 
 // A picture as its file has it: blocks row by row, from the largest level on, each half the one before,
@@ -34,8 +34,8 @@ struct BlockLevels {
 // Returns the bytes of a level of so many texels.
 RAYGRAPH_API uint64_t BlockBytes(BlockCoding coding, uint32_t width, uint32_t height);
 
-// Eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height. The
-// numbers are those of the file: only the user knows whether they are sRGB or linear. Alpha is not
+// A picture of eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
+// The numbers are those of the file: only the user knows whether they are sRGB or linear. Alpha is not
 // premultiplied.
 struct Image8 {
     uint32_t width = 0, height = 0;
@@ -46,7 +46,7 @@ struct Image8 {
     std::vector<std::string> warnings = {};
 };
 
-// Linear float32, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
+// A picture of linear float32, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
 struct ImageF {
     uint32_t width = 0, height = 0;
     std::vector<float> rgba;
@@ -67,14 +67,13 @@ enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Dds, Ktx2, Hdr, Exr 
 // The format by its first bytes; names and extensions are ignored.
 RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
-// PNG, JPEG, WebP, DDS or KTX2, as SniffFormat() says. `name` is for error messages. Color profiles, gamma
-// chunks, EXIF orientation and whether a texel format is one of sRGB are ignored, as glTF asks. Gray becomes
-// R = G = B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain formula (no
-// profile). Of textures with levels the largest is decoded, and blocks are kept as far as their levels are
-// there and whole; channels that a format of one or two lacks are 0. A
-// truncated or corrupt file is an error even where the decoder could invent the rest; a PNG or a JPEG that
-// has all texels may lack its end, with a warning. Animated WebP, cube maps, arrays, volumes and
-// premultiplied alpha are errors.
+// Decodes PNG, JPEG, WebP, DDS or KTX2, as SniffFormat() says. `name` is for error messages. Color profiles,
+// gamma chunks, EXIF orientation and whether a texel format is one of sRGB are ignored, as glTF asks. Gray
+// becomes R = G = B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain
+// formula (no profile). Of textures with levels the largest is decoded, and blocks are kept as far as their
+// levels are there and whole; channels that a format of one or two lacks are 0. A truncated or corrupt file
+// is an error even where the decoder could invent the rest; a PNG or a JPEG that has all texels may lack its
+// end, with a warning. Animated WebP, cube maps, arrays, volumes and premultiplied alpha are errors.
 RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,
                                  const DecodeLimits& limits = {});
 
@@ -83,10 +82,10 @@ struct Environment {
     std::vector<std::string> warnings;  // One line each, starting with the file's name.
 };
 
-// Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part, scan
-// lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in the
-// file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes 0
-// with a warning. An EXR's picture is its display window, black outside the data window; with an envmap
+// Reads Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part,
+// scan lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in
+// the file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes
+// 0 with a warning. An EXR's picture is its display window, black outside the data window; with an envmap
 // attribute it is the data window. Chromaticities other than those of Rec. 709 are converted to Rec. 709,
 // white to white.
 RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
@@ -98,11 +97,11 @@ RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
 // format cannot hold.
 
-// 8-bit PNG marked sRGB (the texels must be so encoded), without alpha where all is opaque.
+// Writes an 8-bit PNG marked sRGB (the texels must be so encoded), without alpha if all texels are opaque.
 RAYGRAPH_API void WritePng(const std::filesystem::path& path, const Image8& image);
 
-// Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values become
-// 0, values beyond the format its greatest.
+// Writes Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values
+// become 0, values beyond the format its greatest.
 RAYGRAPH_API void WriteHdr(const std::filesystem::path& path, const ImageF& image);
 
 }  // namespace raygraph::image

@@ -26,8 +26,8 @@ class RAYGRAPH_API PixelBudget {
         Share(const Share&) = delete;
         Share& operator=(const Share&) = delete;
         ~Share();
-        // Once, before anything of the picture's size is allocated: waits for others to be done. False if
-        // fewer are left for all pictures.
+        // Called once, before anything of the picture's size is allocated. Waits for others to be done.
+        // Returns false if fewer pixels are left for all pictures.
         bool Take(uint64_t pixels);
 
       private:

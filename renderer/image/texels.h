@@ -21,7 +21,7 @@ enum class TexelCoding : uint8_t {
     UastcSrgb,
 };
 
-// Where a channel comes from.
+// The source of a channel.
 enum class Source : uint8_t { Red, Green, Blue, Alpha, Zero, One };
 using Swizzle = std::array<Source, 4>;
 inline constexpr Swizzle kIdentity{Source::Red, Source::Green, Source::Blue, Source::Alpha};
@@ -42,7 +42,7 @@ struct TexelLayout {
 // Returns the bytes of a picture without padding between its rows.
 uint64_t StoredBytes(const TexelLayout& layout, uint32_t width, uint32_t height);
 
-// None for texels that are no blocks of a GPU's.
+// Returns None for texels that are not GPU blocks.
 BlockCoding CodingOf(const TexelLayout& layout);
 
 // `bytes` has at least StoredBytes().

@@ -1,4 +1,4 @@
-// UASTC LDR 4x4, what KHR_texture_basisu stores of high quality: a subset of ASTC in blocks of its own,
+// UASTC LDR 4x4, the high-quality encoding of KHR_texture_basisu: a subset of ASTC in blocks of its own,
 // after the Khronos Data Format Specification 1.4, chapter UASTC. Private to renderer/image. Threads: any.
 #pragma once
 
@@ -6,8 +6,8 @@
 
 namespace raygraph::image {
 
-// Exact, bit for bit. `isSrgb`: the texels are sRGB, which changes how halves are rounded as it does on GPUs
-// that decode ASTC. False: the block is none of the format's.
+// Decodes a block, exact to the bit. `isSrgb` says that the texels are sRGB, which changes the rounding of
+// halves, as on GPUs that decode ASTC. Returns false for a block that is not of the format.
 [[nodiscard]] bool DecodeUastc(std::span<const std::byte, 16> block, bool isSrgb, BlockTexels& texels);
 
 }  // namespace raygraph::image
