@@ -12,7 +12,7 @@ namespace raygraph::passes {
 RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
 // Returns the extent of the texels that a sample takes in the outputs of Trace.
 RAYGRAPH_API Extent2D TracedExtent(const TraceSettings& settings);
-// Error{Usage} naming the pass for a part of the picture.
+// Throws Error{Usage} naming the pass if the settings are for a part of the picture.
 RAYGRAPH_API void RequireWhole(const TraceSettings& settings, const char* pass);
 
 // The parameter block of a camera-ray pass.
@@ -31,23 +31,24 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Returns whether Trace's rays traverse the scene's own trees.
 RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& settings);
-// In place of both, for a compute pass that defines OWN_TRAVERSAL (shaders/scene/trace_rays.glsl): trees and
-// parameters. Needs BindGeometry and BindMaterials.
+// Binds trees and parameters in place of both, for a compute pass that defines OWN_TRAVERSAL
+// (shaders/scene/trace_rays.glsl). Needs BindGeometry and BindMaterials.
 RAYGRAPH_API void BindOwnTracing(PassBuilder& pass, const SceneIds& scene,
                                  const gpu::TraceParameters& parameters);
 // Binds what the integrator's loop needs to trace shadow rays, in addition to BindTracing and
 // SpecializeTrace. On a CPU device, where no walls and media let light through, this adds no shader.
 RAYGRAPH_API void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,
                                const TraceSettings& settings);
-// Instance records, and the vertices of deformed meshes, which they address.
+// Binds instance records, and the vertices of deformed meshes, which they address.
 RAYGRAPH_API void BindInstances(PassBuilder& pass, const SceneIds& scene);
-// Instance and geometry records: from a hit to its triangle.
+// Binds instance and geometry records, by which a shader finds the triangle of a hit.
 RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 // The tables of light sampling.
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
-// For a pass whose shaders ask HasTraceFeature; SpecializeDirect and SpecializeTrace do it.
+// Sets the constants of HasTraceFeature in the pass's shaders; SpecializeDirect and SpecializeTrace do it,
+// too.
 RAYGRAPH_API void SpecializeFeatures(PassBuilder& pass, TraceFeatures features);
 // Sets the constants of direct light: settings.scattering and settings.lights.sampler, and what the scene
 // has; and whether textures are read at levels other than 0, if there are any.

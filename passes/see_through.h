@@ -7,12 +7,13 @@
 
 namespace raygraph::passes {
 
-// `seen` without its transmissive surfaces, from its lists: the nearest surface behind them in each pixel.
+// Draws `seen` without its transmissive surfaces, from its lists: the nearest surface behind them in each
+// pixel.
 [[nodiscard]] RAYGRAPH_API RasterVisibility DrawBehindGlass(Renderer& renderer, const SceneIds& scene,
                                                             const TraceSettings& settings,
                                                             const RasterVisibility& seen);
 
-// Blurred copies of an rgba32f picture, rgba32f, color multiplied by alpha: the levels of
+// Makes blurred copies of an rgba32f picture, rgba32f, color multiplied by alpha: the levels of
 // shaders/shared/blur_levels.h, level i for footprints of 2^i pixels.
 [[nodiscard]] RAYGRAPH_API TextureId BlurLevels(Renderer& renderer, TextureId picture);
 

@@ -6,8 +6,8 @@
 
 namespace raygraph::passes {
 
-// whole - part in each of the four channels. All three are rgba32f and of one extent; Error{Usage}
-// for others.
+// Computes whole - part in each of the four channels. All three are rgba32f and of one extent; throws
+// Error{Usage} for others.
 [[nodiscard]] RAYGRAPH_API TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part);
 
 }  // namespace raygraph::passes

@@ -22,10 +22,10 @@ struct Region {
     uint64_t PixelCount() const { return uint64_t{width} * height; }
 };
 
-// All of a picture.
+// Returns all of a picture.
 RAYGRAPH_API Region WholeOf(rhi::Extent2D picture);
 
-// Error{Usage} naming both unless the region has pixels, and all of them in the picture.
+// Throws Error{Usage} naming both unless the region has pixels, and all of them are in the picture.
 RAYGRAPH_API void RequireWithin(rhi::Extent2D picture, const Region& region);
 
 // The progress of one sample of a picture: everything above row `y` is done, and of the `bandHeight` rows
@@ -37,14 +37,14 @@ class RAYGRAPH_API TileCursor {
     Region Next(rhi::Extent2D picture, uint64_t pixels) const;
     // Returns whether Next returns this tile for some count of pixels.
     bool IsNext(rhi::Extent2D picture, const Region& tile) const;
-    // Moves past `tile`, which Next has returned. True: that was the last one, and the cursor is back at
-    // the start.
+    // Moves past `tile`, which Next has returned. Returns true if that was the last one; the cursor is then
+    // back at the start.
     bool Advance(rhi::Extent2D picture, const Region& tile);
 
     bool IsAtStart() const { return m_x == 0 && m_y == 0; }
     // Returns whether the sample has this pixel already.
     bool Has(uint32_t x, uint32_t y) const { return y < m_y || (y < m_y + m_bandHeight && x < m_x); }
-    // Pixels that are done.
+    // Returns the number of pixels that are done.
     uint64_t PixelCount(rhi::Extent2D picture) const;
     uint32_t X() const { return m_x; }
     uint32_t Y() const { return m_y; }

@@ -1,4 +1,4 @@
-// Tonemap: from linear radiance to display values. Threads: that of the Renderer.
+// Tonemap: converts linear radiance to display values. Threads: that of the Renderer.
 #pragma once
 
 #include <functional>
@@ -28,10 +28,10 @@ struct TonemapSettings {
 [[nodiscard]] RAYGRAPH_API TextureId Tonemap(Renderer& renderer, TextureId radiance,
                                              const TonemapSettings& settings = {});
 
-// Into a region of `display`, rgba8; the rest of it stays. `radiance` may be of another extent: then it is
-// scaled to that of the display, each pixel from the texel that it lies in. `onSubmitted` runs when the pass
-// has been submitted, and never if it is culled or its frame dropped; it must not throw. Error{Usage} for
-// another format, and a region outside of the display.
+// Writes into a region of `display`, rgba8; the rest of it stays. `radiance` may be of another extent: then
+// it is scaled to that of the display, each pixel from the texel that it lies in. `onSubmitted` runs when the
+// pass has been submitted, and never if it is culled or its frame dropped; it must not throw. Error{Usage}
+// for another format, and a region outside of the display.
 [[nodiscard]] RAYGRAPH_API TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
                                                  const Region& region, const TonemapSettings& settings = {},
                                                  std::function<void()> onSubmitted = {});

@@ -22,7 +22,8 @@ namespace raygraph::passes {
 
 inline constexpr uint32_t kNoDepthLimit = 0xFFFFFFFFu;
 
-// How surfaces scatter. The defaults are glTF's material with multiple-scattering compensation.
+// Options of the scattering at surfaces. The defaults are glTF's material with multiple-scattering
+// compensation.
 struct ScatteringSettings {
     BrdfModel brdf = BrdfModel::Gltf;
     MicrofacetModel distribution = MicrofacetModel::Ggx;
@@ -33,8 +34,8 @@ struct ScatteringSettings {
     bool operator==(const ScatteringSettings&) const = default;
 };
 
-// How light is found. Every setting converges to the same picture, except that without light sampling
-// punctual lights are missing.
+// Options of the sampling of lights. Every setting converges to the same picture, except that without light
+// sampling punctual lights are missing.
 struct LightSamplingSettings {
     bool isOn = true;  // off: BSDF sampling only, without punctual lights
     LightSampler sampler = LightSampler::Bvh;
@@ -45,7 +46,7 @@ struct LightSamplingSettings {
 
 struct RouletteSettings {
     Roulette kind = Roulette::Throughput;
-    // First bounce at which Russian roulette may terminate a path. From 2 on, the first bounce is never
+    // The first bounce at which Russian roulette may terminate a path. From 2 on, the first bounce is never
     // thinned, which matters on dark surfaces under a sky.
     uint32_t start = 2;
     float survival = 0.8f;  // of each bounce, for Constant and Frame; in (0, 1]
@@ -56,7 +57,7 @@ struct RouletteSettings {
 // Named biases: each changes the picture for less noise or time, and is off unless asked for.
 struct RAYGRAPH_API BiasSettings {
     uint32_t maxDepth = kNoDepthLimit;  // bounces
-    // Largest component of a sample's contribution from behind the first bounce.
+    // The largest component of a sample's contribution from beyond the first bounce.
     float clampIndirect = std::numeric_limits<float>::infinity();
     float regularize = 0.0f;  // least GGX alpha of surfaces seen after the first bounce
     // Opaque surfaces are shaded as the curved surface of their vertex normals: no edges of triangles in the
@@ -69,8 +70,8 @@ struct RAYGRAPH_API BiasSettings {
     bool operator==(const BiasSettings&) const = default;
 };
 
-// How the integrator runs on the device. The choice is one of speed: on a device that rounds alike in both,
-// such as Mesa's CPU driver, the bits are the same.
+// The form in which the integrator runs on the device. The choice is one of speed: on a device that rounds
+// alike in both, such as Mesa's CPU driver, the bits are the same.
 //   Auto:      the faster one, by the kind of device alone (FormOn)
 //   Loop:      an invocation traces and shades one path after the other, each to its end
 //   Wavefront: kernels that trace or shade do the same step of all paths
@@ -84,7 +85,7 @@ RAYGRAPH_CHOICE(IntegratorForm, RAYGRAPH_INTEGRATOR_FORMS)
 // depends neither on scene nor settings, so that all parts of a picture have the bits of the whole.
 RAYGRAPH_API IntegratorForm FormOn(const rhi::Device& device);
 
-// How paths are traced: what decides the samples of a picture beside its camera and extent.
+// Options of path tracing: everything that decides the samples of a picture except its camera and extent.
 struct PathSettings {
     SamplerKind sampler = SamplerKind::Sobol;
     uint32_t seed = 0;
@@ -107,12 +108,12 @@ struct TraceSettings : PathSettings {
     Region region{};
     gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
     uint32_t sampleIndex = 0;
-    // Trace alone: samples of every pixel, those from sampleIndex on. At least 1.
+    // Only for Trace: the number of samples of every pixel, those from sampleIndex on. At least 1.
     uint32_t sampleCount = 1;
-    // Trace alone: of these pixels and not of all, each from its own index + sampleIndex on. The outputs have
-    // the extent of the list.
+    // Only for Trace: samples these pixels instead of all, each from its own index + sampleIndex on. The
+    // outputs have the extent of the list.
     ListedPixels pixels{};
-    // Trace alone, to measure one against another: all give one picture, but for rounding. Traversal::Own
+    // Only for Trace, to measure one against another: all give one picture, but for rounding. Traversal::Own
     // counts where the scene has trees (GpuSceneDesc::traversal), and Auto takes them there.
     Traversal traversal = Traversal::Auto;
     IntegratorForm form = IntegratorForm::Auto;
@@ -155,7 +156,7 @@ struct TraceOutputs {
 // The counters of Trace, as in the buffer TraceIds::counts.
 struct TraceCounts {
     uint32_t takenPixels = 0;  // not meaningful afterwards: invocations overrun the number of pixels
-    // Samples that were infinite or NaN. They are written as black, and count as samples.
+    // The number of samples that were infinite or NaN. They are written as black, and count as samples.
     uint32_t nonFiniteSamples = 0;
     std::array<uint32_t, 2> rayWords{};  // the low one first
     // Of all paths, shadow rays included.

@@ -32,11 +32,11 @@ RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: false for ids a
 [[nodiscard]] RAYGRAPH_API TextureId Overdraw(Renderer& renderer, const SceneIds& scene,
                                               const TraceSettings& settings, FilmPosition film);
 
-// TraceIds::rayCounts, or another texture of one count a pixel, as values that Accumulate and PaintView take:
-// rgba32f, the count three times and 1.
+// Converts TraceIds::rayCounts, or another texture of one count a pixel, as values that Accumulate and
+// PaintView take: rgba32f, the count three times and 1.
 [[nodiscard]] RAYGRAPH_API TextureId SpreadCounts(Renderer& renderer, TextureId counts);
 
-// How the surfaces of a view are found. Where several coincide, one or the other may be visible.
+// The method that finds the surfaces of a view. Where several coincide, either may be visible.
 enum class SurfacesBy : uint8_t {
     Rays,     // as those of the path-traced picture
     Drawing,  // AnyVisibility: fast

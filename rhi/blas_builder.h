@@ -30,7 +30,7 @@ class CommandList;
 struct BlasBuilderDesc {
     std::string name = "blas builder";
     uint64_t scratchBudget = 64ull << 20;  // bytes of scratch memory for the builds of one batch
-    // Off: keep the structures as built; Deforming ones are always, for a rebuild needs that memory. On a
+    // False: structures stay as built. Deforming ones always do, because a rebuild needs that memory. On a
     // driver where compaction saves nothing it turns itself off after the first batch.
     bool compacts = true;
     // Bytes of compacted structures of one RecordCompaction, which they take beside the ones they replace; a
@@ -78,8 +78,8 @@ class RAYGRAPH_API BlasBuilder {
     void RecordBuilds(CommandList& commands);
 
     // Checks for compacted sizes that have arrived, and allocates the memory for as many BLASes as
-    // BlasBuilderDesc::compactionBudget allows; never waits. True: RecordCompaction has work to do. Without
-    // memory, every kRetryPolls-th call tries again.
+    // BlasBuilderDesc::compactionBudget allows; never waits. Returns true if RecordCompaction has work to do.
+    // If memory is short, every kRetryPolls-th call tries again.
     bool Poll();
     static constexpr uint32_t kRetryPolls = 32;
     // Copies the BLASes for which Poll has allocated memory into smaller ones, which replace them at once for

@@ -23,7 +23,7 @@ class BlasGeometry {
     BlasGeometry& operator=(const BlasGeometry&) = delete;
 
     VkAccelerationStructureBuildSizesInfoKHR Sizes(Device& device) const;
-    // To be completed by the caller: mode, source, destination and scratch.
+    // The caller completes it: mode, source, destination and scratch.
     VkAccelerationStructureBuildGeometryInfoKHR& Info() { return m_info; }
     const VkAccelerationStructureBuildRangeInfoKHR* Ranges() const { return m_ranges.data(); }
 

@@ -19,7 +19,7 @@ class BuildScratch {
     BuildScratch() = default;
     BuildScratch(Device& device, const std::string& name, uint64_t bytes);
 
-    // Aligned to minAccelerationStructureScratchOffsetAlignment.
+    // The address, aligned to minAccelerationStructureScratchOffsetAlignment.
     VkDeviceAddress Address() const { return m_address; }
     uint64_t Bytes() const { return m_bytes; }
 
@@ -29,7 +29,8 @@ class BuildScratch {
     uint64_t m_bytes = 0;
 };
 
-// Bytes of scratch that one build uses of a shared buffer, rounded up so that the next one starts aligned.
+// Returns the bytes of scratch that one build uses of a shared buffer, rounded up so that the next one starts
+// aligned.
 uint64_t ScratchShare(const Device& device, uint64_t bytes);
 
 // Builds split into batches that run one after the other in the same scratch memory.
@@ -45,7 +46,7 @@ struct BatchPlan {
     uint64_t scratchBytes = 0;  // of the largest batch
 };
 
-// In order, as many builds a batch as fit the budget, at least one. Pure.
+// Splits builds in order into batches, each with as many builds as fit the budget, at least one. Pure.
 BatchPlan PlanBatches(std::span<const uint64_t> scratchShares, uint64_t budget);
 
 // Orders builds, copies and size queries of acceleration structures after those recorded or submitted before.

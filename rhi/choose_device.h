@@ -1,4 +1,4 @@
-// Which device of a machine is used. Threads: pure functions.
+// The choice of one of a machine's devices. Threads: pure functions.
 #pragma once
 
 #include <string>

@@ -24,7 +24,7 @@ struct DeviceFunctions;
 // The maximum of resources of one pass: maxPushDescriptors of the requirements.
 inline constexpr uint32_t kMaxBoundResources = 32;
 
-// One resource for one binding of set 0. Exactly one member is set.
+// A resource for a binding of set 0. Exactly one member is set.
 struct BoundResource {
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
@@ -63,32 +63,33 @@ class RAYGRAPH_API CommandList {
     VkCommandBuffer Handle() const { return m_commands; }
     Device& Owner() const { return *m_device; }
 
-    // vkCmdPipelineBarrier2, one call for the batch; nothing when all are empty.
+    // Records one vkCmdPipelineBarrier2 for the batch; nothing when all are empty.
     void Barriers(std::span<const VkMemoryBarrier2> memory, std::span<const VkImageMemoryBarrier2> images,
                   std::span<const VkBufferMemoryBarrier2> buffers = {});
 
-    // One memory barrier for everything before and after it; for transfers and tests, not for frames.
+    // Records a memory barrier for everything before and after it; for transfers and tests, not for frames.
     void FullBarrier();
-    // One image barrier over all levels and layers that orders everything before and after it. From
-    // UNDEFINED: contents are lost.
+    // Records an image barrier over all levels and layers that orders everything before and after it. From
+    // UNDEFINED, the contents are lost.
     void Transition(const Texture& texture, VkImageLayout from, VkImageLayout to);
 
-    // Pipeline and resources: set 0 by push descriptors (vkCmdPushDescriptorSetKHR), set 1 the texture table.
+    // Binds the pipeline and its resources: set 0 by push descriptors (vkCmdPushDescriptorSetKHR), set 1 the
+    // texture table.
     void Bind(const ComputePipeline& pipeline);
     void Bind(const RayTracingPipeline& pipeline);
     void Bind(const RasterPipeline& pipeline);
     void BindResources(std::span<const BoundResource> resources);
     void BindTextures(const TextureTable& table);
-    // At most DeviceInfo::maxPushConstantBytes, a multiple of 4.
+    // Takes at most DeviceInfo::maxPushConstantBytes, a multiple of 4.
     void PushConstants(std::span<const std::byte> bytes);
 
     void Dispatch(uint32_t groupsX, uint32_t groupsY = 1, uint32_t groupsZ = 1);
-    // Dispatch covering `extent` with the bound compute pipeline's own workgroup size.
+    // Dispatches over `extent` with the bound compute pipeline's own workgroup size.
     void DispatchOver(Extent2D extent);
-    // One ray-generation invocation a texel. An empty extent records nothing.
+    // Launches one ray-generation invocation for each texel. An empty extent records nothing.
     void TraceRays(Extent2D extent);
 
-    // vkCmdBeginRendering; viewport and scissor are set to the whole extent. No MSAA, no layers.
+    // Records vkCmdBeginRendering; viewport and scissor are set to the whole extent. No MSAA, no layers.
     void BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
                         const DepthTarget* depth = nullptr);
     void EndRendering();
@@ -98,9 +99,9 @@ class RAYGRAPH_API CommandList {
               uint32_t firstInstance = 0);
     void DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32_t instanceCount = 1,
                      uint32_t firstIndex = 0, int32_t vertexOffset = 0, uint32_t firstInstance = 0);
-    // `drawCount` VkDrawIndirectCommands from command `firstDraw` of the buffer on; one call where the device
-    // has multiDrawIndirect. Error{Usage} beyond the buffer's end. A firstInstance other than 0 in a command
-    // needs drawIndirectFirstInstance.
+    // Records `drawCount` VkDrawIndirectCommands from command `firstDraw` of the buffer on; one call where
+    // the device has multiDrawIndirect. Error{Usage} beyond the buffer's end. A firstInstance other than 0 in
+    // a command needs drawIndirectFirstInstance.
     void DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint32_t drawCount);
 
     // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout. Each throws Error{Usage}
@@ -111,7 +112,7 @@ class RAYGRAPH_API CommandList {
                     uint64_t size);
     void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0,
                        uint32_t layer = 0);
-    // Rows [firstRow, firstRow + rowCount) of a mip level, tightly packed at `offset`: whole blocks.
+    // Copies rows [firstRow, firstRow + rowCount) of a mip level, tightly packed at `offset`: whole blocks.
     void CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel,
                            uint32_t firstRow, uint32_t rowCount, uint32_t layer = 0);
     void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0, uint32_t mipLevel = 0,
@@ -125,11 +126,11 @@ class RAYGRAPH_API CommandList {
         CopyTexture(source, Place{}, target, Place{});
     }
     void CopyTexture(const Texture& source, const Place& from, const Texture& target, const Place& to);
-    // vkCmdBlitImage with linear filter from mip `level - 1` to `level` (SRC and DST layouts respectively),
-    // of the first layer.
+    // Records vkCmdBlitImage with a linear filter from mip `level - 1` to `level` (SRC and DST layouts
+    // respectively), of the first layer.
     void BlitMip(const Texture& texture, uint32_t level);
     void Fill(const Buffer& target, uint32_t value, uint64_t offset = 0, uint64_t size = VK_WHOLE_SIZE);
-    // vkCmdClearColorImage, that part of the texture in TRANSFER_DST_OPTIMAL.
+    // Records vkCmdClearColorImage for that part of the texture, which is in TRANSFER_DST_OPTIMAL.
     void Clear(const Texture& texture, const float (&rgba)[4], const Subresources& part = {});
 
     // Host state that changes with the recorded work. When the list has been submitted, the functions of

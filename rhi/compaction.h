@@ -30,18 +30,18 @@ class Compaction {
         std::weak_ptr<Blas> blas;
         VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
     };
-    // For this many queries; null for none, when compaction is off, and without memory for a pool: then
-    // structures stay as built.
+    // Creates a pool for this many queries. Returns null for none, if compaction is off, and if there is no
+    // memory for a pool: then structures stay as built.
     VkQueryPool CreatePool(size_t count);
     // Takes ownership of the pool; does nothing with a null one.
     void RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries);
     // The list with these queries will not be executed.
     void GiveUp(VkQueryPool pool);
 
-    // True: TakeSlice has something.
+    // Returns true if TakeSlice has something.
     bool Poll();
-    // BLASes whose size has arrived, whose compaction is worthwhile, and for which there is memory and
-    // budget; those dropped meanwhile are left out.
+    // Returns BLASes whose size has arrived, whose compaction is worthwhile, and for which there is memory
+    // and budget; those dropped meanwhile are left out.
     std::vector<Ready> TakeSlice();
     void PutBack(std::span<const Ready> slice);
 

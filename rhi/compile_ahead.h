@@ -15,9 +15,9 @@
 
 namespace raygraph::rhi {
 
-// `made` was made on `device` from `desc`. Returns once the driver has the pipeline's machine code: at once
-// where drivers compile in vkCreate*. Never fails: without a second device, or without Mesa's cache, the
-// first frame compiles, as it would have. Threads: any.
+// Compiles the pipeline `made`, which was made on `device` from `desc`. Returns when the driver has the
+// pipeline's machine code: at once where drivers compile in vkCreate*. Never fails: without a second device,
+// or without Mesa's cache, the first frame compiles, as it would have. Threads: any.
 RAYGRAPH_API void CompileAhead(const Device& device, const RayTracingPipelineDesc& desc,
                                const RayTracingPipeline& made);
 RAYGRAPH_API void CompileAhead(const Device& device, const ComputePipelineDesc& desc,

@@ -18,7 +18,7 @@ struct ComputePipelineDesc {
 class RAYGRAPH_API ComputePipeline : public Pipeline {
   public:
     ComputePipeline() = default;
-    // Invocations of a workgroup along x, y, z, specialization included.
+    // Returns the invocations of a workgroup along x, y, z, with the specialization applied.
     std::array<uint32_t, 3> WorkgroupSize() const { return m_workgroupSize; }
 
   private:

@@ -39,9 +39,9 @@ inline constexpr std::chrono::milliseconds kDefaultHangLimit = std::chrono::minu
 
 struct DeviceDesc {
     std::string name = "raygraph";
-    // "": the best suitable; "1": by index; otherwise a case-insensitive part of the name
+    // The device: "" is the most suitable one, "1" an index, all else a case-insensitive part of the name.
     std::string select = {};
-    // Core and synchronization validation; Error{NoDevice} if the layers are not installed.
+    // Enables core and synchronization validation; Error{NoDevice} if the layers are not installed.
     bool validation = false;
     bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
     raygraph::Log log = {};  // messages of the device and of all that is made with it; see base/log.h
@@ -55,7 +55,7 @@ struct DeviceDesc {
     std::optional<std::chrono::milliseconds> hangLimit = {};
     bool savePipelineCache = true;              // keep the pipeline cache on disk between runs
     std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
-    // Pipelines are made so that rhi/pipeline_statistics.h can tell of them, where the device can.
+    // True: pipelines record what rhi/pipeline_statistics.h reports, if the device can.
     bool capturesStatistics = false;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
@@ -166,11 +166,11 @@ class RAYGRAPH_API Device {
     static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});
     // Checks the host's device against the requirements; throws Error{NoDevice} naming what is missing.
     static std::unique_ptr<Device> Adopt(const AdoptedDeviceDesc& desc);
-    // Every Vulkan device of the machine, in the loader's order; empty without a loader.
-    // Null: libvulkan.so.1.
+    // Returns every Vulkan device of the machine, in the loader's order; empty without a loader. Null:
+    // libvulkan.so.1.
     static std::vector<DeviceReport> Enumerate(PFN_vkGetInstanceProcAddr loader = nullptr);
 
-    // Waits for the device to be idle. For one that hangs beyond DeviceDesc::hangLimit nothing is freed,
+    // Waits for the device to be idle. If it hangs for longer than DeviceDesc::hangLimit, nothing is freed,
     // because it may still be in use; a message says so.
     ~Device();
     Device(const Device&) = delete;
@@ -190,13 +190,13 @@ class RAYGRAPH_API Device {
     std::chrono::milliseconds HangLimit() const;  // 0: none
     const VkAllocationCallbacks* AllocationCallbacks() const;
 
-    // Creation. All throw Error{OutOfMemory} or Error{Vulkan} with the object's name, Error{Usage} for a
-    // bad Desc.
+    // These throw Error{OutOfMemory} or Error{Vulkan} with the object's name, and Error{Usage} for a bad
+    // Desc.
     Buffer CreateBuffer(const BufferDesc& desc);
     Buffer CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory);
     Texture CreateTexture(const TextureDesc& desc);
     Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
-    // Wraps an image that the host owns, and creates a view of it. Of one with six layers or more, a view as
+    // Wraps an image that the host owns, and creates a view of it. If it has six layers or more, a view as
     // cube map needs VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT.
     Texture WrapTexture(const TextureDesc& desc, VkImage image);
     // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. Only
@@ -216,7 +216,7 @@ class RAYGRAPH_API Device {
     bool CanSample(Format format) const;
     MemoryStatistics Memory() const;
     std::vector<MemoryHeap> MemoryHeaps() const;
-    // From now on resources that would take MemoryStatistics::usedBytes above `bytes` are refused with
+    // From then on, resources that would take MemoryStatistics::usedBytes above `bytes` are refused with
     // Error{OutOfMemory}, as if the device had no more. 0: no limit. Threads that create resources at the
     // same time may exceed it by these resources.
     void LimitMemory(uint64_t bytes);
@@ -225,7 +225,7 @@ class RAYGRAPH_API Device {
     // One timeline: every submission signals the next value.
     // Begin a command list in the recording state; its pool is recycled once its submission has completed.
     CommandList BeginCommands(const std::string& name);
-    // Ends and submits; returns the value that the timeline reaches when it has completed. Throws
+    // Ends the list and submits it; returns the value that the timeline reaches when it has completed. Throws
     // Error{DeviceLost} (see AddLastPassReport) or Error{Vulkan}.
     uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
                     std::span<const SemaphoreUse> signals = {});
@@ -240,9 +240,9 @@ class RAYGRAPH_API Device {
     // Waits for Raygraph's own submissions, not for a host's on the same queue.
     void WaitIdle();
 
-    // vkQueuePresentKHR under the queue's lock: only for Swapchain. The caller handles its result.
+    // Calls vkQueuePresentKHR under the queue's lock; only for Swapchain. The caller handles its result.
     VkResult Present(const VkPresentInfoKHR& info);
-    // WaitIdle, then vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
+    // Calls WaitIdle, then vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
     void WaitQueueIdle();
 
     // Runs `destroy` once all work submitted so far, and every command list now being recorded, has
@@ -254,7 +254,7 @@ class RAYGRAPH_API Device {
 
     // Gives a Vulkan object its debug name; nothing without VK_EXT_debug_utils.
     void SetName(VkObjectType type, uint64_t handle, const std::string& name);
-    // DeviceDesc::log, which renderers and scenes on this device use, too.
+    // The log of DeviceDesc, which renderers and scenes on this device use, too.
     const raygraph::Log& Log() const;
     // Throws the Error that fits `result` unless it is a success; `what` names object and call.
     void Check(VkResult result, std::string_view what) const;
@@ -262,19 +262,18 @@ class RAYGRAPH_API Device {
     // into the Error. `report` is called from any thread, never after the returned object has been destroyed,
     // and must not call back into the Device.
     [[nodiscard]] std::shared_ptr<const void> AddLastPassReport(std::function<std::string()> report);
-    // Validation messages seen so far, core and synchronization. An adopted device has none: the messages of
-    // a host's instance reach the host's own messenger.
+    // The number of validation messages so far, core and synchronization. An adopted device has none: the
+    // messages of a host's instance reach the host's own messenger.
     uint64_t ValidationMessageCount() const;
-    // Writes the pipeline cache to disk now (also done on destruction). False: no cache file in use, or
-    // not writable.
+    // Writes the pipeline cache to disk now (also done on destruction). Returns false if no cache file is in
+    // use, or if it cannot be written.
     bool SavePipelineCache();
-    // Numbers that somebody has measured on this device and driver, by a name for what it is: of this
-    // process, and of earlier ones where the pipeline cache is kept. The name has neither a tab nor an end of
-    // a line.
+    // Numbers that were measured on this device and driver, by name: those of this process, and those of
+    // earlier ones where the pipeline cache is kept. A name has neither a tab nor a line break.
     std::optional<double> Measured(std::string_view name) const;
     void RememberMeasured(std::string_view name, double value);
 
-    // Shared by all pipelines: the layout of set 1 (bindless textures), see rhi/texture_table.h.
+    // The layout of set 1 (bindless textures), which all pipelines share: see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();
     // The SPIR-V to give to the driver in place of a shader's own (rhi/shader_specializer.h); null: its own,
     // with the values. Only for rhi/.
@@ -293,7 +292,8 @@ class RAYGRAPH_API Device {
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
     void FreeMemory(VmaAllocation allocation) noexcept;
-    // Before and after memory is allocated: Error{OutOfMemory} beyond the limit; counts the memory.
+    // Called before and after memory is allocated: throws Error{OutOfMemory} beyond the limit; counts the
+    // memory.
     void RequireMemory(const std::string& subject, uint64_t bytes);
     void CheckMemory(VkResult result, const std::string& subject);
     void NoteMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);

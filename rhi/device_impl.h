@@ -19,12 +19,12 @@ namespace raygraph::rhi {
 // Fills in DeviceInfo; `optional` is moved into it.
 DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
                           const OptionalFeatures& optional);
-// "ray query, wireframe": those that a device does not have, or was adopted without.
+// Returns the features that a device does not have, or was adopted without: "ray query, wireframe".
 std::string LackingFeatures(const OptionalFeatures& features);
-// Name, driver, type and refusals of one enumerated device.
+// Returns name, driver, type and refusals of an enumerated device.
 DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                       VkInstance instance);
-// "VK_ERROR_DEVICE_LOST"
+// Returns the name of a result: "VK_ERROR_DEVICE_LOST".
 std::string ResultName(VkResult result);
 
 // The Error of a call that failed while a device was created: exhausted memory and a lost device are
@@ -68,7 +68,7 @@ class LastPassReports {
         const std::lock_guard lock(m_mutex);
         m_reports.erase(entry);
     }
-    // All their reports.
+    // Returns all their reports.
     std::string Text();
 
   private:
@@ -80,17 +80,17 @@ struct Device::Impl {
     explicit Impl(raygraph::Log log) : messages(std::move(log)) {}
     ~Impl() { Close(); }
 
-    // From the handles to a working device: functions, allocator, timeline, pipeline cache. Throws; Close()
-    // then frees what was created.
+    // Makes a working device of the handles: functions, allocator, timeline, pipeline cache. May throw;
+    // Close() then frees what was created.
     void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
               std::optional<std::chrono::milliseconds> wantedHangLimit);
     // Frees everything of a device that is idle or lost, and in the created case the device and the instance.
     // Never throws.
     void Close() noexcept;
-    // All own submissions have completed, or the device is lost. False: it hangs.
+    // Waits until all own submissions have completed, or the device is lost. Returns false if it hangs.
     bool Drain() noexcept;
-    // Waits for the timeline; VK_TIMEOUT when no submission completed for hangLimit. A wait ends at once if
-    // the timeline has not advanced since another wait found the device to hang.
+    // Waits for the timeline; returns VK_TIMEOUT when no submission completed for hangLimit. A wait ends at
+    // once if the timeline has not advanced since another wait found the device to hang.
     VkResult Await(uint64_t value) noexcept;
     // The timeline's current value.
     VkResult AskCompleted(uint64_t& value) noexcept;

@@ -50,7 +50,7 @@ struct RequirementList {
 // The list as data; static, thread-safe.
 RAYGRAPH_API const RequirementList& Requirements();
 
-// Optional capabilities, found or not.
+// The optional capabilities that were found.
 struct OptionalFeatures {
     bool rayQuery = false;
     bool positionFetch = false;
@@ -93,8 +93,8 @@ class RAYGRAPH_API FeatureChain {
 // The required features plus the optional ones that `device` has.
 RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                       VkInstance instance);
-// Names of the required extensions plus the optional ones that `device` has, for VkDeviceCreateInfo. The
-// strings live as long as the program.
+// Returns the names of the required extensions and of the optional ones that `device` has, for
+// VkDeviceCreateInfo. The strings live as long as the program.
 RAYGRAPH_API std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance);
 // The first queue family with all of RequirementList::queueFlags; nullopt if there is none.
@@ -107,7 +107,7 @@ RAYGRAPH_API OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vk
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
 // Turns off capabilities that are off in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& enabled);
-// Every reason for which `device` cannot be used, one line each; empty: it can.
+// Returns every reason for which `device` cannot be used, one line each; empty: it can be used.
 RAYGRAPH_API std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                  VkInstance instance);
 

@@ -27,7 +27,8 @@ enum class Format : uint8_t {
     Rg32Float,
     Rgba32Float,
     D32Float,
-    // Blocks of 4 x 4 texels, sampled alone; of devices with OptionalFeatures::textureCompressionBc
+    // Blocks of 4 x 4 texels that can only be sampled, on devices with
+    // OptionalFeatures::textureCompressionBc.
     Bc1Unorm,  // without alpha
     Bc1Srgb,
     Bc1AlphaUnorm,
@@ -44,13 +45,13 @@ enum class Format : uint8_t {
 constexpr uint32_t kFormatCount = static_cast<uint32_t>(Format::Bc7Srgb) + 1;
 
 RAYGRAPH_API VkFormat ToVk(Format format);
-// Undefined for a VkFormat that is not in the list.
+// Returns Undefined for a VkFormat that is not in the list.
 RAYGRAPH_API Format FormatFromVk(VkFormat format);
-// Bytes of one texel, or of one block; 0 for Undefined.
+// Returns the bytes of one texel, or of one block; 0 for Undefined.
 RAYGRAPH_API uint32_t TexelBytes(Format format);
-// Texels a side of what TexelBytes counts: 4 of formats of blocks, else 1.
+// Returns the texels a side of the unit of TexelBytes: 4 for block formats, else 1.
 RAYGRAPH_API uint32_t BlockSide(Format format);
-// "rgba32f", "rgba8-srgb", ...: for plan text, labels and errors.
+// Returns "rgba32f", "rgba8-srgb" and the like, for plan text, labels and errors.
 RAYGRAPH_API const char* Name(Format format);
 RAYGRAPH_API bool IsDepth(Format format);
 
@@ -65,12 +66,12 @@ struct Extent2D {
 // Returns the columns and rows of blocks that cover so many texels; a format without blocks has one texel a
 // block.
 RAYGRAPH_API Extent2D BlockCounts(Format format, Extent2D extent);
-// Bytes of so many texels, without padding.
+// Returns the bytes of so many texels, without padding.
 RAYGRAPH_API uint64_t ImageBytes(Format format, Extent2D extent);
 
-// Size of a mip level: halved and rounded down `level` times (level < 32), at least 1.
+// Returns the size of a mip level: halved and rounded down `level` times (level < 32), at least 1.
 RAYGRAPH_API Extent2D MipExtent(Extent2D extent, uint32_t level);
-// Levels down to 1x1; 0 for an extent of 0x0.
+// Returns the levels down to 1x1; 0 for an extent of 0x0.
 RAYGRAPH_API uint32_t FullMipCount(Extent2D extent);
 
 }  // namespace raygraph::rhi

@@ -10,7 +10,7 @@
 
 // clang-format off
 
-// Loaded with a null instance.
+// These are loaded with a null instance.
 #define RAYGRAPH_GLOBAL_FUNCTIONS(X)                    \
     X(vkCreateInstance)                                 \
     X(vkEnumerateInstanceExtensionProperties)           \
@@ -29,12 +29,12 @@
     X(vkGetPhysicalDeviceProperties2)                   \
     X(vkGetPhysicalDeviceQueueFamilyProperties2)
 
-// With VK_EXT_debug_utils only: null without it.
+// Only with VK_EXT_debug_utils: null without it.
 #define RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(X)            \
     X(vkCreateDebugUtilsMessengerEXT)                   \
     X(vkDestroyDebugUtilsMessengerEXT)
 
-// With VK_KHR_surface only: null without it.
+// Only with VK_KHR_surface: null without it.
 #define RAYGRAPH_SURFACE_FUNCTIONS(X)                   \
     X(vkDestroySurfaceKHR)                              \
     X(vkGetPhysicalDeviceSurfaceSupportKHR)             \
@@ -132,13 +132,13 @@
     X(vkCmdFillBuffer)                                  \
     X(vkCmdClearColorImage)
 
-// With VK_EXT_debug_utils only: null without it.
+// Only with VK_EXT_debug_utils: null without it.
 #define RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(X)              \
     X(vkSetDebugUtilsObjectNameEXT)                     \
     X(vkCmdBeginDebugUtilsLabelEXT)                     \
     X(vkCmdEndDebugUtilsLabelEXT)
 
-// With VK_KHR_swapchain only: null without it.
+// Only with VK_KHR_swapchain: null without it.
 #define RAYGRAPH_SWAPCHAIN_FUNCTIONS(X)                 \
     X(vkCreateSwapchainKHR)                             \
     X(vkDestroySwapchainKHR)                            \
@@ -146,7 +146,7 @@
     X(vkAcquireNextImageKHR)                            \
     X(vkQueuePresentKHR)
 
-// With VK_KHR_pipeline_executable_properties only: null without it.
+// Only with VK_KHR_pipeline_executable_properties: null without it.
 #define RAYGRAPH_STATISTICS_FUNCTIONS(X)                \
     X(vkGetPipelineExecutablePropertiesKHR)             \
     X(vkGetPipelineExecutableStatisticsKHR)

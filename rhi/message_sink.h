@@ -15,7 +15,7 @@ class MessageSink {
     explicit MessageSink(Log log) : m_log(std::move(log)) {}
 
     const Log& Messages() const { return m_log; }
-    // Counts it, whoever listens.
+    // Counts the message, even if nobody listens.
     void SendValidation(LogLevel level, std::string_view id, std::string_view text) noexcept;
     uint64_t ValidationCount() const { return m_validationCount.load(std::memory_order_relaxed); }
 

@@ -35,11 +35,11 @@ class RAYGRAPH_API Pipeline {
     std::span<const BindingInfo> Bindings() const { return m_interface.bindings; }
     const BindingInfo* Find(std::string_view name) const { return m_interface.Find(name); }
     bool UsesTextureTable() const { return m_interface.usesTextureTable; }
-    // Bytes of the push-constant range, a multiple of 4; 0: none.
+    // The bytes of the push-constant range, a multiple of 4; 0: none.
     uint32_t PushConstantBytes() const { return m_interface.pushConstants.bytes; }
     // The stages to name in vkCmdPushConstants: those of the range in the layout.
     VkShaderStageFlags PushConstantStages() const { return m_interface.stages; }
-    // Wall time that the driver took to create the pipeline.
+    // The wall time in which the driver created the pipeline.
     double CreationMs() const { return m_creationMs; }
 
   protected:

@@ -16,8 +16,8 @@
 
 namespace raygraph::rhi {
 
-// `configured` if not empty, else $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph; empty if there
-// is neither.
+// Returns `configured` if it is not empty, else $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph; empty if
+// there is neither.
 std::filesystem::path PipelineCacheFolder(const std::filesystem::path& configured);
 
 class PipelineCacheFile {
@@ -33,8 +33,8 @@ class PipelineCacheFile {
     };
     Loaded Load();
 
-    // Writes to a temporary name and renames; does nothing if the bytes are those on disk already. Empty: it
-    // is saved; otherwise why it is not.
+    // Writes to a temporary name and renames; does nothing if the bytes are those on disk already. Returns
+    // the reason for a failure, or an empty text.
     std::string Save(std::span<const std::byte> bytes);
 
   private:

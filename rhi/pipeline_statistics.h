@@ -25,9 +25,9 @@ struct ProgramStatistics {
     std::vector<ProgramStatistic> statistics;
 };
 
-// Empty unless DeviceDesc::capturesStatistics was set and the device has it
-// (OptionalFeatures::pipelineStatistics), and for an empty pipeline. Error{Vulkan} or {OutOfMemory} from the
-// driver.
+// Returns nothing unless DeviceDesc::capturesStatistics was set and the device has it
+// (OptionalFeatures::pipelineStatistics), and nothing for an empty pipeline. Throws Error{Vulkan} or
+// {OutOfMemory} from the driver.
 RAYGRAPH_API std::vector<ProgramStatistics> StatisticsOf(const Device& device, const Pipeline& pipeline);
 
 }  // namespace raygraph::rhi

@@ -1,4 +1,4 @@
-// Properties of a physical device, asked for in one call. For rhi/ alone. Threads: any.
+// Properties of a physical device, queried in one call. For rhi/ alone. Threads: any.
 #pragma once
 
 #include <tuple>

@@ -46,7 +46,7 @@ class RAYGRAPH_API RasterPipeline : public Pipeline {
     RasterPipeline(Device& device, const RasterPipelineDesc& desc);
 };
 
-// Errors as for CreateComputePipeline. Viewport and scissor are dynamic.
+// Throws as CreateComputePipeline does. Viewport and scissor are dynamic.
 RAYGRAPH_API RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
 
 }  // namespace raygraph::rhi

@@ -49,7 +49,7 @@ struct RayTracingPipelineDesc {
 class RAYGRAPH_API RayTracingPipeline : public Pipeline {
   public:
     RayTracingPipeline() = default;
-    // Regions for vkCmdTraceRaysKHR.
+    // The regions for vkCmdTraceRaysKHR.
     const VkStridedDeviceAddressRegionKHR& RayGenRegion() const { return m_regions[0]; }
     const VkStridedDeviceAddressRegionKHR& MissRegion() const { return m_regions[1]; }
     const VkStridedDeviceAddressRegionKHR& HitRegion() const { return m_regions[2]; }

@@ -30,7 +30,7 @@ class RAYGRAPH_API Readback {
     void SetSubmitted(uint64_t value) { m_value = value; }
     uint64_t Value() const { return m_value; }
 
-    // False before the submission has completed; never waits.
+    // Returns false before the submission has completed; never waits.
     bool IsReady() const;
     // The bytes; valid while this object lives. Throws Error{Usage} when they are not ready.
     std::span<const std::byte> Bytes() const;
@@ -43,7 +43,7 @@ class RAYGRAPH_API Readback {
     uint64_t m_value = 0;
 };
 
-// Submit and wait: for tests and for programs without other work. Errors as above.
+// Submit and wait, for tests and for programs without other work. Errors are as above.
 RAYGRAPH_API std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t offset = 0,
                                                uint64_t size = VK_WHOLE_SIZE);
 RAYGRAPH_API std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,

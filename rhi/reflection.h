@@ -36,7 +36,7 @@ enum class BindingKind : uint8_t {
 };
 
 RAYGRAPH_API VkDescriptorType ToVk(BindingKind kind);
-// "storage image", "sampled image", ...: for errors.
+// Returns "storage image", "sampled image" and the like, for errors.
 RAYGRAPH_API const char* Name(BindingKind kind);
 
 struct Binding {

@@ -23,7 +23,7 @@ namespace raygraph::rhi {
 
 class Device;
 
-// Bit set over an enum class with explicit bit values.
+// Operators that make an enum class with explicit bit values a bit set.
 template <typename E>
 requires requires {
     E::IsBitSet;
@@ -85,14 +85,14 @@ class RAYGRAPH_API Buffer {
 
     VkBuffer Handle() const { return m_buffer; }
     uint64_t Size() const { return m_desc.size; }
-    // Device address; every buffer has one (buffer device address is a requirement). It is queried
-    // here and not before: older validation layers confuse buffers that share memory once they know
+    // Returns the device address; every buffer has one (buffer device address is a requirement). It is
+    // queried here and not before: older validation layers confuse buffers that share memory once they know
     // their addresses.
     VkDeviceAddress Address() const;
     // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
-    // False for a wrapped buffer of a host: destroying this object then frees nothing.
+    // Returns false for a host's buffer that was wrapped: destroying this object then frees nothing.
     bool OwnsBuffer() const { return m_ownsBuffer; }
     explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }
 
@@ -148,7 +148,7 @@ class RAYGRAPH_API Texture {
     // RangeOf takes a resolved part.
     VkImageSubresourceRange RangeOf(const Subresources& part) const;
     VkImageSubresourceRange WholeRange() const;
-    // False for a wrapped image of a host: destroying this object then frees only the views.
+    // Returns false for a host's image that was wrapped: destroying this object then frees only the views.
     bool OwnsImage() const { return m_ownsImage; }
     explicit operator bool() const { return m_image != VK_NULL_HANDLE; }
 
@@ -179,9 +179,9 @@ struct SamplerDesc {
     Filter mipFilter = Filter::Linear;
     AddressMode addressU = AddressMode::Repeat;
     AddressMode addressV = AddressMode::Repeat;
-    // Samples along the longer axis of a footprint that a shader gives by derivatives, at most; 1: none, it
-    // is filtered as if it were round. More than DeviceInfo::maxAnisotropy counts as that. For linear
-    // filters.
+    // The maximum of samples along the longer axis of a footprint that a shader gives by derivatives; 1:
+    // none, it is filtered as if it were round. Values above DeviceInfo::maxAnisotropy are clamped to it. For
+    // linear filters.
     float maxAnisotropy = 1.0f;
 };
 

@@ -30,9 +30,9 @@ class RetireQueue {
     void Retire(Destroy destroy, uint64_t completed);
     // Runs the functions of objects that the timeline has passed.
     void Collect(uint64_t completed);
-    // Runs all, in order: for a device that is idle or lost.
+    // Runs all functions, in order: for a device that is idle or lost.
     void CollectAll();
-    // Objects that are waiting.
+    // The number of objects that are waiting.
     size_t PendingCount() const;
 
   private:

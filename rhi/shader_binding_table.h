@@ -34,7 +34,7 @@
 
 namespace raygraph::rhi {
 
-// From VkPhysicalDeviceRayTracingPipelinePropertiesKHR; alignments are powers of two.
+// Properties from VkPhysicalDeviceRayTracingPipelinePropertiesKHR; alignments are powers of two.
 struct TableProperties {
     uint32_t handleSize = 32;
     uint32_t handleAlignment = 32;
@@ -61,7 +61,7 @@ struct TableLayout {
     uint64_t size = 0;  // bytes of the whole table, whose start must be aligned to baseAlignment
 };
 
-// Bytes of data in each record, one element a record. `rayGen` is a single record.
+// The bytes of data in each record, one element a record. `rayGen` is a single record.
 struct TableRecords {
     uint32_t rayGen = 0;
     std::span<const uint32_t> miss{};

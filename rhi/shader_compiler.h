@@ -1,4 +1,5 @@
-// GLSL to SPIR-V at run time, for shader hot reload and for tests. Threads: any, also several at once.
+// Compiles GLSL to SPIR-V at run time, for shader hot reload and for tests. Threads: any, also several at
+// once.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,7 @@
 
 namespace raygraph::rhi {
 
-// Identifies what specializes: the versions of SPIRV-Tools and of this code. Empty without SPIRV-Tools.
+// Identifies the specializer: the versions of SPIRV-Tools and of this code. Empty without SPIRV-Tools.
 std::string SpecializerVersion();
 
 // Returns those of `values` that the module has a constant for, in the order of its declarations.

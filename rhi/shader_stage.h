@@ -26,9 +26,10 @@ enum class StageKind : uint8_t {
 };
 
 RAYGRAPH_API VkShaderStageFlagBits ToVk(StageKind stage);
-// "ray generation", "closest hit", ...: for errors.
+// Returns "ray generation", "closest hit" and the like, for errors.
 RAYGRAPH_API const char* Name(StageKind stage);
-// By the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nullopt for any other.
+// Finds the stage by the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nullopt
+// for any other.
 RAYGRAPH_API std::optional<StageKind> StageOfFile(std::string_view fileName);
 
 struct ShaderReflection;

@@ -25,11 +25,11 @@ class StageSet {
     // The index of the stage in Infos(); one that was added before for the same `partner` is not added again.
     // Throws Error{Usage} if the shader is not of the given stage.
     uint32_t Add(const ShaderStage& shader, StageKind expected, uint32_t partner = VK_SHADER_UNUSED_KHR);
-    // VK_SHADER_UNUSED_KHR for an empty stage.
+    // Returns VK_SHADER_UNUSED_KHR for an empty stage.
     uint32_t AddIfPresent(const ShaderStage& shader, StageKind expected,
                           uint32_t partner = VK_SHADER_UNUSED_KHR);
 
-    // Valid while the set lives and nothing is added.
+    // Valid while the set lives and no stage is added.
     std::span<const VkPipelineShaderStageCreateInfo> Infos() const { return m_infos; }
 
   private:

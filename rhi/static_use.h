@@ -16,8 +16,8 @@ struct UsedVariable {
     bool Uses(uint32_t member) const { return isWhole || members.contains(member); }
 };
 
-// By the ids of variables outside of functions; those of the first entry point. The words are those of a
-// module that has been parsed.
+// Returns the used variables outside of functions, by id, for the first entry point. The words must be those
+// of a module that has been parsed.
 std::unordered_map<uint32_t, UsedVariable> StaticUse(std::span<const uint32_t> spirv);
 
 }  // namespace raygraph::rhi

@@ -9,7 +9,7 @@
 
 namespace raygraph::rhi {
 
-// Some levels of some layers; the default is all of both.
+// A range of levels and layers; the default is all of both.
 struct Subresources {
     static constexpr uint32_t kRest = ~0u;  // as a count: all from the first one on
 
@@ -21,14 +21,14 @@ struct Subresources {
     bool operator==(const Subresources&) const = default;
 };
 
-// One level, or some, of all layers.
+// Return one level, or some, of all layers.
 constexpr Subresources Levels(uint32_t first, uint32_t count) {
     return {.level = first, .levelCount = count};
 }
 constexpr Subresources Level(uint32_t level) {
     return Levels(level, 1);
 }
-// All levels of one layer, or of some.
+// Return all levels of one layer, or of some.
 constexpr Subresources Layers(uint32_t first, uint32_t count) {
     return {.layer = first, .layerCount = count};
 }
@@ -39,7 +39,7 @@ constexpr Subresources Subresource(uint32_t level, uint32_t layer) {
     return {.level = level, .levelCount = 1, .layer = layer, .layerCount = 1};
 }
 
-// How a shader declares an image, and so the kind of its view.
+// The way in which a shader declares an image, and so the kind of its view.
 enum class ImageShape : uint8_t {
     Plain,  // sampler2D, image2D: one layer
     Array,  // sampler2DArray, image2DArray: any number of layers
@@ -47,12 +47,12 @@ enum class ImageShape : uint8_t {
 };
 RAYGRAPH_API const char* Name(ImageShape shape);  // "2D image", "array of 2D images", "cube map"
 
-// With counts in place of kRest, for a texture of so many levels and layers.
+// Returns the part with counts in place of kRest, for a texture of so many levels and layers.
 RAYGRAPH_API Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers);
 // Returns which part of a resolved range such a texture lacks, "level 7, there are 5", or an empty text if it
 // has all of it.
 RAYGRAPH_API std::string MissingText(const Subresources& part, uint32_t levels, uint32_t layers);
-// " level 2", " levels 1-3 layer 4"; empty for all of the texture. `part` is resolved.
+// Returns " level 2", " levels 1-3 layer 4"; empty for all of the texture. `part` must be resolved.
 RAYGRAPH_API std::string PartText(const Subresources& part, uint32_t levels, uint32_t layers);
 
 // Both parts must be resolved.

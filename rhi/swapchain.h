@@ -23,7 +23,7 @@ using MakeSurface = std::function<bool(VkInstance instance, VkSurfaceKHR* surfac
 
 struct SwapchainDesc {
     std::string name = "swapchain";
-    // Creates the window's surface; the Swapchain destroys it. False: there is none.
+    // Creates the window's surface; the Swapchain destroys it. Returns false if there is none.
     MakeSurface makeSurface = {};
     Extent2D extent = {};         // of the window in pixels; empty: minimized, Acquire returns nothing
     bool waitsForRefresh = true;  // false: as fast as frames come, where the device can
@@ -38,17 +38,17 @@ struct SwapchainImage {
 
 class Swapchain {
   public:
-    // Error{NoDevice} if the device cannot present to the surface, Error{Vulkan} with the call that failed.
-    // `device` outlives the object.
+    // Throws Error{NoDevice} if the device cannot present to the surface, Error{Vulkan} with the call that
+    // failed. `device` must outlive the object.
     Swapchain(Device& device, const SwapchainDesc& desc);
     ~Swapchain();  // waits for the queue
     Swapchain(const Swapchain&) = delete;
     Swapchain& operator=(const Swapchain&) = delete;
 
-    // May wait for the screen. An image that was acquired and not presented is returned again. Nullopt: the
-    // window has another size, or none: call Resize.
+    // May wait for the screen. An image that was acquired and not presented is returned again. Returns
+    // nullopt if the window has another size, or none: call Resize.
     std::optional<SwapchainImage> Acquire();
-    // False: the window has another size: call Resize. The image counts as presented.
+    // Returns false if the window has another size: call Resize. The image counts as presented.
     bool Present(const SwapchainImage& image);
     // Waits for the queue. The extent is the one that the surface prescribes, if it does.
     void Resize(Extent2D extent);

@@ -30,8 +30,8 @@ class RAYGRAPH_API TextureTable {
     // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots.
     TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
                  const Sampler& defaultSampler);
-    // One with more slots, in which the textures of `smaller` have the slots that they have there; it is then
-    // independent of it.
+    // Makes a larger table in which the textures of `smaller` keep their slots; it is then independent of
+    // that one.
     TextureTable(Device& device, uint32_t capacity, const TextureTable& smaller);
     ~TextureTable();
     TextureTable(const TextureTable&) = delete;
@@ -45,7 +45,8 @@ class RAYGRAPH_API TextureTable {
     VkDescriptorSet Set() const;
     uint32_t Capacity() const;
     uint32_t Count() const;  // slots that hold a texture that was added
-    // Slots that Add can return now. A removed one is among them once no frame can read it any more.
+    // The number of slots that Add can return now. A removed slot is among them once no frame can read it any
+    // more.
     uint32_t FreeCount() const;
 
   private:

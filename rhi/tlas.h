@@ -32,7 +32,7 @@ struct TlasInstance {
     bool isCullingDisabled = true;  // gl_RayFlagsCull*FacingTrianglesEXT have no effect on it
 };
 
-// Bytes of one instance as the device reads it.
+// The bytes of one instance as the device reads it.
 inline constexpr uint64_t kTlasInstanceBytes = 64;
 
 // Writes instances as the device reads them; `target` has kTlasInstanceBytes for each (Buffer::Mapped() for

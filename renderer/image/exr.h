@@ -55,7 +55,7 @@ struct ExrPlane {
     std::string name;
     std::variant<std::span<const float>, std::span<const uint32_t>> samples;
     uint32_t stride = 1;  // In samples.
-    bool isHalf = false;  // in samples
+    bool isHalf = false;  // for floats: stored as half floats, at most +-65504
 };
 
 // Reads all channels of a single-part file with all int, float, double and string attributes that are not

@@ -18,7 +18,7 @@ namespace raygraph::scene {
 struct PoseChanges {
     std::vector<uint32_t> instances;   // objectToWorld, translationRest
     std::vector<uint32_t> shown;       // instances that are seen now and were not, or the other way
-    std::vector<uint32_t> deformed;    // instances whose vertices are at other places in object space:
+    std::vector<uint32_t> deformed;    // instances whose vertices have moved in object space:
     std::vector<uint32_t> reweighted;  // those whose MorphWeights, and
     std::vector<uint32_t> skins;       // skins that have other JointMatricesOf.
     std::vector<uint32_t> materials;
