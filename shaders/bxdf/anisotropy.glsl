@@ -21,7 +21,7 @@
 
 SHADING_BEGIN
 
-// Along the direction of the stretch, and across it.
+// Returns alpha along the direction of the stretch, and across it.
 INLINE vec2 AlphaOf(SurfaceMaterial material) {
     float across = Sqr(material.roughness);
     if (!HasTraceFeature(kTraceAnisotropy)) return vec2(across);
@@ -36,7 +36,7 @@ INLINE Frame FrameOf(SurfaceInteraction surface) {
 
 INLINE bool IsStretched(vec2 alpha) { return HasTraceFeature(kTraceAnisotropy) && alpha.x != alpha.y; }
 
-// One alpha for those who know only round highlights.
+// Returns one alpha for code that handles only round highlights.
 INLINE float RoundAlpha(vec2 alpha) {
     if (!HasTraceFeature(kTraceAnisotropy)) return sqrt(alpha.x * alpha.y);
     return sqrt(0.5f * (Sqr(alpha.x) + Sqr(alpha.y)));

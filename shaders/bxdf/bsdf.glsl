@@ -41,7 +41,7 @@ INLINE SurfaceSetting SettingOf(SurfaceInteraction surface, Frame frame, float e
                                 uint seed) {
     SurfaceSetting setting = SettingOf(surface.material, eta, minAlpha, seed);
     if (HasTraceFeature(kTraceClearcoat)) setting.coatNormal = ToLocal(frame, surface.coatNormal);
-    // From within a volume its own index is on this side
+    // Seen from within a volume, its own index is on this side.
     if (HasTraceFeature(kTraceIridescence) && !setting.isThin && !surface.isFront)
         setting.outerIor = surface.material.ior;
     return setting;
@@ -63,15 +63,16 @@ INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting sett
     return bsdf;
 }
 
-// Light passes straight through a smooth thin wall as through a hole, except for the share that is lost.
+// Returns whether light passes straight through a smooth thin wall as through a hole, except for the share
+// that is lost.
 INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
     if (!HasTraceFeature(kTraceThinWalls) || ActiveBrdf() != kBrdfGltf) return false;
     return (material.flags & (kMaterialVolume | kMaterialUnlit)) == 0u && material.transmission > 0.0f &&
            IsEffectivelySmooth(MakeMicrofacetDistribution(AlphaOf(material)));
 }
 
-// So it does at the boundary of a medium whose two sides have one index: whatever its roughness, its facets
-// have no effect, unless there is a film on them.
+// Returns whether light passes straight through the boundary of a medium because both sides have one index:
+// whatever its roughness, its facets have no effect, unless there is a film on them.
 INLINE bool IsMatchedBoundary(SurfaceMaterial material, bool areSidesAlike) {
     if (!HasTraceFeature(kTraceMatchedMedia) || ActiveBrdf() != kBrdfGltf) return false;
     if (HasTraceFeature(kTraceIridescence) && material.iridescence > 0.0f) return false;

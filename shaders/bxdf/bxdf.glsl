@@ -40,7 +40,7 @@ CONST uint kBxDFSpecular = 16u;
 INLINE bool IsReflective(uint flags) { return (flags & kBxDFReflection) != 0u; }
 INLINE bool IsTransmissive(uint flags) { return (flags & kBxDFTransmission) != 0u; }
 INLINE bool IsSpecular(uint flags) { return (flags & kBxDFSpecular) != 0u; }
-// Not only a delta: light sampling can evaluate it.
+// Returns whether there is more than a delta, so that light sampling can evaluate it.
 INLINE bool IsNonSpecular(uint flags) { return (flags & (kBxDFDiffuse | kBxDFGlossy)) != 0u; }
 
 struct BSDFSample {

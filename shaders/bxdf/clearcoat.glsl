@@ -26,7 +26,7 @@ INLINE FacetFresnel ClearcoatFresnel() {
     return fresnel;
 }
 
-// All that the coat's facets return of light that they reflect with that energy.
+// Returns the albedo of the coat's facets where they reflect with that energy, later reflections included.
 INLINE float ClearcoatAlbedo(FacetEnergy energy, float laterCurve) {
     FacetFresnel fresnel = ClearcoatFresnel();
     vec3 albedo = SingleAlbedo(energy, fresnel.f0, fresnel.f90);
@@ -111,7 +111,7 @@ INLINE float Weight(ClearcoatBxDF lobe, FacetView view) { return Reflected(lobe,
 
 INLINE float PassedTo(ClearcoatBxDF lobe, FacetView, FacetPair pair) {
     if (!IsForDiffuse(pair)) return 1.0f;
-    // On the other side of a sheet, the coat's normal points there
+    // On the other side of a sheet, the coat's normal points to that side.
     float cosTheta = dot(lobe.frame.z, pair.wi) * (pair.wi.z < 0.0f ? -1.0f : 1.0f);
     FacetEnergy energy = FacetEnergyAt(lobe.view.row, cosTheta);
     return (1.0f - lobe.weight * ClearcoatAlbedo(energy, lobe.view.laterCurve)) * lobe.passedScale;

@@ -1,4 +1,4 @@
-// Light of one wavelength, where a medium refracts colors differently (KHR_materials_dispersion).
+// Dispersion (KHR_materials_dispersion): paths of one wavelength, where a medium refracts colors differently.
 //
 // A path carries three colors until it meets such a medium. There it draws a wavelength, once, and goes on
 // with the share of each color that this wavelength has. The mean of these shares is 1, so that what follows

@@ -42,10 +42,10 @@ INLINE vec3 FresnelSchlick(float cosTheta, vec3 f0, vec3 f90) {
 // Reflectance of a dielectric at normal incidence; the same from both sides.
 INLINE float DielectricF0(float eta) { return Sqr((eta - 1.0f) / (eta + 1.0f)); }
 
-// Where Schlick's curve for a dielectric ends, at grazing angles; the same from both sides. It is 1 for
-// relative indices of 1.346 and more (common glass and plastic in air: F90 of glTF). Between media of nearer
-// indices the true reflectance vanishes, except at angles ever closer to grazing; a curve that ends at 1
-// would keep (1 - cos)^5. There F90 is such that the mean over the hemisphere, weighted by the cosine, F0 +
+// Returns the value of Schlick's curve for a dielectric at grazing angles, the same from both sides. It is 1
+// for relative indices of 1.346 and more (common glass and plastic in air: F90 of glTF). Between media of
+// nearer indices the true reflectance vanishes, except at angles ever closer to grazing; a curve that ends at
+// 1 would keep (1 - cos)^5. There F90 is such that the mean over the hemisphere, weighted by the cosine, F0 +
 // (F90 - F0) / 21, is that of Fresnel's equations within 0.5 %: a fit to 21 (mean - F0) + F0, with r =
 // sqrt(F0). Its limit for r -> 0 is exact, 14 r: the mean is then 8 r times the integral over t > 0 of t
 // (sqrt(t^2 + 1) - t)^4, which is 1/12.
@@ -119,7 +119,7 @@ struct ConductorFresnel {
     vec3 lazanyi;  // amplitude of LazanyiWeight
 };
 
-// From measured indices. f90 = 1.
+// Returns the values for measured indices; f90 is 1.
 INLINE ConductorFresnel ConductorFromIndices(vec3 eta, vec3 k) {
     ConductorFresnel fresnel;
     fresnel.f0 = ConductorF0(eta, k);
@@ -139,9 +139,9 @@ INLINE ConductorFresnel ConductorFromIndices(vec3 eta, vec3 k) {
     return fresnel;
 }
 
-// From a color, which does not fix the two indices: Gulbrandsen 2014, "Artist Friendly Metallic Fresnel",
-// with the edge tint 1 - 0.3 (1 - r). It keeps the index finite up to r = 1, and gives eta = 1.2, k = 6.9 for
-// the reflectance of aluminium (1.0 and 6.7 in tables).
+// Returns the values for a color, which does not determine the two indices: Gulbrandsen 2014, "Artist
+// Friendly Metallic Fresnel", with the edge tint 1 - 0.3 (1 - r). It keeps the index finite up to r = 1, and
+// gives eta = 1.2, k = 6.9 for the reflectance of aluminium (1.0 and 6.7 in tables).
 INLINE ConductorFresnel ConductorFromColor(vec3 f0, vec3 f90) {
     vec3 r = clamp(f0, vec3(0.0f), vec3(0.9999f));
     vec3 absorbed = vec3(1.0f) - r;

@@ -19,7 +19,7 @@ INLINE float WalkedChance(GltfBSDF g) {
     return sum;
 }
 
-// One of them, with those probabilities.
+// Chooses one of the walked lobes, with those probabilities.
 INLINE uint ChooseWalked(GltfBSDF g, float uc, float walkedChance) {
     float above = (1.0f - uc) * walkedChance;
     uint lobe = 0u;
@@ -35,7 +35,7 @@ INLINE uint ChooseWalked(GltfBSDF g, float uc, float walkedChance) {
     return chosen;
 }
 
-// Its walk, with factors that compensate for the probability of the choice.
+// Returns the chosen lobe's walk, with factors that compensate for the probability of the choice.
 INLINE LobeWalk WalkOf(GltfBSDF g, uint chosen) {
     LobeWalk walk = NoWalk(g.view);
     float chance = 1.0f;

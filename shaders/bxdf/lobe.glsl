@@ -281,7 +281,7 @@ INLINE vec3 LaterAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
     return MultipleAlbedo(energy, f0, f90, view.laterCurve);
 }
 
-// All that facets of this reflectance return.
+// Returns the albedo of facets of this reflectance.
 INLINE vec3 FacetAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
     return SingleAlbedo(energy, f0, f90) + LaterAlbedo(view, energy, f0, f90);
 }
@@ -380,7 +380,7 @@ INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, float eta) {
     return fresnel;
 }
 
-// With its film, which is relative to the thinner side.
+// Returns the Fresnel values with the film, which are relative to the thinner side.
 INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, SurfaceSetting setting) {
     FacetFresnel fresnel = DielectricFresnel(material, setting.eta);
     if (HasTraceFeature(kTraceIridescence))
@@ -399,7 +399,7 @@ INLINE float GlassShare(SurfaceMaterial material) {
 
 SHADING_END
 
-// Nothing goes straight on.
+// For lobes through which nothing goes straight on.
 #define LOBE_GOES_NOT_STRAIGHT(Lobe)                                          \
     INLINE vec3 StraightShare(Lobe, FacetView) { return vec3(0.0f); }         \
     INLINE float StraightChance(Lobe, FacetView) { return 0.0f; }             \

@@ -25,7 +25,7 @@ SHADING_BEGIN
 
 CONST uint kWalkBounceLimit = 64u;
 
-// How a facet treats the light that it does not reflect.
+// The fate of light that a facet does not reflect.
 CONST uint kWalkAbsorbs = 0u;
 CONST uint kWalkRefracts = 1u;
 // A thin sheet: all light goes on as if reflected. In the end a part leaves mirrored on the far side: the
@@ -118,7 +118,7 @@ INLINE WalkRay StartWalkRay(vec3 wo) {
     return ray;
 }
 
-// To the next facet. False: the ray has left, towards -view on its side.
+// Moves the ray to the next facet. Returns false if it has left, towards -view on its side.
 INLINE bool MoveToFacet(INOUT(WalkRay) ray, vec2 alpha, float u) {
     float free = -log2(1.0f - u);
     ray.depth += ray.view.z * free / ProjectedFacets(alpha, ray.view);
@@ -195,7 +195,8 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     return result;
 }
 
-// Density of directions w, per solid angle, that facets seen from v reflect towards; without Fresnel.
+// Returns the density per solid angle of the directions w into which the facets seen from v reflect, without
+// Fresnel.
 INLINE float ReflectionPhase(vec2 alpha, vec3 v, vec3 w) {
     vec3 h = v + w;
     float square = dot(h, h);
@@ -203,7 +204,8 @@ INLINE float ReflectionPhase(vec2 alpha, vec3 v, vec3 w) {
     return WalkDistribution(alpha, h / sqrt(square)) / (4.0f * ProjectedFacets(alpha, v));
 }
 
-// Light that single facets send from w to a ray at v and that leaves unhindered, and the same for refraction.
+// Returns the light that single facets send from w to a ray at v, and that leaves without meeting another
+// one; then the same for refraction.
 INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w, bool isThrough) {
     float phase = ReflectionPhase(surface.alpha, ray.view, w);
     if (!(phase > 0.0f)) return vec3(0.0f);
@@ -253,7 +255,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
     if (wi.z == 0.0f || (isThrough && surface.kind == kWalkAbsorbs)) return vec3(0.0f);
     vec3 target = isThin && isThrough ? vec3(wi.x, wi.y, -wi.z) : wi;
 
-    // One reflection
+    // The first reflection.
     vec3 sum = vec3(0.0f);
     if (target.z > 0.0f) {
         float single = SingleReflection(surface.alpha, wo, target);
@@ -264,7 +266,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         }
     }
 
-    // All other bounces
+    // All later bounces.
     WalkRng rng = StartWalkRng(seed);
     WalkRay ray = StartWalkRay(wo);
     vec3 multiple = vec3(0.0f);

@@ -101,12 +101,12 @@ INLINE vec3 Evaluate(SheenBxDF lobe, FacetView view, FacetPair pair, OUT(float) 
 
 INLINE bool DrawsCosine(SheenBxDF, float) { return true; }
 
-// All directions alike: the lobe is brightest where the cosine is least.
+// Samples all directions uniformly: the lobe is brightest where the cosine is least.
 INLINE BSDFSample SampleDirection(SheenBxDF, FacetView, vec3, float, vec2 u) {
     return CosineDirection(SampleUniformHemisphere(u), kBxDFGlossy);
 }
 
-// From all directions of its side, more from where the viewer is: the normal stands for them.
+// The light comes from all directions of its side, more from the viewer's: the normal stands for them.
 INLINE LobeMean Reflected(SheenBxDF lobe, FacetView) {
     LobeMean mean = NoMean();
     mean.albedo = lobe.color * lobe.energy.x;

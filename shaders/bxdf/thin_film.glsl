@@ -36,7 +36,7 @@ INLINE ThinFilm NoFilm() {
     return film;
 }
 
-// Beyond this path nothing interferes any more, and the sine of a float would lose its digits.
+// Beyond this path there is no interference any more, and the sine of a float would lose its digits.
 CONST float kLongestFilmPath = 1.0e5f;
 
 // ----------------------------------------------------------------------------------------- complex numbers
@@ -139,7 +139,7 @@ INLINE vec3 MeanOfRoundTrips(ComplexColor q, PathSpectrum spectrum) {
     ComplexColor third = Times(Times(q2, q), spectrum.thrice);
     ComplexColor fourth = Times(Times(q2, q2), spectrum.fourTimes);
     ComplexColor ratio = Over(fourth, third);
-    // No faster than a single wavelength's: the third may be near 0
+    // The decay is no faster than that of a single wavelength: the third may be near 0.
     ratio = Scaled(ratio, min(sqrt(AbsSquare(q) / max(AbsSquare(ratio), vec3(1e-30f))), vec3(1.0f)));
     ComplexColor rest = Over(fourth, ComplexOf(vec3(1.0f) - ratio.re, -ratio.im));
     return sum + third.re + rest.re;
@@ -191,7 +191,7 @@ INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
         PathSpectrum spectrum = SpectrumOf(path * within.re.x);
         return 0.5f * (InterferenceGain(r12s, r23s, spectrum) + InterferenceGain(r12p, r23p, spectrum));
     }
-    // Light only tunnels through: without waves, a channel's mean wave number stands for it
+    // Light only tunnels through. Without waves, a channel's mean wave number stands for it.
     vec3 tunneled = exp2((-1.44269504088896f * kTwoPi * path * within.im.x) * MeanWaveNumbers());
     vec3 with = AiryReflectance(r12s, Scaled(r23s, tunneled)) + AiryReflectance(r12p, Scaled(r23p, tunneled));
     return 0.5f * (with - AiryReflectance(r12s, r23s) - AiryReflectance(r12p, r23p));

@@ -1,8 +1,8 @@
-// How wide a path is, for the level at which it reads textures: a cone about each of its rays.
+// The width of a path, from which the level of textures follows: a cone about each of its rays.
 // Akenine-Moeller, Nilsson, Andersson, Barre-Brisebois, Toth and Karras 2019, "Texture Level of Detail
 // Strategies for Real-Time Ray Tracing", Ray Tracing Gems, chapter 20; Akenine-Moeller, Crassin, Boksansky,
-// Belcour, Panteleev and Wright 2021, "Improved Shader and Texture Level of Detail Using Ray Cones",
-// JCGT 10(1).
+// Belcour, Panteleev and Wright 2021, "Improved Shader and Texture Level of Detail Using Ray Cones", JCGT
+// 10(1).
 //
 // Widths are square roots of areas: cross-sections, footprints on a surface and pixels are compared by their
 // area, whatever their shape. So a tilted surface counts 1 / sqrt(cosine), between the long and the short
@@ -38,13 +38,14 @@ INLINE RayCone AdvanceCone(RayCone cone, float distance) {
     return width < 0.0f ? MakeCone(-width, -cone.spread) : MakeCone(width, cone.spread);
 }
 
-// By a mirror of that mean curvature (1/m; positive: convex on the side of the ray). At an angle it counts
-// 1 / cosine in one plane and cosine in the other, so that the area sees neither.
+// Returns the cone after a reflection at a mean curvature (1/m; positive: convex on the side of the ray). At
+// an angle it counts 1 / cosine in one plane and cosine in the other, so that the area sees neither.
 INLINE RayCone ReflectCone(RayCone cone, float curvature) {
     return MakeCone(cone.width, cone.spread + 2.0f * curvature * cone.width);
 }
 
-// By a surface of relative index of refraction eta, near its normal: angles to the normal shrink by eta.
+// Returns the cone after the refraction at a surface of relative index of refraction eta, near its normal:
+// angles to the normal shrink by eta.
 INLINE RayCone RefractCone(RayCone cone, float curvature, float eta) {
     float turn = curvature * cone.width;  // of the normal over the cone
     return MakeCone(cone.width, (cone.spread + turn) / eta - turn);
@@ -56,7 +57,7 @@ INLINE RayCone RefractCone(RayCone cone, float curvature, float eta) {
 CONST float kPathsOfLobe = 4.0f;
 CONST float kWidestLobe = 6.283185307179586f;  // sr: a path stands for no more than a part of a hemisphere
 
-// By a lobe, scattered in a direction of that density (1/sr).
+// Returns the cone after it was scattered by a lobe in a direction of that density (1/sr).
 INLINE RayCone WidenCone(RayCone cone, float pdf) {
     float solidAngle = min(1.0f / (kPathsOfLobe * pdf), kWidestLobe / kPathsOfLobe);
     return MakeCone(cone.width, cone.spread + sqrt(solidAngle));

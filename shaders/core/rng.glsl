@@ -236,8 +236,9 @@ INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
     return OwenScrambleReversed(rng.index, MixBits(rng.pixelSeed ^ (rayIndex * 0x85ebca6bu)));
 }
 
-// By what surface number `surface` stops a ray or does not: the same whenever it is asked, in any order. For
-// Sobol each surface has a sequence of its own, of which aligned blocks of 2^k samples are even.
+// Returns the number by which the surface of index `surface` stops a ray or lets it pass: the same in every
+// call, in any order. For Sobol each surface has a sequence of its own, of which aligned blocks of 2^k
+// samples are even.
 INLINE float AlphaDraw(uint alphaSeed, uint surface) {
     uint seed = MixBits(surface);
     uint index = bitfieldReverse(OwenScrambleReversed(alphaSeed, seed));
@@ -268,8 +269,8 @@ INLINE float Get1D(INOUT(Sampler) rng) {
     return u;
 }
 
-// For a decision and what follows from it: z decides, and x and y of those samples that decide alike are
-// about as even as all are.
+// Draws numbers for a decision and for what follows from it: z decides, and x and y of those samples that
+// decide alike are about as even as all are.
 INLINE vec3 Get3D(INOUT(Sampler) rng) {
     if (ActiveSamplerKind() == kSamplerKindSobol || ActiveSamplerKind() == kSamplerKindPcg) {
         vec3 u = ActiveSamplerKind() == kSamplerKindPcg ? PcgDraw(rng) : SobolDraw3D(rng);

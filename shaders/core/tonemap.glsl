@@ -1,5 +1,5 @@
-// From scene-linear radiance to display values. Pure functions of one color; exposure is in stops. All but
-// Linear end in the sRGB transfer function.
+// Operators from scene-linear radiance to display values. Pure functions of one color; exposure is in stops.
+// All but Linear end in the sRGB transfer function.
 //
 // Linear: clamp to [0, 1], not encoded. Code values are proportional to radiance, for measuring.
 //

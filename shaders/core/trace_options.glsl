@@ -10,7 +10,7 @@ SHADING_BEGIN
 OPTION(BrdfModel, Brdf, 5, Gltf)
 OPTION(MisHeuristic, Mis, 7, Power)
 OPTION(Roulette, Roulette, 8, Throughput)
-// All, without biases, of a camera that sees all
+// The default is all features, without biases, and a camera that sees all.
 OPTION_FEATURES(TraceFeatures, HasTraceFeature, 9, 12,
                 ~(kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment))
 

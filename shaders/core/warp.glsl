@@ -67,8 +67,8 @@ INLINE vec3 SampleUniformTriangle(vec2 u) {
     return vec3(b0, b1, max(1.0f - b0 - b1, 0.0f));
 }
 
-// Density in (b0, b1): the reference triangle has area 1/2. By area on a triangle of area A the density is 1
-// / A.
+// Returns the density in (b0, b1): the reference triangle has area 1/2. By area on a triangle of area A the
+// density is 1 / A.
 INLINE float UniformTrianglePDF() { return 2.0f; }
 
 SHADING_END

@@ -1,4 +1,5 @@
-// Light that is sampled at a vertex of a path. Its way to there through media: share_through_media.glsl.
+// Next event estimation: light that is sampled at a vertex of a path. Its transmittance on the way through
+// media is in share_through_media.glsl.
 //
 // Bridge: MediumAt, see integrator/path.glsl.
 #ifndef RAYGRAPH_INTEGRATOR_DIRECT_LIGHT_GLSL

@@ -81,7 +81,7 @@ INLINE uint CurrentMedium(MediumStack media) {
     return PreferredMedium(PreferredMedium(PreferredMedium(media.m0, media.m1), media.m2), media.m3);
 }
 
-// At a wavelength in nm, or kNoWavelength.
+// Returns the index at a wavelength in nm, or at kNoWavelength.
 INLINE float MediumIor(uint material, float wavelength) {
     if (material == kVacuum) return 1.0f;
     Medium medium = MediumAt(material);
@@ -97,9 +97,9 @@ INLINE bool IsDispersive(uint material) { return DispersionOf(material) > 0.0f; 
 
 CONST float kFarInMedium = 1.0e18f;
 
-// Share of light that passes `distance` meters of the medium, however long. Beer-Lambert law. The distance is
-// limited because a device may first multiply it by the constant of its exp: a distance near the range of
-// float would become infinite, and the result of a medium that absorbs nothing NaN.
+// Returns the share of light that passes `distance` meters of the medium, however long. Beer-Lambert law. The
+// distance is limited because a device may first multiply it by the constant of its exp: a distance near the
+// range of float would become infinite, and the result of a medium that absorbs nothing NaN.
 INLINE vec3 Transmittance(Medium medium, float distance) {
     vec3 opticalDepth = medium.extinction * min(distance, kFarInMedium);
     return vec3(exp(-opticalDepth.x), exp(-opticalDepth.y), exp(-opticalDepth.z));

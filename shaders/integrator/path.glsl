@@ -138,14 +138,14 @@ INLINE vec3 NumbersOfCandidate(vec3 u, uint candidate) {
     return vec3(MoveAround(u.x, shift), MoveAround(u.y, shift), MoveAround(u.z, backward));
 }
 
-// Which of them is chosen, for each ray; the next dimension stays.
+// Returns the number that chooses one of the candidates, for each ray; the next dimension stays.
 INLINE float DrawOfCandidates(PathState path) {
     path.rng.dimension = kCandidateDimensions + path.rayCount;
     return Get1D(path.rng);
 }
 
-// Which direction a bounce takes, and in z by which lobe. Where light comes from after two bounces is a
-// matter of both directions, so that each second bounce has its numbers of the sequence of the one before.
+// Returns the numbers for the direction of a bounce, and in z for its lobe. The light after two bounces
+// depends on both directions, so that each second bounce has its numbers of the sequence of the one before.
 INLINE vec3 DirectionNumbers(INOUT(PathState) path) {
     uint dimension = kCameraDimensions + path.depth * kBounceDimensions + 3u;
     path.rng.dimension = dimension;
@@ -194,7 +194,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
             vec3 v = NumbersOfCandidate(toLightU, turn);
             light = SampleLight(path.scatter, v.z, vec2(v));
             toLight = ToLocal(vertex.frame, light.wi);
-            // No light where the shading normal would leak
+            // There is no light where the shading normal would leak.
             if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
         }
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
@@ -250,8 +250,8 @@ INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
     return false;
 }
 
-// At the boundary of a medium that refracts colors differently, a path of all colors goes on as one of a
-// single wavelength.
+// Chooses a wavelength at the boundary of a medium that refracts colors differently: a path of all colors
+// goes on as one of a single wavelength.
 INLINE void ChooseWavelength(INOUT(PathState) path, Boundary boundary) {
     if (path.wavelength != kNoWavelength) return;
     if (!IsDispersive(boundary.here) && !IsDispersive(boundary.there)) return;
@@ -369,7 +369,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
         path.media = boundary.beyond;
         PassThrough(path, surface);
-        // Light sampling cannot follow: to its rays, surfaces of volumes are opaque
+        // Light sampling cannot follow the path: to its rays, surfaces of volumes are opaque.
         if (!HasTraceFeature(kTraceMatchedMedia)) path.scatterPDF = 0.0f;
         return true;
     }

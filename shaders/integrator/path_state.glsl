@@ -102,7 +102,8 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
     AddToGroup(value, light, triangle);
 }
 
-// Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
+// Adds light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find
+// it.
 INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, uint triangle, float distance,
                          PathSettings settings) {
     float lightPDF = 0.0f;

@@ -23,8 +23,8 @@ INLINE SegmentStart StartAtCamera() {
     return start;
 }
 
-// From the world-space point `origin`, which is near the surface, to the surface. The two large terms are
-// subtracted first: the difference of floats this close has no rounding.
+// Returns the vector from the world-space point `origin`, which is near the surface, to the surface. The two
+// large terms are subtracted first: the difference of floats this close has no rounding.
 INLINE vec3 WayTo(SurfaceInteraction surface, vec3 origin) {
     return (surface.instanceOrigin - origin) + surface.fromInstance;
 }
@@ -38,14 +38,14 @@ INLINE SegmentStart StartAtSurface(SurfaceInteraction surface, vec3 rayOrigin) {
 
 CONST float kGrazing = 0.1f;  // cosine
 
-// How far the ray's origin is from that plane, along its direction.
+// Returns the distance of the ray's origin from that plane, along its direction.
 INLINE float OriginOffset(SegmentStart start, Ray ray) {
     float slope = dot(ray.direction, start.normal);
     return abs(slope) < kGrazing ? 0.0f : -start.height / slope;
 }
 
-// From the plane of the surface where the segment starts to where it ends, along the ray's direction.
-// `distance` is the ray's own.
+// Returns the length along the ray's direction from the plane of the surface where the segment starts to its
+// end. `distance` is the ray's own.
 INLINE float SegmentLength(SegmentStart start, SurfaceInteraction end, Ray ray, float distance) {
     if (dot(start.normal, start.normal) == 0.0f) return distance;
     vec3 way = WayTo(end, ray.origin);

@@ -57,7 +57,7 @@ INLINE float Importance(LightNode node, LightContext context) {
     float radius2 = dot(halfSize, halfSize);
     vec3 toContext = context.position - center;
     float distance2 = dot(toContext, toContext);
-    // Nothing of the box is above the plane
+    // No part of the box is above the plane.
     if (dot(halfSize, abs(context.normal)) < dot(toContext, context.normal)) return 0.0f;
     // Inside the bounding sphere lights may be in any direction
     if (distance2 <= radius2) return radius2 > 0.0f ? node.power / radius2 : 0.0f;

@@ -24,7 +24,7 @@ INLINE uint ProfileInterval(uint first, uint count, float angle) {
     return low;
 }
 
-// Along one plane of the web; `word` is its intensity at the lower end.
+// Returns the intensity in one plane of the web; `word` is the one at the lower end.
 INLINE float PlaneIntensity(uint word, float share) {
     return mix(LightProfileAt(word), LightProfileAt(word + 1u), share);
 }

@@ -77,8 +77,8 @@ INLINE LightSample NoLightSample() {
     return result;
 }
 
-// True with probability `p`. The remainder of u is uniform again, so that it can be reused; each decision
-// costs log2(1 / probability of the outcome) of its 24 bits.
+// Returns true with probability `p`. The remainder of u is uniform again, so that it can be reused; each
+// decision costs log2(1 / probability of the outcome) of its 24 bits.
 INLINE bool Decide(INOUT(float) u, float p) {
     bool isYes = u < p;
     u = min(isYes ? u / p : (u - p) / (1.0f - p), kOneMinusEpsilon);

@@ -26,7 +26,7 @@ INLINE Ray ShadowRayFrom(vec3 origin, LightSample light, OUT(float) distance) {
     ray.direction = light.wi;
     distance = kInfinity;
     if (light.distance < kInfinity) {
-        // From an offset point to an offset point: however close the surfaces are, the ray hits neither
+        // The ray goes from one offset point to another: however close the surfaces are, it hits neither.
         vec3 way = light.target - ray.origin;
         float reach = max(length(way), 1e-20f);
         ray.direction = way / reach;

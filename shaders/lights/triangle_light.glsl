@@ -96,8 +96,8 @@ INLINE vec3 FacingNormal(LightRecord light, SphericalTriangle t) {
     return t.volume < 0.0f ? normal : -normal;
 }
 
-// Density per solid angle of a direction that meets the triangle at `distance`. By area it is the squared
-// distance over area and cosine, which are those of the volume.
+// Returns the density per solid angle of a direction that meets the triangle at `distance`. By area it is the
+// squared distance over area and cosine, which are those of the volume.
 INLINE float TriangleDensity(SphericalTriangle t, float distance) {
     if (t.density > 0.0f) return t.density;
     return 2.0f * distance * distance / abs(t.volume / distance);
@@ -127,7 +127,7 @@ INLINE TrianglePoint SampleTriangleLight(LightRecord light, SphericalTriangle t,
         float b1 = clamp(dot(result.wi, cross(light.e2, a)) * facing, 0.0f, 1.0f);
         float b2 = clamp(dot(result.wi, cross(a, light.e1)) * facing, 0.0f, 1.0f - b1);
         result.barycentrics = vec2(b1, b2);
-        // To that place: where the direction meets the plane may be elsewhere at a grazing angle
+        // The distance is that of the place: at a grazing angle, the direction may meet the plane elsewhere.
         result.distance = length(a + b1 * light.e1 + b2 * light.e2);
         result.pdf = t.volume * facing > 0.0f ? t.density : 0.0f;
     } else {

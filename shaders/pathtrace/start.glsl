@@ -1,4 +1,4 @@
-// How the camera starts a path, for every form of the integrator. Includers declare the scene and
+// The start of a path at the camera, for every form of the integrator. Includers declare the scene and
 // integrator/path.glsl beforehand.
 #ifndef RAYGRAPH_PATHTRACE_START_GLSL
 #define RAYGRAPH_PATHTRACE_START_GLSL

@@ -74,7 +74,7 @@ uvec2 TakePlaces(bool wantsPath, bool wantsShadow) {
     return place + uvec2(firstPlaces[0], firstPlaces[1]);
 }
 
-// Into the queue of the next step.
+// Adds a path to the queue of the next step.
 void Enqueue(uint slot, uint place) {
     waveQueue.at[((wave.value.step + 1u) & 1u) * PixelCount() + place] = slot;
 }
@@ -111,8 +111,8 @@ void Enqueue(uint slot, uint place) {
 // The first of a path. Not all kernels know how many rows a path has, which depends on PATH_PARTS.
 uint PathRow(uint slot) { return wave.value.pathRows * slot; }
 
-// Where the media around the origin of a camera ray are: in the place of the path, which is stored later, or
-// behind all paths if they are the same for all.
+// Returns the row of the media around the origin of a camera ray: that of the path, which is stored later, or
+// one behind all paths if they are the same for all.
 uint CameraMediaRow(uint slot) { return PathRow(wave.value.isProbedOnce != 0u ? PixelCount() : slot); }
 MediumStack LoadCameraMedia(uint slot) {
     MediumStack media;
@@ -121,7 +121,7 @@ MediumStack LoadCameraMedia(uint slot) {
     return media;
 }
 
-// Only its next ray, and how many it has traced.
+// Loads only the path's next ray, and how many it has traced.
 PathState LoadRay(uint slot) {
     PathState path;
     path.ray.cone = MakeCone(0.0f, 0.0f);
@@ -130,7 +130,7 @@ PathState LoadRay(uint slot) {
     return path;
 }
 
-// All but what it has collected (LoadOutputs).
+// Loads all but the light that the path has collected (LoadOutputs).
 PathState LoadPath(uint slot) {
     Ray ray;
     ray.origin = vec3(0.0f);
@@ -148,7 +148,7 @@ void StorePath(uint slot, PathState path) {
     RAYGRAPH_WAVE_PATH_ROWS(WAVE_STORE_PATH_ROW)
 }
 
-// At the end of the first row.
+// The count is at the end of the first row.
 void StoreRayCount(uint slot, uint rayCount) { wavePaths.at[PathRow(slot)].w = uintBitsToFloat(rayCount); }
 void StoreCameraMedia(uint slot, MediumStack media) {
     wavePaths.at[CameraMediaRow(slot)] = WAVE_STORED_UINTS(media.m0, media.m1, media.m2, media.m3);

@@ -20,7 +20,7 @@ void main() {
     for (uint i = 0u; i < 16u; ++i) {
         vec2 offset = (vec2(float(i & 3u), float(i >> 2u)) - 1.5f) * 0.5f;
         vec2 place = (vec2(texel) + 0.5f + offset) * scale / vec2(size);
-        // Also of a sample at a surface's edge, the color is that of the surface.
+        // The color is multiplied by alpha, so that a sample at an edge has the color of the surface.
         vec4 value = textureLod(picture, clamp(place, vec2(0.0f), vec2(1.0f)), 0.0f);
         sum += vec4(value.xyz * value.w, value.w);
     }

@@ -47,7 +47,7 @@ vec3 FlipToHuntLab(vec3 linear) {
 
 float FlipHyAb(vec3 a, vec3 b) { return abs(a.x - b.x) + length(a.yz - b.yz); }
 
-// From a distance of colors to an error in [0, 1] (3.1.3). Powers of 0 are undefined in GLSL.
+// Converts a distance of colors to an error in [0, 1] (3.1.3). Powers of 0 are undefined in GLSL.
 float FlipColorError(vec3 reference, vec3 test) {
     const float exponent = 0.7f, share = 0.4f, at = 0.95f;
     // The maximum distance within the gamut: between green and blue

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D values;
-// Both start at 0
+// Both values start at 0.
 layout(set = 0, binding = 1, scalar) buffer Range { uint notMinimum; uint maximum; } range;
 
 shared uint sharedNotMinimum;

@@ -1,4 +1,4 @@
-// From a number to its triangle, see shared/chunk_records.h.
+// Finds the triangle of an invocation's number: see shared/chunk_records.h.
 #ifndef RAYGRAPH_RASTER_CHUNKS_GLSL
 #define RAYGRAPH_RASTER_CHUNKS_GLSL
 
@@ -17,7 +17,7 @@ struct DrawnTriangle {
     uint primitive;
 };
 
-// False: the last chunk of a placement is not full.
+// Returns false if the number is beyond the triangles of a placement, whose last chunk need not be full.
 bool FindTriangle(uint number, uint drawCount, out DrawnTriangle triangle) {
     uint chunk = number >> kChunkBits;
     uint low = 0u, high = drawCount;  // first of low <= chunk < first of high

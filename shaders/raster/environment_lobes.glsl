@@ -60,7 +60,7 @@ vec3 LobeEnvironment(LobeMean lobe, vec3 wo, float open, Frame frame) {
     return OpenReflection(open, wo.z, lobe.roughness) * lobe.albedo * LobeMeanEnvironment(lobe, wo, frame);
 }
 
-// By the directions of two reflections where a part of it goes back.
+// Uses the directions of two reflections where a part of the light goes back.
 vec3 LobeEnvironment(LobeMean lobe, FacetView view, bool isOfFacets, float open, Frame frame) {
     vec3 ahead = LobeEnvironment(lobe, view.wo, open, frame);
     if (!isOfFacets || !IsTurnedBack(view, lobe.wi)) return ahead;

@@ -27,7 +27,7 @@ struct Lobe {
     MicrofacetDistribution facets;
 };
 
-// Density of wi, in the frame of the normal.
+// Returns the density of wi, in the frame of the normal.
 float LobePDF(Lobe lobe, vec3 wi) {
     if (wi.z <= 0.0f) return 0.0f;
     if (lobe.isDiffuse) return CosineHemispherePDF(wi.z);

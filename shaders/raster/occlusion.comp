@@ -47,7 +47,7 @@ float HorizonCosine(vec3 position, vec3 wo, vec2 line, float pixels, float shift
     return highest;
 }
 
-// One side's part of the integral, up to the horizon at angle h; n is the angle of the normal.
+// Returns one side's part of the integral, up to the horizon at angle h; n is the angle of the normal.
 float Arc(float h, float n) { return 0.25f * (cos(n) + 2.0f * h * sin(n) - cos(2.0f * h - n)); }
 
 float OpenShare(vec3 position, vec3 normal, vec3 wo) {

@@ -9,9 +9,9 @@
 #include "raster/pixel.glsl"
 #include "scene/material_textures.glsl"
 
-// How the weights of the second and third vertex of a triangle change where the ray meets its plane, as the
-// ray's origin and direction change: the derivative of the solution by Cramer's rule (Moeller and Trumbore
-// 1997, "Fast, Minimum Storage Ray/Triangle Intersection").
+// Returns the change of the weights of the second and third vertex where the ray meets the triangle's plane,
+// for a change of the ray's origin and direction: the derivative of the solution by Cramer's rule (Moeller
+// and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection").
 vec2 WeightChange(vec3 direction, vec3 originChange, vec3 directionChange, vec3 offset, vec3 e1, vec3 e2,
                   vec2 weights) {
     float determinant = dot(e1, cross(direction, e2));
@@ -23,7 +23,7 @@ vec2 WeightChange(vec3 direction, vec3 originChange, vec3 directionChange, vec3 
     return (change - weights * determinantChange) / determinant;
 }
 
-// For kTraceTextureLod, as of a ray's cone in scene/surface.glsl.
+// Used with kTraceTextureLod, like the footprint of a ray's cone in scene/surface.glsl.
 void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
                    vec3 e1, vec3 e2, Ray ray, float t) {
     CameraRecord camera = parameters.value.camera;
@@ -33,7 +33,7 @@ void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRec
     vec3 offset = ray.origin - (toWorld * p0 + instance.objectToWorld[3]);
     vec2 pixel = 2.0f / vec2(imageSize(visibility));
     bool isParallel = camera.orthographic != 0u;
-    // In perspective the direction is 1 along forward, and linear in the position in the picture
+    // In perspective, the direction has length 1 along forward, and is linear in the position in the picture.
     vec3 direction = isParallel ? ray.direction : ray.direction / dot(ray.direction, camera.forward);
     vec3 steps[2] = {pixel.x * camera.right, -pixel.y * camera.up};
     vec2 changes[2];

@@ -23,7 +23,7 @@ void main() {
     PictureTriangle triangle = ProjectTriangle(hit.instance, hit.primitive, camera.origin,
                                                OffsetToPicture(camera, constants.shift, uvec2(size)));
     vec3 edges = EdgesAt(triangle, vec2(pixel) + 0.5f);
-    // By the device's rounding the center may be just outside: use the nearest point inside
+    // The device's rounding may put the center just outside: use the nearest point inside.
     float sum = edges.x + edges.y + edges.z;
     vec3 weights = max((sum < 0.0f ? -1.0f : 1.0f) * edges, vec3(0.0f));
     sum = weights.x + weights.y + weights.z;

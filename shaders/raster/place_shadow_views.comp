@@ -92,7 +92,7 @@ struct Sphere {
     float radius;
 };
 
-// Around what the camera sees between two depths.
+// Returns a sphere around what the camera sees between two depths.
 Sphere SliceSphere(CameraRecord camera, float from, float to) {
     float square = dot(camera.right, camera.right) + dot(camera.up, camera.up);
     Sphere sphere;

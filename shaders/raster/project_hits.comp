@@ -1,4 +1,5 @@
-// Where on the picture the surfaces are that each pixel saw, as the scene and the camera are now.
+// Finds the present place on the picture of the surface that each pixel saw, after the scene and the camera
+// have moved.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

@@ -29,7 +29,7 @@ vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
     return OffsetToClip(camera, shift) * vec4(position - camera.origin, 1.0f);
 }
 
-// False: the whole box is beyond one side of the picture, or behind the camera.
+// Returns false if the whole box is beyond one side of the picture, or behind the camera.
 bool MayBeSeen(CameraRecord camera, mat4x3 objectToWorld, vec3 low, vec3 high, vec2 shift) {
     uint outsideOfAll = 0x3Fu;
     for (uint corner = 0u; corner < 8u; ++corner) {

@@ -1,10 +1,10 @@
-// From the depth buffer of a raster view to distances, the inverse of raster/projection.glsl, and back.
+// Converts the depth buffer of a raster view to distances, the inverse of raster/projection.glsl, and back.
 #ifndef RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
 #define RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
 
 #include "scene/ray.glsl"
 
-// Meters along the camera's forward. Of depth 0, infinity or the camera's zFar.
+// Returns meters along the camera's forward. Depth 0 gives infinity or the camera's zFar.
 float DistanceOf(CameraRecord camera, float depth) {
     return camera.orthographic != 0u ? (1.0f - depth) * camera.zFar : camera.zNear / depth;
 }

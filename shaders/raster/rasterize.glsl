@@ -26,7 +26,7 @@ struct Drawing {
     bool isTested;  // alpha-tested
 };
 
-// False: no part of it can be visible.
+// Returns false if no part of it can be visible.
 bool PrepareDrawing(uint number, mat4 offsetToPicture, out Drawing drawing) {
     drawing.number = number;
     if (!FindTriangle(number, constants.drawCount, drawing.source)) return false;

@@ -1,4 +1,4 @@
-// From the nearest triangle of each pixel to the texels of the visibility texture.
+// Converts the nearest triangle of each pixel to the texels of the visibility texture.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require

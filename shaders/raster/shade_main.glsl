@@ -42,8 +42,8 @@ float EtaOf(SurfaceInteraction surface) {
     return isVolume && !surface.isFront ? 1.0f / surface.material.ior : surface.material.ior;
 }
 
-// Light from one point of one emitting triangle, chosen by the light tree with the random numbers of the
-// first bounce of Trace. None where a punctual light is chosen: those are summed exactly.
+// Returns light from one point of one emitting triangle, chosen by the light tree with the random numbers of
+// the first bounce of Trace. None where a punctual light is chosen: those are summed exactly.
 LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rng) {
     LightContext context;
     context.position = surface.position;
@@ -63,7 +63,8 @@ LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rn
     return result;
 }
 
-// Share of a light that reaches the surface. `ordinal` is that of a punctual light, or their count.
+// Returns the share of a light that reaches the surface. `ordinal` is that of a punctual light, or their
+// count.
 vec3 FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
 #ifdef SHADOW_RAYS
     float distance = kInfinity;
@@ -121,7 +122,7 @@ vec3 RadianceFromBehind(LobeMean lobe, vec3 position, vec3 wi) {
     return GlossyEnvironment(wi, lobe.roughness);
 }
 
-// Light from the other side of the surface: of the picture behind it, or of the environment.
+// Returns light from the other side of the surface: from the picture behind it, or from the environment.
 vec3 LightFromBehind(GltfBSDF g, vec3 position, Frame frame) {
     vec3 sum = vec3(0.0f);
 #define ADD_LOBE(Lobe, name, feature)                                                              \

@@ -50,7 +50,7 @@ float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
     return share / 9.0f;
 }
 
-// In a view's tile: position in [0, 1], and depth.
+// Returns the position in a view's tile, in [0, 1], and the depth.
 vec3 PlaceInTile(CameraRecord camera, vec3 position) {
     vec4 clip = ClipPosition(camera, position, vec2(0.0f));
     return vec3(0.5f * clip.xy / clip.w + 0.5f, clip.z / clip.w);

@@ -94,8 +94,8 @@ void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 hig
     high = ivec2(floor(clamp(maximum - 0.5f + kMargin, vec2(-1.0f), vec2(size) - 1.0f))) + 1;
 }
 
-// False: the triangle covers no point of the rectangle [low, high]. Edges are linear in the position, so that
-// their signs at the corners bound those inside.
+// Returns false if the triangle covers no point of the rectangle [low, high]. Edges are linear in the
+// position, so that their signs at the corners bound those inside.
 bool MayBeSeenWithin(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
     vec3 e0 = EdgesAt(triangle, low), e1 = EdgesAt(triangle, high);
     vec3 e2 = EdgesAt(triangle, vec2(low.x, high.y)), e3 = EdgesAt(triangle, vec2(high.x, low.y));

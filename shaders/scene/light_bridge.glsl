@@ -72,8 +72,8 @@ SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, Mate
     return surface;
 }
 
-// Mean radiance of rays to a point of a light triangle: partly transparent ones let some rays pass. The same
-// in all directions, but under a clear coat.
+// Returns the mean radiance of rays to a point of a light triangle: partly transparent ones let some rays
+// pass. It is the same in all directions, except under a clear coat.
 vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     InstanceRecord instance = InstanceAt(light.instance);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];

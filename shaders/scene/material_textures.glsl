@@ -1,4 +1,4 @@
-// From a triangle to the values of its vertices and textures.
+// Finds the values of vertices and textures at a point of a triangle.
 #ifndef RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 #define RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 
@@ -129,7 +129,7 @@ vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle tr
 #endif
 }
 
-// One texture of a material, at the triangle's texture coordinates; white where it has none.
+// Samples a texture of a material at the triangle's texture coordinates; returns white where it has none.
 vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangle triangle) {
     if (!HasTraceFeature(kTraceTextures) || slot == kNoTexture) return vec4(1.0f);
     bool isSecond = (slot & kSecondTexCoord) != 0u;
@@ -146,7 +146,7 @@ vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triang
     return color;
 }
 
-// Share of rays that a surface stops.
+// Returns the share of rays that a surface stops.
 float Opacity(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     if (material.alphaMode == kAlphaOpaque) return 1.0f;
     float alpha = BaseColor(geometry, material, triangle).w;

@@ -9,7 +9,7 @@ struct RadiancePayload {  // 24 bytes
     uint alphaSeed;
 };
 
-// No larger than that of the other rays: the size of the largest payload is reserved for all.
+// The payload is no larger than that of the other rays: the size of the largest one is reserved for all.
 struct ShadowPayload {   // 24 bytes
     vec3 passed;         // transmittance of the smooth thin walls met so far
     float lastDistance;  // of the wall met last; kShadowRayArrived: nothing opaque was on the ray

@@ -1,4 +1,4 @@
-// From a hit to a surface: fetches vertices, interpolates, evaluates the material's inputs.
+// Finds the surface at a hit: fetches vertices, interpolates, evaluates the material's inputs.
 #ifndef RAYGRAPH_SCENE_SURFACE_GLSL
 #define RAYGRAPH_SCENE_SURFACE_GLSL
 
@@ -87,8 +87,8 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
         // Blocks of two channels have no blue: z of a unit vector that points up
         if (bend.z <= -1.0f) bend.z = sqrt(max(1.0f - dot(bend.xy, bend.xy), 0.0f));
         bend.xy *= scale;
-        // In object space, where the file's tangent frame is orthogonal: a normal goes over to world space by
-        // the inverse transpose, however it was computed
+        // The bitangent is computed in object space, where the file's tangent frame is orthogonal. A normal
+        // is transformed to world space by the inverse transpose, however it was computed
         vec3 bitangent = cross(n, tangent.xyz) * tangent.w;
         vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
         if (dot(bent, n) > 0.0f) n = bent;
@@ -195,7 +195,7 @@ float UvArea(uvec2 stream, Triangle triangle) {
 }
 
 #ifndef PIXEL_FOOTPRINT
-// For kTraceTextureLod: what the ray's cone covers of a triangle with those edges.
+// Finds the part of a triangle with those edges that the ray's cone covers, for kTraceTextureLod.
 void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
                    vec3 e1, vec3 e2, Ray ray, float t) {
     vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));

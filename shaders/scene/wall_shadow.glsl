@@ -21,7 +21,7 @@ bool IsMetTwice(Hit hit, float lastDistance) {
     return weight < kEdgeWeight && abs(hit.t - lastDistance) <= kSameDistance * hit.t;
 }
 
-// False: the ray goes on. `isBack`: it hits the back face.
+// Returns false if the ray goes on. `isBack`: it hits the back face.
 bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
     if (!IsThere(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
     // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures

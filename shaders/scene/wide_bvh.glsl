@@ -171,7 +171,7 @@ INLINE bool MeetTriangle(WideRay ray, float tMax, bool hasOneLevel, uint triangl
     float inverse = 1.0f / (w0 + w1 + w2);
     float t = (w0 * Along(ray.shearZ, p0) + w1 * Along(ray.shearZ, p1) + w2 * Along(ray.shearZ, p2)) *
               inverse;
-    // Also false for what is not a number: triangles without an area
+    // Also false if t is not a number, as of triangles without an area.
     if (!(t > 0.0f && t < tMax)) return false;
     hit.t = t;
     hit.instance = instance;

@@ -254,7 +254,7 @@ RAYGRAPH_FUNCTION ExactNumber MagnitudeOf(ExactSum sum) {
 }
 
 #ifdef __cplusplus
-// For a count of at least 1.
+// Takes a count of at least 1.
 inline ExactDivisor DivisorOf(uint count) {
     const int zeros = LeadingZeros(count);
     const uint divisor = count << zeros;
@@ -265,7 +265,7 @@ inline ExactDivisor DivisorOf(uint count) {
 // The bits of the float nearest to the mean of samples whose count is the divisor's.
 RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, ExactDivisor count) {
     ExactNumber n = MagnitudeOf(sum);
-    // Its highest words, from the first that is not 0 on
+    // The highest words of the number, from the first that is not 0.
     uint first = n.words[3], second = n.words[2], third = n.words[1], rest = n.words[0];
     int exponent = kUnitExponent + 65;
     for (int step = 0; step < 3; ++step) {
@@ -277,7 +277,7 @@ RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, ExactDivisor count) {
         exponent -= isFound ? 0 : 32;
     }
     if (first == 0u) return 0u;
-    // Its highest 63 bits, which are less than the divisor with 32 zeros behind it
+    // The highest 63 bits of the number, which are less than the divisor followed by 32 zeros.
     uint zeros = uint(LeadingZeros(first)), ones = 31u - zeros;
     uint top = (first << zeros) | ((second >> 1u) >> ones);
     uint next = (second << zeros) | ((third >> 1u) >> ones);

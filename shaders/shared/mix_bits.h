@@ -12,7 +12,7 @@ using uint = uint32_t;
 #define RAYGRAPH_FUNCTION
 #endif
 
-// One-to-one: two multiply-xorshift rounds with constants found by search (C. Wellons, "Prospecting for Hash
+// A bijection: two multiply-xorshift rounds with constants found by search (C. Wellons, "Prospecting for Hash
 // Functions", and its sequels).
 RAYGRAPH_FUNCTION uint MixBits(uint x) {
     x ^= x >> 16u;

@@ -28,10 +28,10 @@ using glm::vec3;
 // A bit above 2^-24, half a step of float, for terms of higher order and for the rounding of the
 // bound itself.
 RAYGRAPH_CONSTANT float kRoundoff = 6.0e-8f;
-// In such units. A device takes a ray into object space by an inverse of the transform that it made in float:
-// of a million random transforms the worst is off by 5.5 times the sizes of the sums' terms.
+// In the same units. A device transforms a ray into object space by an inverse of the transform that it made
+// in float: of a million random transforms the worst is off by 5.5 times the sizes of the sums' terms.
 RAYGRAPH_CONSTANT float kInverseRoundings = 6.0f;
-// In the same units and of the triangle's extent: the error of the intersection test.
+// The error of the intersection test, in the same units and relative to the triangle's extent.
 RAYGRAPH_CONSTANT float kIntersectionRoundings = 8.0f;
 // The error of the test grows as a triangle becomes a sliver. It is limited to this: slivers would offset
 // rays farther than they are wide.

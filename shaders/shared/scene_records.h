@@ -105,7 +105,7 @@ RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 // Some light may pass through as through glass: there is transmission, and not all of it is scattered.
 RAYGRAPH_CONSTANT uint kMaterialGlass = 16u;
 
-// Its values and textures are those of material_list.h, with what ToRecord makes of other fields of
+// Values and textures are those of material_list.h, with those that ToRecord computes from other fields of
 // scene::Material.
 struct MaterialRecord {
     vec3 emission;    // radiance, W/(sr m^2)
@@ -121,14 +121,14 @@ struct MaterialRecord {
     // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
 #define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) uint name##Texture;
 #include "material_list.h"
-    // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
+    // Transforms (u, v, 1) to the place where the texture is read. Only scenes with such transforms read it.
 #define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) mat3x2 name##Transform;
 #include "material_list.h"
 };
 
 struct CameraRecord {
-    // On the device, relative to the scene's origin. As returned by ToRecord and passed to passes, in
-    // world space, with originRest: the remainder of the rounding to float.
+    // Relative to the scene's origin on the device. As ToRecord returns it and passes take it, it is in world
+    // space, with originRest: the remainder of the rounding to float.
     vec3 origin;
     uint orthographic;    // 1: rays are parallel, origin moves over the film
     vec3 right;           // half the film's width at distance 1 (perspective), or in meters (orthographic)

@@ -1,4 +1,4 @@
-// How the mip levels of a material texture are made: scene/texture_level_main.glsl and
+// Constants of the computation of mip levels of material textures: scene/texture_level_main.glsl and
 // renderer/gpu_scene/texture_levels.h.
 #ifndef RAYGRAPH_SHARED_TEXTURE_LEVELS_H
 #define RAYGRAPH_SHARED_TEXTURE_LEVELS_H

@@ -4,7 +4,7 @@
 
 #include "choice.h"
 
-// How surfaces scatter (bxdf/bsdf.glsl).
+// The model of scattering at surfaces (bxdf/bsdf.glsl).
 //   Gltf:      the material as the file says
 //   Lambert:   base color as albedo, nothing else
 //   Lafortune: modified Phong, base color and roughness mapped onto it
@@ -31,7 +31,7 @@
     X(Of, Frame, 2, "frame", "one depth a sample, drawn so")      \
     X(Of, Off, 3, "off", "")
 
-// How the integrator's loop runs on a device: bits of kLoopOptions.
+// Variants of the integrator's loop for devices: bits of kLoopOptions.
 //   OneTrace: one place of the code traces all rays, shadow rays by the shaders of the others, which do the
 //             same where neither ThinWalls nor MatchedMedia is set. For devices that compile each place anew
 #define RAYGRAPH_LOOP_OPTIONS(X) X(OneTrace, 1)
