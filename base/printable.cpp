@@ -2,7 +2,7 @@
 
 namespace raygraph {
 
-// By table 3-7 of the Unicode standard, with the three-byte surrogates and overlong forms refused.
+// Follows table 3-7 of the Unicode standard, which refuses three-byte surrogates and overlong forms.
 size_t Utf8Length(std::string_view text) {
     const auto byte = [&](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
     const auto isTail = [&](size_t i) { return (byte(i) & 0xC0u) == 0x80u; };

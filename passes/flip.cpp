@@ -15,7 +15,7 @@ namespace {
 
 using Taps = std::vector<double>;  // from 0 to the radius
 
-// Over all taps of the symmetric (or, in size, antisymmetric) filter.
+// Returns the sum over all taps of the symmetric (or, in size, antisymmetric) filter.
 double SumOf(const Taps& taps) {
     double sum = taps[0];
     for (size_t i = 1; i < taps.size(); ++i) sum += 2.0 * taps[i];
@@ -111,7 +111,7 @@ FilteredRows FilterRows(Renderer& renderer, TextureId picture, const gpu::FlipKe
     return rows;
 }
 
-// By the same program for either picture: to the bit alike where they are alike.
+// Filters either picture by the same program, so that equal parts give equal bits.
 Filtered FilterColumns(Renderer& renderer, const FilteredRows& rows, const gpu::FlipKernels& kernels) {
     const Extent2D extent = renderer.Desc(rows.colors).extent;
     Filtered filtered{renderer.CreateTexture("flipLabAndEdge", {extent, Format::Rgba32Float}),

@@ -22,7 +22,7 @@ constexpr HitGroupShaders kWallShadow{
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// For the hits of round primitives.
+// Returns the hit group of round primitives.
 HitGroupShaders Capsules(HitGroupShaders shaders) {
     shaders.intersection = "scene/capsule.rint";
     return shaders;

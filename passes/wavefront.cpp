@@ -19,7 +19,7 @@ constexpr uint32_t kSteps = 8;
 // The number of paths that the last kernel traces at once, of those that are left for it.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
-// How many rows the records of a picture have.
+// The number of rows of the records of a picture.
 struct RecordRows {
     TraceFeatures features;
     bool hasParts;
@@ -137,7 +137,7 @@ class Wavefront {
                                           .traces = traces,
                                           .firstPaths = static_cast<uint32_t>(PathCount(m_settings))});
     }
-    // All that a sample writes; `isFirst`: nothing is there yet.
+    // Binds all outputs of a sample; `isFirst` says that they have no contents yet.
     void BindOutputs(PassBuilder& pass, bool isFirst) {
         const auto bind = [&](const char* name, TextureId& id) {
             id = isFirst ? pass.Writes(name, id) : pass.Updates(name, id);

@@ -16,7 +16,7 @@ glm::dvec2 DisplayWhite() {
     return {kDisplayWhite[0], kDisplayWhite[1]};
 }
 
-// From linear Rec. 709 to XYZ: white has luminance 1.
+// Returns the matrix from linear Rec. 709 to XYZ: white has luminance 1.
 glm::dmat3 ToXyz() {
     const glm::dmat3 primaries(XyzOf({0.64, 0.33}), XyzOf({0.30, 0.60}), XyzOf({0.15, 0.06}));
     const glm::dvec3 weights = glm::inverse(primaries) * XyzOf(DisplayWhite());

@@ -386,7 +386,8 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     MemoryBlock block;
     block.m_allocation = allocation;
     block.m_device = this;
-    // From here on the block has one memory type: what is bound to it must be able to use that one.
+    // The block has one memory type from here on: resources that are bound to it must be able to use that
+    // one.
     block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};
     NoteMemory(block.m_allocation, subject, true);
     return block;

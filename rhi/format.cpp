@@ -15,7 +15,7 @@ struct FormatRow {
     const char* name;
 };
 
-// In the order of the enumeration.
+// The formats in the order of the enumeration.
 constexpr std::array kFormats{
     FormatRow{Format::Undefined, VK_FORMAT_UNDEFINED, 0, "undefined"},
     FormatRow{Format::R8Unorm, VK_FORMAT_R8_UNORM, 1, "r8"},

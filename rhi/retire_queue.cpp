@@ -36,7 +36,7 @@ void RetireQueue::Retire(Destroy destroy, uint64_t completed) {
             m_recorded.push_back({m_lastSerial, std::move(destroy)});
             return;
         }
-        // Not before what was retired earlier, even if the timeline has passed both
+        // The object is not destroyed before those retired earlier, even if the timeline has passed both.
         if (m_lastSubmitted > completed || !m_submitted.empty()) {
             m_submitted.push_back({m_lastSubmitted, std::move(destroy)});
             return;

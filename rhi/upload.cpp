@@ -122,7 +122,7 @@ void Uploader::NextChunk() {
     const bool isDone = !m_chunks.empty() && IsChunkFree(m_chunks[oldest]);
     if (!isDone && m_chunks.size() < m_desc.chunkCount) {
         Chunk chunk = MakeChunk(m_chunks.size());
-        // After the current one, so that the ring stays in the order of use.
+        // The new chunk follows the current one, so that the ring stays in the order of use.
         m_current = m_chunks.empty() ? 0 : m_current + 1;
         m_chunks.insert(m_chunks.begin() + static_cast<std::ptrdiff_t>(m_current), std::move(chunk));
         return;

@@ -37,7 +37,7 @@ class Builder {
             target.left = node + 1;
             target.right = node + 2 * (middle - first);
             if (threads > 1 && last - first > kParallelCount) {
-                // In turn where no thread can start
+                // The halves are built in turn if no thread can start.
                 std::future<void> other = std::async(std::launch::async | std::launch::deferred,
                                                      [this, left = target.left, first, middle, threads] {
                                                          Build(left, first, middle, threads / 2);

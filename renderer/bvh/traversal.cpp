@@ -21,7 +21,7 @@ constexpr uint32_t kWarmUpRounds = 2, kTimedRounds = 9;
 constexpr double kLeastSpeed = 1.1;
 constexpr std::string_view kName = "speed of own traversal over the driver's, 1";
 
-// In [0, 1), of a hash.
+// Returns a hash in [0, 1).
 float Uniform(uint32_t index) {
     return static_cast<float>(gpu::MixBits(index) >> 8) * 0x1p-24f;
 }
@@ -45,7 +45,8 @@ BvhScene Terrain() {
     return {.meshes = {std::move(mesh)}, .instances = {{}}};
 }
 
-// From points just above the terrain, in directions of its upper hemisphere, evenly by cosine.
+// Returns rays from points just above the terrain, in directions of its upper hemisphere, distributed by the
+// cosine.
 std::vector<gpu::BenchRay> RaysAbove() {
     std::vector<gpu::BenchRay> rays(kRays);
     for (uint32_t i = 0; i < kRays; ++i) {

@@ -34,7 +34,7 @@ rhi::TlasInstance ToTlasInstance(const BvhInstance& instance, uint32_t number, c
 
 rhi::Buffer UploadRecords(rhi::Device& device, const char* name, std::span<const std::byte> bytes,
                           ResourceState& state, BufferUsage more) {
-    // At least one record, which nothing reads
+    // The buffer has at least one record, which nothing reads.
     rhi::Buffer buffer =
         device.CreateBuffer({.name = name,
                              .size = std::max<uint64_t>(bytes.size(), 64),

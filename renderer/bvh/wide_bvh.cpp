@@ -14,8 +14,8 @@ using gpu::kWideLeafPrimitives;
 using gpu::WideNode;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// By which boxes are larger than what they contain, relative to their node: more than the rounding of where a
-// ray meets their sides (scene/wide_bvh.glsl).
+// The margin by which boxes are larger than their contents, relative to their node: more than the rounding of
+// where a ray meets their sides (scene/wide_bvh.glsl).
 constexpr double kMargin = 1.0 / (1 << 18);
 
 // The least exponent whose 255 steps reach as far.

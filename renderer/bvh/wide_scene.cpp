@@ -11,7 +11,7 @@
 namespace raygraph {
 namespace {
 
-// Where an instance is in its own space; none without an inverse in float.
+// Transforms an instance to its own space; returns false if it has no inverse in float.
 bool ToWideInstance(const WidePlacement& placement, gpu::WideInstance& wide) {
     const glm::dmat3 linear = glm::inverse(glm::dmat3(glm::mat3(placement.objectToWorld)));
     const glm::dvec3 origin = -(linear * glm::dvec3(placement.objectToWorld[3]));
@@ -95,7 +95,8 @@ std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads) {
 std::optional<std::vector<gpu::WideTriangle>> PlaceTriangles(const PlacedTriangles& placed) {
     if (gpu::WideInstance ignored; !ToWideInstance({.objectToWorld = placed.objectToWorld}, ignored))
         return std::nullopt;
-    // In double: a vertex is rounded once, less than RayClearance allows for rays in object space
+    // The product is computed in double: a vertex is rounded once, less than RayClearance allows for rays in
+    // object space.
     const glm::dmat4x3 toWorld(placed.objectToWorld);
     const auto place = [&](const glm::vec3& p) { return glm::vec3(toWorld * glm::dvec4(p, 1.0)); };
     const bool isMirrored = glm::determinant(glm::dmat3(toWorld)) < 0.0;

@@ -138,7 +138,7 @@ ResourceState Compiler::Guarded(const GraphResource& resource, ResourceState sta
     return state;
 }
 
-// In the order of the subresources' numbers.
+// The states are in the order of the subresources' numbers.
 void Compiler::StartStates() {
     const auto start = [&](const GraphResource& resource, const ResourceState& state) {
         m_plan.states.push_back(resource.origin == Origin::Transient ? ResourceState{}

@@ -33,7 +33,8 @@ class Culler {
 
     const FrameGraph& m_graph;
     std::vector<uint8_t> m_isKept;  // by pass
-    // By subresource: its contents are needed after the pass at hand; those from before the frame are needed.
+    // By subresource: m_isNeeded, whether its contents are needed after the pass at hand, and m_isInDemand,
+    // whether those from before the frame are needed.
     std::vector<uint8_t> m_isNeeded;
     std::vector<uint8_t> m_isInDemand;
 };

@@ -66,7 +66,7 @@ float FromHalf(uint16_t half) {
     return sign * std::ldexp(1024.0f + mantissa, static_cast<int>(exponent) - 25);
 }
 
-// To nearest even; values that are too large become infinite.
+// Rounds to nearest even; values that are too large become infinite.
 uint16_t ToHalf(float value) {
     const uint16_t sign = std::signbit(value) ? 0x8000u : 0u;
     const float size = std::fabs(value);
@@ -134,7 +134,7 @@ std::string SizeText(Extent2D extent, rhi::Format format) {
     return Text("{}x{} {}", extent.width, extent.height, rhi::Name(format));
 }
 
-// Where channel c of a texel lies: BGRA formats keep red third.
+// Returns the position of channel c in a texel: BGRA formats keep red third.
 uint32_t Place(const Layout& layout, uint32_t c) {
     return layout.isBgra && c < 3 ? 2 - c : c;
 }

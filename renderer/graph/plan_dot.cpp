@@ -48,7 +48,7 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
         dot += "    " + Node("p", p) + " [shape=box, style=" + (isCulled[p] ? "dashed" : "solid") +
                ", label=\"" + number + ' ' + Escaped(pass.name) + "\\n" + Name(pass.kind) + "\"];\n";
     }
-    // Only versions that a pass accesses, or that are shown.
+    // Only those versions are nodes that a pass accesses, or that are shown.
     std::vector<std::string> nodes;
     const auto addNode = [&](uint32_t resource, uint32_t version) {
         const std::string node = VersionNode(resource, version);

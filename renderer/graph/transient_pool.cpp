@@ -23,7 +23,7 @@ auto PartsOf(const rhi::BufferDesc& desc) {
     return std::tie(size, usage, memory, hasOwnMemory);
 }
 
-// True if an object made for `a` also serves `b`, under the same name in debuggers.
+// Returns true if an object made for `a` also serves `b`, under the same name in debuggers.
 template <typename Desc>
 bool IsSame(const Desc& a, const Desc& b) {
     return PartsOf(a) == PartsOf(b) && a.name == b.name;

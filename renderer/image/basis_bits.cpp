@@ -12,7 +12,7 @@ namespace {
 constexpr unsigned kLongestWord = 16;
 // The symbols of the code for lengths of words: lengths, and runs of zeros and of the last length.
 constexpr uint32_t kShortZeros = 17, kLongZeros = 18, kShortRepeat = 19, kLengthSymbols = 21;
-// In this order are their own lengths stored.
+// The order in which their own lengths are stored.
 constexpr std::array<uint8_t, kLengthSymbols> kOrder{17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
                                                      11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 

@@ -1,5 +1,5 @@
-// After the KTX File Format Specification 2.0, appendices "BasisLZ Global Data" and "BasisLZ/ETC1S Bitstream
-// Specification", and the Khronos Data Format Specification 1.4, chapter ETC1.
+// Follows the KTX File Format Specification 2.0, appendices "BasisLZ Global Data" and "BasisLZ/ETC1S
+// Bitstream Specification", and the Khronos Data Format Specification 1.4, chapter ETC1.
 #include "renderer/image/basis_lz.h"
 
 #include <algorithm>

@@ -25,7 +25,7 @@ constexpr std::array<Mode, 8> kModes{{
     {2, 6, 0, 0, 5, 5, true, false, 2, 0},
 }};
 
-// By the bits of an index: 64ths of the second endpoint.
+// Indexed by the number of bits of an index: 64ths of the second endpoint.
 constexpr std::array<std::array<uint8_t, 16>, 5> kWeights{{
     {},
     {},

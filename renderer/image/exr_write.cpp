@@ -90,7 +90,7 @@ class ExrWriter {
             attribute);
     }
 
-    // How many samples were beyond what a half float holds.
+    // The number of samples beyond the range of a half float.
     uint64_t ClampedCount() const { return m_clampedCount; }
 
     void Write() {
@@ -129,7 +129,7 @@ class ExrWriter {
         const int64_t width = m_width, height = m_height;
         if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide)
             Fail(Text("cannot write {} x {} pixels", m_width, m_height));
-        // All sides of both windows, so that the places of the last pixels can be counted too
+        // The sides of both windows are checked, so that the positions of the last pixels can be represented.
         const int64_t pictureWidth = window.pictureWidth > 0 ? window.pictureWidth : width;
         const int64_t pictureHeight = window.pictureHeight > 0 ? window.pictureHeight : height;
         if (std::max(pictureWidth, pictureHeight) > kMaxSide ||

@@ -143,7 +143,7 @@ void ReadRow(HdrReader& reader, std::span<Rgbe> row) {
     ReadRleRow(reader, row);
 }
 
-// To the nearest; the largest channel's mantissa is 128 to 255.
+// Rounds to nearest; the largest channel's mantissa is 128 to 255.
 Rgbe ToRgbe(const float* rgb) {
     constexpr double kMaxValue = 0x1.fep126;  // 255 * 2^(255 - 136)
     double channel[3];

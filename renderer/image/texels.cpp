@@ -22,7 +22,7 @@ uint64_t BlockCount(uint32_t extent) {
     return (uint64_t{extent} + 3) / 4;
 }
 
-// False: the block is none of the coding's.
+// Returns false if the block is not of the coding.
 bool DecodeBlock(TexelCoding coding, std::span<const std::byte> bytes, BlockTexels& texels) {
     const auto half = [&] { return bytes.first<8>(); };
     const auto whole = [&] { return bytes.first<16>(); };

@@ -19,7 +19,7 @@ struct Mode {
     uint8_t base, numberBits, weightBits;
 };
 
-// By the mode's index. The eighth is of one color; its other fields are not used.
+// Indexed by mode. The eighth mode is of one color; its other fields are not used.
 constexpr uint32_t kModeCount = 19, kSolidMode = 8, kNoMode = 255;
 constexpr std::array<Mode, kModeCount> kModes{{
     {0x01, 4, 15, 1, 0, 3, false, 3, 6, 4}, {0x35, 6, 15, 1, 0, 3, false, 1, 8, 2},
@@ -86,7 +86,7 @@ constexpr auto kUnquantized = [] {
     return tables;
 }();
 
-// By the bits of an index, 1 to 5: 64ths of the second endpoint.
+// Indexed by the number of bits of an index, 1 to 5: 64ths of the second endpoint.
 constexpr auto kWeights = [] {
     std::array<std::array<uint8_t, 32>, 6> tables = {};
     for (uint32_t bits = 1; bits < 6; ++bits) {

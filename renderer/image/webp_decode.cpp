@@ -44,8 +44,8 @@ Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const
     const auto width = static_cast<uint32_t>(config.input.width);
     const auto height = static_cast<uint32_t>(config.input.height);
     CheckSize(name, width, height, limits);
-    // Into the library's memory, which is touched no further than the data goes; a vector would be filled
-    // first.
+    // Decodes into the library's memory, which is only touched as far as the data goes; a vector would be
+    // filled first.
     config.output.colorspace = MODE_RGBA;
     const std::unique_ptr<WebPDecBuffer, decltype(&WebPFreeDecBuffer)> output(&config.output,
                                                                               WebPFreeDecBuffer);

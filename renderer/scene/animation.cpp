@@ -29,7 +29,7 @@ glm::dquat ToQuaternion(const float* xyzw) {
     return glm::dquat(double{xyzw[3]}, double{xyzw[0]}, double{xyzw[1]}, double{xyzw[2]});
 }
 
-// At unit length; what has none becomes `instead`.
+// Stores the rotation with unit length; one of length 0 becomes `instead`.
 void StoreRotation(const glm::dquat& rotation, const float* instead, double* value) {
     double length = glm::length(rotation);
     glm::dquat unit = rotation;
@@ -66,7 +66,7 @@ void SampleAnimation(const AnimationSampler& sampler, double seconds, bool isRot
         if (isRotation) return StoreRotation(ToQuaternion(held), held, value);
         std::copy_n(held, width, value);
     };
-    // In this order, so that a time that is no number is the first one
+    // The comparisons have this order so that a NaN time counts as the first one.
     if (!(seconds > double{times.front()})) return hold(0);
     if (seconds >= double{times.back()}) return hold(times.size() - 1);
     interval = FindInterval(times, seconds, interval);

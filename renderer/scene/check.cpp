@@ -32,7 +32,7 @@ void CheckField(const glm::vec<Length, float>& value, const Field<Owner, glm::ve
 void CheckField(bool, const MaterialField<bool>&, const Subject&) {}
 void CheckField(AlphaMode, const MaterialField<AlphaMode>&, const Subject&) {}
 void CheckField(uint32_t, const MaterialField<uint32_t>&, const Subject&) {}
-// Its numbers; CheckTextures has the indices, which only a whole scene can tell.
+// Checks the reference's numbers; CheckTextures checks the indices, which needs the whole scene.
 void CheckField(const TextureRef& reference, const TextureField&, const Subject& subject) {
     ForEachTransformField(
         [&](const auto& field) { CheckField(reference.transform.*field.member, field, subject); });

@@ -216,7 +216,7 @@ class Drawing {
         return spots;
     }
 
-    // From x to that of a neighbor, the shorter way around.
+    // Returns the way from x to that of a neighbor, the shorter way around.
     double Way(double from, double to) const { return std::remainder(to - from, m_width); }
 
     // Corners and middles of edges, around a texel.

@@ -51,7 +51,7 @@ std::filesystem::path RelativePath(std::string_view uri) {
 }
 
 std::vector<std::byte> DiskFileReader::Read(const std::filesystem::path& path, uint64_t maxBytes) {
-    // Asked before opening, because opening a device can have effects; asked again of what was opened.
+    // The type is checked before opening, because opening a device can have effects, and again after it.
     std::error_code error;
     const auto status = std::filesystem::symlink_status(path, error);
     if (error) FailRead(path, error.message());

@@ -79,7 +79,7 @@ class TableReader {
     }
 
     void Read() {
-        // Without the one that stands for none
+        // The count excludes the view that stands for none.
         m_noView = m_model.bufferViews.size() - 1;
         for (size_t i = 0; i < m_noView; ++i) m_tables.views.push_back(ReadView(i));
         for (size_t i = 0; i < m_model.accessors.size(); ++i) m_tables.accessors.push_back(ReadAccessor(i));

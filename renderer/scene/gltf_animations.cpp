@@ -196,7 +196,7 @@ class AnimationReader {
             m_context.ChargeGeometry(where, kBytesATarget + WidthOf(target) * kBytesANumber);
     }
 
-    // Also not a weight beside all.
+    // Returns whether the target is new; a single weight is not, if all weights are a target.
     static bool IsFirst(std::set<AnimationTarget>& seen, const AnimationTarget& target) {
         if (IsOfWeights(target)) {
             AnimationTarget other = target;

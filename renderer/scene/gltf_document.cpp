@@ -134,7 +134,8 @@ std::vector<ImageSource> TakeImages(GltfContext& context, Json& root) {
     return sources;
 }
 
-// Before tinygltf, which drops empty objects from the lists of an extension: what follows would be another.
+// Must run before tinygltf, which drops empty objects from the lists of an extension, so that indices would
+// shift.
 void CheckLightProfiles(GltfContext& context, Json& root) {
     const auto extensions = root.find("extensions");
     if (extensions == root.end()) return;

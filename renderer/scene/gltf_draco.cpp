@@ -151,7 +151,7 @@ class CheckedDecoder final : public Decoder {
         return isDecoded;
     }
 
-    // Asked for when a prediction has been chosen and its data has not been read. Without this data another
+    // Called when a prediction has been chosen and its data has not been read. Without this data another
     // prediction takes its place, which has none.
     const draco::MeshAttributeIndicesEncodingData* GetAttributeEncodingData(int attribute) const override {
         const auto* const data = Decoder::GetAttributeEncodingData(attribute);
@@ -224,7 +224,7 @@ void CheckHeader(const draco::DracoHeader& header, const Expected& expected) {
     if (header.version_major != 2 || header.version_minor != 2)
         expected.context.Fail(expected.where, Text("is of version {}.{} of the format, 2.2 is read",
                                                    int{header.version_major}, int{header.version_minor}));
-    // Where a few bytes can make the decoder take gigabytes
+    // A few bytes of metadata can make the decoder allocate gigabytes.
     if (header.flags & METADATA_FLAG_MASK)
         expected.context.Fail(expected.where, "has metadata, which is not read");
 }

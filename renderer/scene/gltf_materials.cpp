@@ -165,7 +165,7 @@ class MaterialImporter {
         material.*field.member = ReadTexture(info, field.colorSpace, object[field.key]);
     }
 
-    // In the order of the fields, which decides that of the textures.
+    // Reads the fields in their order, which determines that of the textures.
     Material ReadMaterial(const gltf::Material& file, const Place& where) {
         const gltf::PbrMetallicRoughness& pbr = file.pbrMetallicRoughness;
         constexpr TextureField kBaseColor = FieldOf(&Material::baseColorTexture);

@@ -22,7 +22,8 @@ bool IsAllowedOfJoints(Attribute attribute, const Accessor& accessor) {
     return accessor.componentType == ComponentType::Float || (isUnsigned && accessor.isNormalized);
 }
 
-// Which accessors an attribute may be read from: the core's types and those KHR_mesh_quantization adds.
+// Returns whether an attribute may be read from the accessor: the core's types and those that
+// KHR_mesh_quantization adds.
 bool IsAllowed(Attribute attribute, const Accessor& accessor) {
     if (attribute >= Attribute::Joints0) return IsAllowedOfJoints(attribute, accessor);
     if (accessor.isMatrix || accessor.componentType == ComponentType::Uint32) return false;

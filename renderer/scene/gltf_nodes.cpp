@@ -278,7 +278,7 @@ bool PlaceAt(const SceneData& scene, const PlacedTransform& placed, Instance& in
 // The instances of one node: `one`, at each of the layout's transforms.
 void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLayout& layout, Instance one,
                const PlacedTransform& nodeToWorld, SceneData& scene) {
-    // And what GpuScene and its users keep of each
+    // The memory of an instance, here and in GpuScene and its users.
     constexpr uint64_t kBytesAnInstance = 4 * sizeof(Instance);
     context.ChargeGeometry(layout.where, layout.count * kBytesAnInstance);
     const std::vector<glm::mat4x3> transforms = DecodeInstancing(context, reader, layout);

@@ -27,7 +27,7 @@ Json JsonVector(const glm::vec<Length, float>& vector) {
     return array;
 }
 
-// With the digits that its rest adds (scene_data.h).
+// Writes the translation with the digits that its rest adds (scene_data.h).
 Json JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
     Json array = Json::array();
     for (int i = 0; i < 3; ++i)
@@ -148,7 +148,7 @@ class MaterialPatch {
 
   private:
     void PutTransform(const TextureField& field, const TextureRef& loaded, const TextureRef& edited) {
-        // Without a texture it has no place, and no effect
+        // The transform has no place in the file without a texture, and no effect.
         if (!loaded.IsPresent() || loaded.transform == edited.transform) return;
         Json& extension = Extension(Object(field.object)[field.key], kTextureTransform);
         ForEachTransformField([&](const auto& part) {
@@ -160,7 +160,7 @@ class MaterialPatch {
     template <typename T>
     void Put(const MaterialField<T>& field, const T& value) {
         const std::string_view object = field.object;
-        // Without the texture that it belongs to it has no place, and no effect
+        // The value has no place in the file without the texture that it belongs to, and no effect.
         if (object.ends_with("Texture") && !m_material.contains(object)) return;
         if (const KeyParts parts = KeyPartsOf(field.key); !parts.object.empty()) {
             const Json::json_pointer texture(Text("/extensions/{}/{}", field.object, parts.object));
@@ -197,7 +197,7 @@ class MaterialPatch {
     Json& m_material;
 };
 
-// But for their transforms.
+// Compares the textures except for their transforms.
 bool HasSameTextures(const Material& a, const Material& b) {
     bool isSame = true;
     ForEachMaterialField([&](const auto& field) {
@@ -329,7 +329,7 @@ void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edi
         if (!HasSameTextures(loaded[i], edited.materials[i]))
             throw MakeError(ErrorKind::Usage, "materials[{}]: its textures cannot be exchanged", i);
         RequireSameKind(loaded[i], edited.materials[i], i);
-        // Into a copy: a material that has not been edited leaves the tree as it is
+        // The edit goes into a copy: a material that has not been edited leaves the tree as it is.
         const bool isDefault = i == outline.defaultMaterial;
         Json changed = isDefault ? Json::object() : root["materials"][i];
         const Json before = changed;

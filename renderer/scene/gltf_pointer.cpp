@@ -83,7 +83,7 @@ class PointerResolver {
     }
 
   private:
-    // False: it points at nothing that is read.
+    // Returns false if it points at nothing that is read.
     bool Read(Steps steps) {
         const SceneData& scene = m_pointed.scene;
         if (TakeName(steps, "nodes")) return ReadNode(TakeIndex(steps, scene.nodes.size(), "node"), steps);

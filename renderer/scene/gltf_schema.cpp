@@ -192,7 +192,7 @@ class Checker {
         return type != object.end() && type->is_string() && type->get_ref<const std::string&>() == row.ofType;
     }
 
-    // False: the value is to be left out.
+    // Returns false if the value must be left out.
     bool CheckProperty(Json& value, const Property& row) {
         switch (row.type) {
             case PropertyType::Bool:

@@ -109,7 +109,8 @@ constexpr Row FactorRow(const MaterialField<bool>& field) {
 constexpr TextRow FactorRow(const MaterialField<AlphaMode>& field) {
     return Text(field.key).OneOf(kGltfNames<AlphaMode>);
 }
-// Not glTF's: `extras` belongs to applications, and what is no number as we mean it may be another's.
+// The property is not glTF's: `extras` belongs to applications, so a value that is no valid number may be
+// another application's.
 constexpr WholeRow FactorRow(const MaterialField<uint32_t>& field) {
     return Whole(field.key)
         .Between(0, std::numeric_limits<uint32_t>::max())
@@ -204,7 +205,7 @@ consteval auto AttributeTable(const MakeRow& makeRow) {
 }
 constexpr auto kReadAttributes =
     AttributeTable([](const char* name) { return Index(name, Target::Accessors); });
-// And what is left out with a warning.
+// The attributes that are read, and those that are left out with a warning.
 constexpr auto kAttributes = [] {
     std::array<Property, kAttributeCount + 1> rows;
     for (size_t i = 0; i < kAttributeCount; ++i) rows[i] = kReadAttributes[i];

@@ -151,7 +151,7 @@ void MirrorAtEnd(Web& web) {
     }
 }
 
-// All around, from a part that stands for the rest.
+// Completes the web to all directions from a part that stands for the rest.
 void CompleteC(Web& web, const IesReader& reader) {
     const double first = web.horizontal.front(), last = web.horizontal.back();
     if (web.horizontal.size() == 1) return;
@@ -172,7 +172,7 @@ void CompleteC(Web& web, const IesReader& reader) {
     web.horizontal.back() = web.horizontal.front() + 360.0;
 }
 
-// From 0 on a half stands for the other one: mirrored at the vertical plane.
+// A web from 0 on is a half that stands for the other one, mirrored at the vertical plane.
 void CompleteAB(Web& web) {
     if (!IsSame(web.horizontal.front(), 0.0)) return;
     web.horizontal.front() = 0.0;

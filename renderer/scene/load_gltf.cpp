@@ -42,7 +42,7 @@ uint32_t AddDefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& s
     return kNone;
 }
 
-// For each mesh, whether a node of the scene places it.
+// Returns, for each mesh, whether a node of the scene places it.
 std::vector<bool> PlacedMeshes(const SceneData& scene, size_t meshCount) {
     std::vector<bool> isPlaced(meshCount, false);
     for (const uint32_t node : scene.nodeOrder)
@@ -69,7 +69,7 @@ std::vector<bool> ShownImages(const GltfOutline& outline) {
     return isShown;
 }
 
-// Only meshes that are placed; the others keep their index and name.
+// Decodes only meshes that are placed; the others keep their index and name.
 void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutline& outline,
                   SceneData& scene) {
     const std::vector<MeshLayout>& layouts = outline.layouts;

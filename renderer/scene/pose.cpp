@@ -33,7 +33,7 @@ double Dot(const double* a, const double* b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
 
-// And back. Infinite is 0 on either side.
+// Converts a value to its reciprocal and back. Infinite is 0 on either side.
 double Reciprocal(double value) {
     return value == 0.0 ? 0.0 : 1.0 / value;
 }

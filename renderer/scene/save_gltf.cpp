@@ -191,7 +191,7 @@ void Write(const GltfContainer& container, Json& root, const fs::path& target, b
         !buffers->front().contains("uri")) {
         Json& first = buffers->front();
         const std::string name = target.stem().string() + ".bin";
-        // Without what pads the chunk
+        // The size excludes the padding of the chunk.
         const size_t size = std::min(container.binary.size(), first["byteLength"].get<size_t>());
         WriteBeside(target.parent_path() / name, container.binary.first(size));
         first["uri"] = PercentEncode(name);

@@ -240,7 +240,7 @@ bool HasEmission(const SceneData& scene) {
 
 uint8_t LowestAlpha(const ImageData& image) {
     if (image.lowestAlpha) return *image.lowestAlpha;
-    // In parts, each without a branch a texel
+    // The texels are read in parts, each without a branch for each texel.
     constexpr size_t kPart = size_t{4} << 12;
     uint8_t lowest = 255;
     for (size_t start = 0; start < image.rgba.size() && lowest > 0; start += kPart) {

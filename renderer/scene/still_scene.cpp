@@ -55,7 +55,8 @@ std::string TextOf(const SceneData& scene, const ClipState& clip) {
     return text;
 }
 
-// Which vertices an instance has: of one mesh, one skin and the same weights; none: those of the mesh.
+// The shape of an instance: instances of one mesh and one skin with the same weights share their vertices.
+// None: the vertices are those of the mesh.
 using Shape = std::tuple<uint32_t, uint32_t, std::vector<float>>;
 
 Shape ShapeOf(const SceneData& scene, const Instance& instance) {
@@ -134,8 +135,8 @@ void EraseUnseen(SceneData& scene, const PoseApplier& applier) {
     });
 }
 
-// So that the instance moves with its node from now on, as others do. One whose node is flat stays where it
-// is.
+// Makes the instance move with its node from then on, as others do. If the node is flat, the instance stays
+// where it is.
 void AttachToNode(Instance& instance, const PlacedTransform& node) {
     if (!CanAttach(node)) {
         instance.node = kNone;

@@ -64,7 +64,7 @@ dvec3 Share(const Face& face, const dvec3& normal, const dvec3& edge, const dvec
     return std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)) * Tangential(face.tangent, normal);
 }
 
-// By vertex, the first of those that have equal bits. -0 counts as +0.
+// Returns, by vertex, the first of those that have equal bits. -0 counts as +0.
 template <size_t Count>
 std::vector<uint32_t> FirstOfEqual(size_t vertexCount, const auto& valuesOf) {
     struct Entry {
@@ -89,7 +89,7 @@ std::vector<uint32_t> FirstOfEqual(size_t vertexCount, const auto& valuesOf) {
     return firsts;
 }
 
-// Zero where the mean has none: one of no length, or along the normal.
+// Returns zero if the mean has no direction: if it has no length, or lies along the normal.
 dvec3 DirectionOf(const dvec3& mean, const dvec3& normal) {
     return glm::length(mean) > 1e-12 ? Tangential(mean, normal) : dvec3(0.0);
 }
@@ -213,7 +213,7 @@ class TangentGenerator {
         return Tangent(sum, normal, m_faces[FaceOf(corners[0])].isMirrored ? -1.0f : 1.0f);
     }
 
-    // Where the mean has no direction, some perpendicular to the normal.
+    // If the mean has no direction, returns some perpendicular to the normal.
     static glm::vec4 Tangent(const dvec3& mean, const dvec3& normal, float sign) {
         const dvec3 direction = DirectionOf(mean, normal);
         return {direction != dvec3(0.0) ? glm::vec3(direction) : Perpendicular(glm::vec3(normal)), sign};

@@ -107,7 +107,8 @@ void RemoveAbandoned(int folder, const std::string& path) {
 // asked to end and being killed, a process has little time.
 class Patience {
   public:
-    // Where `isPatient`, nothing but being asked to end limits it.
+    // Returns whether to stop waiting: at the deadline, or soon after a request to end. If `isPatient`, there
+    // is no deadline.
     bool IsOver(bool isPatient) {
         const Clock::time_point now = Clock::now();
         if (!IsAskedToEnd()) return !isPatient && now >= m_start + kForAReader;
@@ -247,8 +248,8 @@ bool NewFile::OpenNamed(std::error_code& error) {
             error = LastError();
             return false;
         }
-        // Until it was locked it looked abandoned, so that another process may be about to remove it, or may
-        // have done so. A file system without locks has no such processes.
+        // Until it was locked, the file looked abandoned, so that another process may be about to remove it,
+        // or may have done so. A file system without locks has no such processes.
         const bool isLocked = flock(m_descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
         if (isLocked && faccessat(m_folder, name.c_str(), F_OK, 0) == 0) {
             m_name = std::move(name);
