@@ -35,8 +35,8 @@ RAYGRAPH_API const char* Name(LogLevel level);
 namespace log_category {
 inline constexpr std::string_view kScene = "scene";            // reading and uploading scenes and images
 inline constexpr std::string_view kDevice = "device";          // which one, what it lacks
-inline constexpr std::string_view kMemory = "memory";          // of the device
-inline constexpr std::string_view kCache = "cache";            // of pipelines, on disk
+inline constexpr std::string_view kMemory = "memory";          // device memory
+inline constexpr std::string_view kCache = "cache";            // pipeline caches on disk
 inline constexpr std::string_view kShaders = "shaders";        // compiling and reloading; pipelines
 inline constexpr std::string_view kGeometry = "geometry";      // acceleration structures and their compaction
 inline constexpr std::string_view kGraph = "graph";            // frames

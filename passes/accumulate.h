@@ -44,7 +44,7 @@ class RAYGRAPH_API Accumulation {
 
     struct Progress {
         uint32_t sampleCount = 0;  // complete
-        TileCursor cursor;         // of the one after them
+        TileCursor cursor;         // the cursor of the sample after those
         bool operator==(const Progress&) const = default;
         bool IsAtStart() const { return sampleCount == 0 && cursor.IsAtStart(); }
     };
@@ -66,7 +66,7 @@ class RAYGRAPH_API Accumulation {
     friend class AccumulationStep;
     struct State {
         Progress progress;
-        bool hasVariance = false;  // of all samples in the mean
+        bool hasVariance = false;  // true if all samples in the mean have squares
         Extent2D extent;
     };
     const State& Current() const { return m_declaredIn.expired() ? m_state : m_declared; }

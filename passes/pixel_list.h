@@ -15,9 +15,9 @@ namespace raygraph::passes {
 // A list as passes of the open frame read it.
 struct ListedPixels {
     BufferId list;         // gpu::ListedPixel, one for each texel of `extent`, in rows from the top
-    uint64_t address = 0;  // of the list on the device
+    uint64_t address = 0;  // device address of the list
     uint32_t count = 0;    // pixels; texels behind them are of none, and are not traced
-    Extent2D extent;       // of a sample of these pixels in the outputs of Trace
+    Extent2D extent;       // extent of a sample of these pixels in the outputs of Trace
 
     bool IsGiven() const { return count > 0; }
     uint32_t AddressLow() const { return static_cast<uint32_t>(address); }

@@ -26,7 +26,7 @@ struct RasterVisibility {
     TextureId depth;             // reversed, see shaders/raster/projection.glsl; rays leave none
     BufferId drawCommands;       // gpu::DrawCommand[], as drawn, after culling, for statistics
     BufferId visiblePlacements;  // see shaders/shared/draw_records.h
-    glm::vec2 filmOffset{0.5f};  // of the drawn position in each pixel
+    glm::vec2 filmOffset{0.5f};  // the drawn position in each pixel
     Rasterizer rasterizer = Rasterizer::Compute;
 };
 
@@ -77,7 +77,7 @@ struct RasterSettings {
     // and 65,536 instances: 93 ms against 61 ms and 1.6 s for the maps at 320 x 180.
     RasterShadows shadows = RasterShadows::Rays;
     uint32_t shadowAtlasSize = 4096;  // texels a side
-    bool hasOcclusion = true;         // of the environment, in screen space (passes/occlusion.h)
+    bool hasOcclusion = true;         // occlusion of the environment, in screen space (passes/occlusion.h)
     // Glass shows what is behind it (passes/see_through.h), else the environment.
     bool hasTransmission = true;
     // Textures are read at the mip level that fits a pixel's footprint (shaders/raster/pixel_footprint.glsl),

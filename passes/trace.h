@@ -49,7 +49,7 @@ struct RouletteSettings {
     // The first bounce at which Russian roulette may terminate a path. From 2 on, the first bounce is never
     // thinned, which matters on dark surfaces under a sky.
     uint32_t start = 2;
-    float survival = 0.8f;  // of each bounce, for Constant and Frame; in (0, 1]
+    float survival = 0.8f;  // probability for each bounce, for Constant and Frame; in (0, 1]
 
     bool operator==(const RouletteSettings&) const = default;
 };

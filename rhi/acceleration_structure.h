@@ -52,10 +52,10 @@ enum class BlasKind : uint8_t {
 // Triangles with 32-bit indices and float3 positions at the start of each vertex. The buffers carry
 // BufferUsage::BuildInput and stay alive until the build has completed.
 struct TriangleGeometry {
-    VkDeviceAddress vertices = 0;  // of the first vertex, a multiple of 4
+    VkDeviceAddress vertices = 0;  // address of the first vertex, a multiple of 4
     uint32_t vertexStride = 12;    // bytes, a multiple of 4
     uint32_t vertexCount = 0;      // every index is below it
-    VkDeviceAddress indices = 0;   // of the first index, a multiple of 4
+    VkDeviceAddress indices = 0;   // address of the first index, a multiple of 4
     uint32_t triangleCount = 0;
     bool isOpaque = true;       // opaque geometry never runs an any-hit shader
     bool isAnyHitOnce = false;  // no ray runs it more than once on a triangle

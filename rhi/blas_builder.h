@@ -40,13 +40,13 @@ struct BlasBuilderDesc {
 
 struct CompactionStatistics {
     uint32_t blasCount = 0;       // live BLASes whose build was submitted
-    uint64_t bytesBuilt = 0;      // of their structures as built
+    uint64_t bytesBuilt = 0;      // bytes of the structures as built
     uint64_t bytesCompacted = 0;  // in use now; equals bytesBuilt where nothing was compacted
     uint32_t pending = 0;         // whose compaction is not yet recorded
     uint32_t buildCount = 0;      // builds submitted so far
     uint32_t batchCount = 0;      // build batches submitted so far
     uint32_t refitCount = 0;      // updates submitted so far
-    uint32_t rebuildCount = 0;    // of Deforming ones, in place; submitted so far
+    uint32_t rebuildCount = 0;    // rebuilds of Deforming ones in place, submitted so far
     bool isOff = false;
     std::string whyOff;  // one line; empty while it is on
 };

@@ -43,7 +43,7 @@ struct BatchPlan {
     std::vector<Batch> batches;
     std::vector<uint64_t>
         offsets;  // of each build's scratch in the shared memory; builds of a batch do not overlap
-    uint64_t scratchBytes = 0;  // of the largest batch
+    uint64_t scratchBytes = 0;  // bytes for the largest batch
 };
 
 // Splits builds in order into batches, each with as many builds as fit the budget, at least one. Pure.

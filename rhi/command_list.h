@@ -32,7 +32,7 @@ struct BoundResource {
     uint64_t offset = 0;
     uint64_t size = VK_WHOLE_SIZE;
     const Texture* texture = nullptr;
-    VkImageView view = VK_NULL_HANDLE;  // of that texture; null: all of it
+    VkImageView view = VK_NULL_HANDLE;  // a view of that texture; null: all of it
     const Sampler* sampler = nullptr;   // for a combined image sampler
     VkAccelerationStructureKHR accelerationStructure = VK_NULL_HANDLE;
 };

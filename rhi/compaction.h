@@ -17,7 +17,7 @@ class Compaction {
   public:
     struct Ready {
         std::shared_ptr<Blas> blas;
-        AccelerationStructure structure;  // of its compacted size
+        AccelerationStructure structure;  // new structure of the compacted size
     };
 
     Compaction(Device& device, const BlasBuilderDesc& desc);

@@ -103,20 +103,20 @@ struct DeviceInfo {
     uint32_t maxShaderGroupStride = 0;
     uint32_t maxRayRecursionDepth = 0;
     uint64_t maxRayInvocationCount = 0;        // width * height of one TraceRays
-    float maxAnisotropy = 1.0f;                // of a sampler; 1: the device lacks samplerAnisotropy
-    std::array<uint32_t, 3> maxGroupCounts{};  // of one Dispatch
+    float maxAnisotropy = 1.0f;                // limit of samplers; 1: the device lacks samplerAnisotropy
+    std::array<uint32_t, 3> maxGroupCounts{};  // limits of one Dispatch
     // Acceleration structures
     uint32_t scratchAlignment = 0;
     uint64_t maxInstanceCount = 0;
     // Others
     double timestampPeriodNs = 0.0;   // nanoseconds a tick; 0: no timestamps
-    uint32_t timestampValidBits = 0;  // of the queue family; 0: no timestamps
+    uint32_t timestampValidBits = 0;  // bits of the queue family's timestamps; 0: none
     uint32_t maxPushConstantBytes = 0;
     uint32_t maxPushDescriptors = 0;
     uint64_t storageAlignment = 0;  // minStorageBufferOffsetAlignment
     uint64_t uniformAlignment = 0;
     uint64_t maxBufferBytes = 0;
-    uint64_t maxStorageBufferBytes = 0;  // of a buffer that a shader binds: maxStorageBufferRange
+    uint64_t maxStorageBufferBytes = 0;  // limit of a buffer that a shader binds: maxStorageBufferRange
     uint32_t maxTextureExtent = 0;       // texels a side
     uint32_t maxTextureLayers = 0;
     uint32_t subgroupSize = 0;
@@ -155,8 +155,8 @@ struct MemoryStatistics {
 struct MemoryHeap {
     bool isDeviceLocal = false;  // the device's own; else the host's
     uint64_t sizeBytes = 0;
-    uint64_t budgetBytes = 0;  // what this process may use
-    uint64_t usedBytes = 0;    // what this process uses, over all its devices
+    uint64_t budgetBytes = 0;  // bytes that this process may use
+    uint64_t usedBytes = 0;    // bytes that this process uses, over all its devices
 };
 
 class RAYGRAPH_API Device {
@@ -185,7 +185,7 @@ class RAYGRAPH_API Device {
     uint32_t QueueFamily() const;
     VmaAllocator Allocator() const;
     VkPipelineCache PipelineCache() const;
-    VkPipelineCreateFlags PipelineFlags() const;  // of all pipelines
+    VkPipelineCreateFlags PipelineFlags() const;  // flags of all pipelines
     uint32_t FramesInFlight() const;
     std::chrono::milliseconds HangLimit() const;  // 0: none
     const VkAllocationCallbacks* AllocationCallbacks() const;

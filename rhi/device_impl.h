@@ -127,7 +127,7 @@ struct Device::Impl {
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
-    std::atomic<uint64_t> lastCompleted{0};       // as of the last query
+    std::atomic<uint64_t> lastCompleted{0};       // the value at the last query
     std::chrono::milliseconds hangLimit{0};       // 0: none
     std::atomic<uint64_t> hangsAt{~uint64_t{0}};  // the timeline's value when a wait found it to hang
     std::mutex slotMutex;

@@ -34,7 +34,7 @@ struct FeatureRequirement {
 struct FormatRequirement {
     const char* name;  // "linear filtering of rgba32f"
     VkFormat format;
-    VkFormatFeatureFlags features;  // of optimal tiling
+    VkFormatFeatureFlags features;  // features with optimal tiling
     const char* why;
 };
 

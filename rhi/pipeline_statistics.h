@@ -20,7 +20,7 @@ struct ProgramStatistic {
 };
 
 struct ProgramStatistics {
-    std::string name;           // of the program, as the driver says: "RAY GENERATION"
+    std::string name;           // the driver's name of the program: "RAY GENERATION"
     uint32_t subgroupSize = 0;  // 0: not told
     std::vector<ProgramStatistic> statistics;
 };

@@ -33,7 +33,7 @@ struct RasterPipelineDesc {
     bool isFrontClockwise = false;  // as seen in the framebuffer; glTF's front is counter-clockwise with y up
     DepthCompare depthCompare = DepthCompare::LessOrEqual;
     bool writesDepth = true;
-    BlendMode blend = BlendMode::Off;  // of every color target
+    BlendMode blend = BlendMode::Off;  // blending of every color target
     bool isWireframe = false;          // needs the feature fillModeNonSolid
 };
 

@@ -43,14 +43,14 @@ struct Binding {
     std::string name;
     uint32_t set = 0;
     uint32_t binding = 0;
-    uint32_t offset = 0;  // of a buffer address: in the block
+    uint32_t offset = 0;  // for a buffer address: its offset in the block
     BindingKind kind = BindingKind::StorageBuffer;
     uint32_t count = 1;                      // array size; 0: a runtime array
     bool isReadable = true;                  // false: declared writeonly
     bool isWritable = false;                 // storage images and buffers not declared readonly
     bool isUsed = false;                     // the entry point uses it: it has to be bound
-    ImageShape shape = ImageShape::Plain;    // of an image
-    Format imageFormat = Format::Undefined;  // of a storage image; Undefined: the shader states none
+    ImageShape shape = ImageShape::Plain;    // for images
+    Format imageFormat = Format::Undefined;  // for storage images; Undefined: the shader states none
     uint32_t blockBytes = 0;                 // of a buffer block or what a reference is to, without a
                                              // trailing runtime array
     uint32_t elementBytes = 0;               // stride of the trailing runtime array; 0: there is none

@@ -127,7 +127,7 @@ std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path
     const char* text = source.text.data();
     const int length = static_cast<int>(source.text.size());
     const char* name = source.name.c_str();
-    constexpr int kInputSemanticsVersion = 100;  // what glslangValidator -V asks for
+    constexpr int kInputSemanticsVersion = 100;  // the value of glslangValidator -V
     constexpr int kDefaultGlslVersion = 100;
     const auto messages = static_cast<EShMessages>(EShMsgDefault | EShMsgSpvRules | EShMsgVulkanRules);
 

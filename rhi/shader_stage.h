@@ -39,7 +39,7 @@ struct ShaderReflection;
 struct ShaderStage {
     std::string name{};  // "pathtrace/pathtrace.rgen": for errors and labels
     std::span<const uint32_t> spirv{};
-    const ShaderReflection* reflection = nullptr;  // of the words (Reflect), if the caller has it
+    const ShaderReflection* reflection = nullptr;  // reflection of the words (Reflect), if the caller has it
 
     bool IsEmpty() const { return spirv.empty(); }
 };

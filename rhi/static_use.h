@@ -12,7 +12,7 @@ namespace raygraph::rhi {
 
 struct UsedVariable {
     bool isWhole = false;                  // more than some members
-    std::unordered_set<uint32_t> members;  // of a block, by their numbers
+    std::unordered_set<uint32_t> members;  // numbers of the used members of a block
     bool Uses(uint32_t member) const { return isWhole || members.contains(member); }
 };
 

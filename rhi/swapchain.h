@@ -25,7 +25,7 @@ struct SwapchainDesc {
     std::string name = "swapchain";
     // Creates the window's surface; the Swapchain destroys it. Returns false if there is none.
     MakeSurface makeSurface = {};
-    Extent2D extent = {};         // of the window in pixels; empty: minimized, Acquire returns nothing
+    Extent2D extent = {};         // the window's extent in pixels; empty: minimized, Acquire returns nothing
     bool waitsForRefresh = true;  // false: as fast as frames come, where the device can
 };
 

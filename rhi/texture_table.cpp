@@ -45,7 +45,7 @@ struct TextureTable::State {
     VkDescriptorPool pool = VK_NULL_HANDLE;
     VkDescriptorSet set = VK_NULL_HANDLE;
     VkDescriptorImageInfo defaultImage{};
-    std::mutex mutex;  // of everything below and of writes to the set
+    std::mutex mutex;  // guards everything below and writes to the set
     std::vector<bool> isTaken;
     std::vector<uint32_t> free;  // the last one is used next
     uint32_t count = 0;

@@ -68,7 +68,7 @@ class RAYGRAPH_API Tlas {
     VkDeviceAddress Address() const { return m_structure.Address(); }
     uint64_t Bytes() const { return m_structure.Bytes(); }
     uint32_t Capacity() const { return m_desc.capacity; }
-    uint32_t InstanceCount() const { return m_built ? m_built->count : 0; }  // of the last build
+    uint32_t InstanceCount() const { return m_built ? m_built->count : 0; }  // instances of the last build
     const std::string& Name() const { return m_desc.name; }
     explicit operator bool() const { return static_cast<bool>(m_structure); }
 

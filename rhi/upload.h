@@ -25,7 +25,7 @@ namespace raygraph::rhi {
 
 struct UploaderDesc {
     std::string name = "uploader";
-    uint64_t stagingBytes = uint64_t{64} << 20;  // of all chunks together
+    uint64_t stagingBytes = uint64_t{64} << 20;  // bytes of all chunks together
     uint32_t chunkCount = 4;                     // at least 2, so that copying and filling overlap
     // All chunks are allocated from the start, on another thread, instead of each when it is needed: mapped
     // memory takes .4 ms a MiB on an H200. An upload before they are there waits for them.
@@ -36,7 +36,7 @@ class RAYGRAPH_API Uploader {
   public:
     // Throws Error{Usage} for fewer than 2 chunks or chunks below 64 KiB.
     explicit Uploader(Device& device, const UploaderDesc& desc = {});
-    ~Uploader();  // what was not flushed is dropped
+    ~Uploader();  // drops all that was not flushed
     Uploader(const Uploader&) = delete;
     Uploader& operator=(const Uploader&) = delete;
 

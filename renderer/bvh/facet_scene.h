@@ -25,7 +25,7 @@ using FacetTest = std::function<bool(uint32_t instance, uint32_t facet, const gl
 struct FacetHit {
     float t = 0.0f;  // distance, in lengths of the ray's direction
     uint32_t instance = 0, facet = 0;
-    glm::vec2 barycentrics{0.0f};  // of p1 and p2
+    glm::vec2 barycentrics{0.0f};  // weights of p1 and p2
     glm::vec3 normal{0.0f};        // unit length, in world space, on the side that the ray comes from
 };
 
@@ -42,7 +42,7 @@ class FacetScene {
     bool IsOccluded(const glm::vec3& origin, const glm::vec3& direction, float tMax) const;
     const std::vector<Facet>& FacetsOf(uint32_t mesh) const { return m_meshes[mesh].facets; }
     const std::vector<BvhInstance>& Instances() const { return m_instances; }
-    const Box& Bounds() const { return m_bounds; }  // of all instances that can be hit
+    const Box& Bounds() const { return m_bounds; }  // around all instances that can be hit
 
   private:
     struct Mesh {

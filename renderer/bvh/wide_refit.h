@@ -36,7 +36,7 @@ class WideRefit {
     struct Node {
         Box box;
         uint32_t parent = 0;
-        double cost = 0.0;  // of it and its leaves
+        double cost = 0.0;  // SAH cost of the node and its leaves
         bool isDirty = false;
     };
     void Store(std::span<gpu::WideNode> nodes, uint32_t node, const BoxOf& boxOf);

@@ -69,7 +69,7 @@ inline constexpr uint64_t kMaxLevelTriangles = 1 << 19, kMaxRebuiltTriangles = 1
 // A placed tree of a mesh.
 struct WidePlacement {
     glm::mat4x3 objectToWorld{1.0f};
-    Box box;  // of the mesh; empty: it has no triangles
+    Box box;  // box of the mesh; empty: it has no triangles
     uint32_t root = 0;
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...

@@ -41,7 +41,7 @@ enum class Access : uint8_t {
     DepthUpdate,
     IndexRead,
     IndirectRead,
-    Count  // of the above
+    Count  // number of accesses
 };
 RAYGRAPH_API const char* Name(Access access);  // "sampled", "storage write", ...
 RAYGRAPH_API bool Writes(Access access);

@@ -53,7 +53,7 @@ struct GraphResource {
     uint32_t levels = 1;
     uint32_t layers = 1;
     uint64_t bytes = 0;                // buffers
-    rhi::MemoryRequirements memory{};  // of a transient; size 0: it shares no memory
+    rhi::MemoryRequirements memory{};  // for a transient; size 0: it shares no memory
     ResourceState state{};             // before the frame, of its first subresource; unused for transients
     std::vector<ResourceState> otherStates = {};  // of its other ones, layer by layer; empty: as `state`
     uint32_t version = 0;                         // writes declared so far
@@ -113,13 +113,14 @@ struct AnyId {
 
 struct RAYGRAPH_API FrameGraph {
     uint64_t frame = 0;
-    uint32_t queueFamily = 0;              // of the queue that executes the frame
-    VkPipelineStageFlags2 waitStages = 0;  // of the semaphores that the frame waits for
+    uint32_t queueFamily = 0;              // family of the queue that executes the frame
+    VkPipelineStageFlags2 waitStages = 0;  // stages of the semaphores that the frame waits for
     std::vector<GraphResource> resources;
     std::vector<GraphPass> passes;  // in order of declaration
     std::vector<ResourceUse> uses;
     std::vector<Root> roots;
-    std::vector<ResourceState> blockStates;  // what the last frame left in each block of transient memory
+    std::vector<ResourceState>
+        blockStates;  // states in which the last frame left each block of transient memory
 
     // Empties it for the next frame; keeps queueFamily and blockStates.
     void Begin(uint64_t frameNumber);

@@ -111,8 +111,8 @@ class RAYGRAPH_API PassBuilder {
     void ReadsByAddress(BlasSetId structures);  // referenced by the traced TLAS
     [[nodiscard]] BufferId WritesByAddress(BufferId buffer);
     void Uses(TextureSetId textures);      // bindless, set 1
-    void ReadsArguments(BufferId buffer);  // of an indirect dispatch, trace or draw
-    void ReadsIndices(BufferId buffer);    // of DrawIndexed
+    void ReadsArguments(BufferId buffer);  // arguments of an indirect dispatch, trace or draw
+    void ReadsIndices(BufferId buffer);    // indices of DrawIndexed
 
     // --- Attachments of a raster pass, one level of one layer; depth has no index ---
     [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load = {}) {

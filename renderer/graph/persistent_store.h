@@ -24,7 +24,7 @@ struct Persistent {
     // State by subresource, layer by layer.
     std::vector<ResourceState> states{1};  // after the last submitted frame
     std::vector<uint8_t> isWritten = {0};  // by a submitted frame
-    uint64_t lastFrame = ~0ull;            // that declared it
+    uint64_t lastFrame = ~0ull;            // the last frame that declared it
     uint32_t resource = 0;                 // its index in that frame
 
     bool IsMade() const { return texture || buffer; }

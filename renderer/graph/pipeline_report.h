@@ -9,7 +9,7 @@
 namespace raygraph {
 
 struct PipelineReport {
-    std::string name;         // of its first shader; there are several with different specializations
+    std::string name;         // name of its first shader; several may differ in specialization only
     double creationMs = 0.0;  // wall time that the driver took
     std::vector<rhi::ProgramStatistics> programs;
 };

@@ -16,7 +16,7 @@ inline constexpr uint32_t kNone = ~0u;
 
 struct PlannedBarrier {
     uint32_t resource = 0;
-    Subresources part{.levelCount = 1, .layerCount = 1};  // of a texture
+    Subresources part{.levelCount = 1, .layerCount = 1};  // a part of a texture
     Dependency dependency{};
     // The first use of a transient waits for the last occupant of its memory: a resource of this frame, or,
     // when followsLastFrame, whatever the frame before left there.
@@ -56,7 +56,7 @@ struct Plan {
     BarrierRange release;             // after `finish`: ownership to other queue families
     std::vector<Lifetime> lifetimes;  // by resource
     std::vector<rhi::MemoryRequirements> blocks;  // of transient memory
-    uint64_t bytesWithoutAliasing = 0;            // of the transients that have a block
+    uint64_t bytesWithoutAliasing = 0;            // bytes of all transients that have a block
     std::vector<ResourceState> states;  // by number (FrameGraph::ForEachSubresource), after the frame
     // By block, after the frame: of all its occupants together, since an earlier one may reach beyond
     // the last.

@@ -54,7 +54,7 @@ struct GraphTextureDesc {
     Extent2D extent;
     Format format = Format::Rgba32Float;
     uint32_t levels = 1;  // mip levels, at most rhi::FullMipCount(extent)
-    uint32_t layers = 1;  // of an array; six square ones are a cube map, +x -x +y -y +z -z
+    uint32_t layers = 1;  // layers of an array; six square ones are a cube map, +x -x +y -y +z -z
 
     bool operator==(const GraphTextureDesc&) const = default;
 };
@@ -107,7 +107,7 @@ struct PassTiming {
     double cpuMs = 0.0;  // recording
     double gpuMs = 0.0;  // between the pass's two timestamps
     PassKind kind = PassKind::Compute;
-    PassId id = {};  // that it had in its frame
+    PassId id = {};  // its id in its frame
 };
 
 struct FrameTiming {

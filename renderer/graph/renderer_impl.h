@@ -36,12 +36,12 @@ struct Readback::State {
     rhi::Format format = rhi::Format::Undefined;
     std::atomic<uint64_t> submitted = kDeclared;
     std::atomic<bool> isHeld = false;  // by a Readback
-    uint64_t frame = 0;                // that uses it
+    uint64_t frame = 0;                // the frame that uses it
 };
 
 // The backing object of a resource of the frame, parallel to FrameGraph::resources.
 struct FrameResource {
-    rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // of all uses so far
+    rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // usage for all uses so far
     rhi::BufferUsage bufferUsage = rhi::BufferUsage::None;
     rhi::MemoryKind memory = rhi::MemoryKind::Device;
     const rhi::Texture* texture = nullptr;  // null for transients and persistents before Prepare
@@ -49,7 +49,7 @@ struct FrameResource {
     const rhi::Tlas* tlas = nullptr;
     const rhi::TextureTable* textures = nullptr;
     const ResourceState* blasState = nullptr;  // identifies the BLAS set
-    ResourceState* state = nullptr;            // of an import
+    ResourceState* state = nullptr;            // state of an import
     Persistent* persistent = nullptr;
 };
 

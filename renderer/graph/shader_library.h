@@ -32,7 +32,7 @@ struct Shader {
     std::vector<uint32_t> ownWords{};
     rhi::GlslSource source{};                      // for rhi::CompileGlslFile
     std::vector<std::filesystem::path> sources{};  // the file and all it includes
-    uint64_t sourceHash = 0;                       // of their contents
+    uint64_t sourceHash = 0;                       // hash of the sources' contents
     bool isBroken = false;                         // the current source does not compile
 };
 

@@ -46,8 +46,8 @@ class TransientPool {
     };
     struct Block {
         rhi::MemoryBlock memory;
-        uint64_t lastFrame = 0;    // that used it
-        uint64_t lastFitting = 0;  // that used more than a quarter of it
+        uint64_t lastFrame = 0;    // last frame that used it
+        uint64_t lastFitting = 0;  // last frame that used more than a quarter of it
         std::vector<std::unique_ptr<Placed<rhi::Texture>>> textures;
         std::vector<std::unique_ptr<Placed<rhi::Buffer>>> buffers;
     };

@@ -40,7 +40,7 @@ RAYGRAPH_API uint64_t BlockBytes(BlockCoding coding, uint32_t width, uint32_t he
 struct Image8 {
     uint32_t width = 0, height = 0;
     std::vector<uint8_t> rgba;
-    BlockLevels blocks = {};  // what the texels were decoded from, if that is blocks that GPUs read
+    BlockLevels blocks = {};  // the source of the texels, if that is blocks that GPUs read
     // Set by decoding: defects of the file that leave the picture complete. Each is one line that starts with
     // the file's name.
     std::vector<std::string> warnings = {};

@@ -13,7 +13,7 @@ template <typename T>
 using MaterialField = Field<Material, T>;
 
 struct TextureField : FieldPlace<Material, TextureRef> {
-    ColorSpace colorSpace;  // of rgb
+    ColorSpace colorSpace;  // the space of rgb
 };
 
 namespace material_fields {

@@ -9,7 +9,7 @@ namespace raygraph::scene {
 
 struct SplitPlace {
     glm::vec3 rounded{0.0f};  // to float
-    glm::vec3 rest{0.0f};     // what that leaves
+    glm::vec3 rest{0.0f};     // the remainder of the rounding
 };
 RAYGRAPH_API SplitPlace Split(const glm::dvec3& place);
 

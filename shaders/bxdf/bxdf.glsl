@@ -48,7 +48,7 @@ struct BSDFSample {
     float pdf;   // per solid angle; 0: there is no sample, and the other fields are undefined
     vec3 wi;     // local frame, unit length
     float eta;   // relative index of refraction along wi: 1 but for transmission
-    uint flags;  // of the part that was sampled, a subset of Flags(lobe)
+    uint flags;  // flags of the sampled part, a subset of Flags(lobe)
 };
 
 INLINE BSDFSample NoSample() {

@@ -22,11 +22,11 @@ CONST uint kMaxRays = 4096u;  // of one path: a guard against rooms that cannot 
 struct DirectLight {
     Ray ray;
     float distance;  // that must be unoccluded; 0: no light
-    float ior;       // of the medium on the way
+    float ior;       // index of the medium on the way
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
     uint light;      // its number
-    uint triangle;   // of a mesh: within it
+    uint triangle;   // for a mesh: the triangle within it
     MediumStack media;   // where the ray starts; these two are set if kTraceMatchedMedia is
     SegmentStart start;
 };

@@ -21,7 +21,7 @@ CONST float kSurvivalOfThroughput = 3.0f;
 struct PathSettings {
     uint maxDepth;        // bounces
     uint rouletteStart;   // first bounce at which roulette may end the path
-    float survival;       // of a bounce, for roulettes of constant probability
+    float survival;       // survival probability of a bounce, for roulettes of constant probability
     uint frameDepth;      // bounces of this sample, for Roulette::Frame
     float clampIndirect;  // largest component of one contribution of light scattered twice or more often
     float regularize;     // minimum alpha of the BSDFs after the first bounce
@@ -35,7 +35,7 @@ struct PathState {
     vec3 throughput;   // share of the light at the path's end that reaches the camera
     float wavelength;  // nm; kNoWavelength: all colors
     float etaScale;    // square of the index of refraction along the path, which roulette must not count
-    float scatterPDF;  // of the ray's direction; 0: light sampling cannot make this path
+    float scatterPDF;  // PDF of the ray's direction; 0: light sampling cannot make this path
     LightContext scatter;  // where the ray left, for light sampling
     SegmentStart start;    // where the ray left, for media
     MediumStack media;
@@ -43,7 +43,7 @@ struct PathState {
     uint rayCount;    // rays traced
     float alpha;      // 1: the camera ray hit a surface
     PathParts parts;  // of radiance; these two if kKeepsParts
-    FirstLobe lobe;   // of the first bounce
+    FirstLobe lobe;   // lobe of the first bounce
 };
 
 INLINE PathState StartPath(Ray ray, Sampler rng) {

@@ -61,7 +61,7 @@ struct LightSample {
     float pdf;       // per solid angle, times that of the light; delta lights: only the latter. 0: no sample
     uint isDelta;    // 1: no other strategy can find this light
     uint light;      // its number
-    uint triangle;   // of a mesh: within it
+    uint triangle;   // for a mesh: the triangle within it
 };
 
 INLINE LightSample NoLightSample() {

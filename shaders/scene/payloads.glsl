@@ -12,8 +12,8 @@ struct RadiancePayload {  // 24 bytes
 // The payload is no larger than that of the other rays: the size of the largest one is reserved for all.
 struct ShadowPayload {   // 24 bytes
     vec3 passed;         // transmittance of the smooth thin walls met so far
-    float lastDistance;  // of the wall met last; kShadowRayArrived: nothing opaque was on the ray
-    float ior;           // of the medium around the walls
+    float lastDistance;  // distance of the last wall; kShadowRayArrived: nothing opaque was on the ray
+    float ior;           // index of the medium around the walls
     uint alphaSeed;
 };
 

@@ -43,7 +43,7 @@ struct SurfaceMaterial {
     vec3 specularColor;
     float ior;
     float transmission;
-    float iridescenceThickness;  // of the film, nm; set if kTraceIridescence is
+    float iridescenceThickness;  // thickness of the film, nm; set if kTraceIridescence is
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
     // Each is set if its feature is

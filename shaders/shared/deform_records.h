@@ -36,8 +36,8 @@ struct DeformRecord {
     uint vertexCount;
     uint perVertex;  // 0: no joints
     uint targetCount;
-    uint firstMatrix;  // of its skin
-    uint firstWeight;  // of its morph targets
+    uint firstMatrix;  // first matrix of its skin
+    uint firstWeight;  // first weight of its morph targets
     uint isFlat;       // 1: three vertices a triangle, whose normal they get
 };
 

@@ -97,7 +97,7 @@ RAYGRAPH_CONSTANT uint kLightNodeIndex = 0x3FFFFFFFu;
 // leaves within an angle of thetaE about directions within thetaO of the axis.
 struct LightNode {
     vec3 boundsMin;
-    float power;  // of all lights below: luminance
+    float power;  // luminance of all lights below
     vec3 boundsMax;
     uint link;   // kLightNode*
     vec3 axis;   // unit length
@@ -108,7 +108,7 @@ struct LightNode {
 struct LightMeshRecord {
     uint firstLight;  // record of its first triangle
     uint triangleCount;
-    uint activeCount;  // of them, those that shine
+    uint activeCount;  // number of those that shine
     uint firstNode;    // root of its tree, in object space; leaves count from its first triangle
     uint firstAlias;
 };
@@ -118,14 +118,14 @@ struct LightMeshRecord {
 struct AliasEntry {
     float keep;
     uint alias;
-    float probability;  // of this outcome, from all slots
+    float probability;  // probability of this outcome, over all slots
 };
 
 struct LightSetRecord {
     uint lightCount;       // records: bounded, then directional
     uint boundedCount;     // triangles, meshes, points and spots
     uint activeCount;      // lights with power above 0, environment included
-    uint nodeCount;        // of the tree; 0: no bounded light has power
+    uint nodeCount;        // nodes of the tree; 0: no bounded light has power
     float unboundedShare;  // Bvh: probability of the unbounded table, else the tree
     float environmentRotation;
     uint hasEnvironment;    // 0: black

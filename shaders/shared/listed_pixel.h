@@ -10,8 +10,8 @@ using uint = uint32_t;
 #endif
 
 struct ListedPixel {
-    uint texel;        // of the traced part of the picture: x + y * 65536
-    uint sampleIndex;  // of its first sample
+    uint texel;        // texel of the traced part of the picture: x + y * 65536
+    uint sampleIndex;  // index of its first sample
 };
 
 #ifdef __cplusplus

@@ -156,11 +156,11 @@ struct TraceParameters {
     uvec2 pictureSize;   // pixels
     uvec2 regionOffset;  // pixels: of the part that is traced
     uint seed;
-    uint sampleIndex;     // of the first sample that is traced
+    uint sampleIndex;     // index of the first sample that is traced
     uint sampleRows;      // rows of the outputs of Trace for each sample
     uint maxDepth;        // bounces; 0xFFFFFFFF: no limit
     uint rouletteStart;   // first bounce at which Russian roulette may terminate the path
-    float survival;       // of a bounce, where roulette is not by throughput
+    float survival;       // survival probability of a bounce, for roulettes not by throughput
     uint frameDepth;      // bounces of this sample's paths, where they all have the same
     float clampIndirect;  // largest component of a contribution after the first bounce; infinity: off
     float regularize;     // least alpha of a surface after the first bounce; 0: off

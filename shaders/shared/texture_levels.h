@@ -26,7 +26,7 @@ struct TextureLevelConstants {
     float normalsLod;       // the level of the normal map whose waves are lost in this one
     uint hasOtherTexels;    // not as large as those of this level: normalsLod is a whole number
     float slopeScale;       // the normal map's scale
-    float roughnessFactor;  // what the material multiplies the texels with
+    float roughnessFactor;  // the material's factor on the texels
 };
 
 #undef RAYGRAPH_CONSTANT

@@ -51,7 +51,7 @@ RAYGRAPH_CONSTANT uint kWaveTracesShadows = 2u;
 struct WaveConstants {
     uvec2 size;         // pixels of the traced region
     uint step;          // rays that the paths have traced before this one
-    uint pathRows;      // of a path
+    uint pathRows;      // rows of a path
     uint isProbedOnce;  // the media of all camera rays are the same
     uint traces;        // kWaveTraces*
     uint firstPaths;    // that the camera starts
