@@ -159,7 +159,7 @@ struct TraceCounts {
     // The number of samples that were infinite or NaN. They are written as black, and count as samples.
     uint32_t nonFiniteSamples = 0;
     std::array<uint32_t, 2> rayWords{};  // the low one first
-    // Of all paths, shadow rays included.
+    // The total over all paths, shadow rays included.
     uint64_t Rays() const { return rayWords[0] + (uint64_t{rayWords[1]} << 32); }
 };
 

@@ -220,7 +220,7 @@ struct ImageData {
     uint32_t width = 0;
     uint32_t height = 0;
     std::vector<uint8_t> rgba;
-    // The same texels as blocks that GPUs read, if the file has them, with the smaller levels of the file.
+    // These texels as blocks that GPUs read, if the file has them, with the smaller levels of the file.
     image::BlockLevels blocks = {};
     // LowestAlpha() of rgba, which the importer has computed where it decoded: who changes rgba resets this.
     std::optional<uint8_t> lowestAlpha = {};

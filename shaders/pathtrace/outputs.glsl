@@ -32,7 +32,7 @@ layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passe
     uint rayCount[2];  // of all paths: the low word and the high one
 } pixelQueue;
 
-// Of the paths of an invocation, or of many.
+// Adds to the number of traced rays: those of one path of the invocation, or of several.
 void CountRays(uint count) {
     if (count == 0u) return;
     uint before = atomicAdd(pixelQueue.rayCount[0], count);
