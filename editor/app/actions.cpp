@@ -77,7 +77,7 @@ constexpr bool HasEachKeyOnce() {
 }
 static_assert(HasEachKeyOnce(), "a key asks for two actions");
 
-// What is done with the mouse, or by keys that are held or come in rows.
+// Gestures are done with the mouse, or with keys that are held or come in rows.
 constexpr std::pair<const char*, const char*> kGestures[] = {
     {"left drag", "orbit; on a handle of the selection: move, rotate or scale it (Ctrl: in steps)"},
     {"middle drag, Shift + left drag", "pan"},

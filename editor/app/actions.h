@@ -1,5 +1,5 @@
-// What the user can ask for by a key or in a menu, each stated once: keys, menus, help and docs/editor.md all
-// go by this table. Threads: constants and pure functions, for any thread.
+// Lists the actions of keys and menus. Each is stated once: the key bindings, the menus, the help and
+// docs/editor.md all follow this table. Threads: constants and pure functions, for any thread.
 #pragma once
 
 #include <array>
@@ -45,7 +45,7 @@ enum class Action : uint8_t {
     Pivot,
     Cancel,
     ReloadShaders,
-    Count  // of the above
+    Count  // the number of actions
 };
 
 struct KeyPress {
@@ -54,28 +54,28 @@ struct KeyPress {
 
     bool operator==(const KeyPress&) const = default;
 };
-std::string KeyText(const KeyPress& press);  // "Ctrl+Shift+S"
+std::string KeyText(const KeyPress& press);  // e.g. "Ctrl+Shift+S"
 
 enum class Menu : uint8_t { None, FileMenu, EditMenu, CameraMenu, AnimationMenu, PanelMenu };
 
 struct ActionRow {
     Action action;
     Menu menu = Menu::None;
-    const char* label = "";                            // in its menu, or on its button
-    std::array<std::optional<KeyPress>, 2> keys = {};  // any of them
-    const char* help = "";                             // of one with keys
-    bool beginsGroup = false;                          // a line above it in its menu
-    bool Panels::*panel = nullptr;                     // that it shows or hides
+    const char* label = "";                            // text of the menu item or the button
+    std::array<std::optional<KeyPress>, 2> keys = {};  // alternatives
+    const char* help = "";                             // shown for actions with keys
+    bool beginsGroup = false;                          // a separator precedes it in its menu
+    bool Panels::*panel = nullptr;                     // the panel that it shows or hides; null: none
 };
-// By Action; the order in each menu.
+// Returns a row per Action, in the order of the enum; menus list their actions in this order.
 std::span<const ActionRow> Actions();
 const ActionRow& Row(Action action);
-std::string KeysText(const ActionRow& row);  // "Ctrl+Y, Ctrl+Shift+Z"; "" without
+std::string KeysText(const ActionRow& row);  // e.g. "Ctrl+Y, Ctrl+Shift+Z"; "" without keys
 
-// What a key asks for. Shift counts where it tells two actions apart.
+// Returns the action that is bound to a key. Shift is compared only where it tells two actions apart.
 std::optional<Action> ActionOf(const KeyPress& press);
 
-// What the mouse and the keys do, as help shows it: what is pressed, and what for.
+// Returns the rows of the help panel: a key or a mouse gesture, and its effect.
 std::vector<std::pair<std::string, std::string>> HelpRows();
 
 }  // namespace raygraph::editor

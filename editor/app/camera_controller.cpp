@@ -10,7 +10,7 @@ namespace {
 constexpr float kSteepest = 1.553f;  // radians above or below the horizon: 89 degrees
 constexpr float kNearest = 1e-3f;    // meters from the pivot
 
-// The direction turned by an angle about +y, and tilted up.
+// Returns the direction turned by an angle about +y, and tilted up; in radians.
 glm::vec3 Turned(const glm::vec3& forward, glm::vec2 angles) {
     const float heading = std::atan2(forward.x, -forward.z) + angles.x;
     const float tilt =
@@ -35,7 +35,7 @@ void CameraController::Face(glm::vec3 forward) {
 
 void CameraController::Orbit(glm::vec2 angles) {
     const glm::dvec3 pivot = Pivot();
-    // The camera goes to the right about the pivot: what it sees turns to the left
+    // The camera goes to the right about the pivot, so that the scene turns to the left
     const glm::vec3 forward = Turned(m_view.forward, {-angles.x, -angles.y});
     m_view.eye = pivot - glm::dvec3(m_distance * forward);
     Face(forward);
@@ -71,7 +71,7 @@ void CameraController::Frame(const scene::Bounds& bounds) {
     const bool isEmpty = bounds.IsEmpty();
     const glm::vec3 middle = isEmpty ? glm::vec3(0.0f) : 0.5f * (bounds.min + bounds.max);
     const float radius = isEmpty ? 1.0f : std::max(0.5f * glm::length(bounds.max - bounds.min), kNearest);
-    // A sphere of that radius touches the frustum's nearer pair of sides
+    // A sphere of that radius touches the nearer pair of the frustum's sides
     const float half = std::min(0.5f * m_view.yFov, std::atan(std::tan(0.5f * m_view.yFov) * m_view.aspect));
     m_distance = radius / std::sin(half);
     if (m_view.projection == scene::Projection::Orthographic)

@@ -1,4 +1,5 @@
-// Camera navigation: orbit around a point, pan, dolly towards the point, or fly. Pure.
+// CameraController navigates: it orbits around a pivot, pans, dollies towards the pivot, or flies. It is
+// pure.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,21 +10,22 @@ namespace raygraph::editor {
 
 class CameraController {
   public:
-    // Starts from a camera; the pivot is `distance` meters ahead of it.
+    // Starts from a camera; the pivot lies `distance` meters ahead of it.
     void Set(const scene::CameraView& view, float distance);
     const scene::CameraView& View() const { return m_view; }
     glm::dvec3 Pivot() const { return m_view.eye + glm::dvec3(m_distance * m_view.forward); }
     float Distance() const { return m_distance; }
 
-    // Radians, to the right and up; about the pivot, +y stays up. It stops short of looking straight along y.
+    // Orbits about the pivot by radians to the right and up; +y stays up. It stops short of looking straight
+    // along y.
     void Orbit(glm::vec2 angles);
-    // Radians, to the right and up; the eye stays.
+    // Turns the view by radians to the right and up; the eye stays.
     void Turn(glm::vec2 angles);
-    // Shares of the picture's height: the point under the cursor follows it.
+    // Moves by fractions of the picture's height, so that the point under the cursor follows it.
     void Pan(glm::vec2 shares);
-    // Notches of a wheel: each takes 15 % off the distance to the pivot. An orthographic view narrows.
+    // Each notch of the wheel takes 15 % off the distance to the pivot. An orthographic view narrows.
     void Dolly(float notches);
-    // Meters along right, up and forward; the pivot comes along.
+    // Moves the eye and the pivot by meters along right, up and forward.
     void Fly(glm::vec3 meters);
     // Frames all of `bounds`, keeping the direction of the view. An empty box counts as one meter about
     // its middle.

@@ -25,7 +25,7 @@ scene::SceneData OutlineOf(const scene::SceneData& data) {
     return outline;
 }
 
-// Whether animations change a part of a node's transform; those of a node with a matrix do not count.
+// Returns per node whether animations change a part of its transform; nodes with a matrix do not count.
 std::vector<bool> AnimatedNodes(const scene::SceneData& scene) {
     using Property = scene::AnimatedProperty;
     std::vector<bool> isAnimated(scene.nodes.size());
@@ -37,7 +37,7 @@ std::vector<bool> AnimatedNodes(const scene::SceneData& scene) {
     return isAnimated;
 }
 
-// Whether two edits are of one thing.
+// Returns whether two edits have the same target.
 bool IsSameTarget(const Edit& a, const Edit& b) {
     if (a.index() != b.index()) return false;
     return std::visit(
@@ -121,7 +121,7 @@ bool Document::IsPlacedByJoints(uint32_t node) const {
 
 bool Document::ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu) {
     if (!m_isDeviceBehind && std::ranges::equal(clips, m_clips)) return false;
-    const scene::Pose& pose = m_evaluator.Evaluate(m_scene, clips);  // may be refused
+    const scene::Pose& pose = m_evaluator.Evaluate(m_scene, clips);  // may throw
     m_clips.assign(clips.begin(), clips.end());
     Push(m_applier.Apply(m_scene, pose), gpu);
     return true;
@@ -138,7 +138,7 @@ void Document::Apply(const Edit& edit, GpuScene& gpu) {
         Put(before, gpu);
         throw;
     }
-    if (m_saved > m_done) m_saved = kNeverSaved;  // those steps are forgotten
+    if (m_saved > m_done) m_saved = kNeverSaved;  // the saved state cannot be reached any more
     m_steps.resize(m_done);
     if (m_isOpen && m_done > 0 && IsSameTarget(m_steps.back().after, wanted)) {
         m_steps.back().after = wanted;
@@ -190,7 +190,7 @@ void Document::Know(const FileContent& content) {
 }
 
 void Document::ShowVariant(uint32_t variant, GpuScene& gpu) {
-    gpu.SetVariant(variant);  // may be refused
+    gpu.SetVariant(variant);  // may throw
     scene::SetVariant(m_scene, variant);
 }
 

@@ -1,5 +1,5 @@
-// The open scene in the editor: names, hierarchy and all that can be edited, beside the GpuScene that shows
-// it. Every edit goes through Apply, and can be undone.
+// Document holds the scene that is open in the editor: names, hierarchy and all that can be edited, beside
+// the GpuScene that shows it. Every edit goes through Apply, and can be undone.
 //
 // Animations pose what is shown (ShowPose); what edits change, the history holds and files get are the rest
 // values below the pose. Where the two differ, an animation moves that value, and it cannot be edited until
@@ -24,7 +24,8 @@
 
 namespace raygraph::editor {
 
-// The new value of a node, material or light, as it is to be shown. Indices are those of SceneData.
+// An edit holds the new value of a node, material or light as it is to be shown. Indices are those of
+// SceneData.
 struct VisibilityEdit {
     uint32_t node = 0;
     bool isVisible = true;
@@ -32,7 +33,7 @@ struct VisibilityEdit {
 struct TransformEdit {
     uint32_t node = 0;
     glm::mat4x3 local{1.0f};
-    glm::vec3 rest{0.0f};  // of local's translation, see scene_data.h
+    glm::vec3 rest{0.0f};  // residual of local's translation, in meters; see scene_data.h
 };
 struct MaterialEdit {
     uint32_t material = 0;
@@ -42,126 +43,129 @@ struct LightEdit {
     uint32_t light = 0;
     scene::Light values;
 };
-// What the history holds instead of a transform where an animation moves parts of it.
+// The history holds this in place of a TransformEdit for a node of which an animation moves parts.
 struct PartsEdit {
     uint32_t node = 0;
     scene::TransformParts parts;
-    glm::vec3 rest{0.0f};  // of their translation
+    glm::vec3 rest{0.0f};  // residual of parts.translation, in meters
 };
 using Edit = std::variant<TransformEdit, PartsEdit, VisibilityEdit, MaterialEdit, LightEdit>;
 
 class Document {
   public:
     Document() = default;  // an empty scene without a file
-    // All of `data` except vertices, texels and other data that only the device needs, in its rest pose, and
-    // deformed (scene::DeformInstances). `stamp` is that of the file when it was read, `hash` that of what
-    // was in it (session::HashOf), `root` the one that it was read with (scene::LoadOptions).
+    // Copies `data` in its rest pose, deformed (scene::DeformInstances), without vertices, texels and other
+    // data that only the device needs. `stamp` is the file's when it was read, `hash` is that of its content
+    // (session::HashOf), `root` is the one that it was read with (scene::LoadOptions).
     Document(std::filesystem::path file, const scene::SceneData& data,
              const std::optional<FileStamp>& stamp = {}, std::string hash = {},
              std::filesystem::path root = {});
 
     const std::filesystem::path& File() const { return m_file; }
-    // As it is shown, in its pose. Without vertex streams, images and the environment's map; with bounds and
-    // names.
+    // Returns the scene in the pose that is shown. It has bounds and names, but no vertex streams, no images
+    // and no map of the environment.
     const scene::SceneData& Scene() const { return m_scene; }
-    // The same at rest, as far as nodes, materials and lights go.
+    // Returns the scene at rest. Only its nodes, materials and lights are valid.
     const scene::SceneData& Rest() const { return m_scene.animations.empty() ? m_scene : m_rest; }
-    // Shows the pose of these clips, here and on the device; without any the rest pose. False: it is shown
-    // already, and nothing is done. No edit, and no step of the history.
+    // Shows the pose of these clips, here and on the device; without clips it shows the rest pose. Returns
+    // false, and does nothing, if that pose is shown already. This is no edit, and no step of the history.
     bool ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu);
     std::span<const scene::ClipState> Clips() const { return m_clips; }
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
     const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // by node
     const std::vector<uint32_t>& Roots() const { return m_roots; }
     glm::mat4x3 LocalTransform(uint32_t node) const { return m_scene.nodes.at(node).LocalTransform(); }
-    // Node to world; that of the parent, the identity for a root.
+    // Returns the node's transform to the world.
     const glm::mat4x3& WorldTransform(uint32_t node) const { return m_applier.NodeTransforms()[node].matrix; }
     glm::mat4x3 ParentTransform(uint32_t node) const;
-    // Whether the node and all above it are visible.
+    // Returns whether the node and all its ancestors are visible.
     bool IsVisible(uint32_t node) const { return m_applier.IsNodeVisible(node); }
-    // Joints alone place what the node shows: its own transform is of no account.
+    // Returns whether joints alone place the node's meshes, so that its own transform has no effect.
     bool IsPlacedByJoints(uint32_t node) const;
-    // Of a node and all below it, world space.
+    // Returns the world-space bounds of a node and its descendants.
     scene::Bounds BoundsOf(uint32_t node) const;
-    // The instances of the node and of its descendants.
+    // Returns the instances of the node and of its descendants.
     std::vector<uint32_t> InstancesUnder(uint32_t node) const;
 
-    // Makes the edit, here and on the device. Edits of one thing that follow each other before Settle are one
-    // step of the history, as while a slider is dragged. Error{Usage} for a value that cannot be, or that an
-    // animation has in its place; nothing changes then.
+    // Makes the edit, here and on the device. Consecutive edits of one target before Settle are one step of
+    // the history, as while a slider is dragged. Throws Error{Usage} for an invalid value, and for one that
+    // an animation overrides; then nothing changes.
     void Apply(const Edit& edit, GpuScene& gpu);
-    // Ends a step: the next edit starts a new one.
+    // Ends a step of the history: the next edit starts a new one.
     void Settle() { m_isOpen = false; }
     bool CanUndo() const { return m_done > 0; }
     bool CanRedo() const { return m_done < m_steps.size(); }
-    // Shows the variant, here and on the device; scene::kNone: none. No edit, and no step of the history.
+    // Shows the variant, here and on the device; scene::kNone: no variant. This is no edit, and no step of
+    // the history.
     void ShowVariant(uint32_t variant, GpuScene& gpu);
     void Undo(GpuScene& gpu);
     void Redo(GpuScene& gpu);
-    // The number of edits that are applied, not undone.
+    // Returns the number of edits that are in effect.
     size_t EditCount() const { return m_done; }
-    // Grows with every edit, undo and redo, so that equal counts are equal states.
+    // Returns a number that grows with every edit, undo and redo: equal counts are equal states.
     uint64_t ChangeCount() const { return m_changes; }
-    // Whether they differ from the saved ones.
+    // Returns whether the edits differ from those that were saved last.
     bool IsEdited() const { return m_done != m_saved; }
-    // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
-    // Error{BadInput} if the file has changed since it was loaded, and as SaveGltf.
+    // Writes the file with its edits to `to`, which may be the file itself and is the document's from then
+    // on. Throws Error{BadInput} if the file has changed since it was loaded, and what scene::SaveGltf
+    // throws.
     void Save(const std::filesystem::path& to);
-    // Writes it with its edits to a new file beside its own, NAME-recovered.gltf or .glb, and returns that.
-    // The document stays as it is. Errors as SaveGltf.
+    // Writes the file with its edits to a new one beside it, NAME-recovered.gltf or .glb, and returns the
+    // path of that. The document stays as it is. Throws what SaveGltf throws.
     std::filesystem::path SaveBeside() const;
-    // What is in the file, if it is what is open. Its hash is not known when edits were saved since it was
-    // read; Know keeps it, unless the file is another by now.
+    // Identifies the content of the file, if the open scene equals it. The hash is unknown after edits were
+    // saved. Know stores the hash, unless the file has changed since.
     FileContent Content() const;
     void Know(const FileContent& content);
 
   private:
     struct Step {
-        Edit before, after;  // of rest values
+        Edit before, after;  // rest values
     };
-    // What a node places: instances, which are neighbors; light and camera: scene::kNone for none.
+    // A node places these: a contiguous range of instances, a light and a camera; scene::kNone: none.
     struct Placed {
         uint32_t firstInstance = 0, instanceCount = 0, light = scene::kNone, camera = scene::kNone;
 
         uint32_t InstanceEnd() const { return firstInstance + instanceCount; }
     };
-    // Whether a clip that is shown has a channel for it.
+    // Returns whether a clip that is shown has a channel for the property.
     bool IsDriven(scene::AnimatedProperty property, uint32_t object) const;
-    // The edit of rest values that gives what is shown these.
+    // Returns the edit of rest values after which the values of `shown` are what is shown.
     Edit OfRest(const Edit& shown) const;
     Edit OfRest(const TransformEdit& shown) const;
     Edit Current(const Edit& of) const;
-    // That no animation has another value in the place of one that was edited.
+    // Throws if an animation overrides the value that was edited.
     void RequireShown(const Edit& edit) const;
-    // A node keeps its area where it or a node below places a mesh, and its inverse where one places a light.
+    // Throws if the node would lose its area where it or a descendant places a mesh, or its inverse where one
+    // places a light.
     void RequirePlace(const TransformEdit& edit) const;
-    // An edit of rest values: here, and what follows from it on the device. On an error nothing has changed.
+    // Makes an edit of rest values, here and on the device. On an error nothing has changed.
     void Put(const Edit& edit, GpuScene& gpu);
-    void Set(const Edit& edit);                    // its parts: the values here,
-    void Follow(const Edit& edit, GpuScene& gpu);  // and what follows from them in the pose that is shown
-    // To the device; everything if an error has kept it from taking all.
+    void Set(const Edit& edit);                    // sets the rest values here
+    void Follow(const Edit& edit, GpuScene& gpu);  // updates the pose and the device
+    // Sends the changes to the device, or the whole scene if an earlier error has interrupted this.
     void Push(const scene::PoseChanges& changes, GpuScene& gpu);
-    // The node, and all below it, parents first.
+    // Returns the node and its descendants, parents first.
     std::vector<uint32_t> Subtree(uint32_t node) const;
 
     std::filesystem::path m_file, m_root;
     std::optional<FileStamp> m_stamp;
-    std::map<uint32_t, std::string> m_hashes;  // of what is in the file, by variant, as far as they are known
-    scene::SceneData m_scene, m_rest;          // the latter empty of a scene without animations
+    std::map<uint32_t, std::string> m_hashes;  // by variant: hash of the file's content, where it is known
+    scene::SceneData m_scene, m_rest;          // m_rest is empty without animations
     scene::PoseEvaluator m_evaluator{m_scene};
     scene::PoseApplier m_applier{m_scene};
     std::vector<scene::ClipState> m_clips;
-    bool m_isDeviceBehind = false;  // it has not taken all that was changed here
+    bool m_isDeviceBehind = false;  // some changes are not on the device yet
     scene::SceneStatistics m_statistics;
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;
     std::vector<Placed> m_placed;        // by node
     std::vector<bool> m_isNodeAnimated;  // some animation changes a part of its transform
     std::vector<Step> m_steps;
-    size_t m_saved = 0;  // m_done when it was saved; kNeverSaved: no state equals the saved one
-    size_t m_done = 0;   // steps that are in effect; those after it can be redone
+    size_t m_saved = 0;  // m_done when the scene was saved; kNeverSaved: no state equals the saved one
+    size_t m_done = 0;   // steps in effect; later ones can be redone
     uint64_t m_changes = 0;
-    bool m_isOpen = false;  // the last step may be extended
+    bool m_isOpen = false;  // the next edit may extend the last step
 };
 
 }  // namespace raygraph::editor

@@ -1,4 +1,4 @@
-// Edits of a document: what they mean for the rest values, and what follows from them.
+// Implements edits of a document: their effect on the rest values, and their consequences.
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -16,13 +16,13 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kLargest = 1e18f;  // of a transform's numbers: their products stay finite
+constexpr float kLargest = 1e18f;  // bound of a transform's numbers, so that their products stay finite
 
 void RequireIndex(const char* what, uint32_t index, size_t count) {
     if (index >= count) throw MakeError(ErrorKind::Usage, "there is no {} {}", what, index);
 }
 
-// Gives `rest` what differs between what is shown and what is to be shown.
+// Copies to `rest` the parts in which `wanted` differs from `shown`.
 void TakeChanges(const scene::TextureRef& shown, const scene::TextureRef& wanted, scene::TextureRef& rest) {
     if (wanted.texture != shown.texture) rest.texture = wanted.texture;
     if (wanted.texCoord != shown.texCoord) rest.texCoord = wanted.texCoord;
@@ -59,7 +59,8 @@ Edit Document::OfRest(const TransformEdit& shown) const {
                 throw Error(ErrorKind::Usage, "a node's transform has to be made of finite numbers");
     const scene::Node& node = m_scene.nodes[shown.node];
     const bool isTurned = shown.rest == glm::vec3(0.0f) && shown.local[3] == node.LocalTransform()[3];
-    const glm::vec3 rest = isTurned ? node.translationRest : shown.rest;  // its place stays
+    const glm::vec3 rest =
+        isTurned ? node.translationRest : shown.rest;  // keep the residual when only the rotation changed
     if (!m_isNodeAnimated[shown.node]) return TransformEdit{shown.node, shown.local, rest};
     const std::optional<scene::TransformParts> wanted = scene::PartsOf(shown.local, node);
     if (!wanted) throw Error(ErrorKind::Usage, "what an animation moves can neither be flat nor sheared");

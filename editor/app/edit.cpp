@@ -13,16 +13,17 @@ namespace raygraph::editor {
 
 namespace {
 
-// Seconds between frames without input while pipelines are made, which on a CPU device take its time.
+// In seconds: frames without input are this far apart while pipelines are made, which takes time on a CPU
+// device.
 constexpr double kPreparingPoll = 0.2;
-constexpr double kBusyPoll = 0.002;  // seconds: so much later a frame may begin than it could
+constexpr double kBusyPoll = 0.002;  // in seconds: the device is polled this often, which can delay a frame
 
 void RequireEnvironment(const std::filesystem::path& file) {
     if (!file.empty() && !Workspace::IsEnvironment(file))
         throw MakeError(ErrorKind::BadInput, "{}: an environment map ends in .hdr or .exr", file);
 }
 
-// What the options ask for, on top of stored settings.
+// Applies the options on top of the stored settings.
 void Begin(Workspace& work, const EditOptions& options) {
     work.pointsAndLines = options.pointsAndLines;
     work.root = options.root;
@@ -47,13 +48,13 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
 
 void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     const std::filesystem::path config = ConfigFolder();
-    std::string ignored;  // the editor says it
+    std::string ignored;  // unused: the editor reports it
     Window window("Raygraph", config.empty() ? Settings().window : ReadSettings(config, ignored).window);
     const std::unique_ptr<rhi::Device> device = openDevice(window.SurfaceExtensions());
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
-    // Pipelines that are being created take seconds, and the editor waits for their threads
+    // Hides the window while the editor waits for threads that create pipelines, which can take seconds
     class Hidden {
       public:
         explicit Hidden(Window& window) : m_window(window) {}
@@ -83,7 +84,7 @@ std::string TitleOf(const Document& document) {
     return (name.empty() ? "" : name + (document.IsEdited() ? " (edited) - " : " - ")) + "Raygraph";
 }
 
-// What became of the edits, to be added to a message.
+// Returns where unsaved edits were written, for the end of a message.
 std::string AfterRescue(const Document& document) {
     if (!document.IsEdited()) return "";
     try {

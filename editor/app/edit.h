@@ -1,4 +1,4 @@
-// raygraph edit: the editor in a window, or run by a script.
+// Implements `raygraph edit`: the editor in a window, or run by a script.
 #pragma once
 
 #include <filesystem>
@@ -17,38 +17,38 @@
 namespace raygraph::editor {
 
 struct EditOptions {
-    std::filesystem::path scene;                // "": opens empty
-    std::string variant = {};                   // of it, by name or index; "": none
-    std::string camera = {};                    // to look through first, as of scene::ChooseView
-    std::filesystem::path root = {};            // of this and all later files: scene::LoadOptions::root
-    std::filesystem::path environment = {};     // map to open, .hdr or .exr; "": none
-    DefaultLight light = DefaultLight::Auto;    // of scenes that are opened without a map
-    std::optional<viewport::View> view = {};    // none: as it was left, or path-traced
-    std::optional<passes::View> surface = {};   // likewise, of View::Surface
-    scene::PointsAndLines pointsAndLines = {};  // radii of those in this and all later files; off: left out
-    std::filesystem::path script;               // "": a window; else runs this script without one
-    std::filesystem::path shaders;              // folder of sources to reload from; "": none
-    uint64_t textureBudget = 0;                 // as GpuSceneDesc
-    // What the log panel shows: it is given what devices say; null: nothing.
+    std::filesystem::path scene;                // "": starts without a scene
+    std::string variant = {};                   // name or index of a variant of the scene; "": none
+    std::string camera = {};                    // the first camera, as in scene::ChooseView
+    std::filesystem::path root = {};            // scene::LoadOptions::root of this file and all later ones
+    std::filesystem::path environment = {};     // .hdr or .exr file of the environment map; "": none
+    DefaultLight light = DefaultLight::Auto;    // light of scenes that are opened without a map
+    std::optional<viewport::View> view = {};    // none: the stored view, or path-traced
+    std::optional<passes::View> surface = {};   // view of View::Surface; none: the stored one
+    scene::PointsAndLines pointsAndLines = {};  // radii in this and all later files; off: left out
+    std::filesystem::path script;               // runs this script without a window; "": opens a window
+    std::filesystem::path shaders;              // folder of shader sources for hot reload; "": none
+    uint64_t textureBudget = 0;                 // in bytes, see GpuSceneDesc
+    // The log panel shows this; devices add their messages to it. Null: the panel is empty.
     std::shared_ptr<LogHistory> log = {};
 };
 
-// Opens the device, with these extensions as DeviceDesc::surfaceExtensions.
+// Opens the device with these extensions (DeviceDesc::surfaceExtensions).
 using OpenDevice = std::function<std::unique_ptr<rhi::Device>(std::vector<std::string> surfaceExtensions)>;
 
-// The window of RunFrames.
+// RunFrames takes its input from this.
 struct FrameSource {
-    std::function<FrameInput(double seconds)> poll;  // as Window::Poll
+    std::function<FrameInput(double seconds)> poll;  // see Window::Poll
     std::function<void(const std::string&)> setTitle;
 };
-// Frames until the user quits; events are taken while the device is busy. The Error of a frame (a lost
-// device, exhausted memory) ends them; unsaved edits are then written beside the scene's file
+// Runs frames until the user quits; events are taken while the device is busy. An Error of a frame (a lost
+// device, exhausted memory) ends the loop; unsaved edits are then written beside the scene's file
 // (Document::SaveBeside), and the Error says so.
 void RunFrames(Editor& editor, Screen& screen, const FrameSource& window);
 
-// Runs until the user quits, or the script ends. Error{NoDevice} without a display or a device,
-// Error{BadInput} for a script that is malformed or whose expectation does not hold, and for an environment
-// whose name does not end as one. What cannot be loaded is said in the status line.
+// Runs until the user quits or the script ends. Throws Error{NoDevice} without a display or a device, and
+// Error{BadInput} for a malformed script, for an expectation that does not hold, and for an environment whose
+// file name has the wrong extension. The status line reports files that cannot be loaded.
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice);
 
 }  // namespace raygraph::editor

@@ -14,17 +14,17 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kSide = 300.0f;        // points: width of the panels left and right, at most
-constexpr float kSideShare = 0.24f;    // of the window
-constexpr float kBottom = 230.0f;      // height of the panel below, at least
-constexpr float kBottomShare = 0.34f;  // of the window
+constexpr float kSide = 300.0f;        // points: maximal width of the side panels
+constexpr float kSideShare = 0.24f;    // their width as a fraction of the window's
+constexpr float kBottom = 230.0f;      // points: minimal height of the lower panel
+constexpr float kBottomShare = 0.34f;  // its height as a fraction of the window's
 constexpr float kStatus = 28.0f;
 constexpr float kOutline = 2.0f;
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoBringToFrontOnFocus;
 
-// A panel at a fixed place.
+// Draws a panel at a fixed place.
 template <typename Body>
 void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
     ImGui::SetNextWindowPos(position);
@@ -33,7 +33,7 @@ void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
     ImGui::End();
 }
 
-constexpr double kPipelineLifetime = 300.0;  // seconds of frames that have no use for one
+constexpr double kPipelineLifetime = 300.0;  // in seconds of frames that do not use the pipeline
 
 }  // namespace
 
@@ -48,7 +48,7 @@ bool Editor::IsBusy() const {
 bool Editor::IsPreparing() const {
     const bool isPreview =
         viewport::ShowsPathTraced(m_work.view.Show().view) && m_work.view.Progress().isPreview;
-    // Each frame copies a part of what arrives
+    // Each frame copies a part of an arriving scene
     const bool isMoving = (m_work.IsLoading() && !m_work.loader.IsLoading()) || m_work.timeline.IsPlaying();
     return !isMoving && (m_isAwaiting || m_isPreparing || isPreview);
 }
@@ -125,7 +125,7 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
 void Editor::DrawKept(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
     renderer.BeginFrame();
-    if (m_work.IsLoading()) static_cast<void>(m_work.gpu.Declare(renderer));  // copies
+    if (m_work.IsLoading()) static_cast<void>(m_work.gpu.Declare(renderer));  // declares the copies
     if (const std::optional<TextureId> target = screen.Begin(renderer, input.extent))
         screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareKept()));
     else
@@ -137,7 +137,7 @@ bool Editor::Draw(Screen& screen, const FrameInput& input) {
     m_frameError.clear();
     const std::filesystem::path picturePath = m_pictureFile, windowPath = m_windowFile;
     const size_t savingBefore = m_saving.size();
-    // Readbacks of a dropped frame never arrive: the next one saves
+    // Readbacks of a dropped frame never arrive, so the next frame saves
     const auto drop = [&] {
         renderer.DropFrame();
         m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());
@@ -241,7 +241,7 @@ void Editor::BuildUi(const FrameInput& input) {
     }
 }
 
-// Side by side, of one width; returns their height.
+// Places the panels side by side with equal widths; returns their height.
 float Editor::LowerPanels(float left, float right, float bottom) {
     struct Lower {
         const char* title;
@@ -264,7 +264,7 @@ float Editor::LowerPanels(float left, float right, float bottom) {
     return height;
 }
 
-// Below the picture; returns its height.
+// Draws the timeline below the picture; returns its height.
 float Editor::TimelineStrip(float left, float right, float bottom) {
     if (!m_work.panels.timeline || m_work.timeline.IsEmpty()) return 0.0f;
     const ImGuiStyle& style = ImGui::GetStyle();
@@ -292,7 +292,7 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
                  kFixed | ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoScrollWithMouse |
                      ImGuiWindowFlags_NoBackground);
     ImGui::PopStyleVar(2);
-    // To the pixel: one of the picture is one of the window
+    // One pixel of the picture is one of the window
     const ImVec2 corner{static_cast<float>(m_viewOrigin.x) / input.scale,
                         static_cast<float>(m_viewOrigin.y) / input.scale};
     ImGui::GetWindowDrawList()->AddImage(PictureTexture(), corner,

@@ -1,5 +1,5 @@
-// The editor: a workspace, panels around a picture of it, keys and mouse. One frame at a time, with any
-// source of input and any target.
+// Editor holds a workspace, and draws panels around its picture. It takes keys and mouse from any source of
+// input, and draws one frame at a time to any target.
 #pragma once
 
 #include <filesystem>
@@ -20,9 +20,9 @@
 namespace raygraph::editor {
 
 struct EditorOptions {
-    std::filesystem::path shaders;         // folder of sources to reload from; "": none
-    uint64_t textureBudget = 0;            // as GpuSceneDesc
-    std::shared_ptr<LogHistory> log = {};  // what the log panel shows; null: nothing
+    std::filesystem::path shaders;         // folder of shader sources for hot reload; "": none
+    uint64_t textureBudget = 0;            // in bytes, see GpuSceneDesc
+    std::shared_ptr<LogHistory> log = {};  // shown by the log panel; null: it is empty
 };
 
 class Editor {
@@ -30,38 +30,38 @@ class Editor {
     explicit Editor(rhi::Device& device, EditorOptions options = {});
 
     Workspace& Work() { return m_work; }
-    // Processes the input, draws the next frame. False: the user quits, has confirmed the loss of unsaved
-    // edits, if any, and the pictures to be saved are written. A picture that no frame brings (the window is
-    // minimized, or shows none) is given up, and the message says so. Who is quitting has no more input.
+    // Processes the input and draws the next frame. Returns false once the user quits, has confirmed the loss
+    // of unsaved edits, and all pending pictures are written. Those that no frame provides (the window is
+    // minimized, or shows no picture) are given up, which the message reports. After the user has quit, input
+    // is ignored.
     bool Frame(const FrameInput& input, Screen& screen);
     bool IsLeaving() const { return m_isLeaving; }
-    // Whether the question about unsaved edits is open (Open, and quitting); until it is answered
-    // neither happens.
+    // Returns whether the question about unsaved edits is open. Opening and quitting wait for the answer.
     bool IsAsking() const { return m_unsaved.IsAsking(); }
-    // A scene or an environment map, as Workspace::Open; a scene after the user was asked about
-    // unsaved edits.
+    // Opens a scene or an environment map (Workspace::Open); for a scene it first asks about unsaved edits.
     void Open(const std::filesystem::path& file);
-    // Where the picture's upper left corner is in the window, pixels, as of the last frame.
+    // Returns the position of the picture's upper left corner in the window, in pixels, in the last frame.
     glm::ivec2 PictureOrigin() const { return m_viewOrigin; }
-    // Whether `wait` of a script must go on waiting: for a scene, a pick or a file.
+    // Returns whether a load, a pick or the writing of a file is pending; a script's `wait` waits for these.
     bool IsBusy() const;
-    // Whether what is to be shown waits for a first scene's file or for pipelines, and nothing else moves.
+    // Returns whether the first scene's file or pipelines are pending, and nothing else moves in the window.
     bool IsPreparing() const;
-    // Why the last frame was not drawn, one line; empty: it was.
+    // Returns why the last frame was not drawn, in one line; "": it was drawn.
     const std::string& FrameError() const { return m_frameError; }
-    // How many pictures, of the view or of the window, have been written so far.
+    // Returns how many pictures, of the view or of the window, have been written so far.
     uint64_t SavedCount() const { return m_savedCount; }
-    // Saves the shown picture as .png, or its linear data with AOVs as .exr; the message reports the result
-    // when it is written. That is done by another thread: frames go on.
+    // Saves the shown picture as .png, or its linear data with AOVs as .exr. Another thread writes it while
+    // frames go on; the message reports the result.
     void SavePicture(const std::filesystem::path& file);
-    // Reads the settings of a folder, and stores them there from then on (KeepSettings). If they cannot be
-    // read, nothing changes except the message. Without this call nothing is stored.
+    // Reads the settings from a folder, and stores them there from then on (KeepSettings). If they cannot be
+    // read, only the message changes. Without this call nothing is stored.
     void UseConfig(const std::filesystem::path& folder);
-    // Writes them if they have changed; the message reports a failure.
+    // Writes the settings if they have changed; the message reports a failure.
     void KeepSettings();
-    // Saves the open scene with its edits as .gltf or .glb, at once. That file is the open one then.
+    // Saves the open scene with its edits as .gltf or .glb before it returns. The new file is the open one
+    // then.
     bool SaveScene(const std::filesystem::path& file) { return m_work.SaveScene(file); }
-    // The whole window as .png.
+    // Saves the whole window as .png.
     void SaveWindow(const std::filesystem::path& file) { m_windowFile = file; }
 
   private:
@@ -84,49 +84,49 @@ class Editor {
     void Mouse(const FrameInput& input);
     void Fly(const FrameInput& input);
     void TakePick();
-    // False: there is no frame.
+    // Returns false if there is no frame.
     bool Draw(Screen& screen, const FrameInput& input);
     bool DrawFrame(Screen& screen, const FrameInput& input);
-    // The panels around what the viewport showed last.
+    // Draws the panels around the picture that the viewport drew last.
     void DrawKept(Screen& screen, const FrameInput& input);
     void NoteCaptured();
-    // No time passes for what is animated: a handle is held, or a picture is to be taken.
+    // Returns whether animations are paused because a handle is held or a picture is about to be taken.
     bool IsTimeHeld() const;
-    // Hands to the worker what has arrived, and says what it has written.
+    // Hands readbacks that have arrived to the worker, and reports those that it has written.
     void FinishSaving();
     void WriteBeside(Worker::Task write);
     void NoteSaved(std::string text);
-    // While quitting, after a frame: whether a picture is still to be written.
+    // After the frame of a user who is quitting: returns whether a picture is still to be written.
     bool IsStillSaving(bool hasDrawn);
     void Leave();
-    // Calls `then` when there are no unsaved edits, or once the user has saved or discarded them. `loss` says
-    // in the question by what they would be lost: "closing the editor".
+    // Calls `then` if there are no unsaved edits, else once the user has saved or discarded them. The
+    // question names `loss` as the reason for which they would be lost: "closing the editor".
     void BeforeLoss(const std::string& loss, std::function<void()> then);
     void FinishLoading();
-    // Frames take longer once nobody waits for the next one.
+    // Gives frames more time once nobody waits for the next one.
     void ChooseBudget(const FrameInput& input);
 
     Workspace m_work;
     Ui m_ui;
     bool m_isLeaving = false;
     std::filesystem::path m_config;  // "": nothing is stored
-    Settings m_kept;                 // as they are in the file
-    Extent2D m_windowSize{};         // points, as of the last frame
+    Settings m_kept;                 // as stored in the file
+    Extent2D m_windowSize{};         // points, in the last frame
     PathDialog m_dialog;
     UnsavedDialog m_unsaved;
-    std::optional<LoadedScene> m_loaded;  // until an open question is answered
-    uint64_t m_changesToLose = 0;         // those of the scene when opening the one that loads was agreed to
-    // The picture's place in the window, pixels, as of the last frame
+    std::optional<LoadedScene> m_loaded;  // waits for an answer
+    uint64_t m_changesToLose = 0;         // Document::ChangeCount when the user agreed to lose the edits
+    // position of the picture's corner in the window, pixels, in the last frame
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
     bool m_isOverView = false;
     bool m_isPreparing = false;  // pipelines of the picture are being created
-    bool m_isReloading = false;  // shaders, once no pipeline is being created
-    // The first scene is being loaded: the empty one before it is not worth its pipelines
+    bool m_isReloading = false;  // shader reload waits until no pipeline is being created
+    // true while the first scene is loaded: the empty scene is not worth the creation of its pipelines
     bool m_isAwaiting = false;
     FrameInput m_lastInput;
-    float m_idleSeconds = 0.0f;         // since the user did something
-    std::optional<MouseButton> m_drag;  // began over the picture
+    float m_idleSeconds = 0.0f;         // seconds without input
+    std::optional<MouseButton> m_drag;  // button of a drag that began over the picture
     glm::vec2 m_lastMouse{0.0f}, m_pressedAt{0.0f};
     bool m_hasMoved = false;
     viewport::Pick m_pick;
@@ -135,21 +135,21 @@ class Editor {
     struct Saving {
         std::filesystem::path file;
         Readback texels;
-        bool isSwapped = false;  // BGRA
+        bool isSwapped = false;  // BGRA texels
     };
     std::vector<Saving> m_saving;
     struct SavingRender {
         std::filesystem::path file;
         viewport::Capture capture;
-        ShownScene shown{};     // in the captured frame, without data and hash
-        FileContent content{};  // likewise
+        ShownScene shown{};     // state of the captured frame, without data and hash
+        FileContent content{};  // state of the captured frame
         bool isTaken = false;
     };
     std::vector<SavingRender> m_savingRenders;
-    Worker m_worker;  // writes pictures; after what its tasks refer to
+    Worker m_worker;  // writes pictures; declared after what its tasks refer to
     uint64_t m_savedCount = 0;
-    std::string m_frameError;    // of the last frame; "": it was drawn
-    std::string m_droppedFrame;  // why the last one with a target was dropped, as logged
+    std::string m_frameError;    // "": the last frame was drawn
+    std::string m_droppedFrame;  // last logged reason for which a frame with a target was dropped
 };
 
 }  // namespace raygraph::editor

@@ -1,4 +1,4 @@
-// Keys and mouse of the editor.
+// Handles keys and mouse of the editor.
 #include <algorithm>
 #include <cmath>
 
@@ -9,10 +9,10 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kTurn = 0.006f;       // radians a point of the mouse's way
-constexpr float kClickReach = 4.0f;   // points that a click may move
-constexpr float kFlySpeed = 0.6f;     // of the distance to the pivot, a second
-constexpr float kLongestStep = 0.1f;  // seconds that a frame flies on, however long it took
+constexpr float kTurn = 0.006f;       // radians per point of mouse movement
+constexpr float kClickReach = 4.0f;   // points of movement that still count as a click
+constexpr float kFlySpeed = 0.6f;     // distances to the pivot per second
+constexpr float kLongestStep = 0.1f;  // seconds: longest time step of a frame's flight
 
 }  // namespace
 
@@ -68,7 +68,7 @@ void Editor::Do(Action action) {
         case Action::Graph:
         case Action::Log:
         case Action::Help:
-            return;  // done above
+            return;  // handled above
         case Action::Raster:
             return toggle(viewport::View::Raster);
         case Action::Wipe:
@@ -112,7 +112,7 @@ void Editor::ReloadShaders() {
         m_work.Say("shaders are reloaded once the pipelines are there");
         return;
     }
-    const double before = renderer.PipelineCreationMs();  // grows with each that is made
+    const double before = renderer.PipelineCreationMs();  // grows with each pipeline that is made
     const std::vector<std::string> messages = renderer.ReloadShaders();
     if (!messages.empty())
         m_work.Say(messages.front());
@@ -139,7 +139,7 @@ bool Editor::IsOn(Action action) const {
 void Editor::Keys(const FrameInput& input) {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
-    if (m_drag == MouseButton::Right) return;  // flies
+    if (m_drag == MouseButton::Right) return;  // the right button flies
     for (const Key key : input.pressed) {
         if (key >= Key::Digit1 && key <= Key::Digit9)
             UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);

@@ -1,4 +1,5 @@
-// What the editor reads and writes: the dialogs that ask where, and pictures on their way to a file.
+// Reads and writes files for the editor: the dialogs that ask for a path, and pictures that are being
+// written.
 #include <utility>
 
 #include "base/atomic_file.h"
@@ -25,7 +26,7 @@ image::Image8 ToImage(const Readback& texels, bool isSwapped) {
     return picture;
 }
 
-// What the line of a saved file says beside its name. Errors are as of AtomicFile.
+// Returns what the message about a saved file adds to its name. Throws as AtomicFile does.
 std::string NoteFor(const std::filesystem::path& file) {
     const std::string note = InPlaceNote(file);
     return note.empty() ? note : ", " + note;
@@ -43,7 +44,7 @@ void Editor::BeforeLoss(const std::string& loss, std::function<void()> then) {
         Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.", file, loss),
         [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
             if (answer == UnsavedDialog::Answer::Cancel) return;
-            // What cannot be saved is not lost either: the message says why
+            // If saving fails, the edits are kept, and the message says why
             if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
             then();
         });
@@ -66,8 +67,8 @@ void Editor::FinishLoading() {
     m_loaded.reset();
     const auto show = [this, loaded] {
         if (!m_work.Show(std::move(*loaded))) return;
-        m_isPicking = false;  // of what is gone
-        KeepSettings();       // with the file among the recent ones
+        m_isPicking = false;  // the pick's scene is gone
+        KeepSettings();       // stores the file in the list of recent ones
     };
     if (m_work.document.ChangeCount() == m_changesToLose)
         show();
@@ -147,10 +148,10 @@ bool Editor::IsStillSaving(bool hasDrawn) {
         if (!file.empty())
             m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file));
     };
-    // A frame that was drawn has taken these, if there is a picture
+    // A drawn frame has taken these files unless there was no picture
     giveUp(std::exchange(m_pictureFile, {}));
     giveUp(std::exchange(m_windowFile, {}));
-    // Of a surface view there is none
+    // A surface view has no render
     if (!hasDrawn || m_work.view.Show().view == viewport::View::Surface)
         std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
             if (!saving.isTaken) giveUp(saving.file);
@@ -191,7 +192,7 @@ void Editor::FinishSaving() {
     });
     std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
         if (!saving.capture.IsReady()) return false;
-        // To know whether it can be resumed, the scene may have to be read again
+        // The scene may have to be read again to find out whether its hash is still valid
         WriteBeside(
             [this, saving, device = m_work.device.Info(), log = m_work.device.Log()]() -> Worker::Finish {
                 const FileContent content = WithHash(saving.content, log);

@@ -27,7 +27,7 @@ FileContent WithHash(FileContent content, const Log& log) {
         scene::SetVariant(scene, content.variant);
         content.hash = session::HashOf(scene);
     } catch (const Error&) {
-        return content;  // the picture is saved without
+        return content;  // the hash stays unknown
     }
     if (!isSame()) content.hash.clear();  // written while it was read
     return content;

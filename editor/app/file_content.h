@@ -1,4 +1,4 @@
-// A scene by its file: which one was read, and whether that is still what is in it.
+// Identifies a scene by its file: which one was read, and whether the file still has that content.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,18 @@ struct FileStamp {
     uintmax_t bytes = 0;
     bool operator==(const FileStamp&) const = default;
 };
-std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing: it cannot be asked
+std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing: the file cannot be queried
 
-// What a picture that was saved of a scene is resumed with.
+// A saved picture is resumed with this scene.
 struct FileContent {
-    std::filesystem::path file;  // "": there is none, or the scene differs from what is in it
-    std::filesystem::path root;  // as of scene::LoadOptions
+    std::filesystem::path file;  // "": there is none, or the scene differs from it
+    std::filesystem::path root;  // see scene::LoadOptions
     std::optional<FileStamp> stamp;
-    uint32_t variant = scene::kNone;            // in which it is shown
-    std::string hash;                           // of what is in it, so shown (session::HashOf); "": not known
-    scene::PointsAndLines pointsAndLines = {};  // radii of what is in it
+    uint32_t variant = scene::kNone;  // the one that is shown
+    std::string hash;                 // session::HashOf the file's scene in this variant; "": unknown
+    scene::PointsAndLines pointsAndLines = {};  // radii for the file's points and lines
 };
-// With the hash, for which the file is read if it is not known; "": the file has been written since, or
+// Fills in the hash; if it is unknown, the file is read. The hash is "" if the file was written since, or
 // cannot be read. Threads: any.
 FileContent WithHash(FileContent content, const Log& log = {});
 

@@ -51,7 +51,7 @@ std::vector<FrameHistory::Pass> FrameHistory::Passes() const {
 void SampleRate::Note(double seconds, double samples) {
     if (!m_points.empty() && samples < m_points.back().samples) m_points.clear();
     m_points.push_back({seconds, samples});
-    // The first one lies just before the span
+    // Keep one point just before the span
     while (m_points.size() > 2 && m_points[1].seconds < seconds - kSpan) m_points.pop_front();
 }
 

@@ -1,4 +1,4 @@
-// Times of the last frames, and samples per second. Pure: the caller provides times.
+// Keeps the times of the last frames, and measures samples per second. Pure: the caller provides the times.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,19 @@ namespace raygraph::editor {
 
 class FrameHistory {
   public:
-    static constexpr size_t kLength = 240;  // frames that are remembered
+    static constexpr size_t kLength = 240;  // frames
 
     void Add(const FrameTiming& timing);
     size_t Count() const { return m_frames.size(); }
-    // Milliseconds, oldest first, Count() of them.
+    // Returns milliseconds of each frame, oldest first; Count() values.
     std::vector<float> Gpu() const;
-    std::vector<float> Cpu() const;  // declaring, compiling, recording, submitting
+    std::vector<float> Cpu() const;  // time for declaring, compiling, recording and submitting
     struct Pass {
-        std::string name;       // passes of one name are one
-        std::vector<float> ms;  // on the device; 0 where it was not executed
+        std::string name;       // passes of one name are summed
+        std::vector<float> ms;  // device time of each frame; 0: not executed
         float mean = 0.0f;
     };
-    // The slowest pass first.
+    // Returns the passes, the slowest first.
     std::vector<Pass> Passes() const;
 
   private:
@@ -37,14 +37,15 @@ class FrameHistory {
     std::vector<std::string> m_names;
 };
 
-// Samples a second over the last seconds.
+// Measures the samples per second over the last kSpan seconds.
 class SampleRate {
   public:
     static constexpr double kSpan = 3.0;  // seconds
 
-    // `samples`: of every pixel, with the part of the next one; fewer than before: accumulation restarted.
+    // `samples` counts samples per pixel, with the fraction of the next one. A smaller number than before
+    // means that accumulation was restarted.
     void Note(double seconds, double samples);
-    // None before a quarter of a second.
+    // Returns nothing before a quarter of a second has been measured.
     std::optional<double> PerSecond() const;
 
   private:
@@ -54,8 +55,8 @@ class SampleRate {
     std::deque<Point> m_points;
 };
 
-// Seconds until the error, which falls with the square root of the number of samples, reaches `target`; 0:
-// it has.
+// Returns the seconds until the error, which falls with the square root of the number of samples, reaches
+// `target`; 0 if it has.
 double SecondsLeft(double error, double target, double samples, double samplesPerSecond);
 
 }  // namespace raygraph::editor

@@ -10,13 +10,13 @@ namespace raygraph::editor {
 namespace {
 
 constexpr float kArm = 90.0f;         // points
-constexpr float kMinSine = 0.12f;     // of the angle between a handle and the line of sight
-constexpr float kEdgeOn = 0.25f;      // cosine from which a ring is turned by its tangent
-constexpr float kWholeShare = 0.16f;  // of the arm: half the square in the middle
+constexpr float kMinSine = 0.12f;     // minimal sine between a handle and the line of sight
+constexpr float kEdgeOn = 0.25f;      // below this cosine a ring is turned by its tangent
+constexpr float kWholeShare = 0.16f;  // half of the middle square, as a fraction of the arm
 constexpr float kMinScale = 0.01f;
 constexpr int kRingParts = 64;
 
-// The two axes other than this one.
+// Returns the two other axes.
 glm::ivec2 OthersOf(int axis) {
     return {(axis + 1) % 3, (axis + 2) % 3};
 }
@@ -115,7 +115,7 @@ std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool
     if (!(frame.size > 0.0f)) return std::nullopt;
     if (space == GizmoSpace::World && tool != GizmoTool::Scale) return frame;
     for (int i = 0; i < 3; ++i) {
-        // What is flat keeps its third axis: that of the plane
+        // A flat node gets as its third axis the normal of its plane
         const glm::vec3 axis = nodeToWorld[i] == glm::vec3(0.0f)
                                    ? glm::cross(nodeToWorld[(i + 1) % 3], nodeToWorld[(i + 2) % 3])
                                    : nodeToWorld[i];
@@ -129,7 +129,7 @@ std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool
 
 namespace {
 
-// Projects; nothing if a point is behind the eye.
+// Projects the points; nothing if one is behind the eye.
 std::optional<GizmoShape> Projected(GizmoHandle handle, bool isArea, const std::vector<glm::vec3>& points,
                                     const PictureMap& map) {
     GizmoShape shape{.handle = handle, .isArea = isArea, .places = {}};
@@ -141,10 +141,10 @@ std::optional<GizmoShape> Projected(GizmoHandle handle, bool isArea, const std::
     return shape;
 }
 
-// Of a circle, the half that faces the eye; all of it if it faces the eye as a whole.
+// Returns the half of a circle that faces the eye, or all of it if the circle is seen from its front.
 std::vector<glm::vec3> RingPoints(const GizmoFrame& frame, const glm::vec3& normal, float radius,
                                   const glm::vec3& toEye) {
-    // Starts where the half begins
+    // The half begins here
     glm::vec3 across = glm::cross(normal, toEye);
     const bool isWhole = glm::length(across) < 0.02f;
     if (isWhole) across = std::abs(normal.x) < 0.9f ? glm::cross(normal, {1, 0, 0}) : glm::vec3(0, 1, 0);
@@ -214,7 +214,7 @@ GizmoDrag::GizmoDrag(GizmoTool tool, GizmoHandle handle, const GizmoFrame& frame
       m_up(map.View().up) {
     const bool isRing = tool == GizmoTool::Rotate;
     if (isRing && std::abs(glm::dot(Axis(), ray.direction)) < kEdgeOn) {
-        // What was taken lies on the side of the ring that faces the eye
+        // The point under the cursor lies on the half of the ring that faces the eye
         const glm::vec3 across = glm::normalize(glm::cross(Axis(), m_toEye));
         const glm::vec3 front = glm::normalize(glm::cross(across, Axis()));
         const float along = NearestAlong(frame.origin, across, ray).value_or(0.0f) / frame.size;
@@ -236,7 +236,8 @@ glm::vec3 GizmoDrag::Axis() const {
     return m_frame.axes[axis];
 }
 
-// What the ray points at, of the line or the plane that the handle moves along.
+// Returns the intersection of the ray with the handle's plane, or the point of the handle's line nearest to
+// it.
 std::optional<glm::vec3> GizmoDrag::Grasped(const Ray& ray) const {
     if (m_tool == GizmoTool::Rotate || m_handle >= GizmoHandle::PlaneX)
         return MeetPlane(m_frame.origin, Axis(), ray);
@@ -257,7 +258,7 @@ glm::mat4 GizmoDrag::Moved(const Ray& ray, bool isSnapping) const {
             const bool isWhole = m_handle == GizmoHandle::Whole;
             const glm::ivec2 others = OthersOf(AxisOf(m_handle) % 3);
             const glm::vec3 a = isWhole ? m_right : m_frame.axes[others.x];
-            // Perpendicular to `a` within the plane, should the axes not be
+            // This axis is perpendicular to `a` within the plane, even if the node shears
             const glm::vec3 b = isWhole ? m_up : glm::normalize(glm::cross(Axis(), a));
             way = Stepped(glm::dot(way, a), step) * a + Stepped(glm::dot(way, b), step) * b;
         }
@@ -289,7 +290,7 @@ glm::mat4 GizmoDrag::Scaled(const Ray& ray, bool isSnapping) const {
     const int axis = AxisOf(m_handle);
     float factor = 1.0f;
     if (m_handle == GizmoHandle::Whole) {
-        // To the right and up it grows: it is taken in the middle, where shares of the way say little
+        // The center square has no size to compare with, so movement to the right and up scales exponentially
         factor = std::exp(glm::dot(to - from, m_right + m_up) / m_frame.size);
     } else {
         const float before = glm::dot(from, from);

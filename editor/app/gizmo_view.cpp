@@ -12,11 +12,12 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kReach = 6.0f;  // points around a line that belong to it
+constexpr float kReach = 6.0f;  // points: distance at which a line is hit
 constexpr ImU32 kAxisColors[] = {IM_COL32(230, 70, 80, 255), IM_COL32(120, 190, 50, 255),
                                  IM_COL32(70, 130, 240, 255), IM_COL32(215, 215, 220, 255)};
 constexpr ImU32 kHot = IM_COL32(255, 190, 60, 255);
-constexpr ImU32 kChosen = IM_COL32(150, 88, 28, 255);  // a button, over any picture
+constexpr ImU32 kChosen =
+    IM_COL32(150, 88, 28, 255);  // color of the chosen button, readable over any picture
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 110);
 
 bool IsEmpty(glm::vec2 size) {
@@ -43,7 +44,7 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
     std::vector<ImVec2> places;
     glm::vec2 last(1e9f);
     for (const glm::vec2& place : shape.places) {
-        // A ring seen edge-on turns back on itself: lines of no length would have spikes there
+        // A ring seen edge-on turns back on itself: segments of length 0 would have spikes there
         if (!shape.isArea && glm::length(place - last) < 1.0f) continue;
         last = place;
         places.emplace_back(corner.x + place.x, corner.y + place.y);
@@ -65,7 +66,7 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
 
 }  // namespace
 
-// Of what is selected, unless the view has no one place for it.
+// Returns the frame of the selection; nothing if joints place it, or if two views are side by side.
 std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
     if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
     const uint32_t node = *work.selectedNode;
@@ -73,8 +74,9 @@ std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, con
     const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
     std::optional<glm::vec3> pivot;
     if (m_drag && m_drag->node == node) {
-        pivot =
-            nodeToWorld * glm::vec4(m_drag->pivot, 1.0f);  // the box around what is turned has another middle
+        pivot = nodeToWorld *
+                glm::vec4(m_drag->pivot,
+                          1.0f);  // a rotation may move the middle of the bounds, so the drag keeps its pivot
     } else if (work.pivot == GizmoPivot::Middle) {
         const scene::Bounds bounds = work.document.BoundsOf(node);
         if (!bounds.IsEmpty()) pivot = bounds.Center();

@@ -1,4 +1,4 @@
-// The gizmo in the picture: draws the handles of the selection, and drags them. A drag is one step of
+// Shows the gizmo in the picture: draws the handles of the selection, and drags them. A drag is one step of
 // the history.
 #pragma once
 
@@ -14,23 +14,23 @@ namespace raygraph::editor {
 
 class GizmoView {
   public:
-    // Starts, continues and ends drags of handles. `mouse`: points from the picture's upper left corner;
-    // `size` its size in points; `mayTake`: the mouse is over the picture and free.
+    // Starts, continues and ends drags of handles. `mouse` is in points from the picture's upper left corner,
+    // `size` is its size in points; `mayTake`: the mouse is over the picture and free.
     void Update(Workspace& work, const FrameInput& input, glm::vec2 mouse, glm::vec2 size, bool mayTake);
-    // Into the current ImGui window; `corner` is that of the picture.
+    // Draws into the current ImGui window; `corner` is the picture's.
     void Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const;
     bool IsHeld() const { return m_drag.has_value(); }
-    // Cancels the drag and restores the node. False: nothing is being dragged.
+    // Cancels the drag and restores the node. Returns false if nothing is being dragged.
     bool Cancel(Workspace& work);
 
   private:
     struct Held {
         GizmoDrag drag;
         uint32_t node;
-        glm::mat4x3 parentToWorld, local;  // at the start
+        glm::mat4x3 parentToWorld, local;  // at the start of the drag
         glm::vec3 pivot;                   // in the node's space
         GizmoTool tool;
-        bool isAboutOrigin;  // of the node
+        bool isAboutOrigin;  // the pivot is the node's origin
         size_t editsBefore;
     };
     std::optional<GizmoFrame> FrameOfSelection(const Workspace& work, const PictureMap& map) const;
@@ -39,7 +39,7 @@ class GizmoView {
     std::optional<GizmoHandle> m_over;
 };
 
-// Buttons for the tools, into the current ImGui window.
+// Draws the buttons of the tools into the current ImGui window.
 void GizmoButtons(Workspace& work);
 
 }  // namespace raygraph::editor

@@ -30,7 +30,7 @@ GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled) {
     std::map<uint32_t, const PlannedPass*> plannedOf;
     for (const PlannedPass& planned : plan.passes) plannedOf[planned.pass] = &planned;
 
-    // Lanes in the order of their first use
+    // Lanes are in the order of their first use
     std::map<uint32_t, size_t> laneOf;
     for (size_t i = 0; i < layout.boxes.size(); ++i) {
         const GraphPass& pass = graph.passes[layout.boxes[i].pass];
@@ -58,9 +58,9 @@ GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled) {
     const auto isWritten = [](const GraphLane& lane) {
         return std::ranges::any_of(lane.marks, [](const GraphMark& mark) { return mark.isWritten; });
     };
-    // Not that of std::ranges: clang 14 does not compile what it returns
+    // std::ranges::stable_partition is not used: clang 14 does not compile what it returns
     std::stable_partition(layout.lanes.begin(), layout.lanes.end(), isWritten);
-    std::vector<float> ends;  // of the rows, so far
+    std::vector<float> ends;  // right ends of the rows so far
     for (GraphLane& lane : layout.lanes) {
         const float from = layout.CenterOf(lane.marks.front().box);
         const auto letters = static_cast<float>(graph.resources[lane.resource].name.size());

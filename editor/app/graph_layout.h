@@ -12,29 +12,29 @@
 namespace raygraph::editor {
 
 struct GraphBox {
-    uint32_t pass = 0;  // of FrameGraph::passes
+    uint32_t pass = 0;  // index into FrameGraph::passes
     bool isCulled = false;
-    float x = 0.0f;  // of its left edge
+    float x = 0.0f;  // left edge
 };
 
-// A pass and a resource that it uses.
+// Marks that a pass uses a resource.
 struct GraphMark {
     size_t box = 0;
     bool isRead = false, isWritten = false;
-    std::vector<uint32_t> barriers;  // of Plan::barriers: what the pass waits for there
+    std::vector<uint32_t> barriers;  // indices into Plan::barriers: the pass waits for these
 };
 
 struct GraphLane {
-    uint32_t resource = 0;  // of FrameGraph::resources
+    uint32_t resource = 0;  // index into FrameGraph::resources
     size_t row = 0;
-    std::vector<GraphMark> marks;  // by box
+    std::vector<GraphMark> marks;  // in the order of the boxes
 };
 
 struct GraphLayout {
     static constexpr float kBoxWidth = 118.0f, kBoxGap = 14.0f, kBoxHeight = 40.0f, kRowHeight = 17.0f;
     static constexpr float kLetter = 7.0f;  // approximate width of a letter
 
-    std::vector<GraphBox> boxes;  // in order of execution; culled ones where they were declared
+    std::vector<GraphBox> boxes;  // in order of execution; culled ones in order of declaration
     std::vector<GraphLane> lanes;
     size_t rowCount = 0;
     glm::vec2 size{0.0f};
@@ -43,8 +43,8 @@ struct GraphLayout {
     static float RowCenter(size_t row) { return kBoxHeight + kRowHeight * (static_cast<float>(row) + 1.2f); }
 };
 
-// Resources that passes write come above those that they only read. Lanes of resources that are not in use at
-// the same time share a row, as long as their names have room.
+// Places resources that passes write above those that they only read. Lanes of resources whose lifetimes do
+// not overlap share a row if there is room for their names.
 GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled);
 
 }  // namespace raygraph::editor

@@ -1,4 +1,4 @@
-// The plan of the last frame, drawn.
+// Draws the plan of the last frame.
 #include <imgui.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ ImU32 Faint(ImU32 color) {
     return (color & 0x00FFFFFFu) | 0x50000000u;
 }
 
-// Of each executed pass, in the order of the boxes: passes of one name in their order.
+// Returns the time of each executed pass by its box; passes of one name are matched in their order.
 std::map<uint32_t, double> TimesOf(const FrameGraph& graph, const Plan& plan, const FrameTiming& timing) {
     std::multimap<std::string, double> left;
     for (const PassTiming& pass : timing.passes) left.emplace(pass.name, pass.gpuMs);
@@ -65,7 +65,7 @@ std::map<uint32_t, double> TimesOf(const FrameGraph& graph, const Plan& plan, co
     return times;
 }
 
-// A drawing in the current ImGui window.
+// Draws into the current ImGui window.
 class Drawing {
   public:
     Drawing(const FrameGraph& graph, const Plan& plan, const FrameTiming& timing, bool withCulled)

@@ -30,7 +30,7 @@ void FrameInput::Append(FrameInput&& later) {
     seconds += later.seconds;
     mouse = later.mouse;
     wheel += later.wheel;
-    // What was held for shorter than this has happened all the same
+    // A press that was shorter than a frame still counts
     for (size_t i = 0; i < buttons.size(); ++i) buttons[i] |= later.buttons[i];
     for (size_t i = 0; i < keys.size(); ++i) keys[i] |= later.keys[i];
     pressed.insert(pressed.end(), later.pressed.begin(), later.pressed.end());

@@ -1,4 +1,4 @@
-// The user's input since the last frame, from a window or a script.
+// FrameInput holds the user's input since the last frame, from a window or a script.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace raygraph::editor {
 
-// Their names are those of scripts.
+// Scripts use these names.
 // clang-format off
 #define RAYGRAPH_KEYS(KEY)                                                                        \
     KEY(A) KEY(B) KEY(C) KEY(D) KEY(E) KEY(F) KEY(G) KEY(H) KEY(I) KEY(J) KEY(K) KEY(L) KEY(M)    \
@@ -30,31 +30,31 @@ enum class Key : uint8_t { RAYGRAPH_KEYS(RAYGRAPH_DECLARE_KEY) Count };
 #undef RAYGRAPH_DECLARE_KEY
 inline constexpr size_t kKeyCount = static_cast<size_t>(Key::Count);
 const char* Name(Key key);
-// Whether two names are equal, ignoring case.
+// Compares names without case.
 bool IsSameName(std::string_view a, std::string_view b);
-// Error{Usage} for a name that no key has; case does not matter.
+// Returns the key of a name, in any case. Throws Error{Usage} for an unknown name.
 Key KeyFromName(std::string_view name);
 
 enum class MouseButton : uint8_t { Left, Right, Middle };
 inline constexpr size_t kMouseButtonCount = 3;
 
 struct FrameInput {
-    rhi::Extent2D extent;          // pixels of the window; empty: minimized
-    float scale = 1.0f;            // pixels to a point of the user interface
-    float seconds = 1.0f / 60.0f;  // since the last frame
+    rhi::Extent2D extent;          // of the window, in pixels; empty: minimized
+    float scale = 1.0f;            // pixels per point of the user interface
+    float seconds = 1.0f / 60.0f;  // time since the last frame
     glm::vec2 mouse{-1e6f};        // pixels from the upper left corner; far outside: no pointer
-    float wheel = 0.0f;            // notches, away from the user positive
+    float wheel = 0.0f;            // notches; positive: away from the user
     std::array<bool, kMouseButtonCount> buttons{};  // held
     std::array<bool, kKeyCount> keys{};             // held
-    std::vector<Key> pressed;                       // went down
+    std::vector<Key> pressed;                       // keys that went down
     bool isControl = false, isShift = false, isAlt = false;
     std::u32string text;
     std::vector<std::filesystem::path> dropped;
     bool isClosing = false;
 
-    // What has come after it, before a frame could take it: both as one.
+    // Appends the input that followed before a frame was drawn.
     void Append(FrameInput&& later);
-    // True if the user does anything that `before`, the input of the last frame, did not say.
+    // Returns whether the user does anything beyond `before`, the input of the last frame.
     bool IsActiveSince(const FrameInput& before) const;
     bool IsDown(Key key) const { return keys[static_cast<size_t>(key)]; }
     bool IsDown(MouseButton button) const { return buttons[static_cast<size_t>(button)]; }

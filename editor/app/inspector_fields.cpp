@@ -11,11 +11,12 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kMaxDragged = 1e7f;  // of what has no bound of its own
+constexpr float kMaxDragged = 1e7f;  // limit for numbers without a bound of their own
 constexpr float kMaxTurn = 2.0f * glm::pi<float>();
-constexpr float kMinFinite = 0.001f;  // the last that the format shows; dragging does not end in infinity
+constexpr float kMinFinite =
+    0.001f;  // smallest number that the format shows; dragging does not reach 0, which is infinite
 
-// Of what is in a texture's place in the file: whether the material has the texture. True of other places.
+// Returns false only if `place` is a texture's place in the file, and the material lacks that texture.
 bool IsPresentOrNoTexture(const scene::Material& material, std::string_view place) {
     bool isPresent = true;
     scene::ForEachMaterialField([&](const auto& field) {
@@ -47,7 +48,7 @@ bool Counts(const scene::Material& material, std::string_view object, std::strin
     const scene::KeyParts parts = scene::KeyPartsOf(key);
     if (!IsPresentOrNoTexture(material, parts.object.empty() ? object : parts.object)) return false;
     if (object == kVolume || name == "priority") return material.IsTransmissive();
-    if (name == "isSpecularGlossiness") return false;  // a material stays what it is
+    if (name == "isSpecularGlossiness") return false;  // a material's model cannot be changed
     if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
     return true;
 }

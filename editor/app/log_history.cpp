@@ -15,7 +15,7 @@ char Lower(char c) {
 
 bool Has(const std::string& text, const std::string& part) {
     const auto isSame = [](char a, char b) { return Lower(a) == Lower(b); };
-    // Not that of std::ranges: clang 14 does not compile what it returns
+    // std::ranges::search is not used: clang 14 does not compile what it returns
     return part.empty() ||
            std::search(text.begin(), text.end(), part.begin(), part.end(), isSame) != text.end();
 }

@@ -1,4 +1,4 @@
-// The newest messages of the program's log, for the log panel. Pure; LogHistory: any thread.
+// LogHistory keeps the newest messages of the program's log for the log panel. Pure; LogHistory: any thread.
 #pragma once
 
 #include <array>
@@ -13,37 +13,37 @@
 namespace raygraph::editor {
 
 struct LogEntry {
-    std::string time;  // "14:03:59", local
+    std::string time;  // local, e.g. "14:03:59"
     LogLevel level = LogLevel::Info;
     std::string category;
     std::string text;
 };
 
-// What the panel shows.
+// Selects the messages that the panel shows.
 struct LogFilter {
     LogLevel minLevel = LogLevel::Debug;
     std::string category;  // "": all
-    std::string text;      // that category or text have in them, whatever the case; "": all
+    std::string text;      // substring of category or text, in any case; "": all
 
     bool Lets(const LogEntry& entry) const;
 };
 
-// "14:03:59 warning scene: cornell.gltf: ..."
+// Returns the message as text: "14:03:59 warning scene: cornell.gltf: ..."
 std::string LineOf(const LogEntry& entry);
 
 class LogHistory {
   public:
-    static constexpr size_t kMax = 5000;  // older ones are forgotten
+    static constexpr size_t kMax = 5000;  // entries; older ones are dropped
 
     void Add(const LogMessage& message);
     void Clear();
-    // Counts additions and clearings: the same as before, nothing has changed.
+    // Returns a number that changes with every added message and every Clear.
     uint64_t Revision() const;
-    // How many of this level were added since Clear.
+    // Returns how many messages of this level were added since Clear.
     uint32_t CountOf(LogLevel level) const;
-    // Oldest first. `look` must not call back.
+    // Passes the messages to `look`, oldest first. `look` must not call back.
     void Read(const std::function<void(const std::deque<LogEntry>&)>& look) const;
-    // The lines that the filter lets through, each ended by a line break.
+    // Returns the lines that pass the filter, each ended by a line break.
     std::string Text(const LogFilter& filter) const;
 
   private:

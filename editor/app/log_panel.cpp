@@ -1,4 +1,4 @@
-// What the program has to say: the newest messages, by level, category and text.
+// Lists the newest messages of the program, filtered by level, category and text.
 #include <imgui.h>
 
 #include <array>
@@ -24,7 +24,7 @@ ImVec4 ColorOf(LogLevel level) {
     }
 }
 
-// Messages of the chosen level, and of more severe ones, are shown.
+// Chooses the level: messages of this level and of more severe ones are shown.
 void LevelChoice(LogFilter& filter) {
     ImGui::SetNextItemWidth(96.0f);
     if (!ImGui::BeginCombo("##level", Name(filter.minLevel))) return;
@@ -60,7 +60,7 @@ void Rows(const std::vector<const LogEntry*>& shown, bool isNew) {
     ImGui::TableSetupColumn("level", ImGuiTableColumnFlags_WidthFixed, 56.0f);
     ImGui::TableSetupColumn("category", ImGuiTableColumnFlags_WidthFixed, 72.0f);
     ImGui::TableSetupColumn("text", ImGuiTableColumnFlags_WidthStretch);
-    // Whoever has scrolled up stays there
+    // Keep the position of a user who has scrolled up
     const bool wasAtEnd = ImGui::GetScrollY() >= ImGui::GetScrollMaxY();
     ImGuiListClipper clipper;
     clipper.Begin(static_cast<int>(shown.size()));
@@ -97,7 +97,7 @@ void LogPanel(Workspace& work) {
     ImGui::SameLine();
     CategoryChoice(filter);
     ImGui::SameLine();
-    // The buttons stand at the right edge
+    // Align the buttons with the right edge
     const float gap = ImGui::GetStyle().ItemSpacing.x, padding = 2.0f * ImGui::GetStyle().FramePadding.x;
     const float buttons =
         ImGui::CalcTextSize("Copy").x + ImGui::CalcTextSize("Clear").x + 2.0f * padding + gap;

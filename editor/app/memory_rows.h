@@ -1,4 +1,4 @@
-// The memory rows of the statistics panel. Pure text.
+// Formats the memory rows of the statistics panel. Threads: pure functions.
 #pragma once
 
 #include <span>
@@ -13,8 +13,8 @@ struct MemoryRow {
     std::string name, value;
 };
 
-// Raygraph's memory, the part of it that was placed in host memory, and for each heap what the process uses
-// of its budget.
+// Returns rows for Raygraph's memory, for the part of it that was placed in host memory, and for the
+// process's use of each heap's budget.
 std::vector<MemoryRow> MemoryRows(const rhi::MemoryStatistics& memory,
                                   std::span<const rhi::MemoryHeap> heaps);
 

@@ -6,17 +6,17 @@
 namespace raygraph::editor {
 
 void HierarchyPanel(Workspace& work);
-// Transform, material and light of the selection.
+// Edits transform, material and light of the selection.
 void InspectorPanel(Workspace& work);
-// View, exposure and tone mapping, environment, how paths are traced.
+// Edits view, exposure, tone mapping, environment, and path tracing.
 void SettingsPanel(Workspace& work);
-// Clips, time and speed of the animations.
+// Controls clips, time and speed of the animations.
 void TimelinePanel(Workspace& work);
-// Samples, times of the passes, memory, acceleration structures.
+// Shows samples, times of the passes, memory, acceleration structures.
 void StatisticsPanel(Workspace& work);
-// The plan of the last frame.
+// Draws the plan of the last frame.
 void GraphPanel(Workspace& work);
-// The newest messages, filtered.
+// Lists the newest messages, filtered.
 void LogPanel(Workspace& work);
 void HelpPanel();
 

@@ -10,7 +10,7 @@ namespace raygraph::editor {
 class PathDialog {
   public:
     enum class For : unsigned char { Reading, Writing };
-    // Open from the next Draw until the user has answered. Draw calls `use` with the entered path.
+    // Opens the dialog from the next Draw until the user has answered. Draw passes the entered path to `use`.
     void Ask(std::string title, std::string hint, For purpose, const std::filesystem::path& suggestion,
              std::function<void(const std::filesystem::path&)> use);
     void Draw();
@@ -19,7 +19,7 @@ class PathDialog {
     std::string m_title, m_hint;
     For m_purpose = For::Reading;
     std::function<void(const std::filesystem::path&)> m_use;
-    bool m_isAsked = false;  // since the last Draw
+    bool m_isAsked = false;  // Ask was called since the last Draw
     char m_path[1024] = {};
 };
 

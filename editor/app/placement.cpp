@@ -25,13 +25,14 @@ Placement PlacementOf(const glm::mat4x3& local) {
         placed.scale.x = -placed.scale.x;
         turn[0] = -turn[0];
     }
-    // A frame that turns with the matrix and that scaling along its axes leaves as it is
+    // This orthonormal frame turns with the matrix, and scaling along its axes does not change it
     const glm::vec3 normal = glm::cross(turn[0], turn[1]);
     if (glm::length(normal) > 1e-6f) {
         turn[2] = glm::normalize(normal);
         turn[1] = glm::cross(turn[2], turn[0]);
     }
-    placed.degrees = glm::degrees(glm::eulerAngles(glm::normalize(glm::quat_cast(turn)))) + 0.0f;  // no -0
+    placed.degrees = glm::degrees(glm::eulerAngles(glm::normalize(glm::quat_cast(turn)))) +
+                     0.0f;  // adding 0 turns -0 into 0
     return placed;
 }
 

@@ -1,4 +1,4 @@
-// A picture of the viewport as a render: its .exr is what `render` writes, and goes on with.
+// Makes a render of a viewport's picture: its .exr is as `render` writes it, and can be resumed.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,15 @@
 
 namespace raygraph::editor {
 
-// What a picture shows, as a render names it.
+// Names what a picture shows, in the terms of a render.
 struct ShownScene {
     session::SceneInput input;  // without the data
-    std::optional<double> at;   // the time of its animations; none: its rest pose
-    std::string clips;          // which of them, as of scene::FindClips
+    std::optional<double> at;   // time of the animations; none: the rest pose
+    std::string clips;          // the clips in effect, see scene::FindClips
 };
 
-// With the settings that the command line would need for it: the camera was moved by hand. Albedo and normals
-// are those of the pixels' centers, and without sums.
+// Returns the picture with the settings that reproduce it on the command line, since the camera was moved by
+// hand. Albedo and normals are those of the pixels' centers, and have no sums.
 session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,
                              const rhi::DeviceInfo& device);
 

@@ -35,7 +35,7 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             const std::optional<FileStamp> stamp = StampOf(file);
             scene::SceneData data = scene::LoadGltf(file, options);
             scene::SetVariant(data, scene::FindVariant(data, variant));
-            std::ignore = scene::ChooseView(data, camera, 1.0f);  // one that is not there
+            std::ignore = scene::ChooseView(data, camera, 1.0f);  // throws if there is no such camera
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
             Document document(file, data, stamp, std::move(hash), root);

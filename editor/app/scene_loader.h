@@ -19,12 +19,12 @@
 
 namespace raygraph::editor {
 
-// With everything done that needs neither the main thread nor a device.
+// Holds a loaded scene, for which all work is done that needs neither the main thread nor a device.
 struct LoadedScene {
     Document document;
     PreparedScene scene;
-    std::string camera{};                   // to look through, as of scene::ChooseView
-    std::shared_ptr<SceneUpload> upload{};  // of it, once it is on its way to the device
+    std::string camera{};                   // the first camera, see scene::ChooseView
+    std::shared_ptr<SceneUpload> upload{};  // set once the copy to the device begins
 };
 struct LoadFailure {
     std::filesystem::path file;
@@ -32,19 +32,20 @@ struct LoadFailure {
 };
 using LoadResult = std::variant<LoadedScene, LoadFailure>;
 
-// Threads: the main thread's.
+// Threads: main thread only.
 class SceneLoader {
   public:
-    // `makesTrees`: GpuScene::TakesTrees of the one which shows what is loaded. `log`: of what is loaded.
+    // `makesTrees` is GpuScene::TakesTrees of the GpuScene that will show the scene. `log` gets messages
+    // about loads.
     explicit SceneLoader(bool makesTrees = true, Log log = {})
         : m_makesTrees(makesTrees), m_log(std::move(log)) {}
     ~SceneLoader();  // waits for the current load
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
 
-    // In this variant, by name or index, "": none; to be looked at through this camera, as of
-    // scene::ChooseView; with a root as of scene::LoadOptions. A scene that lacks them is a failure. False:
-    // another load is still running, and continues.
+    // Starts to load a scene with this variant (name or index, "": none), to be seen through this camera
+    // (scene::ChooseView), with this root (scene::LoadOptions). It fails if the scene lacks one of these.
+    // Returns false if another load is running, which continues.
     bool Start(const std::filesystem::path& file, const std::string& variant = {},
                const scene::PointsAndLines& pointsAndLines = {}, const std::string& camera = {},
                const std::filesystem::path& root = {});
@@ -54,7 +55,7 @@ class SceneLoader {
         float fraction = 0.0f;
     };
     Progress Current() const;
-    // The scene or the failure, once, when the load has finished.
+    // Returns the scene or the failure once, after the load has finished.
     std::optional<LoadResult> Take();
 
   private:
@@ -63,8 +64,8 @@ class SceneLoader {
     std::thread m_thread;
     std::atomic<bool> m_isDone{false};
     mutable std::mutex m_mutex;
-    Progress m_progress;                 // guarded
-    std::optional<LoadResult> m_result;  // written by the thread, before m_isDone
+    Progress m_progress;                 // guarded by m_mutex
+    std::optional<LoadResult> m_result;  // written by the thread before m_isDone is set
 };
 
 }  // namespace raygraph::editor

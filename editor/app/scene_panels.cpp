@@ -1,4 +1,4 @@
-// What is in the scene: hierarchy and inspector.
+// Draws the panels about the scene's content: hierarchy and inspector.
 #include <imgui.h>
 
 #include "base/text.h"
@@ -49,12 +49,12 @@ void NodeRow(Workspace& work, const Hierarchy::Row& row) {
     ImGui::Unindent(indent);
 }
 
-// Ends the history's step where the user lets go.
+// Ends a step of the history when the user releases the item.
 void SettleAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
 }
 
-// Which variant is shown, of a scene that has some.
+// Chooses which variant is shown, if the scene has some.
 void VariantField(Workspace& work) {
     const scene::SceneData& scene = work.document.Scene();
     if (scene.variants.empty()) return;
@@ -65,7 +65,7 @@ void VariantField(Workspace& work) {
     ImGui::SetNextItemWidth(-1.0f);
     if (!ImGui::BeginCombo("##variant", label(scene.variant).c_str())) return;
     const auto choice = [&](uint32_t variant) {
-        ImGui::PushID(static_cast<int>(variant));  // names may be alike
+        ImGui::PushID(static_cast<int>(variant));  // names may be equal
         if (ImGui::Selectable(label(variant).c_str(), variant == scene.variant)) work.ShowVariant(variant);
         ImGui::PopID();
     };
@@ -104,13 +104,13 @@ void TransformFields(Workspace& work, uint32_t node) {
     if (isSettled) work.document.Settle();
 }
 
-// A widget for the value of a field, by its type, range and unit. True: the value was edited.
+// Draws a widget for a field, by its type, range and unit. Returns true if the value was edited.
 template <typename Owner>
 bool Widget(const char* label, float& value, const scene::Field<Owner, float>& field, std::string_view unit) {
     const NumberStyle style = StyleOf(value, field.range, unit, field.ZeroIsInfinite());
     const char* const format = style.format.c_str();
     if (style.isAngle) {
-        float shown = value;  // rounded even if it is not edited
+        float shown = value;  // the widget rounds it even if nothing is edited
         const bool isEdited = ImGui::SliderAngle(label, &shown, glm::degrees(style.min),
                                                  glm::degrees(style.max), format, kBounded);
         if (isEdited) value = std::clamp(shown, style.min, style.max);
@@ -129,7 +129,7 @@ bool Widget(const char* label, float& value, const scene::Field<Owner, float>& f
     }
     return isEdited;
 }
-// Fields that are typed into know no bounds.
+// Draws fields for typing, which have no bounds.
 template <typename Owner, int Length>
 bool Widget(const char* label, glm::vec<Length, float>& value,
             const scene::Field<Owner, glm::vec<Length, float>>& field, std::string_view) {
@@ -163,13 +163,13 @@ bool Widget(const char* label, scene::AlphaMode& value, const scene::MaterialFie
     return isEdited;
 }
 
-// The next widget leaves room for its label; short ones stand in a column.
+// Makes the next widget leave room for its label; short labels form a column.
 void LeaveRoomFor(const std::string& label) {
     constexpr float kColumn = 90.0f, kGap = 8.0f;
     ImGui::SetNextItemWidth(-std::max(kColumn, ImGui::CalcTextSize(label.c_str()).x + kGap));
 }
 
-// The widget of a field, as one item: ends the history's step where the user lets go of any part of it.
+// Draws a field's widget as one item. Ends a step of the history when the user releases any part of it.
 template <typename Value, typename Field>
 bool Edits(Workspace& work, Value& value, const Field& field, std::string_view unit) {
     const std::string label = LabelOf(field.name);
@@ -181,7 +181,7 @@ bool Edits(Workspace& work, Value& value, const Field& field, std::string_view u
     return isEdited;
 }
 
-// A texture's name, and its transform below it.
+// Draws a texture's name, and its transform below it. Returns true if it was edited.
 bool TextureFields(Workspace& work, const char* fieldName, scene::TextureRef& texture) {
     if (!texture.IsPresent()) return false;
     const std::string& name = work.document.Scene().textures[static_cast<size_t>(texture.texture)].name;
@@ -222,7 +222,7 @@ void LightFields(Workspace& work, uint32_t index) {
     ImGui::PopID();
 }
 
-// Those of the node's mesh, or the one that was picked.
+// Returns the picked material, if any, else those of the node's mesh.
 std::vector<uint32_t> MaterialsOf(const Workspace& work, uint32_t node) {
     if (work.selectedMaterial) return {*work.selectedMaterial};
     std::vector<uint32_t> materials;
@@ -251,7 +251,7 @@ void HierarchyPanel(Workspace& work) {
         if (place < ImGui::GetScrollY() || place + height > ImGui::GetScrollY() + shown)
             ImGui::SetScrollY(std::max(place - 0.5f * shown, 0.0f));
     }
-    // A row that is opened changes the list: from the next frame on
+    // Opening a row changes the list from the next frame on
     const std::vector<Hierarchy::Row>& rows = work.hierarchy.Rows();
     ImGuiListClipper clipper;
     clipper.Begin(static_cast<int>(rows.size()), ImGui::GetTextLineHeightWithSpacing());

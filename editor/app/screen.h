@@ -15,16 +15,17 @@ class Screen {
     Screen& operator=(const Screen&) = delete;
     virtual ~Screen() = default;
 
-    // Of the open frame: the color target to draw over, of `extent`. Nullopt: this frame cannot be shown.
+    // Returns the color target of the open frame, of size `extent`; nullopt if this frame cannot be shown.
     virtual std::optional<TextureId> Begin(Renderer& renderer, rhi::Extent2D extent) = 0;
-    // `drawn` is the target's last version; executes the frame and shows it, now or when IsReady is asked.
+    // Executes the frame and shows it, now or when IsReady is asked. `drawn` is the target's last version.
     virtual void End(Renderer& renderer, TextureId drawn) = 0;
-    // The same where the frame need not wait for pipelines. False: it would, and is still open.
+    // Ends the frame like End if that need not wait for pipelines. Returns false if it would wait; the frame
+    // is still open then.
     virtual bool TryEnd(Renderer& renderer, TextureId drawn) {
         End(renderer, drawn);
         return true;
     }
-    // Whether a frame can begin that does not wait for the device, which may be busy for long.
+    // Returns whether a frame can begin without waiting for the device, which may be busy for long.
     virtual bool IsReady(const Renderer&) { return true; }
 };
 
@@ -42,7 +43,7 @@ class WindowScreen final : public Screen {
     SwapchainFrame m_frame;
 };
 
-// For scripts on machines without a display: waits for pipelines.
+// Renders scripts on machines without a display. It waits for pipelines.
 class PictureScreen final : public Screen {
   public:
     std::optional<TextureId> Begin(Renderer& renderer, rhi::Extent2D extent) override;

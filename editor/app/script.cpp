@@ -23,7 +23,7 @@ std::string TextOf(const std::filesystem::path& file) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// As many as the view can have.
+// Returns whether the view has `wanted` samples, or as many as it can have.
 bool HasSamples(const viewport::Viewport& view, uint32_t wanted) {
     const viewport::ViewportProgress progress = view.Progress();
     const viewport::View shown = view.Show().view;
@@ -115,7 +115,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                    [&](const CloseWindow&) {
                        m_input.isClosing = true;
                        frame();
-                       frame();  // with what it asks
+                       frame();  // draws the question, if there is one
                    },
                    [&](const PressKey& command) {
                        m_input.isControl = command.isControl;
@@ -168,7 +168,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        else
                            editor.SavePicture(command.file);
                        until("saved", [&] { return !editor.IsBusy(); });
-                       // That the file is there does not say so: it may be an old one
+                       // The existence of the file is no proof: it may be an old one
                        if (editor.SavedCount() == before) Fail(line, editor.Work().message);
                    },
                    [&](const SetBudget& command) { editor.Work().frameMs = command.frameMs; },

@@ -34,9 +34,10 @@ namespace raygraph::editor {
 
 class Script {
   public:
-    // Parses the whole file: Error{Io}, Error{BadInput} naming the first line that is not a command.
+    // Parses the whole file. Throws Error{Io}, or Error{BadInput} that names the first line that is not a
+    // command.
     explicit Script(const std::filesystem::path& file);
-    // Runs the whole script. Error{BadInput} naming the line whose expectation does not hold.
+    // Runs the whole script. Throws Error{BadInput} that names the line whose expectation does not hold.
     void Play(Editor& editor, Screen& screen);
 
   private:

@@ -17,7 +17,7 @@ template <typename... Values>
     throw MakeError(ErrorKind::Usage, format, std::forward<Values>(values)...);
 }
 
-// A finite number of the range.
+// Parses a finite number within the range.
 float Number(const std::string& word, float minimum, float maximum) {
     float value = 0.0f;
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -35,7 +35,7 @@ uint32_t Count(const std::string& word) {
     return static_cast<uint32_t>(value);
 }
 
-// Pixels, far outside of any window at most.
+// Parses a position in pixels, at most far outside of any window.
 glm::vec2 Place(const std::string& x, const std::string& y) {
     constexpr float kMax = 1e6f;
     return {Number(x, -kMax, kMax), Number(y, -kMax, kMax)};
@@ -62,7 +62,7 @@ viewport::View ViewOf(const std::string& name) {
     Refuse("there is no view {}", Quoted(name));
 }
 
-// "ctrl+shift+z".
+// Parses a key with modifiers: "ctrl+shift+z".
 PressKey KeyOf(std::string name) {
     PressKey press{};
     for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
@@ -75,7 +75,7 @@ PressKey KeyOf(std::string name) {
     return press;
 }
 
-// The text is well-formed UTF-8.
+// Decodes the text, which is well-formed UTF-8.
 std::u32string CodePoints(std::string_view text) {
     std::u32string points;
     for (const char character : text) {
@@ -88,7 +88,7 @@ std::u32string CodePoints(std::string_view text) {
     return points;
 }
 
-// The words of a line and what they say.
+// Reads the words of a line as values.
 class LineReader {
   public:
     explicit LineReader(const std::vector<std::string>& words) : m_words(words) {}
@@ -137,7 +137,7 @@ class LineReader {
         if (i >= m_words.size()) Refuse("a word is missing");
         return m_words[i];
     }
-    // Of a color.
+    // Reads a channel of a color.
     float Share(size_t i) const { return Number(Word(i), 0.0f, 1.0f); }
 
     Expectation Expected() const {

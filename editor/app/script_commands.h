@@ -1,5 +1,5 @@
-// A script's commands, parsed before any is run: a mistake in its last line is found before its first frame.
-// The commands are listed in script.h. Threads: plain values and pure functions, for any thread.
+// Parses a script's commands before any is run, so that a mistake in its last line is found before its first
+// frame. script.h lists the commands. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -32,11 +32,11 @@ struct PressKey {
 struct MoveMouse {
     glm::vec2 place;  // pixels
 };
-// Press, release, click and drag.
+// Stands for press, release, click and drag.
 struct HoldButton {
     MouseButton button;
-    bool isDown, isUp;  // goes down, then up
-    bool isDragged;     // by `way` in between
+    bool isDown, isUp;  // button goes down, then up
+    bool isDragged;     // moves by `way` in between
     glm::vec2 way{0.0f};
 };
 struct TurnWheel {
@@ -54,7 +54,7 @@ struct WaitForSamples {
 };
 struct SaveShown {
     std::filesystem::path file;
-    bool isWindow;  // else only the picture
+    bool isWindow;  // true: the window; false: the picture
 };
 struct SetBudget {
     double frameMs;
@@ -79,7 +79,7 @@ struct ShowTime {
 };
 struct StopPlaying {};
 struct ChooseClips {
-    std::string list;  // as of scene::FindClips
+    std::string list;  // see scene::FindClips
 };
 struct SetBaseColor {
     glm::vec3 color;
@@ -99,8 +99,8 @@ struct Expectation {
         SamplesAbove
     };
     Of of;
-    std::string text;     // of Selected, Variant, Message and Time
-    uint32_t number = 0;  // of Edits and Samples; of Asking, Leaving and Playing 1: yes, 0: no
+    std::string text;     // argument of Selected, Variant, Message and Time
+    uint32_t number = 0;  // argument of Edits and Samples; Asking, Leaving, Playing: 1 is yes, 0 is no
     viewport::View view = viewport::View::PathTraced;
 };
 
@@ -115,10 +115,10 @@ struct ScriptLine {
     ScriptCommand command;
 };
 
-// Every line of the text. Error{BadInput} "name:3: smile: there is no such command".
+// Parses every line of the text. Throws Error{BadInput}, e.g. "name:3: smile: there is no such command".
 std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name);
 
-// Error{BadInput} in these words.
+// Throws Error{BadInput} that names the line.
 [[noreturn]] void FailLine(const std::string& name, uint32_t number, std::string_view text,
                            std::string_view why);
 

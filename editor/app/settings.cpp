@@ -26,8 +26,8 @@ constexpr uintmax_t kMaxBytes = 1 << 20;
 
 constexpr Range kWindowRange{320.0f, 16384.0f};
 
-// Everything that is kept, once for reading and writing: each member with its name, and a range where not
-// every number will do. Visitor: Reader or Writer, Kept: Settings, const for writing.
+// Visits each stored member with its name, and with its range where it has one; reading and writing share
+// this list. Visitor is Reader or Writer; Kept is Settings, const for writing.
 template <typename Visitor, typename Kept>
 void Visit(const Visitor& visitor, Kept& settings) {
     visitor.In("panels", [&](const Visitor& panels) {
@@ -52,7 +52,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
     visitor.Files("recent", settings.recent);
 }
 
-// Reads members that are there, and fails for those of another type.
+// Reads the members that are present, and throws for those of another type.
 class Reader {
   public:
     explicit Reader(const Json& json) : m_json(json) {
@@ -71,7 +71,8 @@ class Reader {
         if (json && std::isfinite(json->get<double>()))
             value = static_cast<T>(std::clamp(static_cast<float>(json->get<double>()), range.min, range.max));
     }
-    // By name; one that is not known leaves it as it is: it may be a newer program's.
+    // Reads a choice by name. An unknown name leaves the value as it is, since a newer program may have
+    // written it.
     template <typename Enum>
     void Choice(const char* key, Enum& value) const {
         const Json* json = Find(key, &Json::is_string, "a text");
@@ -151,7 +152,7 @@ void Settings::NoteOpened(const std::filesystem::path& file) {
 }
 
 std::filesystem::path ConfigFolder() {
-    // A relative one is to be ignored, says the standard
+    // The XDG standard says that a relative path is to be ignored
     if (const char* config = std::getenv("XDG_CONFIG_HOME"); config && config[0] == '/')
         return std::filesystem::path(config) / "raygraph";
     if (const char* home = std::getenv("HOME"); home && home[0] == '/')

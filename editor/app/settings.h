@@ -1,4 +1,4 @@
-// The editor's stored settings: panels, window, view settings, recent files.
+// Holds the editor's stored settings: panels, window, view settings, recent files.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,11 @@
 
 namespace raygraph::editor {
 
-// The panels that are shown beside the picture.
+// Switches the panels beside the picture on and off.
 struct Panels {
     bool hierarchy = true;
     bool inspector = true;
-    bool timeline = true;  // of a scene that has animations
+    bool timeline = true;  // shown only for scenes with animations
     bool statistics = false;
     bool graph = false;
     bool log = false;
@@ -24,7 +24,7 @@ struct Panels {
 
     bool operator==(const Panels&) const = default;
 };
-// Each with its name in the file.
+// Gives each panel its name in the file.
 struct PanelName {
     const char* name;
     bool Panels::*isShown;
@@ -37,7 +37,7 @@ inline constexpr PanelName kPanels[] = {
 };
 static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 
-// Of numbers among the view settings, in the file and in the panel.
+// Bounds a number among the view settings, in the file and in the panel.
 struct Range {
     float min, max;
 };
@@ -48,25 +48,25 @@ inline constexpr Range kErrorRange{0.01f, 2.0f};
 struct Settings {
     Panels panels;
     rhi::Extent2D window{1440, 900};  // points
-    viewport::ShowSettings show;      // view, wipe, exposure, operator and maxError are stored
+    viewport::ShowSettings show;      // stored: view, wipe, exposure, operator, maxError
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;
     std::vector<std::filesystem::path> recent;  // newest first, absolute, at most kMaxRecent
 
     static constexpr size_t kMaxRecent = 10;
-    // Puts a file first.
+    // Moves a file to the front of `recent`.
     void NoteOpened(const std::filesystem::path& file);
     bool operator==(const Settings&) const = default;
 };
 
-// $XDG_CONFIG_HOME/raygraph, else ~/.config/raygraph; "" where there is neither.
+// Returns $XDG_CONFIG_HOME/raygraph, else ~/.config/raygraph; "" if neither variable is set.
 std::filesystem::path ConfigFolder();
 
-// Of the folder's editor.json; the defaults if there is none. One that cannot be read is ignored as a whole,
-// and `message` says why, one line.
+// Reads the folder's editor.json; returns the defaults if there is none. A file that cannot be read is
+// ignored as a whole, and `message` gets one line that says why.
 Settings ReadSettings(const std::filesystem::path& folder, std::string& message);
-// Makes the folder if need be. Error{Io}.
+// Writes the folder's editor.json. Makes the folder if need be. Throws Error{Io}.
 void WriteSettings(const std::filesystem::path& folder, const Settings& settings);
 
 }  // namespace raygraph::editor

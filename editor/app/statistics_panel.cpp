@@ -1,4 +1,4 @@
-// What the picture costs: samples, error and time left, memory, times of the passes over the last frames.
+// Shows the picture's cost: samples, error and time left, memory, times of the passes over the last frames.
 #include <imgui.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr size_t kColored = 6;  // passes with a color of their own; the others are one
+constexpr size_t kColored = 6;  // passes with a color of their own; the others share one
 constexpr std::array<ImU32, kColored + 1> kColors{IM_COL32(232, 143, 52, 255),  IM_COL32(86, 148, 214, 255),
                                                   IM_COL32(112, 184, 104, 255), IM_COL32(196, 104, 176, 255),
                                                   IM_COL32(214, 196, 92, 255),  IM_COL32(98, 192, 190, 255),
@@ -77,7 +77,7 @@ void Table(Workspace& work) {
     ImGui::EndTable();
 }
 
-// A column a frame, the passes on top of each other.
+// Draws one column per frame, with the passes stacked.
 void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, float top, ImVec2 size) {
     const ImVec2 from = ImGui::GetCursorScreenPos();
     ImGui::Dummy(size);
@@ -123,7 +123,7 @@ void Legend(const std::vector<FrameHistory::Pass>& passes) {
     }
 }
 
-// The next of 1, 2, 5, 10, ... that holds it.
+// Returns the smallest of 1, 2, 5, 10, ... that is not below `value`.
 float NiceTop(float value) {
     float top = 0.1f;
     for (int i = 0; top < value && i < 30; ++i) top *= i % 3 == 1 ? 2.5f : 2.0f;
@@ -137,7 +137,7 @@ void Times(const Workspace& work) {
     const std::vector<float> gpu = history.Gpu();
     ImGui::Text("GPU %.1f ms, CPU %.2f ms, panels %.2f ms", double{gpu.back()}, double{history.Cpu().back()},
                 work.uiMs);
-    // One frame that takes long, as when a pipeline is made, leaves the others visible
+    // A single long frame, as when a pipeline is made, must not flatten the others
     std::vector<float> sorted = gpu;
     std::ranges::sort(sorted);
     const float most = sorted[(sorted.size() - 1) * 97 / 100];
@@ -148,7 +148,7 @@ void Times(const Workspace& work) {
 }  // namespace
 
 void StatisticsPanel(Workspace& work) {
-    // Side by side where there is room
+    // Charts are side by side if there is room
     const float room = ImGui::GetContentRegionAvail().x;
     const bool isWide = room > 520.0f;
     if (isWide) ImGui::BeginChild("numbers", {0.46f * room, 0.0f});

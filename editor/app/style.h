@@ -1,4 +1,4 @@
-// How the user interface looks, and how keys reach it.
+// Styles the user interface, and feeds it keys.
 #pragma once
 
 #include <imgui.h>
@@ -7,10 +7,11 @@
 
 namespace raygraph::editor {
 
-// Dark and neutral, so that it does not color the judgement of a picture; one accent. Sizes in points.
+// Sets a dark, neutral style with one accent, which does not bias the judgement of a picture's color. Sizes
+// are in points.
 void ApplyStyle(ImGuiStyle& style);
 
-// Keys as ImGui's own, for text fields and shortcuts of its widgets.
+// Passes keys to ImGui, for text fields and for shortcuts of its widgets.
 void FeedKeys(ImGuiIO& io, const FrameInput& input);
 
 }  // namespace raygraph::editor

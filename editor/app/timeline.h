@@ -1,7 +1,8 @@
-// Which of a scene's animations are shown, at what time, and how that goes on. Pure state: Document shows it.
+// Timeline holds which of a scene's animations are shown, at what time, and plays them. It is pure state:
+// Document shows it.
 //
-// All clips that are on are at one time, which a render says as `--at` and `--clips`: a short one stays at
-// its end until the longest has ended. Threads: exclusive access.
+// All clips that are on share one time, which a render takes as `--at` and `--clips`; a short clip holds its
+// last pose until the longest has ended. Threads: exclusive access.
 #pragma once
 
 #include <cstddef>
@@ -18,52 +19,52 @@ inline constexpr Range kSpeedRange{-4.0f, 4.0f};
 
 class Timeline {
   public:
-    Timeline() = default;  // of a scene without animations
-    // At rest, with the scene's first animation on.
+    Timeline() = default;  // for a scene without animations
+    // Starts at rest, with the scene's first animation on.
     explicit Timeline(const scene::SceneData& scene);
 
     struct Clip {
         std::string name;      // never empty
-        double seconds = 0.0;  // its length
+        double seconds = 0.0;  // length
         bool isOn = false;
-        float weight = 1.0f;  // of those that are on together
+        float weight = 1.0f;  // relative to the other clips that are on
     };
     std::span<const Clip> Clips() const { return m_clips; }  // by animation
     bool IsEmpty() const { return m_clips.empty(); }
-    // "walk", "walk 0.30, run", "all": those that are on.
+    // Returns the clips that are on: "walk", "walk 0.30, run", "all".
     std::string ClipsLabel() const;
 
-    // Turns on these and nothing else, with their weights. Their times do not count.
+    // Turns on exactly these clips, with their weights. Their times are ignored.
     void Choose(std::span<const scene::ClipState> clips);
-    void ChooseOnly(size_t clip);  // and ChooseAll: with weight 1
+    void ChooseOnly(size_t clip);  // like ChooseAll, with weight 1
     void ChooseAll();
     void SetOn(size_t clip, bool isOn);
-    // 0 to 1.
+    // `weight` is from 0 to 1.
     void SetWeight(size_t clip, float weight);
 
-    // A scene without animations neither plays nor leaves its rest pose.
+    // Returns whether time advances; never without animations, nor in the rest pose.
     bool IsPlaying() const { return m_isPlaying; }
-    // Nothing is shown of any animation.
+    // Returns whether the rest pose is shown.
     bool IsAtRest() const { return m_isAtRest; }
     double Seconds() const { return m_seconds; }
-    // The time of the last key of what is on.
+    // Returns the time of the last key of the clips that are on, in seconds.
     double Length() const;
-    // From where it is; from the start if that is where it would end.
+    // Plays from the current time, or from the start if playback would end there.
     void Play();
     void Pause() { m_isPlaying = false; }
     void Toggle() { m_isPlaying ? Pause() : Play(); }
-    // Back to the rest pose and to the start.
+    // Returns to the rest pose and to the start.
     void Stop();
-    // Shows that time, limited to the length. Goes on playing if it did.
+    // Shows the pose at a time, clamped to the length. Playback continues.
     void Seek(double seconds);
-    // Lets real time pass. Does nothing unless it plays. Without looping it ends at the last key, or
-    // backwards at the start, and is paused there.
+    // Advances by real time while it plays. Without looping, playback pauses at the last key, or backwards at
+    // the start.
     void Advance(double realSeconds);
 
     bool isLooping = true;
     float speed = 1.0f;
 
-    // What is shown, clips with a weight; empty at rest. Valid until the next change.
+    // Returns the clips that are shown, with their weights; empty at rest. Valid until the next change.
     std::span<const scene::ClipState> Shown() const { return m_shown; }
 
   private:

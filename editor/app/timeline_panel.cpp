@@ -1,4 +1,4 @@
-// The timeline below the picture: what plays, when, and how.
+// Draws the timeline below the picture: the clips, the time, and playback.
 #include <imgui.h>
 
 #include <string>
@@ -13,7 +13,7 @@ namespace {
 constexpr float kButton = 56.0f;  // points
 constexpr float kSpeed = 90.0f;
 
-// A clip alone, all of them, or some blended by weights.
+// Chooses a single clip, all of them, or some blended by weights.
 void ClipChoice(Timeline& timeline) {
     if (!ImGui::BeginCombo("##clips", timeline.ClipsLabel().c_str(), ImGuiComboFlags_HeightLarge)) return;
     const std::span<const Timeline::Clip> clips = timeline.Clips();

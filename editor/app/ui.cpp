@@ -15,10 +15,10 @@ namespace raygraph::editor {
 namespace {
 
 constexpr float kFontPoints = 15.0f;
-// A font of the system where there is one; else the one that comes with ImGui.
+// A font of the system; if it is missing, ImGui's own is used.
 constexpr const char* kFontFile = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 
-// A copy of what ImGui made, which its next frame overwrites, as the pass needs it.
+// Copies ImGui's draw lists, which its next frame overwrites, in the layout of the pass.
 struct Geometry {
     struct Part {
         uint32_t firstIndex = 0, indexCount = 0, source = 0;
@@ -78,7 +78,7 @@ Ui::Ui() {
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
     ImGuiIO& io = ImGui::GetIO();
-    io.IniFilename = nullptr;  // kept with the settings
+    io.IniFilename = nullptr;  // the editor stores its settings itself
     io.BackendRendererName = "raygraph";
     io.ConfigWindowsMoveFromTitleBarOnly = true;
 }
@@ -93,7 +93,7 @@ void Ui::Begin(const FrameInput& input) {
         m_scale = input.scale;
         ++m_atlas;
         io.Fonts->Clear();
-        // Rasterized at pixel size, and scaled back to points
+        // Fonts are rasterized at pixel size, and scaled back to points
         if (std::filesystem::exists(kFontFile))
             io.Fonts->AddFontFromFileTTF(kFontFile, kFontPoints * m_scale);
         else
@@ -123,7 +123,7 @@ void Ui::End() {
     ImGui::Render();
 }
 
-// The font atlas, copied to the device when it is new.
+// Copies the font atlas to the device if it is new.
 TextureId Ui::DeclareAtlas(Renderer& renderer) {
     unsigned char* texels = nullptr;
     int width = 0, height = 0;

@@ -1,4 +1,4 @@
-// Dear ImGui in the render graph: input in, one raster pass out.
+// Runs Dear ImGui in the render graph: input in, one raster pass out.
 #pragma once
 
 #include <imgui.h>
@@ -10,12 +10,12 @@
 
 namespace raygraph::editor {
 
-// For ImGui::Image: the picture that is passed to DrawUi.
+// Returns what ImGui::Image takes to show the picture that is passed to DrawUi.
 inline ImTextureID PictureTexture() {
     return reinterpret_cast<ImTextureID>(uintptr_t{1});
 }
 
-// The only ImGui context of the process, with the editor's fonts and style. Main thread only.
+// Owns the only ImGui context of the process, with the editor's fonts and style. Main thread only.
 class Ui {
   public:
     Ui();
@@ -23,18 +23,19 @@ class Ui {
     Ui(const Ui&) = delete;
     Ui& operator=(const Ui&) = delete;
 
-    // Starts a frame of ImGui calls. Sizes are points: pixels over input.scale. Fonts follow the scale.
+    // Starts a frame of ImGui calls. Sizes are in points, which are input.scale pixels; fonts follow the
+    // scale.
     void Begin(const FrameInput& input);
     // Ends the calls; Draw draws the result.
     void End();
-    // Draws over all of `target`, a color target of the window's extent; `picture` may be invalid: then it is
-    // not drawn. Returns the target's new version.
+    // Draws over all of `target`, a color target of the window's extent. `picture` is not drawn if it is
+    // invalid. Returns the target's new version.
     [[nodiscard]] TextureId Draw(Renderer& renderer, TextureId target, TextureId picture);
 
   private:
     TextureId DeclareAtlas(Renderer& renderer);
-    float m_scale = 0.0f;  // of the current fonts
-    uint32_t m_atlas = 0;  // counts font atlases
+    float m_scale = 0.0f;  // scale of the current fonts
+    uint32_t m_atlas = 0;  // number of font atlases so far
 };
 
 }  // namespace raygraph::editor

@@ -18,11 +18,11 @@ void UnsavedDialog::Draw(const FrameInput& input) {
     constexpr const char* kTitle = "Unsaved edits";
     if (!IsAsking()) return;
     const bool isNew = std::exchange(m_isNew, false);
-    // Also after another dialog has closed it
+    // Reopen the popup if another dialog has closed it
     if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
     if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return;
     ImGui::TextUnformatted(m_question.c_str());
-    // Keys of the frame that asked are not the answer
+    // Keys of the frame in which the question was asked are not the answer
     const auto isPressed = [&](Key key) { return !isNew && std::ranges::count(input.pressed, key) > 0; };
     std::optional<Answer> answer;
     if (ImGui::Button("Save (S)") || isPressed(Key::S)) answer = Answer::Save;
@@ -32,7 +32,7 @@ void UnsavedDialog::Draw(const FrameInput& input) {
     if (ImGui::Button("Cancel (Esc)") || isPressed(Key::Escape)) answer = Answer::Cancel;
     if (answer) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
-    // It may ask again
+    // `m_use` may ask again, so it is taken out first
     if (answer) std::exchange(m_use, nullptr)(*answer);
 }
 

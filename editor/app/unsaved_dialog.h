@@ -11,8 +11,9 @@ namespace raygraph::editor {
 class UnsavedDialog {
   public:
     enum class Answer : unsigned char { Save, Discard, Cancel };
-    // Open from the next Draw until the user has answered by a button or S, D or Escape; an open question is
-    // replaced. Draw calls `use` with the answer. `question` names the file that would be written.
+    // Opens the question from the next Draw until the user has answered by a button or by S, D or Escape; it
+    // replaces an open question. Draw passes the answer to `use`. `question` names the file that would be
+    // written.
     void Ask(std::string question, std::function<void(Answer)> use);
     bool IsAsking() const { return static_cast<bool>(m_use); }
     void Draw(const FrameInput& input);
@@ -20,7 +21,7 @@ class UnsavedDialog {
   private:
     std::string m_question;
     std::function<void(Answer)> m_use;
-    bool m_isNew = false;  // since the last Draw
+    bool m_isNew = false;  // Ask was called since the last Draw
 };
 
 }  // namespace raygraph::editor

@@ -1,4 +1,4 @@
-// How the scene is shown, and help.
+// Draws the panels about how the scene is shown, and the help.
 #include <imgui.h>
 
 #include <algorithm>
@@ -27,10 +27,10 @@ void EnvironmentFields(Workspace& work) {
     EnvironmentSettings environment = work.gpu.Environment();
     const std::string file = work.EnvironmentFile().filename().string();
     const bool isStudio = work.gpu.ShownEnvironment().defaultLight == DefaultLight::Studio;
-    // Where there is nothing to tint, the sky is one color
+    // Without an environment to tint, the sky is one color
     if (environment.usesScene && !isStudio && !work.HasSceneEnvironment())
         environment = {.radiance = glm::vec3(0.0f), .rotation = environment.rotation};
-    // The brightest channel is the intensity, the rest is the color
+    // The brightest channel is the intensity; the rest is the color
     float intensity = std::max({environment.radiance.x, environment.radiance.y, environment.radiance.z});
     glm::vec3 color = intensity > 0.0f ? environment.radiance / intensity : glm::vec3(1.0f);
     if (file.empty()) {

@@ -93,7 +93,7 @@ Window::Window(const std::string& title, rhi::Extent2D size) {
     m_impl->window = window;
     m_impl->lastTime = glfwGetTime();
     glfwSetWindowUserPointer(window, m_impl.get());
-    // What is shorter than a frame has happened all the same
+    // A click that is shorter than a frame still counts
     glfwSetInputMode(window, GLFW_STICKY_MOUSE_BUTTONS, GLFW_TRUE);
     glfwSetInputMode(window, GLFW_STICKY_KEYS, GLFW_TRUE);
     glfwSetScrollCallback(
@@ -151,7 +151,7 @@ FrameInput Window::Poll(double seconds) {
     glfwGetWindowSize(window, &windowWidth, &windowHeight);
     double x = 0.0, y = 0.0;
     glfwGetCursorPos(window, &x, &y);
-    if (windowWidth > 0 && windowHeight > 0)  // from screen coordinates to pixels
+    if (windowWidth > 0 && windowHeight > 0)  // convert screen coordinates to pixels
         input.mouse = glm::vec2(static_cast<float>(x * input.extent.width / windowWidth),
                                 static_cast<float>(y * input.extent.height / windowHeight));
     constexpr std::array kButtons{GLFW_MOUSE_BUTTON_LEFT, GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOUSE_BUTTON_MIDDLE};
@@ -165,7 +165,7 @@ FrameInput Window::Poll(double seconds) {
     input.isShift |= isHeld(GLFW_KEY_LEFT_SHIFT) || isHeld(GLFW_KEY_RIGHT_SHIFT);
     input.isAlt |= isHeld(GLFW_KEY_LEFT_ALT) || isHeld(GLFW_KEY_RIGHT_ALT);
     input.isClosing = glfwWindowShouldClose(window) != 0;
-    glfwSetWindowShouldClose(window, GLFW_FALSE);  // the user may think better of it
+    glfwSetWindowShouldClose(window, GLFW_FALSE);  // the user may decline
     return input;
 }
 

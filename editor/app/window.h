@@ -1,4 +1,5 @@
-// A window of the desktop: its events as FrameInput, its surface for a swapchain. Main thread only.
+// Opens a window of the desktop: its events become FrameInput, its surface is for a swapchain. Main thread
+// only.
 #pragma once
 
 #include <memory>
@@ -12,24 +13,24 @@ namespace raygraph::editor {
 
 class Window {
   public:
-    // Error{NoDevice} without a display.
+    // Throws Error{NoDevice} without a display.
     Window(const std::string& title, rhi::Extent2D size);
     ~Window();
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
 
-    // For DeviceDesc::surfaceExtensions.
+    // Returns the extensions for DeviceDesc::surfaceExtensions.
     std::vector<std::string> SurfaceExtensions() const;
-    // For SwapchainDesc::makeSurface; while the window lives.
+    // Returns the function for SwapchainDesc::makeSurface; it is valid while the window lives.
     rhi::MakeSurface SurfaceMaker();
     rhi::Extent2D Extent() const;  // pixels
 
-    // Returns the events since the last call, a request to close included; waits at most `seconds` for
-    // an event.
+    // Returns the events since the last call, a request to close included; waits up to `seconds` for an
+    // event.
     FrameInput Poll(double seconds = 0.0);
     void SetTitle(const std::string& title);
     void Hide();
-    // What ImGui copies and pastes is the desktop's from then on, while the window lives. Needs ImGui's
+    // Connects ImGui's copy and paste with the desktop's clipboard while the window lives. Needs ImGui's
     // context.
     void ShareClipboard();
 

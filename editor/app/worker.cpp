@@ -47,10 +47,11 @@ void Worker::Run() {
         Finish finish;
         try {
             finish = entry.task();
-        } catch (const std::exception& error) {  // Error, or of a library: no reason to end the editor
+        } catch (
+            const std::exception& error) {  // Error, or an exception of a library: neither ends the editor
             finish = [fail = std::move(entry.fail), why = std::string(error.what())] { fail(why); };
         }
-        entry = {};  // what the task holds may be large
+        entry = {};  // the task may hold much memory
         lock.lock();
         m_due.push_back(std::move(finish));
     }

@@ -1,5 +1,5 @@
-// Does work beside the window, one task after another on a thread of its own; the main thread then says how
-// it went. Threads: the main thread's.
+// Worker runs tasks one after another on a thread of its own, and their completions on the main thread.
+// Threads: main thread only.
 #pragma once
 
 #include <condition_variable>
@@ -15,22 +15,22 @@ namespace raygraph::editor {
 
 class Worker {
   public:
-    // What is left to be done on the main thread.
+    // Completes a task on the main thread.
     using Finish = std::function<void()>;
-    // Runs on the other thread. May throw.
+    // Runs on the worker's thread. It may throw.
     using Task = std::function<Finish()>;
-    // Called on the main thread instead of a Finish: what was thrown, one line.
+    // Is called on the main thread, in place of Finish, with one line of what was thrown.
     using Fail = std::function<void(const std::string& why)>;
 
     Worker() = default;
-    ~Worker();  // waits for all tasks; nothing is called on the main thread any more
+    ~Worker();  // waits for all tasks; calls no more Finish or Fail
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
 
     void Add(Task task, Fail fail);
-    // Calls what is due on this thread. Never waits for a task.
+    // Calls the pending Finish and Fail functions. It never waits for a task.
     void FinishTasks();
-    // Whether there are tasks that were not finished so.
+    // Returns whether there are tasks whose completion has not run.
     bool IsBusy() const { return m_unfinished > 0; }
 
   private:
@@ -40,11 +40,11 @@ class Worker {
     };
     void Run();
 
-    std::thread m_thread;     // since the first task
-    size_t m_unfinished = 0;  // of the main thread
+    std::thread m_thread;     // started by the first task
+    size_t m_unfinished = 0;  // read and written on the main thread
     mutable std::mutex m_mutex;
     std::condition_variable m_hasChanged;
-    // Guarded
+    // guarded by m_mutex
     bool m_isEnding = false;
     std::deque<Entry> m_tasks;
     std::vector<Finish> m_due;

@@ -33,7 +33,8 @@ bool Workspace::Try(Change&& change) {
     try {
         change();
         return true;
-    } catch (const std::exception& error) {  // Error, or of a library: no reason to lose what is open
+    } catch (
+        const std::exception& error) {  // Error, or an exception of a library: neither closes the open scene
         Refuse(error.what());
         return false;
     }
@@ -99,12 +100,13 @@ void Workspace::Observe() {
         std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     const viewport::ViewportProgress progress = view.Progress();
     sampleRate.Note(now, progress.pathTracedSamples + progress.pathTracedShare);
-    if (estimate.sampleCount > progress.pathTracedSamples + 1) estimate = {};  // of what is gone
+    if (estimate.sampleCount > progress.pathTracedSamples + 1)
+        estimate = {};  // the estimate is of a picture that is gone
     if (m_errorRequest && m_errorRequest->IsReady()) {
         estimate = m_errorRequest->Result();
         m_errorRequest.reset();
     }
-    // It costs little, but not nothing
+    // An estimate costs little, but not nothing
     if (!panels.statistics || m_errorRequest || now - m_errorAsked < 0.5) return;
     m_errorRequest = view.RequestError();
     m_errorAsked = now;
@@ -126,7 +128,7 @@ Settings Workspace::Kept() const {
     settings.toolSpace = toolSpace;
     settings.pivot = pivot;
     settings.recent = recent;
-    // Of the rest there is nothing that a user sets here
+    // The user cannot set the other fields here
     const viewport::ShowSettings& show = view.Show();
     settings.show.view = show.view;
     settings.show.wipePosition = show.wipePosition;
@@ -207,12 +209,12 @@ std::optional<LoadedScene> Workspace::FinishLoading() {
                 m_arriving.reset();
         }
     }
-    // Without frames, nothing would copy
+    // Without frames nothing would be copied
     if (!m_arriving || !(m_arriving->upload->IsReady() || view.Size().IsEmpty())) return std::nullopt;
     return std::exchange(m_arriving, std::nullopt);
 }
 
-// Says of which file what is wrong.
+// Returns false if `run` throws an Error, which is then reported with the name of the document's file.
 bool Workspace::TryFor(const Document& of, const std::function<void()>& run) {
     try {
         run();

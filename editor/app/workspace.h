@@ -1,5 +1,5 @@
-// Everything that is open in the editor: the scene, on the host and on the device, its view, and
-// the selection.
+// Workspace holds everything that is open in the editor: the scene, on the host and on the device, its view,
+// and the selection.
 #pragma once
 
 #include <array>
@@ -35,8 +35,8 @@ struct Bookmark {
 
 class Workspace {
   public:
-    // `shaders`: the folder of shader sources to reload from, or "". `messages`: what the log panel shows,
-    // null: none.
+    // `shaders` is the folder of shader sources for hot reload, or "". `messages` is what the log panel
+    // shows; null: its own.
     explicit Workspace(rhi::Device& of, const std::filesystem::path& shaders = {},
                        std::shared_ptr<LogHistory> messages = {}, uint64_t textureBudget = 0)
         : device(of),
@@ -55,74 +55,74 @@ class Workspace {
 
     // This is BudgetSettings::frameMs of the viewport while the user does something.
     double frameMs = 30.0;
-    bool hasLongFrames = false;  // frames take longer while the user does nothing, as in a window
+    bool hasLongFrames = false;  // longer frames while the user is idle, as in a window
 
-    // By the file's extension, .hdr or .exr; any other is a scene.
+    // Returns whether the extension is .hdr or .exr; any other file is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);
     // Starts to load a scene or an environment map (.hdr, .exr) on another thread; the message says if
-    // another load of the kind is running.
-    // The scene is shown in this variant, by name or index, "": none; through this camera, as of
-    // scene::ChooseView.
+    // another load of the kind is running. A scene is shown in this variant (name or index, "": none), and
+    // through this camera (scene::ChooseView).
     void Open(const std::filesystem::path& file, const std::string& variant = {},
               const std::string& choice = {});
     void RemoveEnvironmentMap();
-    // What lights the open scene, and scenes that are opened, where there is no map: what each brings along,
-    // or the studio as this says.
+    // Chooses the light of the open scene and of those opened later, where there is no environment map: their
+    // own light, or the studio.
     void UseLight(DefaultLight light);
-    DefaultLight Light() const { return m_defaultLight; }  // as it was last said
-    // The file of the environment map; "": there is none.
+    DefaultLight Light() const { return m_defaultLight; }  // the last UseLight
+    // Returns the file of the environment map; "" if there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
-    // Whether the open scene brings along an environment, which is shown where there is no file.
+    // Returns whether the open scene has an environment of its own, which is shown where there is no file.
     bool HasSceneEnvironment() const { return document.Scene().environment.faceSize > 0; }
-    // What is shown, as a render names it; without the data, and without the scene's hash, which
+    // Names what is shown in the terms of a render, without the data and without the scene's hash, which
     // Document::Content has.
     ShownScene Shown() const;
     bool IsLoading() const { return loader.IsLoading() || m_arriving || m_environment.valid(); }
-    std::optional<SceneLoader::Progress> LoadProgress() const;  // of a scene
-    // Takes what has been loaded, and reports what could not be. An environment map is shown at once; a scene
-    // is returned once frames have copied it to the device.
+    std::optional<SceneLoader::Progress> LoadProgress() const;  // while a scene is loaded
+    // Takes finished loads, and reports failures. An environment map is shown at once; a scene is returned
+    // once frames have copied it to the device.
     std::optional<LoadedScene> FinishLoading();
-    // Replaces the open scene, whose unsaved edits are lost. False: the device refuses the new one, and the
-    // message says why; then nothing changes.
+    // Replaces the open scene, whose unsaved edits are lost. Returns false if the device refuses the new one;
+    // then nothing changes, and the message says why.
     bool Show(LoadedScene loaded);
-    // The open scene with its edits, .gltf or .glb; that file is open then. The message reports the result;
-    // false: it failed.
+    // Saves the open scene with its edits as .gltf or .glb; the new file is the open one then. Returns false
+    // on a failure; the message reports the result.
     bool SaveScene(const std::filesystem::path& file);
-    // A variant of the scene's materials, in all views; scene::kNone: none. No edit: it is not saved.
+    // Shows a variant of the scene's materials in all views; scene::kNone: no variant. This is no edit, and
+    // is not saved.
     void ShowVariant(uint32_t variant);
-    // A camera of the scene, or one that frames it all. The view follows a camera that animations move until
-    // it is moved by other means.
+    // Looks through a camera of the scene, or through one that frames all of it. The view follows an animated
+    // camera until it is moved by other means.
     void UseCamera(std::optional<uint32_t> camera);
-    // As of scene::ChooseView; Error{Usage} for a camera that the scene does not have.
+    // Looks through a camera as in scene::ChooseView. Throws Error{Usage} if the scene does not have it.
     void UseCamera(const std::string& choice);
-    // Lets time pass for the timeline, and shows its pose; once a frame. Does nothing if that is shown.
+    // Advances the timeline, and shows its pose; called once a frame. Does nothing if that pose is shown.
     void Animate(double seconds);
-    // With the material that was picked, if one was.
+    // Selects a node, with the material that was picked, if one was.
     void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
     // Frames the selection, or the whole scene.
     void FrameSelection();
-    // An edit that the scene refuses changes nothing; the message says why, and so does the log.
+    // Applies an edit. If the scene refuses it, nothing changes, and message and log say why.
     void Apply(const Edit& edit);
     void ToggleVisibility();  // of the selection
     void Undo();
     void Redo();
-    // Records the times of the last frames; once a frame.
+    // Records the times of the last frames; called once a frame.
     void Observe();
-    // The stored settings, without the window's.
+    // Applies the stored settings, except the window's.
     void Take(const Settings& settings);
     Settings Kept() const;
     void Say(std::string text) { message = std::move(text); }
-    // Says it, and warns of it in the log.
+    // Shows the reason in the message, and logs it as a warning.
     void Refuse(const std::string& why, std::string_view category = log_category::kScene);
-    // The same for what may come at every frame: logged when it is not what `last` holds, the text before.
-    // Whoever owns `last` clears it when all is well.
+    // Refuses what may recur every frame: it is logged only if it differs from `last`, the previous reason.
+    // The owner of `last` clears it when all is well.
     void RefuseAgain(const std::string& why, std::string& last,
                      std::string_view category = log_category::kScene);
 
     rhi::Device& device;
     std::shared_ptr<LogHistory> log;  // never null
     LogFilter logFilter;
-    uint64_t logSeen = 0;  // its revision when it was shown last
+    uint64_t logSeen = 0;  // LogHistory::Revision when it was shown last
     bool hasShaderSources;
     Renderer renderer;
     GpuScene gpu;
@@ -130,27 +130,27 @@ class Workspace {
     Document document;
     CameraController camera;
     SceneLoader loader;
-    Timeline timeline;                                 // of the document's scene
-    scene::PointsAndLines pointsAndLines;              // radii of those of scenes that are opened
-    std::filesystem::path root;                        // of such scenes: scene::LoadOptions::root
+    Timeline timeline;                                 // animations of the document's scene
+    scene::PointsAndLines pointsAndLines;              // radii of points and lines in scenes that are opened
+    std::filesystem::path root;                        // scene::LoadOptions::root for scenes that are opened
     std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
     Hierarchy hierarchy;
-    std::optional<uint32_t> nodeToReveal;  // in it
+    std::optional<uint32_t> nodeToReveal;  // to be scrolled to in the hierarchy
     std::optional<uint32_t> selectedNode;
-    std::optional<uint32_t> selectedMaterial;  // of the pick
+    std::optional<uint32_t> selectedMaterial;  // material of the pick
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;
     FrameHistory history;
     SampleRate sampleRate;
     viewport::ErrorEstimate estimate;
-    bool hasDrawn = false;       // a frame, so that there is a plan
-    double uiMs = 0.0;           // host time that the panels of the last frame took
-    float targetPercent = 1.0f;  // of the error, for the time left
-    bool showsCulled = true;     // in the plan
+    bool hasDrawn = false;       // a frame was drawn, so that there is a plan
+    double uiMs = 0.0;           // host time of the last frame's panels
+    float targetPercent = 1.0f;  // target error of the picture, in percent
+    bool showsCulled = true;     // culled passes are shown in the plan
     Panels panels;
     std::vector<std::filesystem::path> recent;  // opened or saved, newest first
-    std::string message;                        // the newest one line
+    std::string message;                        // newest message, one line
 
   private:
     void NoteOpened(const std::filesystem::path& file);
@@ -161,7 +161,7 @@ class Workspace {
     void FinishLoadingEnvironment();
     bool TryFor(const Document& of, const std::function<void()>& run);
 
-    std::optional<LoadedScene> m_arriving;  // frames copy it to the device
+    std::optional<LoadedScene> m_arriving;  // frames are copying it to the device
 
     struct LoadedEnvironment {
         image::Environment map;
@@ -175,16 +175,16 @@ class Workspace {
     std::string m_environmentHash;
     std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::ErrorRequest> m_errorRequest;
-    double m_errorAsked = 0.0;  // seconds
-    std::string m_refusedEdit;  // why the last edit was; "": it was not
-    std::string m_refusedPose;  // likewise
+    double m_errorAsked = 0.0;  // time of the last request, in seconds
+    std::string m_refusedEdit;  // why the last edit was refused; "": it was not
+    std::string m_refusedPose;  // why the last pose was refused; "": it was not
     struct LookedThrough {
         uint32_t camera = 0;
         scene::CameraView view;
     };
-    std::optional<LookedThrough> m_lookedThrough;  // what UseCamera was given last, a camera of the scene
+    std::optional<LookedThrough> m_lookedThrough;  // camera that UseCamera was given last
     template <typename Change>
-    bool Try(Change&& change);  // false: it was refused, and the message says why
+    bool Try(Change&& change);  // returns false if the change was refused; the message says why
 };
 
 }  // namespace raygraph::editor
