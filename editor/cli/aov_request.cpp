@@ -12,7 +12,7 @@ using namespace session;  // NOLINT
 
 namespace {
 
-// Why a picture of these settings has none; "" if it can have it.
+// Returns why a picture with these settings lacks the AOV; "" if it can have it.
 std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (CanHave(aov, settings)) return {};
     if (aov == Aov::Motion) return "it is from when --shutter opens to when it closes, and there is none";

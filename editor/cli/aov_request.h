@@ -1,4 +1,4 @@
-// What --aov asks for.
+// AovRequest is the parsed operand of --aov.
 #pragma once
 
 #include <string_view>
@@ -9,14 +9,14 @@ namespace raygraph::cli {
 
 struct AovRequest {
     session::AovSet named;
-    bool isAll = false;  // whatever the picture can have
+    bool isAll = false;  // every AOV that the picture can have
 };
 
-// Names in any order, "samples" and "variance" among them, or "all".
+// Parses names in any order, "samples" and "variance" among them, or "all".
 AovRequest ParseAovs(std::string_view text);
 
-// What a picture of these settings is to have. Error{Usage} naming an AOV that was asked for by name and that
-// it cannot have.
+// Returns the AOVs of a picture with these settings. Throws Error{Usage} that names an AOV which was asked
+// for by name and which the picture cannot have.
 session::AovSet AovsFor(const AovRequest& request, const session::PictureSettings& settings);
 
 }  // namespace raygraph::cli

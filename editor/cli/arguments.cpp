@@ -192,8 +192,8 @@ std::string OneLine(std::string text) {
     return Printable(text, 1024);
 }
 
-// A line about a word that is none of this program, with what may have been meant; the error if there is no
-// such word.
+// Describes the first word that the program does not know, with a suggestion; describes the error if every
+// word is known.
 std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
     const ProgramText program = TextsOf(app);
     const std::vector<CLI::App*> chosen = app.get_subcommands();
@@ -212,7 +212,7 @@ std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
     help = " (see " + help + " --help)";
 
     for (const std::string& word : app.remaining(true)) {
-        // What follows a command may be the operand of an option that it does not have
+        // After a command, the word may be the operand of an unknown option
         const bool isOption = word.starts_with('-') && word.size() > 1;
         if (command && !isOption) continue;
         const std::string name = word.substr(0, isOption ? word.find('=') : word.npos);
@@ -236,7 +236,7 @@ PictureSettings BenchDefaults() {
 
 Arguments ParseArguments(int argc, const char* const* argv) {
     CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");
-    app.require_subcommand(0, 1);  // none is our own error: CLI11's would hide a misspelt one
+    app.require_subcommand(0, 1);  // a missing command is our own error: CLI11's would hide a misspelt one
     app.get_formatter()->column_width(kHelpIndent);
     app.get_formatter()->label("SUBCOMMAND", "COMMAND");
     app.get_formatter()->label("REQUIRED", "(required)");

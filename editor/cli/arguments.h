@@ -1,4 +1,4 @@
-// The command line, parsed and checked as far as it can be without opening a file.
+// Holds the parsed command line, checked as far as possible without opening a file.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ namespace raygraph::cli {
 
 using namespace session;  // NOLINT: the program is a command line for it
 
-// Of a .png.
+// Gives the white point of a .png.
 struct WhitePoint {
     std::optional<double> kelvin;  // none: the color of the scene's light
 };
@@ -33,36 +33,38 @@ struct RenderArguments : OutputArguments {
 
     std::filesystem::path scene;
     std::vector<OutputFile> outputs;    // empty: see RenderCommand
-    SettingTexts given;                 // picture settings, as given
+    SettingTexts given;                 // picture settings of the command line
     std::filesystem::path root;         // "": the scene's folder
     std::filesystem::path environment;  // "": none
-    std::optional<uint32_t> samples;    // of the picture in all; for a resumed one too
+    std::optional<uint32_t> samples;    // total for the picture, resumed samples included
     std::optional<double> seconds;
-    std::optional<double> error;  // relative, of the whole picture
+    std::optional<double> error;  // relative error of the whole picture
     std::optional<uint32_t> sampleOffset;
-    std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
-    std::vector<std::string> cameras;  // the same, if there are several; `given` has the first
-    std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already those of its part
+    std::optional<FrameRange>
+        frames;  // renders a picture per frame; outputs and report are name patterns then
+    std::vector<std::string> cameras;  // a picture per camera, if there are several; `given` has the first
+    std::optional<Shard> shard;        // samples, sampleOffset, frames and names are already the shard's
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
-    std::optional<WhitePoint> whitePoint;  // none: that of the display
+    std::optional<WhitePoint> whitePoint;  // none: the white point of the display
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
     std::string device;
-    std::string devices;  // several; "": the one
+    std::string devices;  // list; "": only `device`
     bool isValidating = false;
     std::filesystem::path report;             // "": none
-    std::filesystem::path resume;             // "": from the start
+    std::filesystem::path resume;             // "": starts at the first sample
     std::filesystem::path settingsFrom;       // "": none
-    std::optional<double> checkpointMinutes;  // between saves; then `resume` need not exist yet
+    std::optional<double> checkpointMinutes;  // between saves; `resume` need not exist then
     TracingChoice tracing{};
 };
 
-// Why there is nothing to render: a shard beyond the last sample or frame has none; "": there is something.
+// Returns why there is nothing to render: a shard beyond the last sample or frame is empty. "" if there is
+// something.
 std::string WhyNothingToRender(const RenderArguments& arguments);
 
-// How a .png shows the picture: as given, else as by default. Without a white point that the scene is needed
-// for (DisplayFor).
+// Returns how a .png shows the picture, with defaults for what is not given. Its white point is not set if it
+// depends on the scene (see DisplayFor).
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments);
 
 struct BenchArguments : OutputArguments {
@@ -72,20 +74,20 @@ struct BenchArguments : OutputArguments {
     SettingTexts given;
     std::filesystem::path root;  // "": the scene's folder
     std::filesystem::path environment;
-    uint32_t frames = 8;  // timed ones of each kind in a round
+    uint32_t frames = 8;  // timed frames of each kind per round
     uint32_t rounds = 5;
-    uint32_t samplesAtOnce = 0;  // 0: as a render
-    bool hasViewport = false;    // times a host's viewport, too
+    uint32_t samplesAtOnce = 0;  // per frame; 0: as many as a render takes
+    bool hasViewport = false;    // also times a host's viewport
     bool isListingPipelines = false;
     std::string device;
-    std::filesystem::path json;       // "": stdout alone
-    std::filesystem::path compare;    // results to compare with; "": none
-    std::optional<double> tolerance;  // that a cost may rise relative to the stored one
+    std::filesystem::path json;       // "": prints to stdout only
+    std::filesystem::path compare;    // stored results to compare with; "": none
+    std::optional<double> tolerance;  // allowed relative increase of a cost
     TracingChoice tracing{};
 };
 
 struct InfoArguments : OutputArguments {
-    std::filesystem::path scene;  // "": one of the lists
+    std::filesystem::path scene;  // "": an option lists something else
     std::string sceneChoice;
     std::string variant;
     scene::PointsAndLines pointsAndLines;
@@ -112,25 +114,25 @@ struct MergeArguments : OutputArguments {
 };
 
 struct EditArguments : OutputArguments {
-    std::filesystem::path scene;           // "": opens empty
-    std::string variant;                   // of it; "": none
-    std::filesystem::path root;            // "": the folder of each scene
+    std::filesystem::path scene;           // "": starts without a scene
+    std::string variant;                   // "": no variant
+    std::filesystem::path root;            // "": each scene's folder
     std::filesystem::path environment;     // "": none
-    std::optional<EditView> view;          // none: as it was left
-    scene::PointsAndLines pointsAndLines;  // radii of its, and of what is opened later
-    SettingTexts given;                    // picture settings, as given
-    std::filesystem::path script;          // "": a window
-    std::filesystem::path shaders;         // "": none to reload from
+    std::optional<EditView> view;          // none: the stored view
+    scene::PointsAndLines pointsAndLines;  // radii for this scene and all that are opened later
+    SettingTexts given;                    // picture settings of the command line
+    std::filesystem::path script;          // "": opens a window
+    std::filesystem::path shaders;         // "": no hot reload
     std::string device;
     bool isValidating = false;
 };
 
-// As for a render, but for the depth: a few long paths in a bright scene would decide how long a frame takes.
-// And scenes are timed in their own light alone: the studio would be another picture than the one of results
-// that are stored.
+// Returns the settings of a render, except for the depth, since a few long paths in a bright scene would
+// decide how long a frame takes, and for the light: scenes are timed in their own light alone, since the
+// studio would change the picture of stored results.
 PictureSettings BenchDefaults();
 
-// --help and --version: a text for stdout, and nothing else to do.
+// Is a text for stdout (--help, --version), after which the program ends.
 struct ShowText {
     std::string text;
 };
@@ -138,7 +140,7 @@ struct ShowText {
 using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
                                EditArguments, ShowText>;
 
-// Error{Usage}, one line naming the option, for everything that is not a command line of this program.
+// Parses the command line. Throws Error{Usage}, one line that names the option, if it is not valid.
 Arguments ParseArguments(int argc, const char* const* argv);
 
 }  // namespace raygraph::cli

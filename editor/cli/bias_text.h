@@ -1,4 +1,4 @@
-// Biases as the command line and its summary name them.
+// Names biases as the command line and its summary do.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace raygraph::cli {
 
-std::string Option(session::Bias bias);  // "--max-depth"
+std::string Option(session::Bias bias);  // e.g. "--max-depth"
 
-// "--max-depth removed 25 % +- 0.3 % of the light"
+// Returns e.g. "--max-depth removed 25 % +- 0.3 % of the light".
 std::string Describe(session::Bias bias, const session::RemovedLight& removed);
 
 }  // namespace raygraph::cli

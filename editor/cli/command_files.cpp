@@ -34,7 +34,7 @@ CommandFiles FilesOf(const RenderArguments& arguments) {
 CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name) {
     Paths outputs;
     if (!arguments.report.empty()) outputs.push_back(Named(arguments.report, name));
-    // Anything but a render in place of the resumed one would destroy it
+    // Only a render may replace the resumed one: another picture would destroy it
     Paths renders;
     for (const OutputFile& picture : PicturesOf(arguments, name)) {
         outputs.push_back(picture.path);

@@ -1,4 +1,4 @@
-// Which files a command reads and writes, but for its log and those that its scene names.
+// Lists the files that a command reads and writes, except for its log and the files that its scene names.
 #pragma once
 
 #include <filesystem>
@@ -12,15 +12,15 @@
 namespace raygraph::cli {
 
 struct CommandFiles {
-    std::vector<std::filesystem::path> inputs;   // not to be written
+    std::vector<std::filesystem::path> inputs;   // must not be written
     std::vector<std::filesystem::path> updated;  // read before the outputs are written
     std::vector<std::filesystem::path> outputs;
-    std::vector<std::filesystem::path> replacing;  // those of the outputs that may be one of `updated`
+    std::vector<std::filesystem::path> replacing;  // outputs that may be one of `updated`
 };
 
-// What is not given is not in the lists.
+// Returns the files of the command; arguments without a file add nothing.
 CommandFiles FilesOf(const RenderArguments& arguments);
-// Those of one picture; of an empty name, the patterns themselves.
+// Returns the files of one picture; for an empty name, the patterns themselves.
 CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name);
 CommandFiles FilesOf(const BenchArguments& arguments);
 CommandFiles FilesOf(const InfoArguments& arguments);
@@ -28,11 +28,11 @@ CommandFiles FilesOf(const GraphArguments& arguments);
 CommandFiles FilesOf(const MergeArguments& arguments);
 CommandFiles FilesOf(const EditArguments& arguments);
 
-// CheckOutputs for all outputs. `log` gets its warnings.
+// Calls CheckOutputs for all outputs. `log` gets its warnings.
 void CheckWritable(const CommandFiles& files, const Log& log);
 
-// The pictures that `render` writes: those that are given; if there is none, the file that is resumed, else
-// kDefaultPicture, or kDefaultFrames where there are frames. As they are named for one picture.
+// Returns the pictures that `render` writes, named for one picture: those of the command line; if there are
+// none, the file that is resumed, else kDefaultPicture, or kDefaultFrames with frames.
 std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const PictureName& name = {});
 
 }  // namespace raygraph::cli

@@ -24,7 +24,7 @@ OptionText TextOf(CLI::Option& option) {
     Choices choices = ChoicesOf(option);
     text.choices = std::move(choices.names);
     text.isList = choices.isList;
-    // -v, lists, and options whose texts are joined
+    // Repeatable are -v, lists, and options whose texts are joined
     text.isRepeatable = std::ranges::find(text.names, "-v") != text.names.end() ||
                         option.get_items_expected_max() > 1 ||
                         option.get_multi_option_policy() == CLI::MultiOptionPolicy::Join;

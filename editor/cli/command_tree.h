@@ -1,4 +1,5 @@
-// The commands and their options as plain texts: what --help shows, for what else is made of it.
+// ProgramText holds the commands and their options as plain texts, for --help, completion and the manual
+// page.
 #pragma once
 
 #include <string>
@@ -11,19 +12,19 @@ class App;
 namespace raygraph::cli {
 
 struct OptionText {
-    std::vector<std::string> names;    // "-o", "--output"; none: a file or word that follows the command
+    std::vector<std::string> names;    // "-o", "--output"; empty: a positional operand
     std::string operand;               // "OUT"; "": a flag
     std::string help;                  // one paragraph
-    std::vector<std::string> choices;  // names that it takes; none: it takes something else
-    bool isList = false;               // it takes several of these, with commas between
+    std::vector<std::string> choices;  // accepted names; empty: any text
+    bool isList = false;               // several choices, separated by commas
     bool isRepeatable = false;
     bool isRequired = false;
 
     bool TakesFile() const;
     bool TakesFolder() const { return operand == "FOLDER"; }
-    // Of its files, as operand and help name them: ".exr"; none: any.
+    // Returns the extensions of its files, as operand and help name them: ".exr"; empty: any.
     std::vector<std::string> Extensions() const;
-    // The first clause of the help.
+    // Returns the first clause of the help.
     std::string Brief() const;
 };
 
@@ -32,7 +33,7 @@ struct CommandText {
     std::string help;
     std::vector<OptionText> options;
 
-    // What follows the command without a name; null: nothing does.
+    // Returns the positional operand of the command; null: it has none.
     const OptionText* Positional() const;
 };
 

@@ -8,7 +8,7 @@ namespace raygraph::cli {
 
 namespace {
 
-// In single quotes, as all three shells read them: fish knows \' in there, the others do not.
+// Puts the text in single quotes as the shell reads them: fish knows \' within quotes, the others do not.
 std::string Quote(std::string_view text, Shell shell) {
     std::string quoted = "'";
     for (const char c : text) {
@@ -124,7 +124,7 @@ std::string BashScript(const ProgramText& program) {
 
 // --- zsh ---
 
-// What stands in brackets or behind a colon.
+// Escapes a text for zsh's brackets, and for the part after a colon.
 std::string ForZsh(std::string_view text) {
     std::string escaped;
     for (const char c : text) {
@@ -134,7 +134,7 @@ std::string ForZsh(std::string_view text) {
     return escaped;
 }
 
-// "*.exr", or "*.(png|exr)": a single name in brackets would be a qualifier.
+// Returns "*.exr" or "*.(png|exr)": zsh would take a single name in brackets for a qualifier.
 std::string ZshPattern(const std::vector<std::string>& endings) {
     if (endings.size() == 1) return "*" + endings.front();
     std::vector<std::string> names;
@@ -142,7 +142,7 @@ std::string ZshPattern(const std::vector<std::string>& endings) {
     return Text("*.({})", Joined(names, "|"));
 }
 
-// ":SAMPLER:(sobol pcg tea)"
+// Returns the operand with its choices, e.g. ":SAMPLER:(sobol pcg tea)".
 std::string ZshOperand(const OptionText& option) {
     if (option.operand.empty()) return "";
     std::string action = " ";
@@ -200,7 +200,7 @@ std::string ZshScript(const ProgramText& program) {
     for (const CommandText& command : program.commands)
         script += Text("            {}) _arguments{}                ;;\n", command.name,
                        ZshOptions(command.options, "                "));
-    // Run when it is loaded from a folder of functions; defined for later when it is sourced
+    // A file in fpath is the function itself, so it must call it; a sourced file only defines it
     return script +
            "        esac ;;\n    esac\n}\n\n"
            "if [[ $funcstack[1] == _raygraph ]]; then\n    _raygraph \"$@\"\nelse\n"

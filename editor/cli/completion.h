@@ -1,4 +1,4 @@
-// Completion of the command line in shells, made of the texts of --help.
+// Generates shell completion of the command line from the texts of --help.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace raygraph::cli {
     X(Of, Fish, 2, "fish", "")
 RAYGRAPH_CHOICE(Shell, RAYGRAPH_SHELLS)
 
-// A script that the shell reads: it defines what is completed after `raygraph`, and runs nothing then.
+// Returns a script that the shell sources: it defines the completion of `raygraph`, and runs nothing else.
 std::string CompletionScript(const ProgramText& program, Shell shell);
 
 }  // namespace raygraph::cli

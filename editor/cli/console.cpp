@@ -16,7 +16,7 @@ void RequirePrinted() {
     errno = 0;
     const bool isFlushed = std::fflush(stdout) == 0;
     if (isFlushed && std::ferror(stdout) == 0) return;
-    // Of a write that failed before, the reason is not known any more
+    // If an earlier write failed, its reason is not known any more
     const std::string why = isFlushed || errno == 0 ? "" : ": " + std::generic_category().message(errno);
     throw Error(ErrorKind::Io, "stdout cannot be written" + why);
 }

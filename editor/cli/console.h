@@ -1,4 +1,4 @@
-// Lines for people: results on stdout, everything else on stderr.
+// Prints lines for people: results to stdout, everything else to stderr.
 #pragma once
 
 #include <string_view>
@@ -8,9 +8,9 @@
 
 namespace raygraph::cli {
 
-// What a command speaks through.
+// Holds a command's means of output.
 struct Console {
-    // `levels`: RAYGRAPH_LOG, or null. Errors as ProgramLog.
+    // `levels` is RAYGRAPH_LOG, or null. Throws as ProgramLog does.
     Console(const OutputArguments& arguments, const char* levels)
         : progress(stderr, arguments.isQuiet, arguments.progress), log(arguments, levels, progress) {}
 
@@ -18,10 +18,10 @@ struct Console {
     ProgramLog log;
 };
 
-// On stdout.
+// Prints the line to stdout.
 void PrintLine(std::string_view text);
 
-// Throws Error{Io} unless all that was printed on stdout has got there. Each command ends with this.
+// Throws Error{Io} unless everything printed has reached stdout. Each command ends with this.
 void RequirePrinted();
 
 }  // namespace raygraph::cli

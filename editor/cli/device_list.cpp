@@ -8,7 +8,7 @@
 
 namespace raygraph::cli {
 
-// Major in 7 bits from 22, minor in 10 from 12.
+// Vulkan packs the major version into 7 bits from bit 22, and the minor into 10 from bit 12.
 std::string VersionText(uint32_t version) {
     return Text("{}.{}", (version >> 22) & 0x7Fu, (version >> 12) & 0x3FFu);
 }

@@ -1,4 +1,4 @@
-// The devices of a machine, as text and by a list of them. Threads: pure functions.
+// Describes the devices of a machine, and selects some by a list. Threads: pure functions.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,22 @@
 
 namespace raygraph::cli {
 
-// One paragraph a device: index, name, kind, driver, and whether it is suitable or every reason why not.
+// Returns one paragraph per device: index, name, kind, driver, and that it is suitable or every reason why
+// not.
 std::string DescribeDevices(std::span<const rhi::DeviceReport> devices);
-// "1.3", of Vulkan's packing.
+// Returns e.g. "1.3" from Vulkan's packed version.
 std::string VersionText(uint32_t version);
 
-// The value of --devices, if it is one: "all", or indices with commas. Error{Usage}.
+// Returns the operand of --devices if it is valid: "all", or indices with commas. Throws Error{Usage}.
 std::string CheckedDevices(const std::string& list);
 
-// The indices of the devices that a checked list names: for "all" the suitable ones with the name and driver
-// of the best. An index may be there twice: then the device is opened twice. Error{NoDevice} for an index
-// that is of no suitable device, with the reason, and where there is none at all.
+// Returns the indices of the devices in a checked list; "all" means the suitable ones with the name and
+// driver of the best. A device whose index is repeated is opened as often. Throws Error{NoDevice}, with the
+// reason, for a device that is not suitable, and if there is no suitable one at all.
 std::vector<uint32_t> IndicesOf(const std::string& list, const std::vector<rhi::DeviceReport>& devices);
 
-// What one of `count` processes takes of these: every count-th one; where there are more processes than
-// devices, one that others take, too. At least one of at least one.
+// Returns the devices that one of `count` processes takes: every count-th. With more processes than devices,
+// processes share them. It is never empty if `indices` is not.
 std::vector<uint32_t> ShareOf(const std::vector<uint32_t>& indices, uint32_t process, uint32_t count);
 
 }  // namespace raygraph::cli

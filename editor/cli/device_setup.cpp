@@ -9,7 +9,7 @@ namespace raygraph::cli {
 
 namespace {
 
-// The device where no option names one; "": any.
+// Returns the device to use if no option names one; "": any.
 std::string DeviceVariable() {
     const char* variable = std::getenv("RAYGRAPH_DEVICE");
     return variable != nullptr ? variable : "";
@@ -32,7 +32,7 @@ std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& l
         return open(variable);
     } catch (const Error& error) {
         const std::string message = error.what();
-        if (message.find(Text("'{}'", variable)) == message.npos) throw;  // no device would do
+        if (message.find(Text("'{}'", variable)) == message.npos) throw;  // no device at all is suitable
         throw Error(error.Kind(), "RAYGRAPH_DEVICE: " + message, error.Result());
     }
 }

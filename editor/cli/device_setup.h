@@ -13,18 +13,18 @@
 namespace raygraph::cli {
 
 struct DeviceChoice {
-    std::string select;  // index or part of the name; "": RAYGRAPH_DEVICE, else the best suitable
+    std::string select;  // index or part of the name; "": RAYGRAPH_DEVICE, else the best suitable device
     bool isValidating = false;
-    std::vector<std::string> surfaceExtensions = {};  // as of rhi::DeviceDesc, likewise the next
+    std::vector<std::string> surfaceExtensions = {};  // see rhi::DeviceDesc, which also has the next
     bool capturesStatistics = false;
 };
 
-// Error{NoDevice} as of Device::Create; it names the variable, if the choice is that of the variable.
+// Throws Error{NoDevice} as Device::Create does; the message names RAYGRAPH_DEVICE if that made the choice.
 std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, const Log& log);
 
-// Those of a render, at least one, each once more for each time that it is named. In a group, where none is
-// asked for: each process takes its share of the best kind of devices of its computer, and one that is shared
-// where there are more processes. Error{NoDevice}.
+// Opens the devices of a render, at least one; a repeated one is opened as often. In a group without
+// --devices, each process takes its share of the best kind of device of its computer, and shares one if there
+// are more processes than devices. Throws Error{NoDevice}.
 std::vector<std::unique_ptr<rhi::Device>> OpenDevices(const RenderArguments& arguments,
                                                       const ProcessGroup* group, const Log& log);
 

@@ -1,4 +1,4 @@
-// raygraph edit: hands over to the editor.
+// Implements `raygraph edit`, which calls the editor.
 #include "editor/cli/commands.h"
 
 #ifdef RAYGRAPH_HAS_EDITOR
@@ -15,7 +15,7 @@ namespace raygraph::cli {
 
 void EditCommand(const EditArguments& arguments, Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
-    os::KeepLargeBlocksApart();  // scenes come and go beside frames
+    os::KeepLargeBlocksApart();  // scenes are allocated and freed beside frames
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
     const Log log = console.log.ForLibraries();

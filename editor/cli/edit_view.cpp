@@ -10,7 +10,7 @@ namespace raygraph::cli {
 
 namespace {
 
-// "side by side" and "FLIP", as words of a command line.
+// Makes "side by side" and "FLIP" words of a command line.
 std::string WordOf(std::string_view name) {
     std::string word(name);
     std::ranges::transform(word, word.begin(), [](unsigned char c) {

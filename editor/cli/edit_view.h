@@ -1,5 +1,4 @@
-// The views of the editor, as `edit --view` names them: those of `render`, and those that compare two of
-// them.
+// Names the views of the editor for `edit --view`: those of `render`, and those that compare two of them.
 #pragma once
 
 #include <optional>
@@ -13,14 +12,14 @@ namespace raygraph::cli {
 
 struct EditView {
     viewport::View view = viewport::View::PathTraced;
-    std::optional<passes::View> surface;  // of viewport::View::Surface
+    std::optional<passes::View> surface;  // for viewport::View::Surface
 
     bool operator==(const EditView&) const = default;
 };
 
-// "path-traced", "side-by-side", "normals", ...
+// Returns "path-traced", "side-by-side", "normals", ...
 std::vector<std::string> EditViewNames();
-// Error{Usage} that lists them.
+// Throws Error{Usage} that lists the names.
 EditView ParseEditView(std::string_view text);
 
 }  // namespace raygraph::cli

@@ -1,4 +1,4 @@
-// What the program's exit status says.
+// ExitCode is the program's exit status.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@ namespace raygraph::cli {
 
 enum class ExitCode : int {
     Done = 0,
-    Failure = 1,        // an output that cannot be written, a failed Vulkan call, a validation message
-    Usage = 2,          // the command line asks for something that cannot be
+    Failure = 1,        // failed write of an output, failed Vulkan call, validation message
+    Usage = 2,          // the command line is not valid
     NoDevice = 3,       // no device meets the requirements
-    BadInput = 4,       // a scene, picture or render that cannot be read, is malformed or does not fit
-    DeviceFailure = 5,  // lost, or out of memory
-    Slower = 6,         // a cost has risen by more than the tolerance
-    TryAgain = 75,      // asked to end before the work was done, which is saved; EX_TEMPFAIL of sysexits.h
+    BadInput = 4,       // unreadable, malformed or unsuitable scene, picture or render
+    DeviceFailure = 5,  // device lost, or out of memory
+    Slower = 6,         // a cost has increased by more than the tolerance
+    TryAgain = 75,      // ended early with the work saved; EX_TEMPFAIL of sysexits.h
 };
 
 struct ExitCodeText {
@@ -34,7 +34,7 @@ inline constexpr ExitCodeText kExitCodes[] = {
 };
 
 ExitCode ExitCodeFor(ErrorKind kind);
-// "0 done, 1 failure, ...": all of them.
+// Returns all codes with their meaning: "0 done, 1 failure, ...".
 std::string ListOfExitCodes();
 
 }  // namespace raygraph::cli

@@ -12,7 +12,7 @@ namespace raygraph::cli {
 
 namespace {
 
-// Of a difference of times that decimal digits say: so much of a step is rounding.
+// Times with decimal digits have rounding errors of up to this fraction of a step.
 constexpr double kRounding = 1e-6;
 
 double Steps(const FrameRange& range) {
@@ -30,7 +30,7 @@ uint32_t FrameRange::Count() const {
     return static_cast<uint32_t>(std::floor(Steps(*this) + kRounding)) + 1;
 }
 
-// So that a frame has the same time in whichever part of a sequence it is: 3 * 0.1 is not 0.3.
+// Rounding gives a frame the same time in each part of a sequence: 3 * 0.1 is not 0.3.
 double FrameRange::TimeOf(uint32_t frame) const {
     return std::round((first + (Skipped(*this) + frame) * step) * 1e9) / 1e9;
 }
@@ -68,7 +68,7 @@ bool HasNumberPlace(const std::filesystem::path& path) {
 std::filesystem::path Numbered(const std::filesystem::path& path, int64_t number) {
     std::string name = path.filename().string();
     const size_t first = name.find('#');
-    if (first == name.npos) return path;  // an empty one, say, of a report that is not asked for
+    if (first == name.npos) return path;  // an empty path, for example of a report that is not written
     const size_t width = std::min(name.find_first_not_of('#', first), name.size()) - first;
     name.replace(first, width, Text("{:0{}}", number, width));
     return path.parent_path() / name;

@@ -1,4 +1,4 @@
-// raygraph graph
+// Implements `raygraph graph`.
 #include <string>
 
 #include "editor/cli/commands.h"
@@ -13,10 +13,10 @@ namespace raygraph::cli {
 
 namespace {
 
-// Compaction is polled from frame to frame; a scene that still has not settled is shown as it is.
+// Compaction is polled once a frame; a scene that has not settled after this many is shown as it is.
 constexpr uint32_t kMaxFramesToSettle = 64;
 
-// The frame that `render` makes of its last sample: the picture, its variance and its display.
+// Declares the frame in which `render` traces its last sample: the picture, its variance and its display.
 void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32_t sampleIndex) {
     Renderer& renderer = scene.GraphRenderer();
     renderer.BeginFrame();

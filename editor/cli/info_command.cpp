@@ -1,4 +1,4 @@
-// raygraph info
+// Implements `raygraph info`.
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_list.h"

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The shortest digits that are the float's, as those of a double would show what it lacks.
+// Returns the shortest decimal that reads back as this float; a double's digits would show its rounding.
 Json Number(float value) {
     return Json(std::stod(session::ToText(value)));
 }
@@ -110,7 +110,7 @@ Json List(const std::vector<Thing>& things, ToJson&& toJson) {
     return list;
 }
 
-// Names come from files and drivers: bytes that are no UTF-8 are replaced.
+// Names come from files and drivers: bytes that are not valid UTF-8 are replaced.
 std::string TextOf(const Json& json) {
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -1,5 +1,5 @@
-// What `info` shows, as JSON for scripts (schema 1): pretty-printed, with a newline at the end. Lists are
-// whole, where the text shows their beginning.
+// Writes the content of `info` as JSON for scripts (schema 1), pretty-printed, with a newline at the end.
+// Lists are complete, whereas the text is limited to their beginning.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// From which level on messages are of interest, in general and by category: RAYGRAPH_LOG and -v.
+// LogLevels sets the minimal level of messages, overall and by category: RAYGRAPH_LOG and -v.
 #pragma once
 
 #include <map>
@@ -9,21 +9,21 @@
 
 namespace raygraph::cli {
 
-// Category of what the program itself says, beside kLogCategories.
+// Category of the program's own messages, beside kLogCategories.
 inline constexpr std::string_view kProgramCategory = "program";
 
 struct LogLevels {
     LogLevel general = LogLevel::Warning;
-    std::map<std::string, LogLevel, std::less<>> byCategory;  // those that differ
+    std::map<std::string, LogLevel, std::less<>> byCategory;  // exceptions from the overall level
 
     LogLevel Of(std::string_view category) const;
-    // The lowest of all.
+    // Returns the lowest level of any category.
     LogLevel Lowest() const;
-    // With all categories that were not named at `level` at least.
+    // Returns these levels with every category that was not named lowered to `level`, if it is higher.
     LogLevels AtLeast(LogLevel level) const;
 };
 
-// "info", "shaders=debug", "warning,cache=off,shaders=debug". Error{BadInput} saying what is wrong.
+// Parses "info", "shaders=debug", "warning,cache=off,shaders=debug". Throws Error{BadInput}.
 LogLevels ParseLogLevels(std::string_view text);
 
 }  // namespace raygraph::cli

@@ -10,7 +10,7 @@ namespace raygraph::cli {
 
 namespace {
 
-// A command that is done whenever it returns.
+// Adapts a command without an exit code of its own: it is done when it returns.
 template <typename CommandArguments>
 auto Plain(void (*command)(CommandArguments, Console&)) {
     return [command](const auto& arguments) {

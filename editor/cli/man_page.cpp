@@ -39,7 +39,7 @@ constexpr Entry kExamples[] = {
     {"source <(raygraph completion bash)", "Teaches bash to complete commands and options."},
 };
 
-// Text as it is to be read: a dash is a minus sign, so that it can be copied and searched for.
+// Escapes text for roff: a dash becomes a minus sign, so that it can be copied and searched for.
 std::string Escaped(std::string_view text) {
     std::string escaped;
     for (const char c : text) {
@@ -52,7 +52,7 @@ std::string Escaped(std::string_view text) {
         else
             escaped += c;
     }
-    // A line that began so would be a request
+    // A line that begins with one of these would be a roff request
     const bool isRequest = escaped.starts_with('.') || escaped.starts_with('\'');
     return (isRequest ? "\\&" : "") + escaped;
 }

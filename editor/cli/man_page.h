@@ -1,4 +1,4 @@
-// The manual page raygraph(1), made of the texts of --help.
+// Generates the manual page raygraph(1) from the texts of --help.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace raygraph::cli {
 
-// As roff with the macros of man(7).
+// Returns roff with the macros of man(7).
 std::string ManPage(const ProgramText& program);
 
 }  // namespace raygraph::cli

@@ -1,4 +1,4 @@
-// raygraph merge
+// Implements `raygraph merge`.
 #include "base/counted.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
@@ -16,7 +16,7 @@ ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments), log);
     const image::ExrThreads threads;
-    // One after another: a job array may have made more of them than memory holds
+    // One file at a time, since a job array may have made more of them than fit into memory
     Merger merger;
     MergeReport report;
     for (const std::filesystem::path& path : arguments.inputs) {

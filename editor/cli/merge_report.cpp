@@ -49,7 +49,7 @@ std::string ToJson(const MergeReport& report) {
     json["inputs"] = Json::array();
     for (const MergedPart& part : report.inputs) json["inputs"].push_back(PartJson(part));
     json["output"] = PartJson(report.output);
-    // Names may come from files and drivers: bytes that are no UTF-8 are replaced
+    // Names may come from files and drivers: bytes that are not valid UTF-8 are replaced
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,4 +1,4 @@
-// The --report of a merge, schema 1.
+// Writes the --report of a merge, schema 1.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace raygraph::cli {
 
-// A render that was merged, or what they were merged to.
+// Describes a merged render, or the result.
 struct MergedPart {
     std::string file;
     rhi::Extent2D size;
@@ -27,7 +27,7 @@ struct MergeReport {
     MergedPart output;
 };
 
-// Pretty-printed, with a newline at the end. Numbers that are not known are null.
+// Returns pretty-printed JSON with a newline at the end. Unknown numbers are null.
 std::string ToJson(const MergeReport& report);
 
 }  // namespace raygraph::cli

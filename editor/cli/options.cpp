@@ -12,7 +12,7 @@ namespace raygraph::cli {
 namespace {
 
 constexpr size_t kHelpWidth = 72;
-// Names of validators
+// Names of CLI11 validators
 constexpr const char *kChoice = "choice", *kList = "list";
 
 }  // namespace
@@ -45,8 +45,8 @@ CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* opera
         ->type_name(operand);
 }
 
-// CLI11 keeps nothing of ours beside an option but validators. One that is not active neither checks nor
-// shows in the help.
+// CLI11 stores no data of ours with an option except validators. One that is inactive neither checks nor
+// appears in the help.
 void SetChoices(CLI::Option& option, const std::vector<std::string_view>& names, Operands operands) {
     std::string joined;
     for (const std::string_view name : names) (joined += joined.empty() ? "" : "|") += name;
@@ -62,7 +62,7 @@ Choices ChoicesOf(CLI::Option& option) {
             for (std::string name; std::getline(joined, name, '|');) choices.names.push_back(name);
             choices.isList = kind == kList;
         } catch (const CLI::OptionNotFound&) {
-            // It is of another kind
+            // the validator is of another kind
         }
     }
     return choices;
@@ -140,8 +140,8 @@ void AddDevice(CLI::App& app, std::string& device) {
 }
 
 void AddLog(CLI::App& app, OutputArguments& arguments) {
-    // As a function: CLI11 2.4 takes a flag that counts into a number as given from the start, and --quiet,
-    // which excludes it, would always be refused.
+    // A callback is needed: CLI11 2.4 counts a bound number as given from the start, and --quiet, which
+    // excludes it, would always be refused.
     app.add_flag_function(
         "-v,--verbose", [&arguments](int64_t count) { arguments.verbosity = static_cast<uint32_t>(count); },
         Wrapped("Say more on stderr: what is done and how long it takes; -vv: debug messages too"));

@@ -1,4 +1,4 @@
-// Writing the outputs of a command, each on its own: one that cannot be written keeps no other from it.
+// OutputWriter writes the outputs of a command independently: a failure of one does not prevent the others.
 #pragma once
 
 #include <filesystem>
@@ -12,22 +12,22 @@ namespace raygraph::cli {
 
 class OutputWriter {
   public:
-    // `say` is given each output that fails, and the line for it, which names it.
+    // Is called for each output that fails, with a line that names the output.
     using Say = std::function<void(const std::filesystem::path& file, std::string_view why)>;
     explicit OutputWriter(Say say) : m_say(std::move(say)) {}
 
     // `write` throws if it fails.
     void Add(const std::filesystem::path& file, std::function<void()> write);
-    // Writes what was added since the last time, in that order, but devices and pipes after all files: one
-    // whose reader does not come, or does not read, keeps no file from being written in time.
+    // Writes what was added since the last call, in that order, but devices and pipes after all files: one
+    // whose reader is missing or slow delays no file.
     void WriteAll();
 
-    // In the order in which they were written.
+    // Returns the files that were written, in order.
     const std::vector<std::filesystem::path>& Written() const { return m_written; }
     bool HasWritten(const std::filesystem::path& file) const;
-    // Whether its write has failed, and has left a part of it in the place of what was there (TornFile).
+    // Returns whether writing has failed and has left an incomplete file in place of the old one (TornFile).
     bool IsTorn(const std::filesystem::path& file) const;
-    // Done, or the status for the first output that failed.
+    // Returns Done, or the status of the first output that failed.
     ExitCode Result() const { return m_result; }
 
   private:

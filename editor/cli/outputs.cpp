@@ -14,15 +14,15 @@ namespace raygraph::cli {
 
 namespace {
 
-// One text for all names of a file, whether it exists or not. A folder is looked up once, so that the names
-// of a long sequence take little time.
+// Maps all names of a file to one text, whether it exists or not. A folder is looked up once, so that the
+// names of a long sequence take little time.
 class CanonicalNames {
   public:
     struct Name {
         std::string text;
-        // The folder that the file itself is in; "": it may be elsewhere, or is no regular file.
+        // canonical folder of the file; "": unknown, or the path is no regular file
         std::string folder;
-        // Whether it is in that folder already.
+        // the file exists in that folder
         bool isThere = false;
     };
     Name Of(const std::filesystem::path& path) {
@@ -32,7 +32,7 @@ class CanonicalNames {
         if (isNew) known->second = std::filesystem::canonical(folder.empty() ? "." : folder, error);
         const std::filesystem::file_type type = std::filesystem::symlink_status(path, error).type();
         const bool isThere = type == std::filesystem::file_type::regular;
-        // It is no link, folder or pipe: it has no other names in its folder.
+        // It is no link, folder or pipe, so its folder has no other name for it.
         const bool isPlain = isThere || type == std::filesystem::file_type::not_found;
         if (!known->second.empty() && !name.empty() && isPlain)
             return {(known->second / name).native(), known->second.native(), isThere};
@@ -41,7 +41,7 @@ class CanonicalNames {
     }
 
   private:
-    std::unordered_map<std::string, std::filesystem::path> m_folders;  // "": it does not exist.
+    std::unordered_map<std::string, std::filesystem::path> m_folders;  // "": the folder does not exist
 };
 
 void CheckFolder(const std::filesystem::path& path) {
@@ -75,7 +75,7 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", path);
         if (read.contains(name.text))
             throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path);
-        // What can be created for one file can be created for the next.
+        // If one file can be created in a folder, the next one can, too.
         if (!name.isThere && foldersForNewFiles.contains(name.folder)) continue;
         CheckFolder(path);
         const std::string note = InPlaceNote(path);

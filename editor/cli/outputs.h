@@ -1,4 +1,4 @@
-// The output files of a command: checked to be writable before the work starts.
+// Handles the output files of a command, which are checked to be writable before the work starts.
 #pragma once
 
 #include <cstdint>
@@ -25,22 +25,21 @@ struct OutputFile {
     OutputKind kind = OutputKind::Png;
 };
 
-// What `render` writes if nothing else is asked for.
+// Is written by `render` if it is given no output.
 inline constexpr const char* kDefaultPicture = "render.png";
 inline constexpr const char* kDefaultFrames = "render.####.png";
 
-// By the extension, case aside. Error{Usage} for another one.
+// Returns the kind by the extension, in any case. Throws Error{Usage} for an unknown one.
 OutputFile ParseOutput(const std::filesystem::path& path);
 
-// Throws unless every path can be written, as AtomicFile will: Error{Io} with the reason why not,
-// Error{Usage} when a path is named twice or is one of the files that are read (`inputs`; one that does not
-// exist is no conflict). Leaves no trace, and opens no device and no pipe. Returns a warning for each file
-// that is not replaced as a whole.
+// Throws unless AtomicFile can write every path: Error{Io} with the reason, or Error{Usage} for a path that
+// is named twice or is an existing file among those that are read (`inputs`). It leaves no trace, and opens
+// no device and no pipe. Returns a warning for each file that will not be replaced atomically.
 std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> paths,
                                       std::span<const std::filesystem::path> inputs);
 
-// The same for the log of a command that writes `outputs` and reads `inputs`. It is appended to from the
-// start, so this comes before it is opened. A device or a pipe is always taken.
+// Checks the log of a command that writes `outputs` and reads `inputs` in the same way. Messages are appended
+// to it from the start, so this comes before it is opened. A device or a pipe is always accepted.
 void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesystem::path> outputs,
                   std::span<const std::filesystem::path> inputs);
 

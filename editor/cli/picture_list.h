@@ -1,4 +1,4 @@
-// The pictures of one `render`: for each frame, and each camera. Which files they are written to.
+// Lists the pictures of one `render`, one per frame and camera, with the files to which they are written.
 #pragma once
 
 #include <cstdint>
@@ -11,30 +11,30 @@ namespace raygraph::cli {
 
 struct RenderArguments;
 
-// What replaces the places in a file's name, of its last part.
+// Holds the values for the placeholders in the last part of a file's name.
 struct PictureName {
-    std::optional<int64_t> number;      // the run of '#'
-    std::optional<std::string> camera;  // {camera}
+    std::optional<int64_t> number;      // for the run of '#'
+    std::optional<std::string> camera;  // for {camera}
 };
 
-// The name with them in their places. What is not given leaves its place as it is.
+// Fills in the placeholders. Those without a value are left as they are.
 std::filesystem::path Named(const std::filesystem::path& path, const PictureName& name);
 
-// Whether there is a place for the camera.
+// Returns whether the name has a placeholder for the camera.
 bool HasCameraPlace(const std::filesystem::path& path);
 
-// A camera as it is in names of files: its text where that is a name or an index, with '_' for what is no
-// letter, digit, '-' or '_'; its number in the list where it is ten numbers.
+// Returns the camera for names of files. A name or an index is used as text, with '_' for each character
+// other than letters, digits, '-' and '_'; a camera of ten numbers is named by its index in the list.
 std::string CameraInNames(const std::string& camera, size_t index);
 
 struct PlannedPicture {
     PictureName name;
-    std::optional<double> at;           // of the frame; none: the settings'
-    std::optional<std::string> camera;  // none: the settings'
-    std::string label;                  // "frame 2 of 10, camera top"; "": there is one picture
+    std::optional<double> at;           // time of the frame; none: the settings' time
+    std::optional<std::string> camera;  // none: the settings' camera
+    std::string label;                  // e.g. "frame 2 of 10, camera top"; "": the only picture
 };
 
-// At least one. Frame by frame, and in each camera by camera.
+// Returns at least one picture, ordered by frame and then by camera.
 std::vector<PlannedPicture> PicturesToRender(const RenderArguments& arguments);
 
 }  // namespace raygraph::cli

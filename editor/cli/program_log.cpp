@@ -32,7 +32,7 @@ spdlog::level::level_enum ToSpdlog(LogLevel level) {
     return spdlog::level::off;
 }
 
-// The highest of ours that is not above it: spdlog has more levels.
+// Returns our highest level that is not above spdlog's, which has more of them.
 LogLevel FromSpdlog(spdlog::level::level_enum level) {
     LogLevel highest = LogLevel::Debug;
     for (int i = 0; i < static_cast<int>(LogLevel::Off); ++i)
@@ -46,7 +46,8 @@ LogMessage MessageOf(const spdlog::details::log_msg& message) {
             {message.payload.data(), message.payload.size()}};
 }
 
-// One line a message, above the progress line. Warnings and errors bear no category: they are for everybody.
+// Prints one line per message, above the progress line. Warnings and errors show no category, since they
+// concern everybody.
 class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
   public:
     TerminalSink(Progress& progress, LogLevels levels) : m_progress(progress), m_levels(std::move(levels)) {}
@@ -93,8 +94,8 @@ LogLevels LevelsFor(const OutputArguments& arguments, const char* text) {
     return levels.AtLeast(arguments.verbosity == 1 ? LogLevel::Info : LogLevel::Debug);
 }
 
-// A command that finds validation messages ends with the first of them, so that they are shown beside that
-// only to who asks for more.
+// A command that had validation messages ends with the first of them, so the terminal shows them separately
+// only if more output is asked for.
 LogLevels LevelsForTerminal(const OutputArguments& arguments, LogLevels levels) {
     if (arguments.isQuiet) return {.general = LogLevel::Off, .byCategory = {}};
     if (levels.general >= LogLevel::Warning)
@@ -124,7 +125,7 @@ struct ProgramLog::Impl {
     void AddSink(const std::shared_ptr<spdlog::sinks::sink>& sink) {
         for (const auto& [category, logger] : loggers) logger->sinks().push_back(sink);
     }
-    // For a sink that is given more than the terminal.
+    // Lowers the levels for a sink that gets more than the terminal.
     void ListenFromInfo() {
         levels = levels.AtLeast(LogLevel::Info);
         for (const auto& [category, logger] : loggers) logger->set_level(ToSpdlog(levels.Of(category)));
@@ -136,7 +137,7 @@ struct ProgramLog::Impl {
         SayOnceIfItFails(*logger);
         loggers.emplace(category, std::move(logger));
     }
-    // Without this spdlog writes a line of its own to stderr each time, such as when the disk is full.
+    // Otherwise spdlog prints a line of its own to stderr at every failure, such as when the disk is full.
     void SayOnceIfItFails(spdlog::logger& logger) {
         logger.set_error_handler([this](const std::string& what) {
             if (!hasFailed.exchange(true))
@@ -147,7 +148,7 @@ struct ProgramLog::Impl {
     Progress& progress;
     LogLevels levels;
     std::map<std::string, std::shared_ptr<spdlog::logger>, std::less<>> loggers;  // by category
-    std::shared_ptr<spdlog::logger> file;  // for what the terminal is told in another way
+    std::shared_ptr<spdlog::logger> file;  // for messages that reach the terminal in another way
     std::atomic<bool> hasFailed{false};
     std::mutex mutex;
     std::vector<std::string> validation;  // since RequireValid threw

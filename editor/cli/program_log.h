@@ -1,4 +1,4 @@
-// The program's log: what the libraries and the commands have to say, by spdlog to stderr, to a file and to
+// ProgramLog sends the messages of the libraries and the commands through spdlog to stderr, to a file and to
 // the editor.
 #pragma once
 
@@ -15,36 +15,37 @@
 
 namespace raygraph::cli {
 
-// What every command is told about its output.
+// Holds the output options that all commands share.
 struct OutputArguments {
-    bool isQuiet = false;  // on stderr errors alone
+    bool isQuiet = false;  // only errors on stderr
     ProgressStyle progress = ProgressStyle::Auto;
-    uint32_t verbosity = 0;         // -v: 1, information; -vv: 2, all
+    uint32_t verbosity = 0;         // 1 (-v): information; 2 (-vv): everything
     std::filesystem::path logFile;  // "": none
 };
 
-// Threads: any, once it is made.
+// Threads: any, after construction.
 class ProgramLog {
   public:
-    // Lines on `progress`'s stream come above its line. `levels` is RAYGRAPH_LOG, null: not set; the options
-    // may ask for more. Error{BadInput} for bad levels, Error{Io} for a file that cannot be written.
+    // Messages to `progress`'s stream are printed above its line. `levels` is RAYGRAPH_LOG, or null; the
+    // options may lower the levels. Throws Error{BadInput} for malformed levels, Error{Io} if the file cannot
+    // be written.
     ProgramLog(const OutputArguments& arguments, const char* levels, Progress& progress);
     ~ProgramLog();
     ProgramLog(const ProgramLog&) = delete;
     ProgramLog& operator=(const ProgramLog&) = delete;
 
-    // For what listens beside: everything from LogLevel::Info on, or from what was asked for below that.
-    // Before ForLibraries; `receive` is called from any thread, one at a time, and outlives the log.
+    // Adds a listener for everything from LogLevel::Info on, or from a lower level that was asked for. Call
+    // it before ForLibraries. `receive` is called from any thread, one call at a time, and outlives the log.
     void AddListener(Log::Callback receive);
-    // What devices and loaders are given. Outlived by the log.
+    // Returns the log for devices and loaders, which must not outlive this object.
     Log ForLibraries();
 
-    // Of the command itself.
+    // Logs a warning of the command itself.
     void Warn(std::string_view text);
-    // Says an error, in the place of the line of progress, because what that shows has ended.
+    // Prints an error in place of the line of progress, since the work has ended.
     void Fail(std::string_view text);
-    // Throws Error{Vulkan} with the first validation message and their number, if there was any since it
-    // threw the last time.
+    // Throws Error{Vulkan} with the first validation message and their number if there was any since it threw
+    // last.
     void RequireValid();
 
   private:

@@ -38,7 +38,7 @@ std::string_view Trimmed(std::string_view text) {
     return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
-// Two spaces part the columns of a terminal's line; in a log commas are easier to read.
+// Two spaces separate the columns of a terminal's line; in a log, commas are easier to read.
 std::string WithCommas(std::string_view columns) {
     std::string text(Trimmed(columns));
     for (size_t at = text.find("  "); at != text.npos; at = text.find("  ", at + 1))
@@ -67,7 +67,7 @@ Json SamplesJson(std::string_view picture, const ProgressState& state) {
     return json;
 }
 
-// Names may come from files: bytes that are no UTF-8 are replaced.
+// Names may come from files: bytes that are not valid UTF-8 are replaced.
 std::string LineOf(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -128,7 +128,7 @@ void Progress::Show(std::string_view key, TextOf&& textOf) {
 void Progress::ShowLoading(std::string_view stage, float fraction) {
     Show(Text("loading {}", stage), [&](ProgressStyle style) {
         if (style != ProgressStyle::Json) return FormatLoading(stage, fraction);
-        // Of a float's digits, those that count
+        // Keep only the significant digits of a float
         return LineOf(
             {{"event", "loading"}, {"stage", stage}, {"fraction", std::round(fraction * 1e3) / 1e3}});
     });
@@ -184,7 +184,7 @@ void Progress::ShowLastState() {
 }
 
 void Progress::Draw() {
-    // A line as wide as the terminal would wrap
+    // A line of the terminal's full width would wrap
     const std::string_view line = std::string_view(m_line).substr(0, os::TerminalWidth(m_stream) - 1);
     std::string text = "\r";
     text += line;

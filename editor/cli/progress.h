@@ -1,4 +1,4 @@
-// How a command says on stderr how it gets on: a line that a terminal redraws, lines of text, or JSON.
+// Shows on stderr how far a command is: a line that a terminal redraws, lines of text, or JSON.
 #pragma once
 
 #include <chrono>
@@ -27,59 +27,60 @@ using session::ProgressState;
     X(Of, None, 3, "none", "nothing")
 RAYGRAPH_CHOICE(ProgressStyle, RAYGRAPH_PROGRESS_STYLES)
 
-// "  128/256 samples  1.23 Msamples/s  error 1.8 %  12 s left"
+// Returns e.g. "  128/256 samples  1.23 Msamples/s  error 1.8 %  12 s left".
 std::string FormatProgress(const ProgressState& state);
-// "  loading meshes  40 %"
+// Returns e.g. "  loading meshes  40 %".
 std::string FormatLoading(std::string_view stage, float fraction);
-// "1.23 Msamples/s"
+// Returns e.g. "1.23 Msamples/s".
 std::string FormatRate(double samplesPerSecond);
 
-// Threads: any. No escape sequences: the line of a terminal is overwritten by blanks, so any terminal and
-// NO_COLOR are served.
+// Threads: any. It uses no escape sequences: blanks overwrite the line of a terminal, which works on any
+// terminal and honors NO_COLOR.
 //
-// What a command shows between two calls of Clear is a run. Of a stage of loading, a step, and the samples of
-// a run, the first state is always shown, and the last too where lines stay; of those between, as many as the
-// style allows.
+// A run is what a command shows between two calls of Clear. Of each stage of loading, each step, and the
+// samples of a run, the first state is always shown, and the last too where lines stay; between them, the
+// style limits the rate.
 class Progress {
   public:
-    // `stream` outlives the object. Nothing is shown if `isQuiet`, which goes with Auto and None.
+    // `stream` must outlive the object. `isQuiet` shows nothing; it goes with Auto and None.
     Progress(std::FILE* stream, bool isQuiet, ProgressStyle style = ProgressStyle::Auto);
     ~Progress() { Clear(); }
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    // Whether what is told here is shown to anybody.
+    // Returns whether progress is shown at all.
     bool IsOn() const { return m_style != ProgressStyle::None; }
 
     void ShowLoading(std::string_view stage, float fraction);
-    // Something that takes a while and has no measure: "warming up". Spaces at its ends do not count.
+    // Shows work without a measure: "warming up". Spaces at the ends of `what` are ignored.
     void ShowStep(std::string_view what);
-    // `picture`: "frame 2 of 10", or "" for the only one.
+    // `picture` is e.g. "frame 2 of 10", or "" for the only one.
     void ShowSamples(std::string_view picture, const ProgressState& state);
-    // A script is told which files are complete; people read it on stdout.
+    // Reports complete files to scripts; people read it on stdout.
     void ShowWritten(std::string_view picture, std::span<const std::filesystem::path> files);
-    // Ends a run: leaves the line of a terminal empty for other text.
+    // Ends a run: clears the line of a terminal for other text.
     void Clear();
-    // Writes `text`, which ends in a line break, also when it is off. A terminal's line is below it then.
+    // Prints `text`, which ends in a line break, even if progress is off. On a terminal, the line of progress
+    // follows it.
     void PrintAbove(std::string_view text);
 
   private:
     using Clock = std::chrono::steady_clock;
 
-    // `textOf` makes the line in this style; `key` is the same for all states of one thing.
+    // `textOf` formats the line in this style; `key` identifies what the states belong to.
     template <typename TextOf>
     void Show(std::string_view key, TextOf&& textOf);
     void ShowLastState();
-    void Draw();  // m_line
-    void Lift();  // the line from the terminal
+    void Draw();  // draws m_line
+    void Lift();  // clears the line from the terminal
 
     std::FILE* m_stream;
-    const ProgressStyle m_style;  // Auto: on a terminal
-    mutable std::mutex m_mutex;   // of all that follows
-    std::string m_line;           // Auto: to be shown; "": none
-    size_t m_shownWidth = 0;      // Auto: of what is on the terminal
-    std::string m_key;            // of what was shown last; "": nothing in this run
-    std::string m_lastState;      // its newest, where that was too early to be shown; "": it was shown
+    const ProgressStyle m_style;  // Auto: stderr is a terminal
+    mutable std::mutex m_mutex;   // guards all members below
+    std::string m_line;           // Auto: pending line; "": none
+    size_t m_shownWidth = 0;      // Auto: width of the drawn line
+    std::string m_key;            // key that was shown last; "": none in this run
+    std::string m_lastState;      // newest state that came too early to be shown; "": none
     Clock::time_point m_nextTime;
 };
 

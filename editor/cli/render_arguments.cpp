@@ -24,7 +24,7 @@ WhitePoint ParseWhitePoint(const std::string& text) {
     }
 }
 
-// "albedo, normal": from one up to another, which is not in it; without another all the rest.
+// Lists the AOVs from `first` up to `end`, which is excluded; without `end`, all the rest.
 std::string ListOf(Aov first, std::optional<Aov> end) {
     std::string list;
     for (const Aov aov : kAovs)
@@ -32,7 +32,7 @@ std::string ListOf(Aov first, std::optional<Aov> end) {
     return list;
 }
 
-// Of outputs, report and resumed render.
+// Returns the name patterns of the outputs, the report and the resumed render.
 std::vector<std::filesystem::path> PatternsOf(const RenderArguments& arguments) {
     const CommandFiles files = FilesOf(arguments, PictureName{});
     std::vector<std::filesystem::path> patterns = files.outputs;
@@ -79,7 +79,7 @@ void CheckCheckpoints(const RenderArguments& arguments) {
     Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
 }
 
-// Every camera is the text of a picture setting, and the first one is given as such.
+// Every camera is the text of a picture setting; the first one is given as that setting.
 void AddCameras(CLI::App& render, RenderArguments& arguments) {
     const auto setting = std::ranges::find(PictureSettingTable(), std::string_view("camera"),
                                            [](const PictureSetting& s) { return std::string_view(s.name); });
@@ -115,7 +115,7 @@ std::vector<std::filesystem::path> NamesWithShard(const RenderArguments& argumen
     return names;
 }
 
-// A part of the samples is for `merge`.
+// Refuses options with which the samples of a shard could not be merged.
 void CheckShard(const RenderArguments& arguments) {
     if (arguments.seconds || arguments.error)
         Refuse(
@@ -262,7 +262,7 @@ void CheckRender(const RenderArguments& arguments) {
     CheckCheckpoints(arguments);
     if (arguments.shard && !arguments.frames) CheckShard(arguments);
     if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
-    // A resumed render may have a map, which is not looked at here
+    // A resumed render may have a map, which is not checked here
     if (arguments.resume.empty() || !arguments.environment.empty())
         CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (!arguments.settingsFrom.empty() && !arguments.resume.empty())

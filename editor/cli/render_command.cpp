@@ -1,4 +1,4 @@
-// raygraph render: from the command line to the files.
+// Implements `raygraph render`: from the command line to the files.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -31,7 +31,8 @@ namespace {
 
 void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& input) {
     if (!ShowsLight(job.settings.view)) return;
-    if (input.isAnimated && !input.animations.empty()) return;  // what is dark at rest may shine
+    if (input.isAnimated && !input.animations.empty())
+        return;  // a scene that is dark at rest may emit at another time
     const bool hasPunctual = scene::HasVisibleLight(input.data);
     if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.paths.lights.isOn)
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
@@ -46,7 +47,7 @@ void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& inp
                  input.file, background ? "another " : ""));
 }
 
-// Every picture, one after the other, in the scene that is on the devices already.
+// Renders the pictures one after another with the scene that is on the devices already.
 class Pictures {
   public:
     Pictures(const RenderArguments& arguments, RenderJob& job, Console& console, ProcessGroup* group)
@@ -56,7 +57,8 @@ class Pictures {
           m_group(group),
           m_planned(PicturesToRender(arguments)) {}
 
-    // Goes to the next one that is not complete; false: there is none. `resumed` is what it goes on with.
+    // Goes to the next incomplete picture; returns false if there is none. `resumed` is the render it
+    // continues.
     bool FindNext() {
         for (; m_next < m_planned.size(); ++m_next) {
             m_resumed.reset();
@@ -87,8 +89,8 @@ class Pictures {
 
   private:
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
-    // The render was written first. Files that are older, or were asked for only now, are of fewer samples,
-    // an empty one is of none, and a device or a pipe keeps nothing.
+    // The render is written before all other files. One that is older, or that was not asked for then, has
+    // fewer samples; an empty one has none, and a device or a pipe stores nothing.
     bool HasAllFiles() const {
         const auto writtenAt = [](const std::filesystem::path& file) {
             std::error_code error;
@@ -117,7 +119,7 @@ class Pictures {
     std::optional<ResumedRender> m_resumed;
 };
 
-// The root's job, for all.
+// The root plans the job, and sends it to the others.
 RenderJob SharedJob(const RenderArguments& arguments, Console& console, ProcessGroup* group) {
     const Log log = console.log.ForLibraries();
     if (group == nullptr) return PlanJob(arguments, log);
@@ -147,15 +149,15 @@ void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLi
 }
 
 ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group) {
-    // While it loads, nothing is lost by ending at once
+    // While the scene loads, ending at once loses nothing
     os::SignalWatch signals([] { std::_Exit(static_cast<int>(ExitCode::TryAgain)); });
-    // More shards than samples or frames are no failure: the others have them all
+    // A shard without samples or frames is no failure: the others have them all
     if (const std::string why = WhyNothingToRender(arguments); !why.empty()) {
         if (!arguments.isQuiet) PrintLine(why + "; nothing is written");
         return ExitCode::Done;
     }
     arguments.outputs = PicturesOf(arguments);
-    // Before anything else: an hour of rendering must not end in a file that cannot be written
+    // Check this first: an hour of rendering must not end in a file that cannot be written
     if (group == nullptr) CheckWritable(FilesOf(arguments), console.log.ForLibraries());
     const Log log = console.log.ForLibraries();
     RenderJob job = SharedJob(arguments, console, group);

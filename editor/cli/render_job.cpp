@@ -20,15 +20,14 @@ namespace raygraph::cli {
 
 namespace {
 
-// The option of the first setting that is not the same; "": all are.
+// Returns the option of the first setting that differs; "" if none does.
 std::string FirstOther(const PictureSettings& a, const PictureSettings& b) {
     for (const PictureSetting& setting : PictureSettingTable())
         if (setting.text(a) != setting.text(b)) return std::string("--") + setting.name;
     return "";
 }
 
-// Views other than the path-traced one have no use for some options and outputs: they are refused, not
-// ignored.
+// Refuses options and outputs that views other than the path-traced one would ignore.
 void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
     const auto refuse = [&](const std::string& what) {
         throw MakeError(ErrorKind::Usage, "--view {}: {}", Name(settings.view), what);
@@ -42,10 +41,10 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     if (settings.view != View::RayCost) {
-        // The settings that the view has
+        // The settings that the view uses
         PictureSettings its = settings;
         its.paths = {.sampler = settings.paths.sampler, .seed = settings.paths.seed};
-        its.aperture = PictureSettings{}.aperture;  // they see through a pinhole
+        its.aperture = PictureSettings{}.aperture;  // these views have a pinhole camera
         its.focusDistance = PictureSettings{}.focusDistance;
         if (settings.view == View::Raster) its.paths.scattering = settings.paths.scattering;
         if (const std::string option = FirstOther(its, settings); !option.empty())
@@ -74,7 +73,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (arguments.whitePoint) refuse("there is no light that --white-point could balance");
 }
 
-// Channels that were asked for, or that the resumed file has, are not dropped without a word.
+// Refuses to drop channels that were asked for, or that the resumed file has.
 void RequireExrForChannels(const RenderArguments& arguments, const RenderJob& job) {
     if (WritesKind(arguments, OutputKind::Exr)) return;
     const auto refuse = [&](const char* option, const std::string& ofFile) {
@@ -86,7 +85,7 @@ void RequireExrForChannels(const RenderArguments& arguments, const RenderJob& jo
     if (!job.settings.lightGroups.empty()) refuse("--light-group", "groups of lights");
 }
 
-// What options that are not given stand for.
+// Returns the settings for options that are not given.
 PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
     if (arguments.settingsFrom.empty()) return {};
     const RenderFile render = ReadRenderFile(arguments.settingsFrom, log);
@@ -96,11 +95,11 @@ PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
         Say(log, LogLevel::Warning, log_category::kScene,
             "{} was lit by the map {}, which is no setting: --env gives one again", arguments.settingsFrom,
             Printable(render.environmentFile));
-    // One light takes the place of the other
+    // A given light replaces the stored one
     const auto light = arguments.given.find(kLightSetting);
     const bool isStudio = light != arguments.given.end() && light->second == Name(DefaultLight::Studio);
     if (!arguments.environment.empty() || isStudio) settings.background.reset();
-    // What was decided for one scene says nothing of another
+    // The choice made for one scene does not hold for another
     if (isLitAnew || render.sceneFile != arguments.scene.filename().string())
         settings.light = DefaultLight::Auto;
     if (arguments.given.contains("background")) {
@@ -140,7 +139,7 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         job.aovs = AovsOf(render);
         job.firstSample = render.samples.front().first;
     } else {
-        // Each picture's render must have these settings: the session sees to it
+        // The session makes sure that each picture's render has these settings
         job.settings = SettingsFrom(arguments.given, DefaultsOf(arguments, log));
         if (first.at) job.settings.at = first.at;
         if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
@@ -171,7 +170,7 @@ std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const 
                                         const Log& log) {
     if (arguments.resume.empty()) return std::nullopt;
     const std::filesystem::path path = Named(arguments.resume, name);
-    // Only a file that is not there: one that cannot be looked at now may be the last good one
+    // Only a missing file counts: one that cannot be read now may be the last good one
     std::error_code error;
     if (arguments.checkpointMinutes &&
         std::filesystem::status(path, error).type() == std::filesystem::file_type::not_found)
@@ -212,7 +211,7 @@ std::string JobText(const RenderJob& job) {
     for (const Aov aov : kAovs)
         if (job.aovs.Has(aov)) json["aovs"].push_back(Name(aov));
     if (job.samplesWanted) json["samples"] = *job.samplesWanted;
-    // Not as text: names and patterns may be of bytes that are no UTF-8
+    // CBOR instead of text, since names and patterns may not be valid UTF-8
     const std::vector<uint8_t> bytes = nlohmann::json::to_cbor(json);
     return {bytes.begin(), bytes.end()};
 }

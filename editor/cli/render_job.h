@@ -1,4 +1,4 @@
-// What `render` is asked for, once the command line and a resumed file have been brought together.
+// RenderJob is what `render` is to do, from the command line and a resumed file.
 #pragma once
 
 #include <cstdint>
@@ -15,32 +15,33 @@
 namespace raygraph::cli {
 
 struct RenderJob {
-    PictureSettings settings;  // of the first picture
+    PictureSettings settings;  // settings of the first picture
     AovSet aovs;
     uint32_t firstSample = 0;
-    std::optional<uint32_t> samplesWanted;  // of a picture in all; none: until the time is up
-    std::optional<ResumedRender> resumed;   // of the first picture
+    std::optional<uint32_t> samplesWanted;  // total for a picture; none: until the time is up
+    std::optional<ResumedRender> resumed;   // for the first picture
 };
 
-// How a .png of the job shows the picture, of this scene. Error{BadInput} where its white point is to be that
-// of the scene's light, and nothing emits any.
+// Returns how a .png shows a picture of this scene. Throws Error{BadInput} if its white point is that of the
+// scene's light, and nothing emits light.
 passes::TonemapSettings DisplayFor(const RenderArguments& arguments, const PictureSettings& settings,
                                    const SceneInput& input);
 
-// `arguments` with all its outputs. Error{Usage} for what does not go together.
+// Plans the job; `arguments` has all its outputs. Throws Error{Usage} for options that exclude each other.
 RenderJob PlanJob(const RenderArguments& arguments, const Log& log);
 
-// The render that a picture goes on with, if one is asked for: where there are checkpoints, if it is there.
+// Returns the render that a picture continues, if one is asked for; with checkpoints it need not exist.
 std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const PictureName& name,
                                         const Log& log);
 
-// Error{BadInput} naming the first difference, where a complete render is not that picture of the job. The
-// contents of scene and environment map are not compared: they are not loaded for it; the files' names are.
+// Throws Error{BadInput} that names the first difference if a complete render is not that picture of the job.
+// Scene and environment map are compared by the names of their files alone, since they are not loaded for
+// this.
 void RequireAsked(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
                   const PlannedPicture& picture);
 
-// For other processes, that have the same arguments: all but the resumed render. Error{BadInput} for a text
-// that is none.
+// Serialize the job, without the resumed render, for processes with the same arguments. JobFrom throws
+// Error{BadInput} for malformed text.
 std::string JobText(const RenderJob& job);
 RenderJob JobFrom(const std::string& text);
 

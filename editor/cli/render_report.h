@@ -1,4 +1,4 @@
-// The report of a render.
+// Makes the report of a render.
 #pragma once
 
 #include "editor/cli/arguments.h"
@@ -7,7 +7,7 @@
 
 namespace raygraph::cli {
 
-// Everything but the settings. Renders one frame more, to count rays, where paths are traced.
+// Fills in everything but the settings. It renders one extra frame to count rays if paths are traced.
 Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, const SessionResult& result,
                    const RunSummary& run);
 

@@ -47,7 +47,7 @@ std::string Joined(const std::vector<std::filesystem::path>& files) {
     return list;
 }
 
-// Returns two runs, one after the other, as one.
+// Returns the sum of two consecutive runs.
 RunSummary Joined(const RunSummary& first, const RunSummary& second) {
     RunSummary joined = second;
     joined.firstSampleSeconds = first.firstSampleSeconds;
@@ -83,17 +83,19 @@ void Rendering::RenderPicture(const PlannedPicture& picture, const std::function
     m_notSaved.clear();
     const RunSummary run = Run(picture, before);
     if (m_group != nullptr) {
-        // What is invalid in any process is not written.
+        // Nothing is written if any process had validation messages.
         if (!m_group->IsRoot()) m_console.log.RequireValid();
         m_group->Sum(0);
         if (!m_group->IsRoot()) {
-            m_saved.insert(PicturesOf(m_arguments, picture.name).front().path);  // The root knows better.
+            m_saved.insert(PicturesOf(m_arguments, picture.name)
+                               .front()
+                               .path);  // Only the root knows whether this is true.
             return;
         }
     }
     if (!m_session.HasResult() && m_isTerminated) {
         m_isCutShort = true;
-        m_saved.insert(Named(m_arguments.resume, picture.name));  // It has all samples that there are.
+        m_saved.insert(Named(m_arguments.resume, picture.name));  // This file has all samples that there are.
         m_console.log.Warn("stopped while albedo and normals were restored; nothing was written");
         return;
     }
@@ -105,7 +107,7 @@ void Rendering::RenderPicture(const PlannedPicture& picture, const std::function
 }
 
 bool Rendering::IsSaveDue() const {
-    // The time is that of one clock, of the process that writes.
+    // Time is measured by one clock: that of the process that writes.
     const bool isTimed = m_arguments.checkpointMinutes && (m_group == nullptr || m_group->IsRoot());
     return m_signals.IsSaveRequested() ||
            (isTimed && m_sinceSave.Seconds() >= 60.0 * *m_arguments.checkpointMinutes);
@@ -136,7 +138,7 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
                   .relativeError = m_arguments.error,
                   .isStopRequested = [&] { return m_signals.IsInterrupted() || m_signals.IsTerminated(); },
                   .isPauseRequested = [&] { return IsSaveDue(); }};
-    // A render that is complete, but for its files, may have more samples than are asked for now.
+    // A render whose samples are complete, but whose files are not, may have more samples than asked for now.
     if (rule.samples) rule.samples = std::max(*rule.samples, samplesBefore);
     RunSummary whole;
     for (bool isFirst = true;; isFirst = false) {
@@ -182,12 +184,12 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
                                              .secondsLeft = 0.0});
         progress.Clear();
     }
-    m_console.log.RequireValid();  // An invalid run leaves the old files.
+    m_console.log.RequireValid();  // An invalid run keeps the old files.
 
     OutputWriter outputs(
         [&](const std::filesystem::path& file, std::string_view why) { SayNotWritten(file, why, isEnd); });
     std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
-    std::vector<std::filesystem::path> files;  // They are in the order of the command line.
+    std::vector<std::filesystem::path> files;  // in the order of the command line
     for (const OutputFile& picture : pictures) files.push_back(picture.path);
     const std::filesystem::path resumed =
         m_arguments.resume.empty() ? std::filesystem::path() : Named(m_arguments.resume, planned.name);
@@ -204,7 +206,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     std::vector<std::filesystem::path> toResume, others;
     for (const OutputFile& picture : pictures) {
         const bool isStream = AtomicFile::IsStream(picture.path);
-        if (isStream && !isEnd) continue;  // Its reader takes the first end for the end of all.
+        if (isStream && !isEnd) continue;  // The reader of a stream takes its first end for the end of all.
         const bool isToResume = isResumable && !isStream && picture.kind == OutputKind::Exr;
         (isToResume ? toResume : others).push_back(picture.path);
         outputs.Add(picture.path, [&] {
@@ -253,7 +255,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
 }
 
 void Rendering::SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd) {
-    // What cannot be written now may be written the next time: the samples are not given up for it.
+    // A failed write may succeed the next time, so the samples are kept.
     std::string& known = m_notSaved[file];
     if (isEnd)
         m_console.log.Fail(why);

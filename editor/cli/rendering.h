@@ -1,4 +1,4 @@
-// Renders pictures of one session and writes their files, while rendering, too.
+// Rendering renders the pictures of one session, and writes their files, also as checkpoints.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@ namespace raygraph::cli {
 
 class Rendering {
   public:
-    // What is given outlives the object. `group`: as of the session.
+    // The arguments must outlive the object. `group` is the session's.
     Rendering(const RenderArguments& arguments, const RenderJob& job, std::span<rhi::Device* const> devices,
               Session& session, os::SignalWatch& signals, Console& console, ProcessGroup* group);
 
@@ -35,23 +35,24 @@ class Rendering {
     // call does. It is not called where a report or a group needs them longer.
     void RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack = {});
 
-    // The program was asked to end; the picture may have been completed all the same.
+    // Returns whether the program was asked to end; the picture may be complete even so.
     bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
-    // The same as of now, in all processes; a call that all make.
+    // Returns whether the program has been asked to end by now, in any process. All processes must call it
+    // together.
     bool IsAskedToEnd();
-    bool IsCutShort() const { return m_isCutShort; }      // the last picture
-    bool IsTerminated() const { return m_isTerminated; }  // by more than Ctrl-C
-    // A render that can be gone on with was saved, now or by a checkpoint, for any of the pictures, whatever
-    // else could not be written, and was not lost by a later write. Where none is asked for (no .exr, or one
-    // without sums), it is any picture.
+    bool IsCutShort() const { return m_isCutShort; }      // concerns the last picture
+    bool IsTerminated() const { return m_isTerminated; }  // by a signal other than Ctrl-C
+    // Returns whether a render that can be resumed was saved, at the end or as a checkpoint, for any of the
+    // pictures, and not destroyed by a later write. If none is asked for (no .exr, or one without sums), any
+    // picture counts.
     bool IsSaved() const { return !m_saved.empty(); }
-    // Done, or the status for the first output of a picture that could not be written. In a group, the
+    // Returns Done, or the status of the first output of a picture that could not be written; in a group, the
     // root's.
     ExitCode Result() const { return m_result; }
 
   private:
     RunSummary Run(const PlannedPicture& picture, uint32_t samplesBefore);
-    // Whether this is the end, in all processes.
+    // Agrees in all processes on whether rendering ends.
     void TakeSignals();
     bool IsSaveDue() const;
     // Writes all files as of now. `summary`: of the run so far. `giveBack`: as of RenderPicture.
@@ -73,8 +74,9 @@ class Rendering {
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
     bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false;
-    std::set<std::filesystem::path> m_saved;                  // The files that IsSaved() is about.
-    std::map<std::filesystem::path, std::string> m_notSaved;  // Why the last checkpoint lacks the file.
+    std::set<std::filesystem::path> m_saved;  // files for IsSaved()
+    std::map<std::filesystem::path, std::string>
+        m_notSaved;  // reason for which the last checkpoint lacks the file
     ExitCode m_result = ExitCode::Done;
 };
 

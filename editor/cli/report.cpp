@@ -115,7 +115,7 @@ std::string ToJson(const Report& report) {
                      {"nonfinite_samples", report.nonFiniteSamples},
                      {"relative_error", OrNull(report.image.relativeError)}};
     json["removed"] = RemovedJson(report);
-    // Names may come from files and drivers: bytes that are no UTF-8 are replaced
+    // Names may come from files and drivers: bytes that are not valid UTF-8 are replaced
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,5 +1,5 @@
-// The --report of a render, schema 2: schema 1 counted pixels, image.nonfinite_pixels, where this one counts
-// samples. Times are milliseconds, sizes bytes.
+// Holds the --report of a render, schema 2. It counts non-finite samples where schema 1 counted pixels
+// (image.nonfinite_pixels). Times are in milliseconds, sizes in bytes.
 #pragma once
 
 #include <cstdint>
@@ -28,49 +28,49 @@ struct Report {
     } scene;
     struct {
         std::string name, driver, type;
-    } device;                          // the first; memory, passes and acceleration are of it alone
-    std::vector<std::string> devices;  // the names of all, of this process
-    session::SettingTexts settings;    // picture settings and what else was asked for
-    uint64_t samples = 0;              // in the picture; of an adaptive one a pixel's, on average
+    } device;                          // first device, which memory, passes and acceleration describe
+    std::vector<std::string> devices;  // names of all devices of this process
+    session::SettingTexts settings;    // picture settings and other options
+    uint64_t samples = 0;              // of the picture; average per pixel if it is adaptive
     struct SamplesOfPixels {
         uint32_t least = 0, most = 0;
     };
-    std::optional<SamplesOfPixels> samplesOfPixels;  // of an adaptive one
+    std::optional<SamplesOfPixels> samplesOfPixels;  // of an adaptive picture
     bool wasStopped = false;
     struct {
         double load = 0.0, upload = 0.0, blasBuild = 0.0, compaction = 0.0, pipelines = 0.0;
-        double firstSample = 0.0;  // until it was done, pipelines and uploads included
-        double render = 0.0;       // all samples of this run
+        double firstSample = 0.0;  // until the first sample was done, with pipelines and uploads
+        double render = 0.0;       // for all samples of this run
     } timingsMs;
     std::vector<session::PassTime> passes;
     struct {
         uint64_t blasCount = 0, bytesBuilt = 0, bytesCompacted = 0, tlasBytes = 0;
-        std::string whyCompactionOff;  // "": it was on
+        std::string whyCompactionOff;  // "": compaction was on
     } acceleration;
     struct {
         uint64_t devicePeakBytes = 0, hostPeakBytes = 0;
-        uint64_t deviceFallbackBytes = 0;  // what had to go into the host's memory
-        bool isBudgetOfDriver = false;     // else estimated
+        uint64_t deviceFallbackBytes = 0;  // allocated in host memory for lack of device memory
+        bool isBudgetOfDriver = false;     // false: the budget is an estimate
         std::vector<rhi::MemoryHeap> heaps;
         uint64_t textureBytes = 0, textureBudgetBytes = 0;
-        uint32_t reducedTextures = 0;  // smaller than their images, to fit that budget
+        uint32_t reducedTextures = 0;  // reduced in size to fit the budget
     } memory;
     struct {
-        std::optional<double> samplesPerSecond;  // over the samples after the first
+        std::optional<double> samplesPerSecond;  // without the first sample
         std::optional<double> raysPerSample;
     } throughput;
     session::ImageStatistics image;
-    uint64_t nonFiniteSamples = 0;                           // that this run rendered, and counted as black
-    std::map<session::Bias, session::RemovedLight> removed;  // of the biases that are on
+    uint64_t nonFiniteSamples = 0;                           // of this run; they count as black
+    std::map<session::Bias, session::RemovedLight> removed;  // per enabled bias
 };
 
-// Pretty-printed, with a newline at the end. Numbers that are not known are null.
+// Returns pretty-printed JSON with a newline at the end. Unknown numbers are null.
 std::string ToJson(const Report& report);
 
-// All of the text or nothing; Error{Io}.
+// Writes the whole text or nothing. Throws Error{Io}.
 void WriteTextFile(const std::filesystem::path& path, std::string_view text);
 
-// The picture settings and the other options that say what was rendered.
+// Returns the picture settings and the other options that determine the picture.
 session::SettingTexts SettingsForReport(const RenderArguments& arguments, const session::RenderFile& render,
                                         const std::optional<uint32_t>& samplesWanted);
 

@@ -16,7 +16,7 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     SettingTexts inFile = Texts(SettingsFrom(render.settings));
     for (const auto& [name, text] : arguments.given) {
         std::string& has = inFile.at(name);
-        // What is left open is what was decided for the render
+        // An open setting stands for the value that was chosen for the render
         if (has == text || IsOpen(name, text)) continue;
         if (!IsOpen(name, has)) refuse(name, text, has.empty() ? "the default" : has);
         has = text;
@@ -33,7 +33,7 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     if (arguments.aovs)
         if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
             refuse("aov", ListOf(asked), ListOf(has));
-    if (arguments.checkpointMinutes) return settings;  // the same command may start a render and end it
+    if (arguments.checkpointMinutes) return settings;  // the same command may start a render and complete it
     if (arguments.samples && *arguments.samples <= range.count)
         throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {}; give the total to reach",
                         *arguments.samples, resumed.path, Counted(range.count, "sample"));

@@ -1,4 +1,4 @@
-// What the command line may say beside --resume.
+// Checks the options that are given beside --resume.
 #pragma once
 
 #include "editor/cli/arguments.h"
@@ -6,8 +6,8 @@
 
 namespace raygraph::cli {
 
-// The settings to go on with: those of the file. Error{Usage} naming the option when one that was given says
-// otherwise, the AOVs are others than the file's, or there is nothing left to render.
+// Returns the file's settings, with which the render continues. Throws Error{Usage} that names an option if
+// it differs from the file, if the AOVs do, or if there is nothing left to render.
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments);
 
 }  // namespace raygraph::cli

@@ -1,4 +1,4 @@
-// A command from its arguments to its exit status.
+// Runs a command from its arguments to its exit status.
 #pragma once
 
 #include <cstdlib>
@@ -13,7 +13,7 @@
 
 namespace raygraph::cli {
 
-// What `body` returns; if it throws, the status of that, and `sayIt` has been given why.
+// Returns the status of `body`; if it throws, the status of the error, whose message is passed to `sayIt`.
 template <typename SayIt, typename Body>
 ExitCode Guarded(SayIt&& sayIt, Body&& body) {
     try {
@@ -33,13 +33,13 @@ ExitCode Guarded(SayIt&& sayIt, Body&& body) {
     }
 }
 
-// Runs `command` and says on the console why it failed. Validation messages are a failure beside any other,
-// and so are those that come when the command's device is destroyed.
+// Runs `command` and reports its failure on the console. Validation messages are a failure of their own,
+// including those during the destruction of the command's device.
 template <typename CommandArguments, typename Command>
 ExitCode RunOn(Console& console, const CommandArguments& arguments, Command&& command) {
     const auto sayIt = [&](const char* text) { console.log.Fail(text); };
     const ExitCode code = Guarded(sayIt, [&] { return command(arguments, console); });
-    // What was saved can be gone on with, whoever reads the names of its files
+    // Saved samples can be resumed even if the names of the files could not be printed
     const ExitCode printed = Guarded(sayIt, [&] {
         RequirePrinted();
         return code;
@@ -53,7 +53,7 @@ ExitCode RunOn(Console& console, const CommandArguments& arguments, Command&& co
     return isEnd ? valid : code;
 }
 
-// The same on a console of its own. Throws Error for a log that cannot be.
+// Does so with a console of its own. Throws Error if the log cannot be made.
 template <typename CommandArguments, typename Command>
 ExitCode RunCommand(const CommandArguments& arguments, Command&& command) {
     if (!arguments.logFile.empty()) {

@@ -13,7 +13,7 @@ namespace raygraph::cli {
 namespace {
 
 constexpr size_t kMaxListed = 20;
-constexpr size_t kMaxNameBytes = 1024;  // bytes
+constexpr size_t kMaxNameBytes = 1024;  // longest accepted name
 
 std::string Line(const char* label, const std::string& text) {
     return Text("  {:<12}{}\n", label, text);
@@ -27,7 +27,7 @@ double Degrees(float radians) {
     return static_cast<double>(glm::degrees(radians));
 }
 
-// A heading with the number of things, then each thing on a line, with its index.
+// Writes a heading with the number of things, then a line for each, with its index.
 template <typename Thing, typename Describe>
 std::string List(const char* label, const std::vector<Thing>& things, Describe&& describe) {
     std::string text = Line(label, things.empty() ? "none" : GroupDigits(things.size()));
@@ -78,7 +78,7 @@ std::string Describe(const scene::Material& material) {
     return text;
 }
 
-// Each on a line, with its index; the one shown is marked.
+// Writes a line per variant, with its index; the active one is marked.
 std::string ListVariants(const scene::SceneData& scene) {
     if (scene.variants.empty()) return "";
     std::string text = Line("variants", GroupDigits(scene.variants.size()));

@@ -1,4 +1,4 @@
-// What is in a scene, as text for people.
+// Describes the content of a scene as text for people.
 #pragma once
 
 #include <cstdint>
@@ -11,16 +11,16 @@
 
 namespace raygraph::cli {
 
-// Counts, size, cameras, lights and materials; several lines. Of long lists the beginning is shown.
+// Returns several lines: counts, size, cameras, lights and materials. Long lists are cut off.
 std::string DescribeScene(std::string_view file, const scene::SceneData& scene);
 
-// Their names and lengths, each on a line with its index; "" without any.
+// Returns names and lengths, each on a line with its index; "" if there are none.
 std::string DescribeAnimations(std::span<const session::AnimationLength> animations);
 
-// The glTF extensions that are known: whether they are read, and what becomes of them or why not.
+// Lists the known glTF extensions: whether they are read, and their effect or the reason.
 std::string DescribeExtensions();
 
-// "1,234,567"
+// Groups digits: "1,234,567".
 std::string GroupDigits(uint64_t number);
 
 }  // namespace raygraph::cli

@@ -32,8 +32,8 @@ class Reader {
     const Variables& m_variables;
 };
 
-// The indices of an array may begin anywhere and lie apart (--array=10-40:10), but regularly: those of a list
-// (--array=1,2,7) do not tell which part a task is.
+// The indices of an array may start anywhere, with a constant step (--array=10-40:10). Those of a list
+// (--array=1,2,7) do not determine a task's part.
 std::optional<Shard> TaskOfArray(const Reader& variables) {
     if (!variables.Has("SLURM_ARRAY_TASK_ID")) return std::nullopt;
     const uint32_t id = variables.Count("SLURM_ARRAY_TASK_ID"),
@@ -57,9 +57,9 @@ Shard Ranked(const Reader& variables, const char* rank, const char* size) {
     return shard;
 }
 
-// Of the processes that one command has started. mpirun comes first: within a job of Slurm, its processes
-// also have the SLURM_PROCID of the process that started them, which is the same for all on a node. Of srun,
-// SLURM_STEP_ID tells; the job script itself has SLURM_PROCID 0 too, but is alone.
+// Finds the process among those that one command has started. mpirun comes first: within a job of Slurm, its
+// processes also have the SLURM_PROCID of the process that started them, which is the same for all on a node.
+// SLURM_STEP_ID identifies srun; the job script itself has SLURM_PROCID 0 too, but is alone.
 std::optional<Shard> ProcessOfLaunch(const Reader& variables, bool isInArray) {
     if (variables.Has("OMPI_COMM_WORLD_RANK") || variables.Has("OMPI_COMM_WORLD_SIZE"))
         return Ranked(variables, "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE");

@@ -7,7 +7,7 @@ namespace raygraph::cli {
 
 namespace {
 
-// Longer words are no option of ours, and would take long.
+// No option has longer words, and comparing them would take long.
 constexpr size_t kMaxLetters = 64;
 
 std::string_view WithoutDashes(std::string_view word) {
@@ -17,7 +17,7 @@ std::string_view WithoutDashes(std::string_view word) {
 }  // namespace
 
 size_t EditDistance(std::string_view a, std::string_view b) {
-    // Rows of the table of distances between beginnings of a and b; the last three are kept
+    // Rows of the table of distances between prefixes of a and b; only the last three are kept
     std::vector<size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
     for (size_t i = 1; i <= a.size(); ++i) {

@@ -1,4 +1,4 @@
-// What somebody may have meant who misspelt a word.
+// Suggests the correct word for a misspelt one.
 #pragma once
 
 #include <optional>
@@ -8,11 +8,11 @@
 
 namespace raygraph::cli {
 
-// How many letters must be put in, left out, replaced or swapped with their neighbor to make `b` of `a`.
+// Returns how many letters must be inserted, removed, replaced or swapped with their neighbor to turn `a`
+// into `b`.
 size_t EditDistance(std::string_view a, std::string_view b);
 
-// The nearest of these, if it is near: at most a third of its letters are wrong. Dashes before a word do not
-// count.
+// Returns the nearest word if at most a third of its letters differ. Leading dashes are ignored.
 std::optional<std::string> Suggestion(std::string_view misspelt, std::span<const std::string> words);
 
 }  // namespace raygraph::cli

@@ -1,4 +1,4 @@
-// The program's version, from the build.
+// Holds the program's version, from the build.
 #pragma once
 
 namespace raygraph::cli {

@@ -17,10 +17,10 @@ namespace {
 
 using namespace cli;  // NOLINT: the program is one of its commands
 
-// Where several ranks fail for one reason, the root is to say it: it ends the job while the others wait.
+// If several ranks fail for one reason, the root reports it: it ends the job while the others wait this long.
 constexpr auto kRootGoesFirst = std::chrono::seconds(2);
 
-// All but the root are silent, but for the error with which one ends.
+// Silences all ranks but the root, except for the error with which one ends.
 RenderArguments ArgumentsOf(const MpiGroup& group, RenderArguments arguments) {
     if (group.IsRoot()) return arguments;
     arguments.isQuiet = true;
@@ -50,17 +50,17 @@ ExitCode Run(MpiGroup& group, int argc, const char* const* argv) {
     const auto* render = std::get_if<RenderArguments>(&arguments);
     if (render == nullptr)
         throw Error(ErrorKind::Usage, "raygraph-mpi renders; the other commands are raygraph's");
-    // The root has the first of them, so it finds that the others have later ones
+    // The root has the lowest index, so it notices if the other ranks have higher ones
     if (render->shard && group.Sum(render->shard->index) != uint64_t{group.Size()} * render->shard->index)
         throw Error(ErrorKind::Usage,
                     "--shard auto is another part for each rank, and all ranks render one part; give I/N");
     const ExitCode code = Render(group, *render);
-    // A process that ends early may end the job, and the root may be writing
+    // A process that ends early may end the job while the root is writing
     if (code == ExitCode::Done || code == ExitCode::TryAgain) group.Sum(0);
     return code;
 }
 
-// A rank that fails ends the job: others may be waiting for it.
+// A rank that fails ends the job, since others may be waiting for it.
 int Main(int argc, char** argv) {
     int provided = MPI_THREAD_SINGLE;
     if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS) return 1;

@@ -16,7 +16,7 @@ using session::SampleRange;
 
 enum Tag : int { kTagRequest = 1, kTagAnswer = 2 };
 
-// A device of another process asks the root.
+// A process sends this to the root for one of its devices.
 struct Request {
     uint32_t device;
     uint32_t isStopRequested;
@@ -24,10 +24,10 @@ struct Request {
 };
 struct Answer {
     uint32_t device;
-    uint32_t first, count;  // 0: there is no more
+    uint32_t first, count;  // count 0: nothing is left
 };
 
-// Messages are looked for so often: at first at once, then less and less.
+// Paces polling for messages: at first without pause, then at growing intervals.
 class Patience {
   public:
     void Reset() { m_pause = kShortest; }
@@ -42,7 +42,7 @@ class Patience {
     std::chrono::microseconds m_pause = kShortest;
 };
 
-// How often a tick is called.
+// Interval between calls of the tick.
 constexpr double kTickSeconds = 0.05;
 
 void Require(int result, const char* what) {
@@ -53,8 +53,8 @@ void Require(int result, const char* what) {
     throw MakeError(ErrorKind::Io, "{}: {}", what, text);
 }
 
-// Adds records of sums, as passes::PackSums makes them: what MPI_Reduce calls. A datatype of ours is one
-// record; with the squares it is longer.
+// Adds records of sums as passes::PackSums makes them, for MPI_Reduce. One element of our datatype is one
+// record, which is longer with the squares.
 template <bool withSquares>
 void AddRecords(void* from, void* into, int* count, MPI_Datatype*) {
     const size_t words = passes::WordsOfRecord(withSquares) * static_cast<size_t>(*count);
@@ -62,7 +62,7 @@ void AddRecords(void* from, void* into, int* count, MPI_Datatype*) {
                        withSquares);
 }
 
-// Frees what MPI has made.
+// Frees the MPI datatype and operation.
 struct Reduction {
     explicit Reduction(bool withSquares) {
         Require(MPI_Op_create(withSquares ? AddRecords<true> : AddRecords<false>, 1, &op), "MPI_Op_create");
@@ -138,7 +138,7 @@ uint64_t MpiGroup::Least(uint64_t value) {
 }
 
 void MpiGroup::AddAtRoot(passes::ExactSums& sums) {
-    constexpr size_t kPixels = size_t{1} << 18;  // at a time: 32 MiB with squares
+    constexpr size_t kPixels = size_t{1} << 18;  // per reduction: 32 MiB with squares
     const Reduction reduction(sums.HasSquares());
     std::vector<uint32_t> records, total;
     WaitForAll();
@@ -162,7 +162,7 @@ void MpiGroup::Deal(session::BlockDealer* dealer, session::BlockQueue& queue, co
 }
 
 void MpiGroup::DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& queue, const Tick& tick) {
-    uint64_t othersLeft = Sum(0);  // devices of other processes that do not know yet that there is no more
+    uint64_t othersLeft = Sum(0);  // devices of other processes that have not been told that nothing is left
     Patience patience;
     Stopwatch sinceTick;
     bool isStopRequested = false;

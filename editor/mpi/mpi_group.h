@@ -9,11 +9,11 @@
 
 namespace raygraph::mpi {
 
-// Of MPI_COMM_WORLD; between MPI_Init_thread, for at least MPI_THREAD_FUNNELED, and MPI_Finalize. Threads:
-// that which initialized MPI.
+// Wraps MPI_COMM_WORLD. It must live between MPI_Init_thread, with at least MPI_THREAD_FUNNELED, and
+// MPI_Finalize. Threads: the one that initialized MPI.
 class MpiGroup final : public session::ProcessGroup {
   public:
-    // Error{Io} for a failed call, here and below, where MPI returns at all.
+    // Throws Error{Io} for a failed call, here and below, if MPI returns at all.
     MpiGroup();
     ~MpiGroup() override;
     MpiGroup(const MpiGroup&) = delete;
@@ -31,13 +31,13 @@ class MpiGroup final : public session::ProcessGroup {
     void Deal(session::BlockDealer* dealer, session::BlockQueue& queue, const Tick& tick) override;
 
   private:
-    // Returns when all ranks have come here. MPI's own waiting keeps a core busy: this one sleeps.
+    // Returns when all ranks have called it. It sleeps, whereas MPI's own waiting keeps a core busy.
     void WaitForAll();
     uint64_t Reduced(uint64_t value, MPI_Op op);
     void DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& queue, const Tick& tick);
     void AskRoot(session::BlockQueue& queue, const Tick& tick);
 
-    MPI_Comm m_world = MPI_COMM_NULL;  // of our own
+    MPI_Comm m_world = MPI_COMM_NULL;  // our own communicator
     uint32_t m_rank = 0, m_size = 1, m_localRank = 0, m_localSize = 1;
 };
 
