@@ -1,4 +1,4 @@
-// Which pixels of an adaptive render get samples, and how many: on the host alone.
+// Tests, on the host alone, which pixels of an adaptive render get samples, and how many.
 #include "editor/session/adaptive_counts.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ uint32_t ColorOf(size_t pixel) {
     return (pixel % 24 + pixel / 24) % 2;
 }
 
-// `ofColor`: pixels of that color are those of `changed`.
+// Returns `noted` with the values of `changed` in the pixels of color `ofColor`.
 NotedSamples WithColor(NotedSamples noted, uint32_t ofColor, const NotedSamples& changed) {
     ForPixelsOfColor(kPicture, ofColor, [&](size_t i) {
         noted.variance[i] = changed.variance[i];
@@ -38,7 +38,7 @@ NotedSamples WithColor(NotedSamples noted, uint32_t ofColor, const NotedSamples&
     return noted;
 }
 
-// Both colors.
+// Allocates samples for both colors.
 std::vector<uint32_t> Allocate(const NotedSamples& noted, std::span<const uint32_t> least,
                                uint32_t average = 64) {
     std::vector<uint32_t> wanted(kPixels);
@@ -58,7 +58,7 @@ TEST(AdaptiveCounts, AllocationGoesWithTheDeviationAndHasTheAverage) {
         ofColor[ColorOf(i)] += wanted[i];
         pixelsOfColor[ColorOf(i)] += 1.0;
     }
-    // Each color has its own, never less
+    // Each color has its own average, and never less
     for (const int color : {0, 1}) {
         EXPECT_GE(ofColor[color] / pixelsOfColor[color], 64.0);
         EXPECT_LE(ofColor[color] / pixelsOfColor[color], 65.0);
@@ -68,7 +68,7 @@ TEST(AdaptiveCounts, AllocationGoesWithTheDeviationAndHasTheAverage) {
     EXPECT_LT(wanted[24 * 5 + 20], wanted[24 * 5 + 4] / 4);
 }
 
-// As the error of a pixel counts relative to how bright it is. In the dark it does not.
+// A pixel's error counts relative to its brightness, except in the dark.
 TEST(AdaptiveCounts, AllocationIsRelativeToTheMean) {
     const std::vector<uint32_t> least(kPixels, 1);
     const std::vector<float> ones(kPixels, 1.0f);
@@ -91,28 +91,28 @@ TEST(AdaptiveCounts, AllocationIsRelativeToTheMean) {
 TEST(AdaptiveCounts, AllocationIsWithinItsBoundsWhereFewPixelsVary) {
     const std::vector<uint32_t> least(kPixels, 16);
     const NotedSamples still{std::vector<float>(kPixels, 0.0f), std::vector<float>(kPixels, 1.0f)};
-    // Without any noise all get as many
+    // Without noise all pixels get equally many
     for (const uint32_t count : Allocate(still, least)) EXPECT_EQ(count, 64u);
-    // One pixel: those around it get the most, and the others what is left
+    // Around a single noisy pixel, its neighbors get the most, and the others the rest
     NotedSamples lone = still;
     lone.variance[24 * 8 + 12] = 1.0f;
     const std::vector<uint32_t> wanted = Allocate(lone, least);
     EXPECT_NEAR(AverageOf(wanted), 64.0, 0.64);
     EXPECT_GT(wanted[24 * 8 + 13], 8u * 64u);
-    // Its own color has no noise that it may know of
+    // The noisy pixel's own color must not depend on this noise
     EXPECT_NEAR(wanted[24 * 8 + 12], 64.0, 4.0);
     EXPECT_LT(wanted[1], 64u);
     // A picture of one pixel has no neighbor
     std::vector<uint32_t> one(1);
     AllocateSamples({1, 1}, 0, {{1.0f}, {1.0f}}, std::vector<uint32_t>{16}, 64, one);
     EXPECT_EQ(one, std::vector<uint32_t>{64});
-    // Those that have more keep it
+    // Pixels that already have more keep it
     std::vector<uint32_t> uneven(kPixels, 16);
     uneven[3] = 200;
     EXPECT_GE(Allocate(Noted(), uneven)[3], 200u);
 }
 
-// Else the number of a pixel's samples would say something of their values, and the mean would be biased.
+// Otherwise the number of a pixel's samples would depend on their values, and bias the mean.
 TEST(AdaptiveCounts, WhatAPixelGetsIsAFunctionOfTheOtherColorAlone) {
     const std::vector<uint32_t> least(kPixels, 16);
     for (const uint32_t changed : {0u, 1u}) {
@@ -130,7 +130,7 @@ TEST(AdaptiveCounts, WhatAPixelGetsIsAFunctionOfTheOtherColorAlone) {
     }
 }
 
-// Wherever a render ends: one number of samples for both colors would tell each of the other's.
+// This holds wherever a render ends: one number of samples for both colors would tell each of the other's.
 TEST(AdaptiveCounts, WhereARenderEndsAColorIsAFunctionOfTheOtherAlone) {
     for (const uint32_t average : {16u, 17u, 40u, 64u, 65u, 100u, 127u, 128u, 129u, 130u, 200u, 256u, 300u})
         for (const uint32_t changed : {0u, 1u}) {
@@ -143,7 +143,7 @@ TEST(AdaptiveCounts, WhereARenderEndsAColorIsAFunctionOfTheOtherAlone) {
             for (size_t i = 0; i < kPixels; ++i)
                 (ColorOf(i) == changed ? own : others) += countsAfter[i] != countsBefore[i] ? 1 : 0;
             EXPECT_EQ(own, 0u) << average << ", color " << changed;
-            // And it has the average itself, by less than a sample of each pixel
+            // The changed color also keeps the average, to less than one sample per pixel
             uint64_t total = 0;
             ForPixelsOfColor(kPicture, changed, [&](size_t i) { total += countsAfter[i]; });
             EXPECT_EQ(total / PixelsOfColor(kPicture, changed), average);
@@ -167,7 +167,7 @@ TEST(AdaptiveCounts, StagesHaveTheirBaseAndTheirAverage) {
         EXPECT_NEAR(AverageOf(state.counts), stage, 0.02 * stage);
         EXPECT_LE(std::ranges::max(state.counts), 16 * stage);
     }
-    // Never less than its average, however counts are rounded
+    // A color never has less than its average, however counts are rounded
     for (uint32_t seed = 0; seed < 20; ++seed) {
         AdaptiveCounts any(kPicture);
         RunTo(any, 256, 1000, AnyNoted(seed));
@@ -175,7 +175,7 @@ TEST(AdaptiveCounts, StagesHaveTheirBaseAndTheirAverage) {
     }
 }
 
-// So what is kept of a base is of its samples alone.
+// The values that are noted at a base are thus those of its samples alone.
 TEST(AdaptiveCounts, NoStepCrossesABaseAndEachIsNoted) {
     AdaptiveCounts counts(kPicture);
     RunTo(counts, 16, 1000, AnyNoted(7));
@@ -221,7 +221,7 @@ TEST(AdaptiveCounts, NeitherStepsNorStopsChangeWhatComesNext) {
     EXPECT_EQ(one.State(), many.State());
     EXPECT_GE(one.Total(), 300u * kPixels);
     EXPECT_LT(one.Total(), 301u * kPixels);
-    // From the state that a file has, at any time
+    // Continues from the state that a file would have, at several averages
     AdaptiveCounts stopped(kPicture);
     for (const uint32_t average : {1u, 7u, 16u, 17u, 40u, 64u, 65u, 128u, 129u, 130u, 131u, 256u, 300u}) {
         RunTo(stopped, average, 1000, noted);
@@ -233,7 +233,7 @@ TEST(AdaptiveCounts, NeitherStepsNorStopsChangeWhatComesNext) {
     EXPECT_EQ(one.State(), stopped.State());
 }
 
-// Else a render of many pixels would wait for the host: steps are the first pixels of one list.
+// Otherwise a render of many pixels would wait for the host: steps are the first pixels of one list.
 TEST(AdaptiveCounts, AStageHasFewWalksAndSteps) {
     AdaptiveCounts counts(kPicture);
     RunTo(counts, 128, 1000, AnyNoted(3));
@@ -258,8 +258,8 @@ TEST(AdaptiveCounts, AStageHasFewWalksAndSteps) {
 
 namespace {
 
-// Samples of a heavy tail and mean 1: mostly nothing, and now and then 50. `shared`: so many pixels in a row
-// have the same numbers.
+// Draws samples from a heavy-tailed distribution of mean 1: mostly 0, and now and then 50. `shared` is the
+// number of consecutive pixels with the same numbers.
 class HeavyTail {
   public:
     HeavyTail(uint32_t seed, uint32_t shared) : m_seed(seed), m_shared(shared) {}
@@ -268,7 +268,7 @@ class HeavyTail {
         const uint32_t bits = gpu::MixBits(gpu::MixBits(stream * 65536 + index) ^ gpu::MixBits(m_seed));
         return bits < 0xFFFFFFFFu / 50 ? 50.0 : 0.0;
     }
-    // Of the first ones.
+    // Returns the variance of the first `count` samples.
     float VarianceOf(size_t pixel, uint32_t count) const {
         const double mean = MeanOf(pixel, count);
         return static_cast<float>((mean * 50.0 - mean * mean) * count / (count - 1.0));
@@ -283,7 +283,7 @@ class HeavyTail {
     uint32_t m_seed, m_shared;
 };
 
-// How far the mean over all pixels of many renders of `average` samples is from 1, in standard errors.
+// Returns how far the mean over many renders of `average` samples is from 1, in standard errors.
 double DeviationOfMean(uint32_t average, uint32_t renders, uint32_t shared) {
     using Kind = AdaptiveCounts::Next::Kind;
     constexpr Extent2D kSmall{8, 8};
@@ -317,9 +317,9 @@ double DeviationOfMean(uint32_t average, uint32_t renders, uint32_t shared) {
 
 }  // namespace
 
-// Exactly: of any distribution, and wherever a render ends. Where pixels share random numbers, those of a
-// neighbor are its own, and decide for the pixel: this is what the test would find if a pixel's samples
-// decided about itself, and why a sampler that pixels share is no sampler for this.
+// The mean is exact for any distribution, and wherever a render ends. Where pixels share random numbers, a
+// neighbor's samples are the pixel's own, and decide for it: the test would find such a bias if a pixel's
+// samples decided about itself, which is why adaptive renders refuse samplers that pixels share.
 TEST(AdaptiveCounts, MeanIsUnbiasedUnlessPixelsShareTheirNumbers) {
     for (const auto& [average, renders] : {std::pair{64u, 1500u}, {100u, 1500u}, {200u, 600u}})
         EXPECT_LT(std::abs(DeviationOfMean(average, renders, 1)), 3.3) << average;

@@ -1,4 +1,4 @@
-// A small picture with made-up noise, whose pixels get samples without a device.
+// Simulates a small picture with made-up noise, whose pixels get samples without a device.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@ namespace raygraph::session::adaptive_picture {
 inline constexpr rhi::Extent2D kPicture{24, 17};
 inline constexpr size_t kPixels = size_t{24} * 17;
 
-// Noise on the left that is ten times that on the right, and none on the lower rows; of equal brightness.
+// Returns noise that is ten times as strong on the left as on the right, and absent on the lower rows; the
+// brightness is uniform.
 inline NotedSamples Noted() {
     NotedSamples noted{std::vector<float>(kPixels), std::vector<float>(kPixels, 1.0f)};
     for (size_t i = 0; i < kPixels; ++i) noted.variance[i] = i / 24 > 11 ? 0.0f : i % 24 < 12 ? 1.0f : 0.01f;
@@ -28,7 +29,7 @@ inline NotedSamples AnyNoted(uint32_t seed) {
     return noted;
 }
 
-// Until each color has the average, at most `atOnce` samples a step.
+// Advances until each color has the average, with at most `atOnce` samples per step.
 inline void RunTo(AdaptiveCounts& counts, uint32_t average, uint32_t atOnce, const NotedSamples& noted) {
     using Kind = AdaptiveCounts::Next::Kind;
     while (true) {

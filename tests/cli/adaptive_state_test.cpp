@@ -1,4 +1,4 @@
-// States of adaptive renders, as files have them: which are none, and that all others go on.
+// Tests which states of adaptive renders a file may have, and that every valid one continues.
 #include "editor/session/adaptive_state.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using namespace adaptive_picture;
 
 namespace {
 
-// What a file has of it.
+// Returns the state that a file stores at this average.
 AdaptiveState StateAt(uint32_t average) {
     AdaptiveCounts counts(kPicture);
     RunTo(counts, average, 1000, Noted());
@@ -50,7 +50,7 @@ TEST(AdaptiveState, FlawsAreNamed) {
     expectFlaw("not of one time", [](AdaptiveState& s) { s.stages[0] = 512; });
     expectFlaw("not of one time", [](AdaptiveState& s) { s.stages[1] = 16; });
     expectFlaw("before their first stage", [](AdaptiveState& s) { s.stages = {16, 16}; });
-    // Of one color alone
+    // One color alone has too many
     expectFlaw("samples on average", [](AdaptiveState& s) {
         ForPixelsOfColor(kPicture, 1, [&](size_t i) { s.wanted[i] = std::max(s.counts[i], 32u); });
     });
@@ -61,19 +61,19 @@ TEST(AdaptiveState, FlawsAreNamed) {
     expectFlaw("not of its pixels", [](AdaptiveState& s) { s.noted.begin()->second.mean.pop_back(); });
     expectFlaw("is no number", [](AdaptiveState& s) { s.noted.begin()->second.variance[1] = -1.0f; });
     expectFlaw("is no number", [](AdaptiveState& s) { s.noted.begin()->second.mean[1] = INFINITY; });
-    // All that it has: as many times the average as one pixel may have
+    // Every pixel has as many times the average as one pixel may have
     expectFlaw("samples on average", [](AdaptiveState& s) {
         s.counts.assign(kPixels, 1088);
         s.wanted = s.counts;
         s.stages = {128, 128};
         for (uint32_t base = 32; base <= 1024; base *= 2) s.noted[base] = s.noted.begin()->second;
     });
-    // Of a file without sums, which cannot go on
+    // A file without sums cannot continue, which is no flaw
     const AdaptiveState ended{.counts = good.counts, .wanted = {}, .noted = {}};
     EXPECT_EQ(FlawOf(ended, kPicture), "");
 }
 
-// Of files that no render has written, too.
+// These states include those that no render has written.
 TEST(AdaptiveState, AnyStateWithoutFlawGoesOnAndEnds) {
     std::mt19937 random(5);
     uint32_t gone = 0;

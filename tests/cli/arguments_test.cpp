@@ -180,7 +180,7 @@ TEST(Arguments, HelpAndDocsNameEveryView) {
     }
 }
 
-// What is listed as `--NAME a|b|c`, sorted.
+// Returns the choices that the page lists as `--NAME a|b|c`, sorted.
 std::vector<std::string> Listed(const std::string& page, const std::string& option) {
     std::vector<std::string> names;
     std::smatch found;
@@ -224,7 +224,7 @@ TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
         EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
 }
 
-// The help of a setting is put together from its default, which no text can then contradict.
+// The help of a setting is generated from its default, so that no text can contradict it.
 TEST(PictureSettings, HelpSaysTheDefault) {
     const SettingTexts defaults = Texts(PictureSettings{});
     for (const PictureSetting& setting : PictureSettingTable()) {
@@ -234,7 +234,7 @@ TEST(PictureSettings, HelpSaysTheDefault) {
     }
 }
 
-// Unlike a render, a benchmark ends its paths; frames, rounds and tolerance are its own.
+// Unlike a render, a benchmark limits its paths; it has frames, rounds and tolerance of its own.
 TEST(Arguments, HelpSaysTheDefaultsOfItsOwnCommand) {
     const auto expect = [](const char* command, std::initializer_list<std::string> texts) {
         const std::string help =
@@ -261,7 +261,7 @@ TEST(Arguments, MergeTakesAnyNumberOfRenders) {
     const auto a = std::get<MergeArguments>(Parse("merge a.exr b.exr c.exr -o d.exr"));
     EXPECT_EQ(a.inputs.size(), 3u);
     EXPECT_EQ(a.output, "d.exr");
-    // Of a job array only one task may have had samples
+    // Only one task of a job array may have had samples
     EXPECT_EQ(std::get<MergeArguments>(Parse("merge a.exr -o d.exr")).inputs.size(), 1u);
 }
 
@@ -320,7 +320,7 @@ TEST(PictureSettings, DefaultsAreThoseOfThePasses) {
     EXPECT_EQ(settings.paths.biases, trace.biases);
     EXPECT_EQ(trace.biases.maxDepth, passes::kNoDepthLimit);
     EXPECT_EQ(settings.raster.shadows, passes::RasterSettings{}.shadows);
-    // And the help says so
+    // The help must say so, too
     for (const PictureSetting& setting : PictureSettingTable()) {
         std::string shown(1, '(');
         shown += setting.text(settings);

@@ -1,4 +1,4 @@
-// Which samples are dealt to whom.
+// Tests which samples are dealt to which worker.
 #include "editor/session/block_dealer.h"
 
 #include <bit>
@@ -13,7 +13,7 @@ namespace raygraph::session {
 
 namespace {
 
-// Deals to workers of these speeds until all is dealt; returns the time at which each has ended.
+// Simulates workers of these speeds until everything is dealt; returns the time at which each ends.
 std::vector<double> Simulate(SampleRange samples, const std::vector<double>& speeds, double blockSeconds,
                              std::vector<SampleRange>& blocks) {
     BlockDealer dealer(samples, static_cast<uint32_t>(speeds.size()), blockSeconds);
@@ -52,7 +52,7 @@ TEST(BlockDealer, BlocksAreAlignedAndCoverTheSamplesOnce) {
     }
 }
 
-// A hundred seconds of work for one of them: ten times as fast a worker gets ten times as much, and nobody
+// One worker would need a hundred seconds. One that is ten times as fast gets ten times as much, and none
 // waits for long.
 TEST(BlockDealer, WorkersOfAnySpeedEndTogether) {
     std::vector<SampleRange> blocks;
@@ -76,7 +76,7 @@ TEST(BlockDealer, BlocksHaveTheSamplesThatADeviceRendersAtOnce) {
     }
 }
 
-// Or whoever asks it to stop waits for minutes.
+// Otherwise a request to stop would wait for minutes.
 TEST(BlockDealer, SlowWorkersGetFewerSamplesThanADeviceRendersAtOnce) {
     for (const uint32_t workers : {1u, 2u}) {
         BlockDealer dealer({0, 1000}, workers, 1.0, 64);

@@ -6,7 +6,7 @@ namespace raygraph::test {
 
 namespace {
 
-// Sample n of a picture, by texel and salt.
+// Returns sample n of a picture, which depends on texel and salt.
 std::vector<float> MadeUpSample(size_t pixels, float scale, uint32_t n, float salt) {
     std::vector<float> texels(4 * pixels);
     for (size_t i = 0; i < texels.size(); ++i)

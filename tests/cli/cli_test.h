@@ -1,4 +1,4 @@
-// What the tests of the program share.
+// Declares what tests of the program share.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace raygraph::test {
 
-// Expects an Error of this kind whose one-line message holds all of these texts.
+// Expects an Error of this kind whose one-line message contains all of these texts.
 template <typename Run, typename... Texts>
 void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
     const Error error = testing::ErrorOf(run);
@@ -24,13 +24,13 @@ void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
         EXPECT_NE(message.find(text), std::string::npos) << message << "\n  lacks " << text;
 }
 
-// The words of a command line, which stand between spaces; what is in single quotes is one word.
+// Splits a command line at its spaces; single quotes enclose one word.
 std::vector<std::string> Words(std::string_view line);
 
-// A render with every channel, of made-up samples that differ from pixel to pixel and with `salt`.
+// Makes a render with every channel, from made-up samples that depend on the pixel and on `salt`.
 session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);
 
-// Of R, G and B of all pixels.
+// Returns the sum of R, G and B over all pixels.
 inline double SumOf(const session::Texels& texels) {
     double sum = 0.0;
     for (size_t i = 0; i < texels.size(); ++i)

@@ -1,4 +1,4 @@
-// Every field of every struct of a scene, changed one by one.
+// Tests that the hash of a scene depends on every field of every struct, changed one by one.
 #include "editor/session/content_hash.h"
 
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 
 using namespace scene;
 
-// The scene sets everything that is hashed only if it is not at its default.
+// Sets every field that is hashed only if it differs from its default.
 SceneData OneOfEach() {
     SceneData scene;
     scene.meshes.resize(1);
@@ -52,7 +52,7 @@ SceneData OneOfEach() {
     return scene;
 }
 
-// The least change of a value of each type that a scene is made of.
+// Changes a value of each type in a scene by the least amount.
 void Change(bool& value) {
     value = !value;
 }
@@ -154,16 +154,15 @@ void ForEachStruct(Visit&& visit) {
     visit([](SceneData& s) -> AnimationTarget& { return s.animations[0].channels[0].target; });
 }
 
-// The fields, in the order of these structs, on which no picture depends, or which follow from others: of the
-// scene, a mesh, a primitive, its joints and a target, a texture, an image, an instance, the environment, a
-// skin and an animation.
+// Lists the fields that no picture depends on, or that follow from others, in the order of these structs:
+// scene, mesh, primitive, its joints and target, texture, image, instance, environment, skin and animation.
 const std::vector<std::string> kNotHashed{
     "name", "warnings",    "variants",     "variant", "name",     "variants", "bounds",   "bounds", "name",
     "name", "lowestAlpha", "objectToNode", "name",    "faceSize", "name",     "duration", "defect"};
 
-// Every field of every struct, changed alone. A list in another order, or with a field hashed in another way,
-// has other hashes: their sum is that of the version before the lists. Fields with their own names are no
-// part of it, so that there may be more of them.
+// Changes every field of every struct alone. Another order of a list, or another way of hashing a field,
+// gives other hashes: their sum is that of the version before the lists. Fields hashed with their names are
+// not in the sum, so that more can be added.
 TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     const std::string hash = HashOf(OneOfEach());
     ASSERT_EQ(HashOf(OneOfEach()), hash);
@@ -199,7 +198,7 @@ std::string HashOfChanged(const Owner& owner, const std::tuple<Fields...>& field
     return hasher.Text();
 }
 
-// The hash by the list without its entry `left`, as it was in a version that did not have the field.
+// Returns the hash by the list without its entry `left`, as a version without that field had it.
 template <typename Owner, typename... Fields>
 std::string HashWithout(const Owner& owner, const std::tuple<Fields...>& fields, size_t left) {
     ContentHasher hasher;
@@ -212,7 +211,8 @@ std::string HashWithout(const Owner& owner, const std::tuple<Fields...>& fields,
     return hasher.Text();
 }
 
-// For each field of the list: whether the version before it had another hash of what does not use it.
+// Expects for each field of the list that a version without it has the same hash of objects that do not use
+// it.
 template <typename Owner, typename... Fields>
 void ExpectEachMayBeAdded(const std::tuple<Fields...>& fields) {
     Owner changed;
@@ -235,7 +235,7 @@ TEST(ContentHash, StaysWhenAFieldIsAddedThatTheSceneDoesNotUse) {
     ExpectEachMayBeAdded<Light>(light_fields::kAll);
 }
 
-// The same value in another field, of the same material or of the next, is another scene.
+// A value in another field, of the same material or of the next, makes another scene.
 TEST(ContentHash, KnowsWhoseValueItIs) {
     const auto hash = [](const Material& first, const Material& second) {
         SceneData scene;
@@ -250,14 +250,14 @@ TEST(ContentHash, KnowsWhoseValueItIs) {
     EXPECT_NE(hash(cut, {}), hash({}, cut));
 }
 
-// An .exr has the hash of its scene, and is resumed and merged only with another of the same: the fields'
-// names and the order in which they are hashed stay as they are, or kFormat of render_file.cpp goes up.
+// An .exr stores the hash of its scene, and is resumed and merged only with the same hash: the fields' names
+// and the order in which they are hashed must not change, or kFormat of render_file.cpp must be increased.
 TEST(ContentHash, IsTheOneOfEarlierVersions) {
     SceneData scene = OneOfEach();
-    scene.profiles.clear();  // A scene without them is hashed as before there were any.
+    scene.profiles.clear();  // Scenes without profiles are hashed as before there were any.
     scene.images[0].blocks = {};
     scene.environment = {};
-    scene.skins.clear();  // Nor did anything move.
+    scene.skins.clear();  // Earlier versions had no motion either.
     scene.animations.clear();
     scene.meshes[0].primitives[0].influences = {};
     scene.meshes[0].primitives[0].targets.clear();

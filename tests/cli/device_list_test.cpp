@@ -16,7 +16,7 @@ rhi::DeviceReport Device(uint32_t index, const char* name, rhi::DeviceType type,
     return device;
 }
 
-// Two GPUs that are alike, one beside them, a slow one that is first, and one that lacks something.
+// Returns two equal GPUs, a different one, a slow one that is first, and one that lacks a requirement.
 std::vector<rhi::DeviceReport> Devices() {
     std::vector<rhi::DeviceReport> devices{
         Device(0, "cpu", rhi::DeviceType::Cpu), Device(1, "gpu", rhi::DeviceType::Discrete),
@@ -69,7 +69,7 @@ TEST(DeviceList, ProcessesShareTheDevicesOfTheirComputer) {
     EXPECT_EQ(ShareOf(devices, 0, 2), (Indices{5, 7}));
     EXPECT_EQ(ShareOf(devices, 1, 2), (Indices{6}));
     EXPECT_EQ(ShareOf(devices, 2, 3), (Indices{7}));
-    for (uint32_t process = 0; process < 5; ++process)  // nobody is without one
+    for (uint32_t process = 0; process < 5; ++process)  // no process is without a device
         EXPECT_EQ(ShareOf(devices, process, 5), (Indices{devices[process % 3]}));
 }
 

@@ -23,11 +23,12 @@ std::string Number(T value) {
     return std::to_string(static_cast<double>(value));
 }
 
-// What a picture is made with, in parts that have names.
+// Returns the state that determines a picture, as parts with names.
 Parts PartsOf(DeviceScene& scene) {
     const passes::TraceSettings s = scene.SettingsFor(3);
     const EnvironmentSettings& environment = scene.Scene().Environment();
-    constexpr uint64_t kLeastAutomatic = uint64_t{1} << 20;  // of what is free, which changes
+    constexpr uint64_t kLeastAutomatic =
+        uint64_t{1} << 20;  // lower bound of the automatic budget, which depends on free memory
     const uint64_t budget = scene.Scene().Statistics().textureBudget;
     return {{"extent", Number(s.extent.width) + "x" + Number(s.extent.height)},
             {"region", Number(s.region.x) + "," + Number(s.region.y) + "," + Number(s.region.width) + "," +
@@ -83,7 +84,7 @@ class DeviceSceneTest : public testing::VulkanTest {
         const char* option;
         const char* text;
         std::set<std::string> parts;
-        const char* value = nullptr;  // of its only part
+        const char* value = nullptr;  // expected value of the only part
     };
     static void ExpectChange(const Change& change, bool hasMap = false) {
         SCOPED_TRACE(std::string("--") + change.option + " " + change.text);
@@ -130,13 +131,13 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"light", "studio", {"environment is the studio"}, "1.000000"},
         {"background", "1,2,3", {"environment", "environment is the scene's"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
-        {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // it tints the studio
+        {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // tints the studio
     };
     for (const Change& change : kChanges) ExpectChange(change);
     // With a map, the tint applies to it, and the background is not used
     ExpectChange({"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"}, true);
     ExpectChange({"background", "1,2,3", {}}, true);
-    // One that the scene brings along is tinted, too, and gives way to any background and to a map
+    // The scene's own environment is tinted, too; any background and any map replace it
     const auto environmentOf = [](const SettingTexts& texts, bool isMapGiven = false) {
         const Parts parts = PartsWith(texts, isMapGiven, true);
         return parts.at("environment") + ", " + parts.at("environment is the scene's");
@@ -146,7 +147,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     EXPECT_EQ(environmentOf({{"background", "1,2,3"}}), "1.000000 2.000000 3.000000, 0.000000");
     EXPECT_EQ(environmentOf({{"background", "0,0,0"}}), "0.000000 0.000000 0.000000, 0.000000");
     EXPECT_EQ(environmentOf({}, true), "1.000000 1.000000 1.000000, 0.000000");
-    // Every setting is here but those that tell the command what to do with the picture
+    // Every setting is tested, except those that tell the command what to do with the picture
     for (const PictureSetting& setting : PictureSettingTable()) {
         const std::string name = setting.name;
         const bool isOfCommand = name == "view" || name == "scene" || name == "variant" || name == "at" ||

@@ -1,4 +1,4 @@
-// The exit status of each kind of Error, as docs/cli.md has them.
+// Tests that the exit status of each kind of Error is the one in docs/cli.md.
 #include "editor/cli/exit_code.h"
 
 #include <gtest/gtest.h>

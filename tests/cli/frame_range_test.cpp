@@ -1,4 +1,4 @@
-// --frames: times, numbers and names.
+// Tests --frames: times, numbers and names.
 #include "editor/cli/frame_range.h"
 
 #include "tests/cli/cli_test.h"

@@ -1,4 +1,4 @@
-// The color of a scene's light, in closed form.
+// Tests the color of a scene's light against closed forms.
 #include "editor/session/light_color.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ void ExpectColor(const std::optional<glm::dvec3>& color, const glm::dvec3& expec
     for (int c = 0; c < 3; ++c) EXPECT_NEAR((*color)[c], expected[c], 1e-6 * (1.0 + expected[c])) << c;
 }
 
-// A square of side 2, scaled by 3, that emits (1, 2, 4) on one side.
+// Makes a square of side 2, scaled by 3, that emits (1, 2, 4) on one side.
 SceneInput Square() {
     SceneInput input;
     scene::SceneData& scene = input.data;
@@ -31,7 +31,7 @@ SceneInput Square() {
     scene.bounds = {{-3, -3, 0}, {3, 3, 0}};
     return input;
 }
-constexpr double kRadius2 = 18.0;  // squared, of these bounds
+constexpr double kRadius2 = 18.0;  // squared radius of these bounds
 
 TEST(LightColor, OfSurfaces) {
     SceneInput input = Square();
@@ -39,7 +39,8 @@ TEST(LightColor, OfSurfaces) {
     ExpectColor(LightColor(input, {}), power * glm::dvec3(1, 2, 4));
     input.data.materials[0].isDoubleSided = true;
     ExpectColor(LightColor(input, {}), 2.0 * power * glm::dvec3(1, 2, 4));
-    // A texture of a white and a black texel, and of one half as bright: the mean in linear light
+    // One texture has a white and a black texel, and the image of another is half as bright: the mean is in
+    // linear light
     input.data.materials[0].isDoubleSided = false;
     input.data.materials[0].emissiveTexture.texture = 0;
     input.data.textures.push_back({.image = 0, .colorSpace = scene::ColorSpace::Srgb});
@@ -60,7 +61,7 @@ TEST(LightColor, OfRoundPrimitivesThatAreScaled) {
     sphere.bounds = {{-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}};
     const PictureSettings dark{.light = DefaultLight::None};
     ExpectColor(LightColor(input, dark), pi * 4.0 * pi * 1.5 * 1.5 * glm::dvec3(1, 2, 4));
-    // Flattened to a disc it has two sides, of 2 pi r^2 together
+    // A sphere flattened to a disc has two sides, with a total area of 2 pi r^2
     input.data.instances[0].objectToWorld[2] = {0, 0, 1e-4f};
     const std::optional<glm::dvec3> disc = LightColor(input, dark);
     ASSERT_TRUE(disc);
@@ -82,7 +83,7 @@ TEST(LightColor, WhatIsHiddenDoesNotShine) {
     const glm::dvec3 surfaces = pi * 36.0 * glm::dvec3(1, 2, 4);
     ExpectColor(LightColor(input, dark), surfaces + glm::dvec3(8.0 * pi, 0, 0));
     PictureSettings settings;
-    settings.paths.lights.isOn = false;  // then they are not rendered
+    settings.paths.lights.isOn = false;  // lights are not rendered then
     ExpectColor(LightColor(input, settings), surfaces);
 }
 
@@ -97,7 +98,7 @@ TEST(LightColor, OfPunctualLights) {
     light.type = scene::LightType::Spot;
     light.innerConeAngle = 0.5f;
     light.outerConeAngle = 0.7f;
-    // By the midpoint rule over the cosine
+    // Integrates over the cosine by the midpoint rule
     const double outer = std::cos(double{0.7f}), scale = 1.0 / (std::cos(double{0.5f}) - outer);
     double integral = 0.0;
     constexpr int kSteps = 200000;
@@ -116,11 +117,12 @@ TEST(LightColor, OfTheEnvironment) {
     settings.background = {{0.5f, 1.0f, 2.0f}};
     const double share = 4.0 * pi * pi * kRadius2;
     ExpectColor(LightColor(input, settings), share * glm::dvec3(0.5, 1.0, 2.0));
-    // A map takes its place. Of three rows, the middle one is twice as long as each other: sin 90 and 30 degrees
+    // A map replaces the background. The middle one of three rows is twice as long as each other: sin 90 and
+    // 30 degrees
     input.environment = {1, 3, {0, 0, 0, 1, 4, 2, 0, 1, 0, 8, 0, 1}};
     settings.environmentTint = {1.0f, 0.5f, 1.0f};
     ExpectColor(LightColor(input, settings), share * glm::dvec3(2.0, 0.5 * (1.0 + 2.0), 0.0));
-    // That of the scene
+    // The scene's own map
     input.data.environment.map = input.environment;
     input.environment = {};
     ExpectColor(LightColor(input, settings), share * glm::dvec3(0.5, 1.0, 2.0));

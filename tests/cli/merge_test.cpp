@@ -30,7 +30,7 @@ TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
                    MakeRender(0, 64));
 }
 
-// Files of earlier versions say how rays were traced, which changes no picture.
+// Files of earlier versions record how rays were traced, which changes no picture.
 TEST(Merge, SettingsThatAreNoneAnyMoreAreLeftOut) {
     const test::TemporaryFolder folder;
     const RenderFile written = MakeRender(0, 4);
@@ -103,7 +103,7 @@ TEST(Merge, WhatHasNoSumsIsNamed) {
         },
         "b.exr", "no channel sum0.R");
     other = MakeRender(8, 8);
-    other.sums.albedo = other.sums.normal = {};  // as the editor saves them
+    other.sums.albedo = other.sums.normal = {};  // as saved by the editor
     ExpectError(
         ErrorKind::BadInput,
         [&] {

@@ -1,4 +1,5 @@
-// Motion blur against closed forms: the share of the shutter's time in which a pixel sees what moves.
+// Tests motion blur against closed forms: the fraction of the shutter's time in which a pixel sees a moving
+// object.
 #include <cmath>
 #include <numbers>
 
@@ -16,7 +17,7 @@ using namespace scene;  // NOLINT
 
 constexpr uint32_t kSide = 32;
 
-// Emits 1 in all channels, on both sides, and is sampled as a light by nothing that it could shine on.
+// Emits 1 in all channels on both sides; the scenes have nothing else that it could light.
 Material Lamp() {
     Material material;
     material.baseColorFactor = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f);
@@ -34,7 +35,7 @@ Primitive Triangles(std::vector<glm::vec3> corners, std::vector<uint32_t> indice
     return primitive;
 }
 
-// One node with a mesh of one primitive, before an orthographic camera that sees from -1 to 1.
+// Makes one node with a mesh of one primitive, before an orthographic camera that sees from -1 to 1.
 SceneData OneMesh(Primitive primitive) {
     SceneData scene;
     scene.materials = {Lamp()};
@@ -51,7 +52,7 @@ SceneData OneMesh(Primitive primitive) {
     return scene;
 }
 
-// From 0 to 1 s, at constant speed.
+// Animates from 0 to 1 s at constant speed.
 void Animate(SceneData& scene, const AnimationTarget& target, std::vector<float> values) {
     Animation& animation = scene.animations.emplace_back();
     animation.duration = 1.0f;
@@ -84,11 +85,11 @@ class MotionBlurTest : public testing::VulkanTest {
     static float At(const Texels& picture, uint32_t x, uint32_t y) {
         return picture[4 * (size_t{y} * kSide + x)];
     }
-    // Of a pixel's center, on the picture from -1 to 1.
+    // Returns the position of a pixel's center in the picture, from -1 to 1.
     static double Place(uint32_t pixel) { return (2.0 * pixel + 1.0) / kSide - 1.0; }
 
-    // Of what ends at x(t) = -0.5 + t and is seen left of it, with the shutter open from 0.25 to 0.75 s: none
-    // of the time, a straight ramp from -0.25 to 0.25, all of it.
+    // Expects the blur of an edge at x(t) = -0.5 + t, whose object is left of it, with the shutter open from
+    // 0.25 to 0.75 s: full coverage, a straight ramp from -0.25 to 0.25, then none.
     static void ExpectRamp(const Texels& picture, uint32_t samples) {
         double worst = 0.0;
         for (uint32_t x = 0; x < kSide; ++x) {
@@ -100,8 +101,8 @@ class MotionBlurTest : public testing::VulkanTest {
                 if (!isAtBend) worst = std::max(worst, error);
             }
         }
-        // The place in the pixel is sampled beside the time, so that it is not one part in `samples`; a
-        // staircase of a few times would be off by far more.
+        // The position in the pixel is sampled independently of the time, so the error is not 1 / `samples`;
+        // a staircase of a few times would be off by far more.
         EXPECT_LT(worst, 4.0 / samples + 0.03);
     }
 };
@@ -144,8 +145,8 @@ TEST_F(MotionBlurTest, ShutterIsAroundTheTimeOfThePicture) {
     EXPECT_EQ(from0, around);
 }
 
-// A quarter of a disc turns by a quarter in the shutter's time: where it was in the beginning it is seen for
-// as long as it takes to turn past, ahead of it from when it arrives.
+// A quarter disc turns by a quarter while the shutter is open. Where it starts, it is seen until it has
+// turned past; ahead of it, from its arrival on.
 TEST_F(MotionBlurTest, RotatingDiscIsALinearRampInTheAngle) {
     const float half = std::sqrt(0.5f);
     SceneData scene = OneMesh(Triangles({{0, 0, 0}, {1.4f, 0, 0}, {0, 1.4f, 0}}, {0, 1, 2}));
@@ -169,7 +170,7 @@ TEST_F(MotionBlurTest, RotatingDiscIsALinearRampInTheAngle) {
     EXPECT_LT(std::abs(sum / count), 0.003);
 }
 
-// A lamp that grows: light on the floor is the mean of the lights of its poses, each rendered by itself.
+// A lamp grows: the light on the floor is the mean over its poses, each of which is rendered separately.
 TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
     Primitive lamp =
         Triangles({{-0.2f, 0.6f, -0.2f}, {0.2f, 0.6f, -0.2f}, {0.2f, 0.6f, 0.2f}, {-0.2f, 0.6f, 0.2f}},
@@ -215,7 +216,7 @@ TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
 
 class MotionVectorTest : public MotionBlurTest {
   protected:
-    // x and y of a pixel, from 0.25 to 0.75 s, of what is seen there at 0 s.
+    // Returns x and y per pixel: the motion from 0.25 to 0.75 s of the surface that is seen at 0 s.
     static std::vector<float> Vectors(SceneData scene) {
         Session session = Animated(std::move(scene), 0.0, Shutter{0.25, 0.75}, {Aov::Motion});
         session.Run({.samples = 1});
@@ -227,7 +228,7 @@ class MotionVectorTest : public MotionBlurTest {
         EXPECT_NEAR(vectors[2 * (kSide * y + x)], right, 1e-3) << x << " " << y;
         EXPECT_NEAR(vectors[2 * (kSide * y + x) + 1], down, 1e-3) << x << " " << y;
     }
-    static constexpr double kPixels = 0.5 * kSide;  // a unit, on the picture
+    static constexpr double kPixels = 0.5 * kSide;  // pixels per unit in the picture
 };
 
 TEST_F(MotionVectorTest, OfAMovingNode) {
@@ -250,7 +251,7 @@ TEST_F(MotionVectorTest, OfMovingVertices) {
         ExpectVector(vectors, x, 17, 0.5 * (Place(x) + 4.0) / 4.5 * kPixels, 0.0);
 }
 
-// A surface and what is infinitely far away, before a camera that turns to the left: both go to the right.
+// Before a camera that turns to the left, a surface and the infinitely distant sky both move to the right.
 TEST_F(MotionVectorTest, OfATurningCamera) {
     SceneData scene = OneMesh(LeftHalf(0.0f));
     Camera& camera = scene.cameras[0];
@@ -276,7 +277,7 @@ TEST_F(MotionVectorTest, NeedAShutter) {
     EXPECT_TRUE(CanHave(Aov::Motion, settings));
 }
 
-// Places are relative to where the camera is at the time of the picture, and not where it is at rest.
+// Positions are relative to the camera at the time of the picture, and not to its rest pose.
 TEST_F(MotionBlurTest, FarWayKeepsThePrecisionOfPlaces) {
     const auto at = [](double seconds) {
         SceneData scene = OneMesh(LeftHalf(-0.47f));
@@ -337,7 +338,7 @@ TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
     EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 0.0f);
 }
 
-// Accumulated in one run or in two, and in whichever order times were seen before.
+// The bits are equal whether samples come from one run or two, and in whichever order times were seen before.
 TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
     const auto open = [](double at) {
         SceneData scene = OneMesh(LeftHalf(-0.5f));
@@ -352,10 +353,10 @@ TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
     EXPECT_EQ(a.radiance, b.radiance);
     EXPECT_EQ(a.albedo, b.albedo);
     EXPECT_EQ(a.depth, b.depth);
-    // At 0.5 s the edge is in the middle: what depth shows is not blurred
+    // At 0.5 s the edge is in the middle: depth is not blurred
     EXPECT_TRUE(std::isfinite(a.depth[kSide * 16 + 15]));
     EXPECT_FALSE(std::isfinite(a.depth[kSide * 16 + 17]));
-    // Another time in the same session: as in one of its own
+    // Another time in the same session equals that time in a session of its own
     twice.StartPicture({.at = 0.6});
     EXPECT_FALSE(twice.HasResult());
     twice.Run({.samples = 4});

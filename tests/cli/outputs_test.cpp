@@ -35,7 +35,7 @@ TEST(Outputs, CheckingLeavesNoTrace) {
 
 TEST(Outputs, ANameThatIsTooLongIsRefusedBeforeTheWork) {
     const test::TemporaryFolder folder;
-    // Beside one that can be: a long number or camera in the names of a sequence
+    // A name that is too long beside a valid one: a sequence may have a long number or camera in its names
     std::string name = ".png";
     name.insert(0, 300, 'a');
     const Paths paths{folder.Path() / "a.png", folder.Path() / name};
@@ -43,7 +43,7 @@ TEST(Outputs, ANameThatIsTooLongIsRefusedBeforeTheWork) {
         ErrorKind::Io, [&] { CheckOutputs(paths, {}); }, "cannot write: File name too long");
 }
 
-// As /dev/stdout, and what a shell makes of >(program).
+// Covers /dev/stdout, and the pipes that a shell makes of >(program).
 TEST(Outputs, DevicesAndPipesAreTakenWithoutTouchingThem) {
     const test::TemporaryFolder folder;
     const std::filesystem::path pipe = folder.Path() / "pipe";
@@ -72,7 +72,7 @@ TEST(Outputs, OneThatCannotBeWrittenKeepsNoOther) {
     }
 }
 
-// Whoever reads them may not come.
+// The reader of a stream may never come.
 TEST(Outputs, DevicesAndPipesAreWrittenAfterAllFiles) {
     const test::TemporaryFolder folder;
     const std::filesystem::path pipe = folder / "pipe";
@@ -83,7 +83,8 @@ TEST(Outputs, DevicesAndPipesAreWrittenAfterAllFiles) {
     EXPECT_EQ(outputs.Written(), (Paths{"a", "b", pipe, "/dev/null"}));
 }
 
-// A file that is written in place, a stream and a link say nothing of the folder that they are in.
+// A file that is written in place, a stream and a link tell nothing about whether their folder takes new
+// files.
 TEST(Outputs, ANewFileIsRefusedWhateverCouldBeWrittenBesideIt) {
     const test::TemporaryFolder folder, elsewhere;
     const std::filesystem::path mounted = folder / "mounted.png", pipe = folder / "pipe",
@@ -91,7 +92,7 @@ TEST(Outputs, ANewFileIsRefusedWhateverCouldBeWrittenBesideIt) {
     std::ofstream(mounted) << "old";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     std::filesystem::create_symlink(elsewhere / "a.png", link);
-    // No folder takes new files, as a folder that is immutable; the link's does.
+    // The immutable folder takes no new files; the link's folder does.
     const int descriptor = open(folder.Path().c_str(), O_RDONLY | O_DIRECTORY);
     int flags = FS_IMMUTABLE_FL;
     const bool isFixed = ioctl(descriptor, FS_IOC_SETFLAGS, &flags) == 0;
@@ -150,14 +151,14 @@ TEST(Outputs, AnInputIsNotOverwritten) {
         "read");
 }
 
-// "f.0.png" and so on in the folder.
+// Returns the paths "f.0.png", "f.1.png" and so on in the folder.
 Paths Sequence(const std::filesystem::path& folder, int count) {
     Paths paths;
     for (int i = 0; i < count; ++i) paths.push_back(folder / ("f." + std::to_string(i) + ".png"));
     return paths;
 }
 
-// Whatever the name is of: those before it in the folder are fine.
+// This holds whatever is wrong with the name: the ones before it in the folder are valid.
 TEST(Outputs, OneOfASequenceIsRefusedAsItWouldBeAlone) {
     const test::TemporaryFolder folder;
     const Paths paths = Sequence(folder.Path(), 20);
@@ -195,7 +196,7 @@ TEST(Outputs, OneFolderUnderTwoNamesIsOne) {
     EXPECT_EQ(FileCount(folder.Path() / "a"), 0u);
 }
 
-// A file of its own to be created and removed for each name takes ten times as long.
+// Creating and removing a file for each name would take ten times as long.
 TEST(Outputs, ALongSequenceIsCheckedInAFractionOfASecond) {
     const test::TemporaryFolder folder;
     const Paths paths = Sequence(folder.Path(), 100'000);

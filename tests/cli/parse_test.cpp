@@ -24,7 +24,7 @@ TEST(Parse, CountIsDigitsAloneAndInRange) {
         ErrorKind::Usage, [] { ParseCount("9", 1, 8); }, "from 1 to 8");
 }
 
-// Such texts come out of stored renders, too.
+// Such texts may also come from stored renders.
 TEST(Parse, RefusalsQuoteTheTextWithoutControlCharacters) {
     for (const auto& parse : {std::function<void()>([] { ParseCount("\x1b[31m"); }),
                               std::function<void()>([] { ParseSampleRanges("0-\x1b[31m"); }),

@@ -1,4 +1,4 @@
-// Every field that a picture depends on is recorded with it, so that no two pictures are mixed that differ in one.
+// Tests that every field that a picture depends on is recorded, so that different pictures are never mixed.
 #include "editor/session/picture_settings.h"
 
 #include <cmath>
@@ -18,7 +18,7 @@ struct Row {
     void (*change)(PictureSettings&);
 };
 
-// Settings in which every field has an effect: fields that matter only with another value have that value.
+// Returns settings in which every field has an effect: some matter only if another has a certain value.
 PictureSettings Plain() {
     PictureSettings settings;
     settings.crop = passes::Region{0, 0, 8, 8};

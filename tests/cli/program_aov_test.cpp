@@ -1,4 +1,4 @@
-// The parts of the light, as the program renders and stores them. A device is needed.
+// Tests the parts of the light as the program renders and stores them. It needs a device.
 #include <cmath>
 
 #include "base/text.h"
@@ -22,7 +22,7 @@ RenderFile Render(const test::TemporaryFolder& folder, const char* output, const
     return session::ReadRenderFile(folder / output);
 }
 
-// In R, G and B of every pixel, relative to the brighter.
+// Expects that R, G and B of every pixel are the sums of the parts, relative to the brighter one.
 void ExpectSum(const RenderFile& render, const std::vector<Aov>& parts) {
     for (size_t i = 0; i < render.radiance.size(); ++i) {
         if (i % 4 == 3) continue;
@@ -46,7 +46,7 @@ TEST(ProgramAov, PartsOfTheLightSumToTheBeautyTwiceAndLeaveIt) {
     if (plain.driver.find("llvmpipe") != std::string::npos) {
         EXPECT_EQ(split.radiance, plain.radiance);
         EXPECT_EQ(split.variance, plain.variance);
-    } else {  // another driver may compile the longer shader with other roundings
+    } else {  // another driver may round differently in the longer shader
         size_t same = 0;
         for (size_t i = 0; i < plain.radiance.size(); ++i)
             same += std::abs(split.radiance[i] - plain.radiance[i]) <= 1e-5f * plain.radiance[i] + 1e-7f;

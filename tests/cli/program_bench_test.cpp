@@ -1,4 +1,4 @@
-// `raygraph bench` by the built program. A device is needed.
+// Tests `raygraph bench` by the built program. It needs a device.
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -60,7 +60,7 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     const nlohmann::json& own = json.at("limit_path_own");
     EXPECT_NEAR(json.at("trace_efficiency_own").get<double>(), trace / own.at("mrays_per_s").get<double>(),
                 1e-6);
-    constexpr double kAtEdges = 23.0;  // bound on paths, of 2,304, to which rounding gives a ray more or less
+    constexpr double kAtEdges = 23.0;  // bound on the paths, of 2,304, whose ray count depends on rounding
     EXPECT_NEAR(own.at("rays_per_sample").get<double>(),
                 json.at("limit_path").at("rays_per_sample").get<double>(), kAtEdges / (64.0 * 36.0));
     EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);
@@ -77,11 +77,11 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
         EXPECT_NE(result.messages.find("recursion: loop "), std::string::npos) << result.messages;
     }
     const nlohmann::json& medians = json.at("gpu_ms_median");
-    const char* tracing = medians.contains("Trace") ? "Trace" : "WaveFirst";  // by the form
+    const char* tracing = medians.contains("Trace") ? "Trace" : "WaveFirst";  // depends on the form
     for (const char* pass : {tracing, "Accumulate", "Tonemap", "Limit", "LimitPath", "LambertLoop"})
         EXPECT_GT(medians.at(pass).get<double>(), 0.0) << pass;
 
-    // Compared with a stored run at a quarter of the cost, and with one at four times the cost
+    // Compares with a stored run at a quarter of the cost, and with one at four times the cost
     const auto compare = [&](double factor) {
         nlohmann::json stored = json;
         stored["cost"]["median"] = factor * json.at("cost").at("median").get<double>();

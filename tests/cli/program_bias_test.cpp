@@ -1,4 +1,4 @@
-// What the biases of a render removed, as the program measures it. A device is needed.
+// Tests the light that biases removed from a render, as the program measures it. It needs a device.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -55,7 +55,7 @@ bool HasPass(const BiasRender& render, const char* name) {
 }
 
 TEST_F(ProgramBias, MaxDepthInAClosedBoxRemovesWhatBouncedMoreOften) {
-    // Radiance 1 + a + a^2 + ... = 1 / (1 - a); depth 1 leaves 1 + a
+    // The radiance is 1 + a + a^2 + ... = 1 / (1 - a); depth 1 leaves 1 + a
     const BiasRender render =
         Render("closed_box_a50.gltf", "--max-depth 1 --spp 250 --aov removed_max_depth");
     const nlohmann::json& removed = render.report.at("removed").at("max_depth");
@@ -114,7 +114,7 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
         return Render("cornell.gltf", Text("--max-depth 2 --clamp-indirect 0.5 --aov all --spp {}", count));
     };
     const BiasRender whole = render(40);
-    for (const int first : {20, 33}) {  // with and without second traces among the samples that are added
+    for (const int first : {20, 33}) {  // the added samples are with and without second traces
         render(first);
         const test::ProgramResult result =
             RunProgram(m_folder, "render @cornell.gltf --resume a.exr --spp 40");
@@ -127,7 +127,7 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
     }
 }
 
-// The file stores one bias only: another one that is on cannot be continued from it.
+// The file stores one bias only, so it cannot be resumed with another one on.
 TEST_F(ProgramBias, ResumedCountsForTheBiasThatItsFileHolds) {
     const auto render = [&](int count) {
         return Render("cornell.gltf",
@@ -149,7 +149,7 @@ TEST_F(ProgramBias, ResumedCountsForTheBiasThatItsFileHolds) {
     EXPECT_FALSE(removed.contains("clamp_indirect")) << "of a part of the samples";
 }
 
-// A small sphere and a sky, both near the greatest float: their sum is infinite.
+// A small sphere and a sky are both near the largest float, so that their sum is infinite.
 TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
     std::ifstream file(SceneFile("furnace_sphere.gltf"));
     nlohmann::json scene = nlohmann::json::parse(file);
@@ -172,7 +172,7 @@ TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
     const nlohmann::json image = nlohmann::json::parse(reported).at("image");
     EXPECT_EQ(image.at("nonfinite_samples"), 8 * 8 * 3);
     EXPECT_EQ(image.at("mean"), nlohmann::json({0.0, 0.0, 0.0}));
-    // Each sample once, also where lists of pixels do not fill their rows
+    // Each sample is counted once, also where lists of pixels do not fill their rows
     for (const char* form : {"loop", "wavefront"}) {
         const test::ProgramResult adaptive = RunProgram(
             m_folder, std::string("render bright.gltf -o bright.hdr --report bright.json --size 7x5 --spp "

@@ -1,4 +1,4 @@
-// Several cameras in one run. A device is needed.
+// Tests several cameras in one run. It needs a device.
 
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -51,7 +51,7 @@ TEST(ProgramCamera, EachIsRenderedInEachFrame) {
     RunWell(folder, options + "--at 0.04 --camera 0 -o whole.exr");
     EXPECT_EQ(TextOf(folder / "0.01.exr"), TextOf(folder / "whole.exr"));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 5);
-    // All four are there: the same line again has nothing to do
+    // All four pictures exist, so the same command has nothing to do
     const ProgramResult again = RunProgram(folder, line);
     EXPECT_EQ(again.exitCode, 0);
     EXPECT_EQ(again.output,

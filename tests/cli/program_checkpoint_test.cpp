@@ -1,4 +1,4 @@
-// Renders that are saved while they run, ended by signals, and gone on with. A device is needed.
+// Tests renders that are saved while they run, ended by signals, and resumed. It needs a device.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -30,10 +30,10 @@ uint64_t SamplesIn(const std::filesystem::path& path) {
 }
 
 constexpr const char* kSmall = "render @cornell.gltf --size 16x16 ";
-// It would take hours.
+// This render would take hours.
 constexpr const char* kEndless = "render @cornell.gltf --size 16x16 --spp 100000000 --progress plain ";
 
-// `line`, which gets the signal once it shows that it renders.
+// Runs `line`, and sends the signal once it shows that it renders.
 ProgramResult RunUntil(const TemporaryFolder& folder, const std::string& line, int signal) {
     bool isSent = false;
     return RunProgramBeside(folder, line, [&](pid_t process, const std::string& messages) {
@@ -52,7 +52,7 @@ void ExpectRefused(const TemporaryFolder& folder, const std::string& options, in
 }
 
 TEST(ProgramCheckpoint, TheSameLineAfterAKillGivesTheBitsOfOneRun) {
-    // So many samples that there is a checkpoint before the end, however fast the device
+    // Increase the samples until a checkpoint comes before the end, however fast the device is
     for (uint32_t samples = 150;; samples *= 4) {
         ASSERT_LT(samples, 10'000'000u) << "no checkpoint was written";
         const TemporaryFolder folder;
@@ -61,7 +61,7 @@ TEST(ProgramCheckpoint, TheSameLineAfterAKillGivesTheBitsOfOneRun) {
         const ProgramResult killed = RunProgramBeside(folder, line, [&](pid_t process, const std::string&) {
             if (std::filesystem::exists(folder / "a.exr")) kill(process, SIGKILL);
         });
-        if (killed.exitCode == 0) continue;  // it was faster
+        if (killed.exitCode == 0) continue;  // the render ended before the signal
         ASSERT_EQ(killed.exitCode, -1) << killed.messages;
         const uint64_t saved = SamplesIn(folder / "a.exr");
         if (saved == samples) continue;
@@ -96,7 +96,7 @@ TEST(ProgramCheckpoint, WhoIsToldToEndSavesAndSaysTryAgain) {
     }
 }
 
-// And Ctrl-C ends a render with checkpoints as it ends others.
+// Ctrl-C ends a render with checkpoints as it ends any other.
 TEST(ProgramCheckpoint, ASaveOnDemandDoesNotEndTheRender) {
     const TemporaryFolder folder;
     bool isAsked = false, isCopied = false;
@@ -122,7 +122,7 @@ TEST(ProgramCheckpoint, ASaveOnDemandDoesNotEndTheRender) {
     }
 }
 
-// Of `--progress json`: how often files were written.
+// Counts in the output of `--progress json` how often files were written.
 size_t TimesWritten(const std::string& messages) {
     const std::string event = R"({"event":"written")";
     size_t count = 0;
@@ -141,7 +141,7 @@ TEST(ProgramCheckpoint, MinutesAreNoSeconds) {
 
 TEST(ProgramCheckpoint, ATimeLimitIsOfAllThatIsRenderedBetweenCheckpoints) {
     const TemporaryFolder folder;
-    // Compiles, which the time would be over by
+    // Compile first: that would exceed the time
     ASSERT_EQ(RunProgram(folder, "render @cornell.gltf --size 16x16 --spp 1 -o a.exr").exitCode, 0);
     const ProgramResult result = RunProgram(folder,
                                             "render @cornell.gltf --size 16x16 --time 1.5 --checkpoint 0.002 "
@@ -178,7 +178,7 @@ TEST(ProgramCheckpoint, WhatCannotBeSavedNowIsSavedLater) {
     EXPECT_GE(SamplesIn(file), 1u);
 }
 
-// Wherever the program is killed, what can be gone on with is there.
+// Wherever the program is killed, the file that can be resumed exists.
 TEST(ProgramCheckpoint, TheRenderIsWrittenBeforeItsPictures) {
     const TemporaryFolder folder;
     RunWell(folder, "render @cornell.gltf --size 400x400 --spp 1 -o a.exr -o a.png -o a.hdr");
@@ -202,7 +202,7 @@ TEST(ProgramCheckpoint, ACompleteFileIsLeftAsItIs) {
         EXPECT_EQ(std::filesystem::last_write_time(folder / name), old) << name;
     EXPECT_EQ(RunWell(folder, line + " --quiet"), "");
 
-    // Of the same samples is a picture that is of an earlier checkpoint, or that nobody has asked for before
+    // Pictures with fewer samples, of an earlier checkpoint or never asked for before, are written again
     const std::string png = TextOf(folder / "a.png");
     std::ofstream(folder / "a.png") << "of fewer samples";
     std::filesystem::last_write_time(folder / "a.png", old - std::chrono::seconds(1));
@@ -218,7 +218,7 @@ TEST(ProgramCheckpoint, ACompleteFileIsLeftAsItIs) {
 }
 
 TEST(ProgramCheckpoint, WhileItLoadsATerminatedRenderEndsAtOnce) {
-    // Where loading was over before the signal came, the render was saved: once more, then
+    // If loading ended before the signal came, the render was saved, so the test tries again
     for (int attempt = 0; attempt < 10; ++attempt) {
         const TemporaryFolder folder;
         std::ofstream(folder / "a.exr") << "old";
@@ -254,7 +254,7 @@ TEST(ProgramCheckpoint, OfASequenceWhatIsThereIsNotRenderedAgain) {
         EXPECT_EQ(TextOf(folder / name), TextOf(whole / name)) << name;
 }
 
-// As without it: of a sequence, half would be of the old options.
+// Checkpoints do not change this: half of a sequence would otherwise be of the old options.
 TEST(ProgramCheckpoint, ACompleteFileOfAnotherPictureIsNotWhatIsAskedFor) {
     const TemporaryFolder folder;
     const std::string frames = "--size 8x6 --frames 0:0.04:0.04 --checkpoint 60 --resume f.#.exr -o f.#.exr ";
@@ -293,7 +293,7 @@ TEST(ProgramCheckpoint, ARenderToAnErrorEndsAtTheSameSample) {
     RunWell(folder, options + "-o whole.exr");
     const uint64_t wanted = SamplesIn(folder / "whole.exr");
     ASSERT_GT(wanted, 65u);
-    // Once after the first measurement, and wherever the signals come
+    // Stops once after the first measurement, and wherever the signals come
     RunWell(folder, options + "--spp 65 -o a.exr");
     const std::string line = options + "--checkpoint 0.001 --resume a.exr -o a.exr --progress plain";
     for (int i = 0; i < 3; ++i) {

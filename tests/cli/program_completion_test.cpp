@@ -1,4 +1,4 @@
-// The manual page and the completion of shells, read by who they are for.
+// Tests the manual page and the completion of shells with the programs that read them.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -19,7 +19,7 @@ namespace {
 using test::RunProgram;
 using test::TemporaryFolder;
 
-// What a line of sh prints, stderr included, run in the folder.
+// Runs a line of sh in the folder, and returns its output, stderr included.
 std::string Shell(const TemporaryFolder& folder, const std::string& line) {
     const std::string whole = Text("cd '{}' && {{ {}; }} 2>&1", folder.Path().string(), line);
     std::FILE* pipe = popen(whole.c_str(), "r");
@@ -33,14 +33,14 @@ bool Has(const char* program) {
     return !Shell(TemporaryFolder(), Text("command -v {}", program)).empty();
 }
 
-// The output of `raygraph LINE` as a file in the folder.
+// Writes the output of `raygraph LINE` to a file in the folder.
 void Store(const TemporaryFolder& folder, const char* line, const char* file) {
     const test::ProgramResult result = RunProgram(folder, line);
     ASSERT_EQ(result.exitCode, 0) << result.messages;
     std::ofstream(folder / file) << result.output;
 }
 
-// By command, "" for none: all names that its --help lists.
+// Returns all names that the --help of each command lists; "" is the program's own.
 std::map<std::string, std::vector<std::string>> NamesInHelp() {
     std::map<std::string, std::vector<std::string>> names;
     const TemporaryFolder folder;
@@ -113,7 +113,7 @@ TEST(Completion, EveryShellKnowsEveryOptionOfHelp) {
     };
     for (const auto& [command, names] : NamesInHelp()) {
         EXPECT_FALSE(names.empty()) << command;
-        // Of the part of the script that is of this command
+        // Search only the command's part of the script
         const size_t inBash = bash.find("\n        " + (command.empty() ? "''" : command) + ")");
         const size_t inZsh = command.empty() ? 0 : zsh.find("\n            " + command + ") _arguments");
         ASSERT_TRUE(inBash != std::string::npos && inZsh != std::string::npos) << command;
@@ -162,7 +162,7 @@ TEST(ManPage, NamesEveryOptionOfHelp) {
         ASSERT_NE(begin, std::string::npos) << command;
         const std::string section = page.substr(begin, page.find("\n.S", begin + 1) - begin);
         for (const std::string& name : names) {
-            if (command.empty()) continue;  // below
+            if (command.empty()) continue;  // tested below
             const std::string bold = "\\fB" + std::regex_replace(name, std::regex("-"), "\\-") + "\\fR";
             EXPECT_NE(section.find(bold), std::string::npos) << command << " lacks " << bold;
         }
@@ -195,7 +195,7 @@ TEST(Environment, ChoosesTheDeviceWhereNoOptionDoes) {
     EXPECT_EQ(other.exitCode, 3);
     EXPECT_EQ(other.messages.find("RAYGRAPH_DEVICE"), std::string::npos) << other.messages;
 
-    // The device that is taken without any choice, by its name
+    // The name of the device that is used if none is chosen
     const test::EnvironmentVariable none("RAYGRAPH_DEVICE", "");
     const std::string render = "render @small_light.gltf --size 8x8 --spp 1 --quiet -o ";
     ASSERT_EQ(RunProgram(folder, render + "a.exr").exitCode, 0);

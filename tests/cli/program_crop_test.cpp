@@ -1,4 +1,4 @@
-// --crop: a part of a picture has the bits that it has in the whole, in every channel. A device is needed.
+// Tests --crop: a part of a picture has the same bits as in the whole, in every channel. It needs a device.
 #include <algorithm>
 #include <cstring>
 #include <functional>
@@ -21,7 +21,7 @@ namespace {
 using test::ProgramResult;
 using test::RunProgram;
 
-// Odd in its place and its size, and no whole number of any kind of tiles.
+// Position and size are odd, and no multiple of any kind of tile.
 constexpr passes::Region kCrop{7, 5, 13, 9};
 constexpr const char* kCropOption = " --crop 7,5,13,9";
 
@@ -30,12 +30,12 @@ void Render(const test::TemporaryFolder& folder, const std::string& options) {
     EXPECT_EQ(result.exitCode, 0) << result.messages;
 }
 
-// Words of sums, of which a file leaves out those that are 0 in all of its pixels.
+// A channel with words of sums, which a file omits if they are 0 in all of its pixels.
 bool IsOfSums(const image::ExrChannel& channel) {
     return channel.name.find("sum") != std::string::npos || channel.name.find("squares") != std::string::npos;
 }
 
-// Every sum of `part` is, at its place in `whole`, the same.
+// Expects that every sum of `part` equals the one at its place in `whole`.
 void ExpectSumsOf(session::RenderFile&& whole, session::RenderFile&& part, const passes::Region& crop) {
     const std::vector<passes::ExactSums*> inWhole = session::AllOf(whole.sums),
                                           inPart = session::AllOf(part.sums);
@@ -58,7 +58,7 @@ void ExpectSumsOf(session::RenderFile&& whole, session::RenderFile&& part, const
     EXPECT_GT(compared, 0u);
 }
 
-// Every other channel of `part` has, at its place in `whole`, the same bits.
+// Expects that every other channel of `part` has the bits at its place in `whole`.
 void ExpectPartOf(const image::ExrImage& whole, const image::ExrImage& part, const passes::Region& crop) {
     ASSERT_EQ(part.width, crop.width);
     ASSERT_EQ(part.height, crop.height);
@@ -85,7 +85,7 @@ void ExpectPartOf(const image::ExrImage& whole, const image::ExrImage& part, con
     }
 }
 
-// Renders both by the options, and compares them.
+// Renders the whole and the part with the options, and compares them.
 void ExpectPartOfWhole(const std::string& options, const passes::Region& crop = kCrop) {
     SCOPED_TRACE(options);
     const test::TemporaryFolder folder;
@@ -186,7 +186,7 @@ TEST(ProgramCrop, ItIsRecordedResumedAndMerged) {
     }
     EXPECT_EQ(session::ReadRenderFile(folder / "merged.exr").settings.at("crop"), "7,5,13,9");
 
-    // Of the same size, elsewhere
+    // A crop of the same size elsewhere
     Render(folder, scene + "--size 30x21 --crop 8,5,13,9 --spp 5 --sample-offset 3 -o c.exr");
     const ProgramResult merge = RunProgram(folder, "merge a.exr c.exr -o x.exr");
     EXPECT_EQ(merge.exitCode, 4);

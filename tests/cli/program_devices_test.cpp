@@ -1,4 +1,4 @@
-// Renders on several devices: the one of the tests, opened more than once. A device is needed.
+// Tests renders on several devices: the tests' own, opened more than once. It needs a device.
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/cli_test.h"
@@ -14,7 +14,7 @@ using test::RunProgram;
 using test::TemporaryFolder;
 using test::TextOf;
 
-// The first index in the list of `info --devices` that is of a suitable device.
+// Returns the first index in the list of `info --devices` that belongs to a suitable device.
 std::string SuitableIndex() {
     const ProgramResult listed = RunProgram(TemporaryFolder(), "info --json --devices");
     const auto json = nlohmann::json::parse(listed.output);

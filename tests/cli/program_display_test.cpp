@@ -1,4 +1,4 @@
-// --white-point, --transparent, --exr-type and --settings-from, by whole renders. A device is needed.
+// Tests --white-point, --transparent, --exr-type and --settings-from by whole renders. It needs a device.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -29,7 +29,7 @@ image::Image8 Picture(const test::TemporaryFolder& folder, const char* name) {
     return image::DecodeImage8(ReadFile(folder / name), name);
 }
 
-// The most that red, green and blue of a pixel differ.
+// Returns the largest difference between red, green and blue of a pixel.
 int Tint(const image::Image8& picture) {
     int tint = 0;
     for (size_t i = 0; i < picture.rgba.size(); i += 4) {
@@ -39,7 +39,7 @@ int Tint(const image::Image8& picture) {
     return tint;
 }
 
-// A color of luminance 1 that has the chromaticity of a black body: what WhiteBalance makes white.
+// Returns a color of luminance 1 with the chromaticity of a black body, which WhiteBalance turns white.
 glm::dvec3 LightOf(double kelvin) {
     const glm::dmat3 balance(passes::WhiteBalance(passes::WhitePointAt(kelvin)));
     return glm::inverse(balance) * glm::dvec3(1.0);
@@ -86,7 +86,8 @@ TEST(ProgramDisplay, AWhitePointThatHasNoMeaningIsRefused) {
     EXPECT_NE(dark.messages.find("has no light to take the color of"), std::string::npos) << dark.messages;
 }
 
-// An unlit square in the middle of the picture, of one color, half covered by a pixel's edge.
+// Writes an unlit square of one color in the middle of the picture, which covers half of the pixels at its
+// edge.
 void WriteSquare(const test::TemporaryFolder& folder) {
     json scene = json::parse(std::ifstream(test::SceneFile("furnace_sphere.gltf")));
     for (json& material : scene["materials"]) {
@@ -125,7 +126,7 @@ TEST(ProgramDisplay, TransparentPicturesHoldWhatAlphaCovers) {
         soft += alpha < 1.0f;
         for (size_t c = 0; c < 3; ++c) {
             EXPECT_NEAR(picture.rgba[i + c], inside[c], 1) << "the ball's color, however little of it";
-            // Over the background: what the whole picture shows
+            // Composited over the background, the picture equals the whole
             const float sky[] = {0.5f, 0.7f, 1.0f};
             EXPECT_NEAR(render.radiance[i + c] + (1.0f - alpha) * sky[c], whole.radiance[i + c], 1e-5f);
         }
@@ -257,7 +258,7 @@ TEST(ProgramDisplay, TheMapOfTheOtherRenderIsAskedFor) {
     EXPECT_EQ(plain.messages, "");
     EXPECT_EQ(session::ReadRenderFile(folder / "c.exr").settings.at("env-rotation"), "0");
 
-    // A map takes the place of the background of the other render
+    // A map replaces the background of the other render
     Render(folder, ball + "--background 0.2,0.4,0.8 -o flat.exr");
     const ProgramResult mapped = RunProgram(
         folder, "render @furnace_sphere.gltf --settings-from flat.exr --env sky.hdr --spp 1 -o d.exr");

@@ -1,4 +1,4 @@
-// The editor as the program plays it from a script. A device is needed.
+// Tests the editor as the program runs it from a script. It needs a device.
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -39,7 +39,7 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
     const session::RenderFile plain = session::ReadRenderFile(folder / "render.exr");
     EXPECT_EQ(saved.settings, plain.settings);
-    // The camera went through decimal digits: here and there a path goes another way
+    // The camera is written as decimals, so a few paths differ
     size_t unlike = 0;
     for (size_t i = 0; i < plain.radiance.size(); ++i)
         unlike +=
@@ -97,7 +97,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
     EXPECT_NEAR(session::ReadRenderFile(folder / "more.exr").radiance[0], 0.5f, 1e-3f);
 }
 
-// Of texels that differ by more than their own rounding, the share.
+// Returns the fraction of texels that differ by more than their rounding.
 double ShareUnlike(const std::vector<float>& a, const std::vector<float>& b) {
     EXPECT_EQ(a.size(), b.size());
     size_t unlike = 0;
@@ -129,7 +129,7 @@ TEST(ProgramEdit, SavedExrIsResumedByRender) {
                      saved.settings.at("camera"), saved.settings.at("size"), before + 5));
     ASSERT_EQ(whole.exitCode, 0) << whole.messages;
     const session::RenderFile once = session::ReadRenderFile(folder / "whole.exr");
-    // The camera went through decimal digits: here and there a path of the first samples goes another way
+    // The camera is written as decimals, so a few paths of the first samples differ
     EXPECT_LT(ShareUnlike(more.radiance, once.radiance), 0.02);
     EXPECT_GT(ShareUnlike(saved.radiance, once.radiance), 0.2) << "there are samples to add";
     EXPECT_EQ(more.albedo, once.albedo) << "of all samples, not of the pixels' centers";
@@ -151,7 +151,7 @@ TEST(ProgramEdit, SavedExrOfAnEditedSceneIsNotResumed) {
     EXPECT_NE(resumed.messages.find("saved by the editor"), std::string::npos) << resumed.messages;
 }
 
-// The options of a render, played by a script.
+// A script runs with the options of a render.
 TEST(ProgramEdit, OpensWithTheCameraEnvironmentAndViewThatAreAskedFor) {
     const test::TemporaryFolder folder;
     image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 1.0f)};

@@ -1,4 +1,4 @@
-// The environment that a scene brings along, to the program.
+// Tests the program with a scene's own environment.
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "scene": 0, "
  "buffers": [{"byteLength": 36, "uri":
   "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgD8AAAAA"}]})";
 
-// A pixel of PNG, opaque white, as each face.
+// Each face is a PNG of one opaque white pixel.
 TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
     const test::TemporaryFolder folder;
     std::string text = kTriangle;
@@ -50,7 +50,7 @@ TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
     EXPECT_EQ(corner("--background 0,0,0", "nothing emits light"), 0.0f);
     image::WriteHdr(folder / "sky.hdr", {2, 1, std::vector<float>(8, 0.5f)});
     EXPECT_NEAR(corner("--env sky.hdr"), 0.5f, 0.01f);
-    // Recorded, so that it is asked for again
+    // The background is recorded, so that a resumed render has it, too
     EXPECT_EQ(corner("--background 0,0,0", "nothing emits light"), 0.0f);
     const ProgramResult resumed = RunProgram(folder, "render triangle.gltf --resume a.exr --spp 2 --quiet");
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;

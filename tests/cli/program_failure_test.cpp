@@ -1,4 +1,4 @@
-// The program when a Vulkan call fails: one line, the exit status for it, and no file.
+// Tests the program when a Vulkan call fails: one line, the right exit status, and no file.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <link.h>
@@ -12,7 +12,7 @@
 namespace raygraph {
 namespace {
 
-// The file that this process would load.
+// Returns the path of the Vulkan library that this process would load.
 std::string SystemVulkan() {
     void* const library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
     link_map* map = nullptr;
@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Render, ProgramFailure,
                                            "submission:1:oom", "submission:2:lost", "wait:5:lost",
                                            "creation:90:lost"));
 
-// Else the tests above would show nothing.
+// Otherwise the tests above would prove nothing.
 TEST(ProgramFailureLoader, WithoutAFailureItChangesNothing) {
     const test::TemporaryFolder folder;
     const test::ProgramResult result = RunWithFailure(folder, "submission:100000:lost",

@@ -1,4 +1,4 @@
-// Files of each extension with something wrong in them, as a user meets them: one line, and exit code 4.
+// Tests a flawed file of each extension as a user meets it: one line, and exit code 4.
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A triangle with a material, a texture and an image: all parts that extensions are at.
+// Makes a triangle with a material, a texture and an image, to which all extensions apply.
 Json Scene() {
     return Json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0, "extensions": {}}],
@@ -28,9 +28,9 @@ Json Scene() {
 }
 
 struct Row {
-    const char* where;  // what is put into the scene
+    const char* where;  // JSON pointer of the flaw
     const char* value;
-    const char* message;  // after "bad.gltf: "
+    const char* message;  // follows "bad.gltf: "
 };
 
 const Row kRows[] = {
@@ -76,7 +76,7 @@ const Row kRows[] = {
     {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression",
      R"({"bufferView": 0, "attributes": {"POSITION": 0}})",
      "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: its bytes are not those of Draco"},
-    {"/accessors/0/componentType", "5125",  // KHR_mesh_quantization ends at 16 bits
+    {"/accessors/0/componentType", "5125",  // KHR_mesh_quantization has at most 16 bits
      "meshes[0].primitives[0].attributes.POSITION: accessors[0] must be VEC3 of float, byte or short"},
     {"/images/0/uri", R"("data:,RIFF%10%00%00%00WEBPVP8L")", "images[0]: "},
     {"/images/0/uri", R"("data:,DDS %7C%00%00%00")", "images[0]: "},
@@ -101,7 +101,7 @@ TEST(ProgramHostileFiles, EachIsRefusedWithOneLine) {
     }
 }
 
-// All commands that load a scene take the folder that it may read from besides its own.
+// Every command that loads a scene takes --root, a further folder that it may read from.
 TEST(ProgramHostileFiles, RootAllowsFilesBelowAnotherFolder) {
     const test::TemporaryFolder folder;
     std::filesystem::create_directories(folder / "scenes");
@@ -125,7 +125,7 @@ TEST(ProgramHostileFiles, RootAllowsFilesBelowAnotherFolder) {
         const test::ProgramResult read = test::RunProgram(folder, std::string(command) + " --root .");
         EXPECT_EQ(read.exitCode, 0) << command << ": " << read.messages;
     }
-    // The editor stays open and says it.
+    // The editor stays open and reports it.
     std::ofstream(folder / "script") << "wait\n";
     const std::string edit = "edit scenes/a.gltf --headless-script script";
     const test::ProgramResult refused = test::RunProgram(folder, edit);

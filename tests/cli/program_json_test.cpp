@@ -1,4 +1,4 @@
-// What commands print for scripts.
+// Tests the output of commands for scripts.
 #include <algorithm>
 #include <fstream>
 #include <map>
@@ -60,7 +60,7 @@ TEST(ProgramJson, NumbersOfInfoAreThoseOfTheFile) {
     EXPECT_GE(varied.at("variants").size(), 2u);
 }
 
-// Adds what the object and those in it have, by the way to each: "a.b". An empty object is true.
+// Adds the members of the object, nested ones by their path: "a.b". An empty object becomes true.
 void FlattenInto(json& flat, const json& object, const std::string& way) {
     for (const auto& [key, value] : object.items()) {
         const std::string place = way.empty() || key == "extensions" ? key : way + "." + key;
@@ -169,7 +169,7 @@ TEST(ProgramJson, ThePlanOfAFrameIsThatOfTheText) {
         std::istringstream text(RunProgram(test::TemporaryFolder(), line).output);
         const json plan = OutputOf(line + " --json");
         std::vector<std::string> inText, inJson;
-        std::map<size_t, int> versions;  // of resources, which passes have written
+        std::map<size_t, int> versions;  // versions of resources that passes have written
         size_t waitsInText = 0, waitsInJson = plan.at("acquire").at("barriers").size();
         for (std::string word; std::getline(text, word);) {
             waitsInText += word.starts_with("    waits ");

@@ -1,4 +1,4 @@
-// Light groups, as the program renders and stores them. A device is needed.
+// Tests light groups as the program renders and stores them. It needs a device.
 #include <algorithm>
 #include <cmath>
 
@@ -37,7 +37,7 @@ TEST(ProgramLightGroup, GroupsSumToTheBeautyAndLeaveItsBits) {
     const std::string light = "@many_lights.gltf --spp 3 --background 0.02,0.03,0.05";
     const RenderFile render =
         Render(folder, "a.exr", light + " --light-group 'low=light [0-3]' --light-group shards=shards");
-    ASSERT_EQ(render.lightGroups.size(), 4u);  // with rest, the points, and the environment
+    ASSERT_EQ(render.lightGroups.size(), 4u);  // the rest, the points and the environment are groups, too
     for (const Texels& group : render.lightGroups) EXPECT_GT(SumOf(group), 0.0);
     ExpectGroupsSumToTheBeauty(render);
     const RenderFile plain = Render(folder, "b.exr", light);

@@ -58,7 +58,7 @@ TEST(ProgramLight, AModelWithoutLightIsShownInTheStudioAndSaysSo) {
         const session::RenderFile dark = Render(folder, "model.gltf --size 8x8 --spp 1 --light none --quiet");
         EXPECT_EQ(dark.settings.at("light"), "none");
         EXPECT_EQ(dark.radiance[0], 0.0f);
-        // The studio is turned, tinted and hidden as an environment map is
+        // The studio is rotated, tinted and hidden like an environment map
         const session::RenderFile tinted =
             Render(folder, "model.gltf --size 8x8 --spp 1 --env-tint 2,1,0 --env-rotation 0");
         EXPECT_FLOAT_EQ(tinted.radiance[0], 2.0f * render.radiance[0]);
@@ -75,7 +75,7 @@ TEST(ProgramLight, PartsOfAPictureAndOfItsSamplesAreInOneLight) {
     WriteTriangle(folder, "model.gltf", true);
     const std::string line = "model.gltf --size 32x32 --quiet ";
     const session::RenderFile whole = Render(folder, line + "--spp 3", "whole.exr");
-    // The first part shows nothing but the lamp, the second nothing of it
+    // The first part shows nothing but the lamp, the second none of it
     for (const auto& [x, y] : {std::pair(15, 16), std::pair(0, 0)}) {
         const session::RenderFile part =
             Render(folder, line + "--spp 3 --crop " + std::to_string(x) + "," + std::to_string(y) + ",1,1");
@@ -102,7 +102,7 @@ TEST(ProgramLight, PartsOfAPictureAndOfItsSamplesAreInOneLight) {
 TEST(ProgramLight, AllCamerasOfASequenceSeeOneLight) {
     const test::TemporaryFolder folder;
     WriteTriangle(folder, "model.gltf", true);
-    // The first sees nothing but the lamp, the second not even that
+    // The first camera sees nothing but the lamp, the second not even that
     const std::string cameras = " --camera '0 0 1 0 0 0 0 1 0 1' --camera '0 0 1 0 0 2 0 1 0 40'";
     const ProgramResult result =
         RunProgram(folder, "render model.gltf --size 4x4 --spp 1 --quiet -o a.{camera}.exr" + cameras);

@@ -1,4 +1,4 @@
-// Levels, and where messages go: stderr, a file, a listener.
+// Tests levels, and the targets of messages: stderr, a file, a listener.
 #include "editor/cli/program_log.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ TEST(LogLevels, WhatIsNoneIsRefusedWithWhatThereIs) {
         ErrorKind::BadInput, [] { ParseLogLevels("info,sound=debug"); }, "\"sound\"", "scene, device");
 }
 
-// What a log of these arguments writes to stderr's stand-in while `speak` runs.
+// Returns what a log with these arguments writes to stderr's stand-in while `speak` runs.
 template <typename Speak>
 std::string Written(const OutputArguments& arguments, const char* levels, Speak&& speak) {
     std::FILE* file = std::tmpfile();
@@ -149,7 +149,7 @@ TEST(ProgramLog, ValidationMessagesFailTheRunAndAreShownToWhoAsks) {
         log.ForLibraries().Send(LogLevel::Warning, log_category::kValidation, "VUID-2");
         ExpectError(
             ErrorKind::Vulkan, [&] { log.RequireValid(); }, "validation: VUID-1: it is wrong (and 1 more)");
-        log.RequireValid();  // of these it has been said
+        log.RequireValid();  // these were already reported
     };
     EXPECT_EQ(Written({}, nullptr, speak), "");
     EXPECT_EQ(Written({.verbosity = 1}, nullptr, speak),

@@ -1,4 +1,4 @@
-// Messages of every command, as its user sees them. A device is needed.
+// Tests the messages of every command as its user sees them. It needs a device.
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -24,7 +24,7 @@ void ExpectLacks(const std::string& text, const std::string& part) {
     EXPECT_EQ(text.find(part), std::string::npos) << text << "\n  has " << part;
 }
 
-// Where the folder for pipeline caches should be, there is a file: the device warns.
+// The place of the folder for pipeline caches has a file, so that the device warns.
 class ProgramMessages : public ::testing::Test {
   protected:
     ProgramMessages() {
@@ -126,7 +126,7 @@ TEST_F(ProgramMessages, WhatCannotBeIsOneLine) {
     expect("info warned.gltf", 4, "RAYGRAPH_LOG: \"loud\" is no level: debug, info, warning, error, off");
 }
 
-// A log is appended to as soon as it is opened, so it has to be refused before.
+// A log is appended to as soon as it is opened, so it must be refused before.
 TEST_F(ProgramMessages, LogIsNoFileThatTheCommandReadsOrWrites) {
     std::ofstream(folder / "kept") << "as it was";
     const auto expectRefused = [&](const std::string& line, const std::string& part) {

@@ -1,4 +1,4 @@
-// --at and --clips: what is shown, recorded and resumed.
+// Tests --at and --clips: what is shown, recorded and resumed.
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -43,7 +43,7 @@ TEST(ProgramMotion, WhatCannotPlayIsRefusedInALine) {
     }
 }
 
-// The box at rest needs no keys, and the other animation has whole ones.
+// The box at rest needs no keys, and the keys of the other animation are valid.
 TEST(ProgramMotion, BrokenKeysAreAnErrorOfTheAnimationThatPlays) {
     const test::TemporaryFolder folder;
     WriteBox(folder);
@@ -123,7 +123,7 @@ TEST(ProgramMotion, FramesAreThePicturesOfTheirTimes) {
     EXPECT_EQ(more.exitCode, 0) << more.messages;
 }
 
-// Each frame has one sample: none is stopped, and the next is not begun.
+// Each frame has one sample, so the current one completes, and the next is not begun.
 TEST(ProgramMotion, AnInterruptEndsASequenceAfterTheFrameThatIsBegun) {
     const test::TemporaryFolder folder;
     WriteBox(folder);

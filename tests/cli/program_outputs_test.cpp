@@ -1,4 +1,4 @@
-// What the program writes where something cannot be written: files, stdout, stderr. A device is needed.
+// Tests what the program does if an output cannot be written: files, stdout, stderr. It needs a device.
 #include <fcntl.h>
 #include <sched.h>
 #include <sys/mount.h>
@@ -27,10 +27,10 @@ using test::TemporaryFolder;
 using test::TextOf;
 
 constexpr const char* kTiny = "render @cornell.gltf --view albedo --size 8x8 --spp 1 ";
-// It would take minutes.
+// This render would take minutes.
 constexpr const char* kEndless = "render @cornell.gltf --size 16x16 --time 200 ";
 
-// `line`, where a folder gets in the way of a file once its outputs have been checked.
+// Runs `line` while a folder takes the place of a file once its outputs have been checked.
 ProgramResult RunBlocked(const TemporaryFolder& folder, const std::string& line, const char* blocked,
                          const std::function<void(pid_t, const std::string&)>& meanwhile = {}) {
     bool isBlocked = false;
@@ -78,7 +78,7 @@ size_t CountOf(const std::string& text, const std::string& part) {
     return count;
 }
 
-// SIGXCPU says that the processor time is up. It comes as soon as a few checkpoints are there.
+// SIGXCPU means that the processor time is up. It comes after a few checkpoints.
 TEST(ProgramOutputs, CheckpointsAndTheStatusOfASignalAreThoseOfTheRender) {
     const TemporaryFolder folder;
     bool isTold = false;
@@ -130,7 +130,7 @@ TEST(ProgramOutputs, ARenderThatIsSavedToAnyFileIsTriedAgain) {
     EXPECT_GE(session::SampleCount(session::ReadRenderFile(folder / "b.exr").samples), 1u);
 }
 
-// A file of half floats lacks what a render could be gone on with; the picture is all that there is.
+// A file of half floats lacks the sums with which a render is resumed; it is the only picture.
 TEST(ProgramOutputs, AFileThatCannotBeResumedIsNotCalledResumable) {
     const TemporaryFolder folder;
     bool isTold = false;
@@ -145,7 +145,7 @@ TEST(ProgramOutputs, AFileThatCannotBeResumedIsNotCalledResumable) {
     EXPECT_NE(result.messages.find("; what there is was written\n"), std::string::npos) << result.messages;
 }
 
-// Checkpoints would be the end of it for its reader, and end one that has none.
+// The reader of a pipe would take a checkpoint for the end, and stop.
 TEST(ProgramOutputs, APipeGetsOnePictureAtTheEnd) {
     const TemporaryFolder folder;
     const std::filesystem::path pipe = folder / "p.png";
@@ -183,7 +183,7 @@ TEST(ProgramOutputs, TheReportIsWrittenBeforeAPipe) {
     EXPECT_TRUE(TextOf(folder / "r.json").ends_with("}\n"));
 }
 
-// It keeps nothing of what an earlier run has written to it, and an empty file is none.
+// A pipe does not store what an earlier run has written to it, and an empty file has no picture.
 TEST(ProgramOutputs, ACompleteRenderIsWrittenToPipesAndEmptyFiles) {
     const TemporaryFolder folder;
     const std::string line =
@@ -205,8 +205,8 @@ TEST(ProgramOutputs, ACompleteRenderIsWrittenToPipesAndEmptyFiles) {
     EXPECT_NE(again.output.find("x.exr is complete: 1 sample a pixel"), std::string::npos) << again.output;
 }
 
-// It is mounted by itself, as into a container, and its disk fills up: what is saved stays, and the status
-// says so.
+// The file is mounted by itself, as into a container, and its disk fills up: what is saved stays, and the
+// status says so.
 TEST(ProgramOutputs, AFileInPlaceOnAFullDiskKeepsItsCheckpoint) {
     const TemporaryFolder folder;
     std::filesystem::create_directory(folder / "disk");
@@ -246,7 +246,7 @@ TEST(ProgramOutputs, AFileInPlaceOnAFullDiskKeepsItsCheckpoint) {
     EXPECT_GE(session::SampleCount(session::ReadRenderFile(folder / "kept.exr").samples), 1u);
 }
 
-// As the background of a script and `trap '' TERM` start it.
+// A script starts background commands in this way, and so does `trap '' TERM`.
 TEST(ProgramOutputs, ASignalThatIsIgnoredDoesNotEndIt) {
     const TemporaryFolder folder;
     bool isTold = false;
@@ -277,8 +277,8 @@ TEST(ProgramOutputs, AReaderOfItsProgressThatLeavesDoesNotEndIt) {
     EXPECT_TRUE(std::filesystem::exists(folder / "a.png"));
 }
 
-// Of the two files the report is the small one. The command uses no device, because the limit would be that
-// of a CPU driver, too.
+// The report is the smaller of the two files. The command uses no device, since the limit would apply to
+// files of a CPU driver, too.
 TEST(ProgramOutputs, AFileBeyondTheLimitIsOneThatCannotBeWritten) {
     const TemporaryFolder folder;
     ASSERT_EQ(
@@ -312,7 +312,7 @@ TEST(ProgramOutputs, StdoutThatCannotBeWrittenIsAFailure) {
     EXPECT_EQ(quiet.exitCode, 0) << "which has nothing to say: " << quiet.messages;
 }
 
-// Else the picture would be opened in its place, and get the text.
+// Otherwise the picture would be opened as file descriptor 1, and get the text.
 TEST(ProgramOutputs, StdoutThatIsClosedIsAFailureAndNoOtherFile) {
     const TemporaryFolder folder;
     ASSERT_EQ(RunProgram(folder, std::string(kTiny) + "-o good.png").exitCode, 0);

@@ -1,4 +1,4 @@
-// --points and --lines: what is shown, counted, recorded and refused.
+// Tests --points and --lines: what is shown, counted, recorded and refused.
 #include <fstream>
 #include <nlohmann/json.hpp>
 

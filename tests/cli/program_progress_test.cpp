@@ -1,4 +1,4 @@
-// --progress as a script or a log file gets it. A device is needed.
+// Tests --progress as a script or a log file gets it. It needs a device.
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>

@@ -1,4 +1,4 @@
-// Whole renders by the built program. A device is needed.
+// Tests whole renders by the built program. It needs a device.
 #include <signal.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using test::ProgramResult;
 using test::RunProgram;
 using test::SceneFile;
 
-// A small render of the Cornell box that must succeed.
+// Renders a small picture of the Cornell box, which must succeed.
 ProgramResult RenderCornell(const test::TemporaryFolder& folder, const std::string& options) {
     const ProgramResult result = RunProgram(folder, "render @cornell.gltf --size 32x32 " + options);
     EXPECT_EQ(result.exitCode, 0) << result.messages;
@@ -35,7 +35,7 @@ nlohmann::json JsonOf(const std::filesystem::path& path) {
     return nlohmann::json::parse(file);
 }
 
-// Equal bits, NaN included.
+// Expects equal bits, also of NaN.
 void ExpectSameChannels(const image::ExrImage& a, const image::ExrImage& b) {
     ASSERT_EQ(a.channels.size(), b.channels.size());
     for (size_t i = 0; i < a.channels.size(); ++i) {
@@ -69,7 +69,7 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     for (const session::Texels& part : render.parts) EXPECT_EQ(part.size(), render.radiance.size());
     const double sum = std::accumulate(render.radiance.begin(), render.radiance.end(), 0.0);
     EXPECT_GT(sum, 0.0);
-    // The box fills the picture's middle: something is hit there, in front of the camera
+    // The box fills the picture's middle: the depth there is finite and positive
     const size_t middle = 16 * 32 + 16;
     EXPECT_GT(render.depth[middle], 0.0f);
     EXPECT_LT(render.instance[middle], 100u);
@@ -92,7 +92,7 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     EXPECT_EQ(report.at("image").at("nonfinite_samples"), 0);
     const auto& passes = report.at("passes");
     const auto trace = std::find_if(passes.begin(), passes.end(), [](const auto& pass) {
-        const std::string name = pass.at("name");  // by the form
+        const std::string name = pass.at("name");  // depends on the form
         return name == "Trace" || name == "WaveFirst";
     });
     ASSERT_NE(trace, passes.end()) << passes.dump();
@@ -132,7 +132,7 @@ TEST(ProgramRender, ResumeRefusesAnotherScene) {
     EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").samples, (session::SampleRanges{{0, 2}}));
 }
 
-// With lens, biases, parts and groups of lights: every channel that there is.
+// With a lens, biases, parts and groups of lights, the files have every kind of channel.
 TEST(ProgramRender, MergedPartsAndResumedOnesHaveTheBitsOfOneRun) {
     const test::TemporaryFolder folder;
     const std::string options = "--aov all --light-group lamp=la* --aperture 0.01 --max-depth 2";
@@ -216,7 +216,7 @@ TEST(ProgramRender, TimeLimitEndsTheRender) {
     EXPECT_GE(std::max(first, all), 500.0);
 }
 
-// A render that would take hours, met with `signal` once it shows its progress.
+// Runs a render that would take hours, and sends `signal` once it shows its progress.
 ProgramResult RenderUntil(const test::TemporaryFolder& folder, int signal, const std::string& options) {
     bool isSent = false;
     return test::RunProgramOnTerminal(folder, "render @cornell.gltf --size 64x64 --spp 100000000 " + options,
@@ -287,7 +287,7 @@ TEST(ProgramRender, ACameraThatDoesNotExistIsTwo) {
     EXPECT_NE(result.messages.find("no such camera"), std::string::npos) << result.messages;
 }
 
-// A white triangle and nothing else.
+// One white triangle and nothing else.
 constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
  "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",

@@ -21,31 +21,31 @@ namespace raygraph::test {
 
 namespace {
 
-// In the child: the program takes signals as if a shell with a terminal had started it, also where the tests run in
-// the background of a script, which ignores some.
+// Called in the child: the program takes signals as if a shell with a terminal had started it, even if the
+// tests run in the background of a script, which ignores some.
 void TakeSignals() {
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU, SIGXFSZ, SIGUSR1, SIGUSR2})
         std::signal(number, SIG_DFL);
 }
 
-// In the child: becomes the program. Nothing may be allocated after fork(), so `words` come as pointers.
+// Called in the child: becomes the program. Nothing may be allocated after fork(), so `words` are pointers.
 [[noreturn]] void Become(const TemporaryFolder& folder, const std::vector<char*>& words) {
     if (chdir(folder.Path().c_str()) == 0) execv(words[0], words.data());
     _exit(127);
 }
 
-// In a sanitized build, programs do not look for leaks when they end: those of the driver and the layers,
-// which are unloaded by then, could not be told from ours. This process has read its own options long ago.
+// Turns the leak check of sanitized programs off: leaks of the driver and the layers, which are unloaded when
+// a program ends, look like ours. This process has read its own options long ago.
 void LeaveLeaksOut() {
     const char* options = std::getenv("ASAN_OPTIONS");
     setenv("ASAN_OPTIONS", (std::string(options ? options : "") + ":detect_leaks=0").c_str(), 1);
 }
 
-// Programs do not get the RAYGRAPH_LOG of whoever runs the tests, nor another device than the tests. Done before the first test, which may set
-// it.
+// Programs get neither the RAYGRAPH_LOG of the tests' user nor another device than the tests. This runs
+// before the first test, which may set them.
 [[maybe_unused]] const int isWithoutLevels = unsetenv("RAYGRAPH_LOG") + unsetenv("RAYGRAPH_DEVICE");
 
-// With the program's own path before them.
+// Puts the program's own path before the words.
 std::vector<std::string> ProgramWords(std::string_view line) {
     static std::once_flag isSet;
     std::call_once(isSet, LeaveLeaksOut);

@@ -18,30 +18,30 @@ struct ProgramResult {
     std::string messages;  // stderr
 };
 
-// `raygraph` with the words of `line` (cli_test.h), run in `folder`, which the files that it names are
-// relative to; @cornell.gltf is a scene of the source tree. Its stdout and stderr are files: no terminal.
+// Runs `raygraph` with the words of `line` (cli_test.h) in `folder`, to which the files in it are relative;
+// @cornell.gltf is a scene of the source tree. Its stdout and stderr are files, not a terminal.
 ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line);
 
-// The same, while `meanwhile` is called again and again, at least once before the program's end is known,
-// with what stderr has so far. It may send signals to the process. `prepare` is called in the process before
-// it becomes the program, and may change only signals, limits and streams.
+// Also calls `meanwhile` with the text of stderr so far, again and again, at least once before the program's
+// end is known. It may send signals to the process. `prepare` is called in the process before it becomes the
+// program, and may change only signals, limits and streams.
 ProgramResult RunProgramBeside(
     const TemporaryFolder& folder, std::string_view line,
     const std::function<void(pid_t process, const std::string& messages)>& meanwhile,
     const std::function<void()>& prepare = {});
 
-// The same on a terminal of its own, so that progress is shown. `onText` is called with all that the terminal
-// has shown so far and may send signals to the process. `messages` stays empty: a terminal does not tell the
-// two apart.
+// Runs the program on a terminal of its own, so that progress is shown. `onText` is called with all that the
+// terminal has shown so far, and may send signals to the process. `messages` stays empty: a terminal does not
+// tell stdout from stderr.
 ProgramResult RunProgramOnTerminal(
     const TemporaryFolder& folder, std::string_view line,
     const std::function<void(pid_t process, const std::string& shown)>& onText);
 
-// A scene of the source tree: "cornell.gltf".
+// Returns the path of a scene of the source tree: "cornell.gltf".
 std::string SceneFile(const char* name);
 
 }  // namespace raygraph::test
 
-// After a run of `edit`: skips the test where the program was built without the editor.
+// Skips a test after a run of `edit` if the program was built without the editor.
 #define RAYGRAPH_SKIP_WITHOUT_EDITOR(result) \
     if ((result).messages.find("no editor") != std::string::npos) GTEST_SKIP() << (result).messages

@@ -1,4 +1,4 @@
-// Shards that the program renders: parts of one picture, parts of a sequence.
+// Tests shards that the program renders: parts of one picture, parts of a sequence.
 #include "base/text.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -59,7 +59,7 @@ TEST(ProgramShard, AutoIsTheTaskOfTheJobArray) {
     EXPECT_EQ(Read(folder, "part.01.exr").samples, (session::SampleRanges{{2, 3}}));
 }
 
-// So that the job array as a whole succeeds, and the job that merges begins.
+// The job array as a whole must succeed, so that the job that merges begins.
 TEST(ProgramShard, MoreShardsThanSamplesWriteNothingAndSucceed) {
     const TemporaryFolder folder;
     std::string said;
@@ -82,7 +82,7 @@ TEST(ProgramShard, AResumedShardGoesOnToItsOwnTotal) {
     EXPECT_EQ(Read(folder, "part.1.exr").samples, (session::SampleRanges{{5, 5}}));
     RunWell(folder, std::string(kCornell) + "--spp 10 --shard 1/2 -o whole.exr");
     ExpectSameBits(Read(folder, "part.1.exr"), Read(folder, "whole.exr"));
-    // Of the samples 0 to 4, the file has none
+    // The file has none of the samples 0 to 4
     const ProgramResult other =
         RunProgram(folder, "render @cornell.gltf --spp 10 --shard 0/2 --resume part.1.exr -o x.exr");
     EXPECT_EQ(other.exitCode, 2);
@@ -105,7 +105,7 @@ TEST(ProgramShard, FramesOfAllShardsAreTheSequence) {
     EXPECT_EQ(Read(folder, "f.00.exr").samples, (session::SampleRanges{{0, 1}})) << "every picture is whole";
 }
 
-// The same command again, as a job that is requeued gives it.
+// A job that is requeued repeats its command.
 TEST(ProgramShard, WithCheckpointsAShardGoesOnOrIsDone) {
     const TemporaryFolder folder;
     const std::string part =

@@ -1,4 +1,4 @@
-// Messages and exit statuses of requests that the program refuses. No device is needed.
+// Tests messages and exit statuses of requests that the program refuses. It needs no device.
 #include <fstream>
 
 #include "tests/cli/cli_test.h"
@@ -11,7 +11,8 @@ namespace {
 using test::ProgramResult;
 using test::RunProgram;
 
-// One line on stderr that begins with the program's name and holds these texts, nothing on stdout.
+// Expects one line on stderr that begins with the program's name and contains these texts, and nothing on
+// stdout.
 template <typename... Texts>
 void ExpectFailure(const test::TemporaryFolder& folder, const char* line, int exitCode,
                    const Texts&... texts) {
@@ -64,7 +65,7 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view albedo --background 1,1,1", 2, "albedo",
                   "--background");
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view albedo --env sky.hdr", 2, "albedo", "--env");
-    // These have an effect: what is missing is the scene
+    // These options have an effect here, so only the scene is missing
     for (const char* line : {"render none.gltf --view raster --brdf lambert --multiscatter off",
                              "render none.gltf --view raster --background 1,1,1 --shadows maps",
                              "render none.gltf --view ray-cost --nee off --max-depth 2 --background 1,1,1",
@@ -92,7 +93,7 @@ TEST(Program, BadInputIsFour) {
 
 TEST(Program, AnOutputThatCannotBeWrittenIsOneBeforeAnythingIsRead) {
     const test::TemporaryFolder folder;
-    // The scene does not exist either: the output is looked at first
+    // The scene does not exist either: the output is checked first
     ExpectFailure(folder, "render none.gltf -o missing/a.png", 1, "missing");
     ExpectFailure(folder, "render none.gltf -o a.png --report missing/r.json", 1, "missing");
     ExpectFailure(folder, "merge a.exr b.exr -o missing/c.exr", 1, "missing");
@@ -118,7 +119,7 @@ TEST(Program, MergeNeedsNoDevice) {
     EXPECT_FALSE(std::filesystem::exists(folder / "n.exr"));
 }
 
-// Without --aov the channels are those of the file.
+// Without --aov, the channels are those of the file.
 TEST(Program, ChannelsOfAResumedRenderNeedAnExr) {
     const test::TemporaryFolder folder;
     session::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));

@@ -1,4 +1,4 @@
-// --variant: what is shown, recorded and resumed.
+// Tests --variant: what is shown, recorded and resumed.
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -15,7 +15,7 @@ using nlohmann::json;
 using test::ProgramResult;
 using test::RunProgram;
 
-// The Cornell box, in which variants paint everything but the lamp: "paint" with the material given.
+// Writes the Cornell box with variants that paint everything but the lamp: "paint" uses the material `paint`.
 void WriteBox(const test::TemporaryFolder& folder, uint32_t paint) {
     json scene = json::parse(std::ifstream(test::SceneFile("cornell.gltf")));
     scene["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "paint"}}, {{"name", "other"}}};
@@ -84,7 +84,7 @@ TEST(ProgramVariant, IsRenderedAndResumedAsItself) {
         RunProgram(folder, "render box.gltf --resume paint.exr --variant other --spp 4 -o more.exr");
     EXPECT_NE(other.exitCode, 0);
     EXPECT_NE(other.messages.find("--variant"), std::string::npos) << other.messages;
-    // Of that name, but with another material
+    // The variant keeps its name, but has another material
     WriteBox(folder, 1);
     const ProgramResult changed =
         RunProgram(folder, "render box.gltf --resume paint.exr --spp 4 -o more.exr");

@@ -37,7 +37,7 @@ TEST(Progress, WritesNothingToAFile) {
     std::fclose(file);
 }
 
-// A terminal of 40 columns that remembers what was written to it.
+// Simulates a terminal of 40 columns that records what was written to it.
 class Terminal {
   public:
     Terminal() {
@@ -53,8 +53,8 @@ class Terminal {
     Terminal& operator=(const Terminal&) = delete;
 
     std::FILE* Stream() const { return m_stream; }
-    // What was written since the last call, as the eye sees it: lines, each with what overwrote it. What has
-    // been written comes through in pieces, some of them later: a mark behind it tells that all is here.
+    // Returns what was written since the last call as lines, each with what overwrote it. Text arrives in
+    // pieces with a delay, so a mark after it tells that everything is here.
     std::string Shown() {
         constexpr char kMark = '\x1f';
         std::fputc(kMark, m_stream);
@@ -126,7 +126,7 @@ TEST(Progress, IsRedrawnFiveTimesASecondAtMost) {
     Progress progress(terminal.Stream(), false);
     const auto since = [](const auto& start) { return std::chrono::steady_clock::now() - start; };
     bool wasInTime = false;
-    while (!wasInTime) {  // on a busy machine the second may come too late to be told from a later one
+    while (!wasInTime) {  // on a busy machine, the second state may come too late
         progress.Clear();
         const auto start = std::chrono::steady_clock::now();
         progress.ShowLoading("meshes", 0.1f);
@@ -151,7 +151,7 @@ TEST(Progress, QuietMeansOffOnATerminalToo) {
     EXPECT_EQ(terminal.Shown(), "above\n");
 }
 
-// What `show` makes a Progress of this style write to a file.
+// Returns what `show` makes a Progress of this style write to a file.
 template <typename Show>
 std::string WrittenBy(ProgressStyle style, Show&& show) {
     std::FILE* file = std::tmpfile();
@@ -167,7 +167,7 @@ std::string WrittenBy(ProgressStyle style, Show&& show) {
     return text;
 }
 
-// Two runs of 40 samples, in less time than there is between two lines.
+// Shows two runs of 40 samples in less time than the interval between two lines.
 void ShowTwoRuns(Progress& progress) {
     progress.ShowLoading("file", 0.0f);
     for (const char* picture : {"  frame 1 of 2", "  frame 2 of 2"}) {

@@ -68,7 +68,7 @@ TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     EXPECT_EQ(read.driver, written.driver);
 }
 
-// Of a render whose pixels have different numbers of samples, and would get more.
+// Makes a render whose pixels have different numbers of samples, and would get more.
 RenderFile MakeAdaptiveRender() {
     RenderFile render = MakeRender(0, 64);
     PictureSettings settings = SettingsFrom(render.settings);
@@ -102,7 +102,7 @@ TEST(RenderFile, AdaptiveRenderHasItsCountsAndWhatComesNext) {
     EXPECT_NE(file.FloatChannel("samples.variance32"), nullptr);
     EXPECT_NE(file.FloatChannel("samples.mean64"), nullptr);
     EXPECT_EQ(std::get<std::string>(file.attributes.at("raygraph.adaptiveStage")), "128 128");
-    // Without sums it does not go on
+    // Without sums it cannot be resumed
     WriteRenderFile(folder / "half.exr", written, {}, ExrType::Half);
     const RenderFile half = ReadRenderFile(folder / "half.exr");
     EXPECT_EQ(half.adaptive->counts, written.adaptive->counts);
@@ -214,7 +214,7 @@ TEST(RenderFile, RemovedLightNeedsItsVarianceAndCount) {
     ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "removed_clamp_indirect", "variance");
 }
 
-// A resumed render ends where this one would have.
+// A resumed render ends at the sample at which this one would have.
 TEST(RenderFile, MeasuredErrorReadsBackToTheLastBit) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.exr";
@@ -251,7 +251,7 @@ TEST(RenderFile, SettingThatIsNotKnownIsOfANewerVersion) {
         "setting caustics is of a newer version");
 }
 
-// Whoever has made the render: no file is written that cannot be read.
+// A render from any source is checked: no file is written that cannot be read.
 TEST(RenderFile, WhatCouldNotBeReadIsNotWritten) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.exr";
@@ -278,7 +278,7 @@ TEST(RenderFile, WhatCouldNotBeReadIsNotWritten) {
     expectRefused([](RenderFile& r) { r.removed[1] = r.normal; }, "removed_clamp_indirect");
 }
 
-// Of all sums that there may be, also those of what a bias removed and of groups of lights.
+// Makes a render with all kinds of sums, also those of removed light and of light groups.
 RenderFile MakeRenderOfAllSums() {
     RenderFile render = MakeRender(3, 24);
     PictureSettings settings = SettingsFrom(render.settings);
@@ -361,7 +361,7 @@ TEST(RenderFile, SumsOfChangedChannelsAreRefused) {
         expectRefused([&](image::ExrImage& file) { file.channels.erase(at(file, name)); });
     expectRefused([&](image::ExrImage& file) { std::swap(at(file, "R")->name, at(file, "B")->name); });
     expectRefused([](image::ExrImage& file) { file.attributes.erase("raygraph.sumsDigest"); });
-    // Without any it is a picture that cannot be gone on with
+    // Without sums it is a picture that cannot be resumed
     WriteRenderFile(path, MakeRender(0, 24));
     image::ExrImage file = image::ReadExr(path);
     std::erase_if(file.channels, [](const image::ExrChannel& channel) {

@@ -1,4 +1,4 @@
-// What the first process of a render tells the others.
+// Tests what the first process of a render sends to the others.
 #include "editor/cli/render_job.h"
 
 #include "tests/cli/cli_test.h"
@@ -11,7 +11,7 @@ TEST(RenderJob, TextSaysAllOfIt) {
     job.settings.size = {20, 14};
     job.settings.paths.seed = 5;
     job.settings.camera = "a \"front\" camera";
-    job.settings.lightGroups = {{"lamps", {"l\xE4mp*"}}};  // no UTF-8: a pattern may be of any bytes
+    job.settings.lightGroups = {{"lamps", {"l\xE4mp*"}}};  // not UTF-8: a pattern may have any bytes
     job.aovs = {Aov::Albedo, Aov::Depth};
     job.firstSample = 7;
     job.samplesWanted = 100;

@@ -1,4 +1,4 @@
-// The sums of a render, as one process sends them to another.
+// Tests the sums of a render as one process sends them to another.
 #include "editor/session/render_sums.h"
 
 #include <algorithm>

@@ -51,7 +51,7 @@ TEST(Resume, AnOptionThatSaysOtherwiseIsNamed) {
         "albedo,normal,depth,instance,material");
 }
 
-// What the render was decided to be, it stays.
+// A choice that the render has made stays.
 TEST(Resume, AnOptionThatLeavesAChoiceOpenTakesThatOfTheFile) {
     ResumedRender resumed = Resumed(0, 8);
     resumed.render.settings["light"] = "studio";
@@ -114,7 +114,7 @@ TEST(Resume, ACompleteRenderHasTheSamplesOrTheError) {
     EXPECT_FALSE(IsComplete(render, {.samples = 101}));
     EXPECT_FALSE(IsComplete(render, {.seconds = 1.0})) << "each run takes its time";
     EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9})) << "nothing was measured";
-    // 0.1 at 64 samples is 0.08 at 100
+    // An error of 0.1 at 64 samples is 0.08 at 100
     render.measuredError = {64, 0.1};
     EXPECT_TRUE(IsComplete(render, {.relativeError = 0.08}));
     EXPECT_FALSE(IsComplete(render, {.relativeError = 0.0799}));

@@ -1,4 +1,4 @@
-// How commands end: exit status and last lines, and which files they name.
+// Tests how commands end: exit status and last lines, and the files that they name.
 #include "editor/cli/run_command.h"
 
 #include <fcntl.h>
@@ -18,7 +18,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// Something like a device: the layers have something to say about it when it is destroyed.
+// Stands for a device for which the layers report something when it is destroyed.
 class InvalidAtItsEnd {
   public:
     explicit InvalidAtItsEnd(Log log) : m_log(std::move(log)) {}
@@ -85,7 +85,7 @@ TEST(RunCommand, ValidationMessagesAreSaidOnce) {
     EXPECT_EQ(ended.messages, "raygraph: validation: VUID-9: a leak\n");
 }
 
-// While it lives, stdout is this file.
+// Redirects stdout to a file while it lives.
 class StdoutTo {
   public:
     explicit StdoutTo(const char* file) : m_before(dup(STDOUT_FILENO)) {
@@ -118,7 +118,7 @@ TEST(RunCommand, StdoutThatCannotBeWrittenFailsItUnlessTheWorkIsSaved) {
     const Ended atTheEnd = print(10, ExitCode::Done);
     EXPECT_EQ(atTheEnd.code, ExitCode::Failure);
     EXPECT_EQ(atTheEnd.messages, "raygraph: stdout cannot be written: No space left on device\n");
-    // The buffer is full, and emptied in vain, long before the end
+    // The buffer is full long before the end, and flushing it fails
     const Ended before = print(1 << 20, ExitCode::Done);
     EXPECT_EQ(before.code, ExitCode::Failure);
     EXPECT_TRUE(before.messages.starts_with("raygraph: stdout cannot be written")) << before.messages;
@@ -153,7 +153,7 @@ TEST(CommandFiles, InputsAreNotWrittenButUpdatedOnesMayBe) {
     bench.compare = old;
     bench.json = folder.Path() / "new.json";
     CheckWritable(FilesOf(bench), {});
-    // The stored run has other scenes, too, and would be gone when this one is slower
+    // The stored run has other scenes, too, which would be lost if this one were slower
     bench.json = old;
     const auto expectRefused = [&] {
         test::ExpectError(
@@ -184,7 +184,7 @@ TEST(CommandFiles, ResumedRenderIsReplacedByARenderAlone) {
             ErrorKind::Usage, [&] { CheckWritable(FilesOf(render), {}); }, render.resume.string(),
             "to be read and to be written");
     };
-    render.resume = named;  // whatever its name
+    render.resume = named;  // the kind of the resumed file does not matter
     expectRefused();
     render = {};
     render.resume = render.report = old;

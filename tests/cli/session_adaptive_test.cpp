@@ -1,4 +1,5 @@
-// Adaptive renders: what their pixels are the mean of, and that nothing else changes it. Needs a device.
+// Tests adaptive renders: which samples a pixel is the mean of, and that nothing else changes it. It needs a
+// device.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -28,7 +29,7 @@ class SessionAdaptiveTest : public testing::VulkanTest {
         desc.tracing.form = passes::IntegratorForm::Loop;
         return desc;
     }
-    // Everything that is accumulated.
+    // Returns a description with everything that can be accumulated.
     static SessionDesc DescOfAll(const SettingTexts& texts = {}) {
         SessionDesc desc = Desc(texts);
         desc.settings.lightGroups = {{"all", {"*"}}};
@@ -63,13 +64,13 @@ class SessionAdaptiveTest : public testing::VulkanTest {
             ErrorKind::Usage, [&] { const Session session(Device(), Scene("cornell.gltf"), desc); },
             "adaptive: ", part);
     }
-    // With many samples, where bits are compared that a rounding may change on other devices.
+    // Returns whether bits can be compared after many samples; on other devices, rounding may change them.
     static bool RoundsAlike() { return Device().Info().type == rhi::DeviceType::Cpu; }
 };
 
 }  // namespace
 
-// So the samples of a pixel are those that any render takes, and only their number is chosen.
+// The samples of a pixel are thus those of any render, and only their number is chosen.
 TEST_F(SessionAdaptiveTest, PixelIsTheMeanOfItsFirstSamples) {
     const RenderFile adaptive = Render(DescOfAll(), 64);
     ASSERT_TRUE(adaptive.adaptive);
@@ -101,7 +102,7 @@ TEST_F(SessionAdaptiveTest, PixelIsTheMeanOfItsFirstSamples) {
             differing += isAll ? 0 : 1;
         }
         if (count == std::ranges::min(counts)) {
-            // Surfaces are of as many samples as all have
+            // Surfaces are accumulated over as many samples as every pixel has
             EXPECT_TRUE(adaptive.albedo == render.albedo);
             EXPECT_TRUE(adaptive.normal == render.normal);
         }
@@ -110,7 +111,7 @@ TEST_F(SessionAdaptiveTest, PixelIsTheMeanOfItsFirstSamples) {
     EXPECT_LE(differing, RoundsAlike() ? 0 : counts.size() / 20);
 }
 
-// The notes that later stages decide by are of exactly so many samples, though pixels have more by then.
+// Later stages decide by values noted at exactly the base's samples, though pixels have more by then.
 TEST_F(SessionAdaptiveTest, NotedVarianceIsThatOfTheBase) {
     const RenderFile adaptive = Render(Desc(), 64);
     ASSERT_TRUE(adaptive.adaptive && !adaptive.adaptive->noted.empty());
@@ -172,7 +173,7 @@ TEST_F(SessionAdaptiveTest, ResumedRenderHasTheBitsOfOneThatWasNot) {
     EXPECT_GT(whole.removedSamples, 0u);
     const test::TemporaryFolder folder;
     const std::filesystem::path file = folder / "part.exr";
-    // Before the first stage, within it, and in the next one
+    // Stops before the first stage, within it, and in the next one
     uint32_t before = 0;
     for (const uint32_t average : {10u, 16u, 50u, 66u, 128u, 131u, 150u}) {
         std::optional<ResumedRender> resumed;
@@ -190,7 +191,7 @@ TEST_F(SessionAdaptiveTest, ResumedRenderHasTheBitsOfOneThatWasNot) {
     EXPECT_TRUE(*parts.adaptive == *whole.adaptive);
     EXPECT_TRUE(parts.radiance == whole.radiance);
     EXPECT_TRUE(parts.sums.radiance == whole.sums.radiance);
-    // The file has no alpha of the other means
+    // The file has no alpha for the other means
     for (const Aov aov : kAovs) {
         const Texels *ofParts = MeanOf(parts, aov), *ofWhole = MeanOf(whole, aov);
         for (size_t i = 0; ofParts != nullptr && i < ofParts->size(); ++i)
@@ -198,12 +199,12 @@ TEST_F(SessionAdaptiveTest, ResumedRenderHasTheBitsOfOneThatWasNot) {
                 ASSERT_EQ((*ofParts)[i], (*ofWhole)[i]) << Name(aov) << " " << i;
             }
     }
-    // Where a process of its own goes on
+    // Continues as in a process of its own
     const ResumedRender resumed = ReadResumedRender(file);
     EXPECT_TRUE(Resuming(resumed).settings.isAdaptive);
 }
 
-// Their passes are those of single samples, and lag behind where a frame has many.
+// The surfaces' passes trace single samples, and lag behind frames with many.
 TEST_F(SessionAdaptiveTest, SurfacesDoNotMakeFramesSmaller) {
     const auto framesWith = [](bool hasSurfaces) {
         SessionDesc desc = Desc({{"brdf", "lambert"}});
@@ -221,7 +222,7 @@ TEST_F(SessionAdaptiveTest, SurfacesDoNotMakeFramesSmaller) {
     EXPECT_LE(with, without);
 }
 
-// A picture that comes after another one has nothing of it.
+// A picture that follows another one has nothing of it.
 TEST_F(SessionAdaptiveTest, PicturesOfASessionAreThoseOfSessionsOfTheirOwn) {
     Session session(Device(), Scene("cornell.gltf"), Desc());
     session.Run({.samples = 200});
@@ -231,7 +232,8 @@ TEST_F(SessionAdaptiveTest, PicturesOfASessionAreThoseOfSessionsOfTheirOwn) {
     ExpectSame(session.Result().render, first);
 }
 
-// That of the picture as a whole, and that of its pixels relative to their own brightness.
+// This holds for the error of the picture as a whole, and for its pixels' errors relative to their
+// brightness.
 TEST_F(SessionAdaptiveTest, ErrorIsBelowThatOfAsManySamplesEverywhere) {
     struct Errors {
         double ofPicture = 0.0, ofPixels = 0.0;
@@ -268,7 +270,7 @@ TEST_F(SessionAdaptiveTest, RunEndsWithTheErrorThatIsWanted) {
     EXPECT_TRUE(session.Result().render.measuredError);
 }
 
-// Between any two of its steps, where what it has is a function of its average.
+// This holds between any two steps, where the state is a function of the average.
 TEST_F(SessionAdaptiveTest, ARunThatIsStoppedIsARunToItsAverage) {
     Session stopped(Device(), Scene("cornell.gltf"), Desc());
     uint32_t asked = 0;

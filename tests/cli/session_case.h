@@ -1,4 +1,4 @@
-// A scene with settings, as tests of sessions render it by different means. A device is needed.
+// SessionCase is a scene with settings that tests of sessions render in different ways. It needs a device.
 #pragma once
 
 #include <ostream>
@@ -23,7 +23,7 @@ inline void PrintTo(const SessionCase& of, std::ostream* out) {
 
 class SessionCaseTest : public testing::VulkanTest, public ::testing::WithParamInterface<SessionCase> {
   protected:
-    // `more`: settings that take the place of the case's.
+    // Settings in `more` replace those of the case.
     static RenderFile RenderCase(const SessionCase& of, const SettingTexts& more, uint32_t samples,
                                  uint32_t samplesAtOnce = 0, const TracingChoice& tracing = {}) {
         SettingTexts texts = more;

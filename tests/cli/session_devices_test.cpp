@@ -1,5 +1,5 @@
-// Pictures that several devices render together, and runs that are cut into several. A device is needed; more
-// are opened on the same one.
+// Tests pictures that several devices render together, and renders that consist of several runs. It needs a
+// device, which is opened several times.
 #include "editor/session/render_sums.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
@@ -12,7 +12,7 @@ namespace {
 
 class SessionDevicesTest : public testing::VulkanTest {
   protected:
-    // The device of the tests, and others like it.
+    // Returns the device of the tests, opened `count` times.
     static std::vector<rhi::Device*> Devices(size_t count) {
         static std::vector<std::unique_ptr<rhi::Device>> more;
         while (more.size() + 1 < count) more.push_back(rhi::Device::Create({.savePipelineCache = false}));
@@ -20,7 +20,7 @@ class SessionDevicesTest : public testing::VulkanTest {
         for (size_t i = 1; i < count; ++i) devices.push_back(more[i - 1].get());
         return devices;
     }
-    // All that a picture can have, biases included.
+    // Describes a picture with everything that it can have, biases included.
     static SessionDesc Everything() {
         SessionDesc desc;
         desc.settings.size = {24, 16};
@@ -56,8 +56,8 @@ class SessionDevicesTest : public testing::VulkanTest {
     }
 };
 
-// The second of two processes, up to where it agrees with the first one on what is rendered: it then throws
-// Ended.
+// Acts as the second of two processes up to where it has agreed with the first one on what is rendered; then
+// it throws Ended.
 class SecondProcess : public ProcessGroup {
   public:
     struct Ended {};
@@ -136,7 +136,7 @@ TEST_F(SessionDevicesTest, AnyNumberOfDevicesGivesTheBitsOfOne) {
     }
 }
 
-// There is less to do than there are devices.
+// There are more devices than samples.
 TEST_F(SessionDevicesTest, DevicesWithoutASampleAddNothing) {
     Session alone(Device(), Cornell(), Everything());
     alone.Run({.samples = 1});
@@ -192,7 +192,7 @@ TEST_F(SessionDevicesTest, ProgressCountsUpToAllSamples) {
     });
     EXPECT_TRUE(hasSpeed);
     EXPECT_GT(last, 100u);
-    // And from there in the next run
+    // The next run continues from there
     session.Run({.samples = 420}, [](const ProgressState& state) {
         EXPECT_GE(state.samplesDone, 400u);
         EXPECT_LE(state.samplesDone, 420u);
@@ -214,7 +214,7 @@ TEST_F(SessionDevicesTest, RunEndsWhenItIsAskedTo) {
     EXPECT_LT(session.SampleCount(), 1u << 20);
 }
 
-// However a run is cut, and whoever renders: the error is measured at the same samples.
+// This holds however a render is divided into runs and devices: the error is measured at the same samples.
 TEST_F(SessionDevicesTest, RunsToAnErrorEndAtTheSameSample) {
     SessionDesc desc;
     desc.settings.size = {12, 12};
@@ -232,7 +232,7 @@ TEST_F(SessionDevicesTest, RunsToAnErrorEndAtTheSameSample) {
     together.Run(rule);
     ExpectSameBits(together.Result().render, once.Result().render);
 
-    // Stopped between a measurement and the end that it foretold, and gone on with from the file
+    // Stops between a measurement and the end that it predicted, and resumes from the file
     Session cut(Device(), Cornell(), desc);
     StopRule fewer = rule;
     fewer.samples = wanted - 1;
@@ -245,7 +245,7 @@ TEST_F(SessionDevicesTest, RunsToAnErrorEndAtTheSameSample) {
     cut.Run(rule);
     ExpectSameBits(cut.Result().render, once.Result().render);
 
-    // Asked to stop with the last sample: there is nothing left to go on with
+    // Stops with the last sample, so that nothing is left to do
     Session late(Device(), Cornell(), desc);
     StopRule stopped = rule;
     stopped.isStopRequested = [&] { return late.SampleCount() >= wanted; };
@@ -253,7 +253,7 @@ TEST_F(SessionDevicesTest, RunsToAnErrorEndAtTheSameSample) {
     ExpectSameBits(late.Result().render, once.Result().render);
 }
 
-// A session renders one camera after the other: each as a session of its own would.
+// A session renders one camera after another, each as a session of its own would.
 TEST_F(SessionDevicesTest, NextPictureMayHaveAnotherCamera) {
     const std::string above = "0 1 3.2 0 1 0 0 1 0 30";
     SessionDesc desc;
@@ -275,7 +275,7 @@ TEST_F(SessionDevicesTest, NextPictureMayHaveAnotherCamera) {
     ExpectSameBits(second, fresh.Result().render);
     EXPECT_EQ(FirstMismatch(second, fresh.Result().render), "");
 
-    // Nothing changes by a camera that is not there
+    // A missing camera changes nothing
     EXPECT_THROW(session.StartPicture({.camera = "top"}), SettingError);
     EXPECT_EQ(session.SampleCount(), 3u);
     session.StartPicture({.camera = ""});
@@ -283,7 +283,7 @@ TEST_F(SessionDevicesTest, NextPictureMayHaveAnotherCamera) {
     ExpectSameBits(session.Result().render, first);
 }
 
-// The next picture may go on with a file.
+// The next picture may resume a file.
 TEST_F(SessionDevicesTest, NextPictureMayBeResumed) {
     SessionDesc desc;
     desc.settings.size = {16, 12};

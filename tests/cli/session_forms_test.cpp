@@ -1,4 +1,4 @@
-// The forms of the integrator give one picture. A device is needed.
+// Tests that the forms of the integrator render the same picture. It needs a device.
 #include <algorithm>
 #include <cmath>
 
@@ -24,8 +24,8 @@ class SessionFormsTest : public SessionCaseTest {
             if (i % 4 != 3) sum += static_cast<double>(texels[i]);
         return sum / std::max(static_cast<double>(texels.size()), 1.0);
     }
-    // Mesa's CPU driver rounds alike in all shaders. Other compilers contract expressions, each shader in its
-    // own way, so that now and then a path takes another turn.
+    // Mesa's CPU driver rounds identically in all shaders. Other compilers contract expressions differently
+    // in each shader, so that a few paths differ.
     static void ExpectSame(const Texels& texels, const Texels& others, const char* what) {
         ASSERT_EQ(texels.size(), others.size()) << what;
         if (Device().Info().type == rhi::DeviceType::Cpu)
@@ -53,7 +53,7 @@ TEST_P(SessionFormsTest, TheWavefrontGivesThePictureOfTheLoop) {
     ExpectSame(loop, Render(GetParam(), {.form = IntegratorForm::Wavefront}));
 }
 
-// Hits differ in the last bits, so that now and then a path takes another turn.
+// Hits differ in the last bits, so that a few paths differ.
 TEST_P(SessionFormsTest, OwnTraversalGivesThePictureOfTheDriver) {
     const auto expectAlike = [](const Texels& own, const Texels& driver, const char* what) {
         ASSERT_EQ(own.size(), driver.size()) << what;
@@ -74,7 +74,7 @@ TEST_P(SessionFormsTest, OwnTraversalGivesThePictureOfTheDriver) {
         expectAlike(own.lightGroups[i], driver.lightGroups[i], "light group");
 }
 
-// With 1, 1, 2, 4, 4 and 1 of them in a frame: as the first of a picture and those at its end are rendered.
+// The frames have 1, 1, 2, 4, 4 and 1 samples, as at the beginning and at the end of a picture.
 TEST_P(SessionFormsTest, SeveralSamplesAtOnceGiveTheBitsOfOneAfterTheOther) {
     const TracingChoice form{.form = GetParam().hasAll ? IntegratorForm::Wavefront : IntegratorForm::Loop};
     const RenderFile one = Render(GetParam(), form, 13, 1);

@@ -1,4 +1,4 @@
-// Session as a host calls it: what it refuses, and when a run ends. A device is needed.
+// Tests a session as a host calls it: what it refuses, and when a run ends. It needs a device.
 #include "editor/session/session.h"
 
 #include <cmath>
@@ -39,7 +39,7 @@ class SessionTest : public testing::VulkanTest {
             EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
         }
     }
-    // A sphere that only an environment lights.
+    // Loads a sphere that only an environment lights.
     static SceneInput Sphere() { return LoadInput(test::SceneFile("furnace_sphere.gltf")); }
     static image::ImageF Map(float radiance) {
         return {.width = 2,
@@ -57,7 +57,7 @@ static_assert(!CanResume<ResumedRender> && !CanResume<const ResumedRender>, "it 
 
 }  // namespace
 
-// As in a viewport: rays find what they would draw, and the shadows that maps would.
+// Without drawing, rays find visible surfaces and shadows, as in a viewport.
 TEST_F(SessionTest, RasterViewIsThereOnADeviceThatCannotDrawIt) {
     const auto render = [](rhi::Device& device, const passes::RasterSettings& raster) {
         SessionDesc desc;
@@ -87,7 +87,7 @@ TEST_F(SessionTest, RasterViewIsThereOnADeviceThatCannotDrawIt) {
     EXPECT_LE(differing, traced.size() / 50) << "edges, where either surface may be seen";
 }
 
-// The file records one of them, and a resumed render would load that.
+// The file records one of them, and a resumed render would load that one.
 TEST_F(SessionTest, SceneThatWasLoadedMustBeTheOneOfTheSettings) {
     const auto ofScene = [](const char* choice) {
         return LoadInput(test::SceneFile("cornell.gltf"), {.scene = choice});
@@ -189,7 +189,7 @@ TEST(SceneInput, MapThatIsNoneChangesNothing) {
     EXPECT_EQ(input.environment.rgba, pixel.rgba);
 }
 
-// What the parser of texts refuses could be rendered, but the file could never be read again.
+// Settings that the parser of texts refuses could be rendered, but the file could never be read again.
 TEST_F(SessionTest, SettingsThatNoTextGivesAreRefused) {
     const auto expectRefused = [](auto&& change, const char* part) {
         SessionDesc desc = Small();
@@ -250,7 +250,7 @@ TEST_F(SessionTest, TimeLeftIsThatOfTheLimitThatIsReachedFirst) {
     EXPECT_LT(*left, 1.0);
 }
 
-// Of a run that goes on with a picture, too.
+// This also holds for a run that continues a picture.
 TEST_F(SessionTest, SpeedIsThatOfTheSamplesOfTheRun) {
     SessionDesc desc = Small();
     desc.settings.size = {4, 4};
@@ -296,7 +296,7 @@ TEST_F(SessionTest, RenderThatNoReaderCheckedIsNotResumed) {
                   "sums of radiance");
 }
 
-// As the editor saves them: the surfaces of the samples are traced again, at the beginning of a run.
+// The editor saves renders without sums of surfaces: those are traced again at the beginning of a run.
 class RestoringTest : public SessionTest {
   protected:
     RestoringTest() {

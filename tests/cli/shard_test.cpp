@@ -1,4 +1,4 @@
-// --shard: whose part is which, by text and by the variables of launchers; and parts rendered by the program.
+// Tests --shard: the parts by text and by the variables of launchers.
 #include "editor/cli/shard.h"
 
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace raygraph::cli {
 
-// For failed comparisons
+// Prints failed comparisons.
 void PrintTo(const Shard& shard, std::ostream* out) {
     *out << shard.index << "/" << shard.count;
 }
@@ -26,7 +26,7 @@ Shard Auto(const Environment& environment) {
     });
 }
 
-// As Slurm 22.05 sets them for `--array=first-last:step`.
+// Returns the variables that Slurm 22.05 sets for `--array=first-last:step`.
 Environment ArrayTask(int id, int first, int last, int step, int count) {
     return {{"SLURM_JOB_ID", "9"},
             {"SLURM_PROCID", "0"},
@@ -91,14 +91,14 @@ TEST(Shard, TaskOfAJobArray) {
     EXPECT_EQ(Auto(ArrayTask(1, 1, 4, 1, 4)), (Shard{0, 4})) << "indices may begin with 1";
     EXPECT_EQ(Auto(ArrayTask(40, 10, 40, 10, 4)), (Shard{3, 4})) << "and lie apart";
     EXPECT_EQ(Auto(ArrayTask(7, 7, 7, 1, 1)), (Shard{0, 1}));
-    // The job script is one process, for how many tasks of srun its job ever has room
+    // The job script is one process, however many tasks of srun its job has room for
     EXPECT_EQ(Auto(With(ArrayTask(2, 0, 2, 1, 3), {{"SLURM_NTASKS", "4"}})), (Shard{2, 3}));
 }
 
 TEST(Shard, ProcessOfSrunOrMpirun) {
     EXPECT_EQ(Auto(Step(3, 4)), (Shard{3, 4}));
     EXPECT_EQ(Auto({{"OMPI_COMM_WORLD_RANK", "1"}, {"OMPI_COMM_WORLD_SIZE", "2"}}), (Shard{1, 2}));
-    // mpirun in a job of Slurm starts processes through one step with a task on each node
+    // mpirun starts the processes of a Slurm job through one step with a task on each node
     EXPECT_EQ(Auto(With(Step(1, 2), {{"OMPI_COMM_WORLD_RANK", "5"}, {"OMPI_COMM_WORLD_SIZE", "8"}})),
               (Shard{5, 8}));
 }
@@ -138,7 +138,7 @@ TEST(Shard, VariablesThatAreMissingOrMalformedAreNamed) {
     ExpectNoShard({{"SLURM_STEP_ID", "0"}, {"SLURM_NTASKS", "2"}}, "SLURM_PROCID is not set");
 }
 
-// Of `--array=1,3,7`, and of a range of which some are repeated, the variables do not tell the part.
+// The variables of `--array=1,3,7`, and of a range with some tasks repeated, do not determine the part.
 TEST(Shard, AnArrayThatIsNoRangeIsRefused) {
     ExpectNoShard(ArrayTask(3, 1, 7, 1, 3), "not the tasks of one range");
     ExpectNoShard(ArrayTask(3, 0, 4, 2, 3), "not the tasks of one range");

@@ -9,7 +9,7 @@ namespace raygraph::session {
 namespace {
 
 TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
-    // Two pixels: mean 2, variance of a sample 9; 9 samples make a standard error of 1
+    // Two pixels have the mean 2 and the sample variance 9, so that 9 samples make a standard error of 1
     const std::vector<float> mean{1, 2, 3, 1, 1, 2, 3, 1}, variance{9, 9, 9, 0, 9, 9, 9, 0};
     const ImageStatistics statistics = Measure(mean, variance, 9);
     EXPECT_EQ(statistics.mean, (std::array<double, 3>{1, 2, 3}));
@@ -18,7 +18,7 @@ TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
 }
 
 TEST(ImageStatistics, EachPixelMayHaveAsManySamplesAsItLikes) {
-    // Variances of the means: 1 and 3, so 2 on average
+    // The variances of the means are 1 and 3, so 2 on average
     const std::vector<float> mean{1, 2, 3, 1, 1, 2, 3, 1}, variance{9, 9, 9, 0, 9, 9, 9, 0};
     EXPECT_DOUBLE_EQ(Measure(mean, variance, std::vector<uint32_t>{9, 3}).relativeError.value_or(0.0),
                      std::sqrt(2.0) / 2.0);

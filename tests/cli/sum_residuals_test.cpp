@@ -19,7 +19,7 @@ PredictedSums Back(const SumResiduals& residuals, size_t channels, uint32_t widt
     return SumsOf(words, channels, width, prediction, 5);
 }
 
-// Samples of which some are dark, some bright, some negative.
+// Returns the sums of samples of which some are dark, some bright, some negative.
 passes::ExactSums SumsOfSamples(size_t pixels, uint32_t count) {
     std::mt19937 random(count);
     passes::ExactSums sums = passes::MakeExactSums(pixels, true);
@@ -51,7 +51,7 @@ TEST(SumResiduals, OfOneSampleThereAreNone) {
     const SumResiduals residuals = ResidualsOf(sums, 4, kWidth, {mean, variance, counts}, 5);
     EXPECT_EQ(WordsOf(residuals, false, true), 0u);
     EXPECT_EQ(WordsOf(residuals, true, true), 0u);
-    // But the lowest words say that there are sums
+    // The lowest words tell that there are sums
     EXPECT_EQ(WordsOf(residuals, false, false), 1u);
     EXPECT_EQ(WordsOf(residuals, true, false), 1u);
     EXPECT_EQ(Back(residuals, 4, kWidth, {mean, variance, counts}).sums, sums);
@@ -70,7 +70,7 @@ TEST(SumResiduals, TakeTwoWordsWhereSumsTakeFour) {
     EXPECT_EQ(back.digest, residuals.digest);
 }
 
-// Programs may have stored what they like as mean and variance.
+// Programs may have stored anything as mean and variance.
 TEST(SumResiduals, GiveSumsBackWhateverIsPredicted) {
     constexpr size_t kPixels = 300 * kWidth;
     std::mt19937 generator(1);
@@ -98,7 +98,7 @@ TEST(SumResiduals, GiveSumsBackWhateverIsPredicted) {
     }
 }
 
-// What several threads work on.
+// Large pictures are processed by several threads.
 TEST(SumResiduals, OfLargePicturesAreThoseOfTheirRows) {
     constexpr uint32_t kLargeWidth = 1000, kHeight = 300;
     const passes::ExactSums sums = SumsOfSamples(size_t{kLargeWidth} * kHeight, 3);
