@@ -1,4 +1,4 @@
-// What keys ask for, and that help and docs say so.
+// Tests which actions keys are bound to, and that help and docs list them.
 #include "editor/app/actions.h"
 
 #include <gtest/gtest.h>

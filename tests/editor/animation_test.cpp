@@ -1,4 +1,4 @@
-// Animations in the editor: they are seen, and they stop.
+// Tests animations in the editor: they are visible, and they stop.
 #include <fstream>
 #include <iterator>
 
@@ -19,7 +19,7 @@ class EditorAnimationTest : public EditorTest {
 
     static constexpr const char* kSize = "size 320x220\n";
     std::string Open() const { return kSize + ("open " + file.string()) + "\nwait\nbudget 0\n"; }
-    // What the view shows after these commands.
+    // Returns what the view shows after these commands.
     std::string Picture(const std::string& commands) {
         const std::filesystem::path picture = folder.Path() / "picture.png";
         Play(kSize + commands + "picture " + picture.string() + "\n");
@@ -37,7 +37,7 @@ TEST_F(EditorAnimationTest, IsSeenInBothViewsAndReturnsToTheRestPose) {
     for (const std::string view : {"raster", "path-traced"}) {
         SCOPED_TRACE(view);
         Play(Open() + "view " + view + "\nexpect time rest\nclips bend\ntime 0.25\n");
-        // Each begins with another pose, so that the samples are counted from there
+        // Each begins with another pose, which restarts accumulation
         const auto pose = [&](const std::string& commands) { return Picture(commands + "\nsamples 2\n"); };
         const std::string rest = pose("stop"), slid = pose("clips slide\ntime 0.5");
         EXPECT_NE(slid, rest);
@@ -147,7 +147,7 @@ TEST_F(EditorAnimationTest, ExrNamesTheClipsAndTheTimeOfItsPose) {
     EXPECT_EQ(saved.settings.at("clips"), "slide:0.5,bend");
     EXPECT_EQ(saved.sceneHash, hash) << "whatever the pose";
     EXPECT_EQ(save("clips all\n").settings.at("clips"), "all");
-    // While it plays, time waits for the picture
+    // During playback, time is held for the picture
     editor.Work().timeline.Play();
     saved = save("frames 3\n");
     editor.Work().timeline.Pause();

@@ -1,4 +1,4 @@
-// Frames of a device that is busy: events go on.
+// Tests that events are processed while the device is busy.
 #include "editor/app/edit.h"
 #include "tests/editor/editor_test.h"
 
@@ -52,7 +52,7 @@ class BusyTest : public EditorTest {
     }
 };
 
-// F1 opens the help, and the window's button ends the editor: both come while no frame can begin.
+// F1 opens the help, and the window's button ends the editor: both arrive while no frame can begin.
 TEST_F(BusyTest, EventsAreTakenUntilAFrameCanBegin) {
     class BusyScreen final : public Screen {
       public:
@@ -84,11 +84,11 @@ TEST_F(BusyTest, EventsAreTakenUntilAFrameCanBegin) {
     EXPECT_FALSE(editor.Work().panels.help);
     RunFrames(editor, busy, {.poll = poll, .setTitle = [](const std::string&) {}});
     EXPECT_TRUE(editor.Work().panels.help);
-    EXPECT_EQ(busy.frames, 4);  // of the first poll, and of six each
+    EXPECT_EQ(busy.frames, 4);  // one frame for the first poll, and six polls before each other one
     EXPECT_EQ(polls, 19);
 }
 
-// The panels are drawn meanwhile, and a picture is saved of the first frame that has one.
+// The panels are drawn meanwhile, and the picture that is saved is the first frame that has one.
 TEST_F(BusyTest, PanelsAreDrawnWhilePipelinesAreMade) {
     class WindowLike final : public Screen {
       public:
@@ -127,7 +127,7 @@ TEST_F(BusyTest, PanelsAreDrawnWhilePipelinesAreMade) {
     EXPECT_TRUE(std::filesystem::exists(folder / "window.png"));
 }
 
-// While the path tracer is being made there is a preview, which is not what the user wants to keep.
+// While the path tracer's pipeline is made, a preview is shown, which the user does not want to save.
 TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
     ShowPreviews();
     FrameInput input;
@@ -146,8 +146,8 @@ TEST_F(BusyTest, PicturesAreSavedOfSamplesAndNotOfAPreview) {
     EXPECT_TRUE(std::filesystem::exists(folder / "picture.png"));
 }
 
-// What is copied to the device comes with frames: none of them waits as those of a preview do, which leave
-// a CPU device to the compiler.
+// Frames copy the scene to the device, so they must not be throttled like those of a preview, which leave a
+// CPU device to the compiler.
 TEST_F(BusyTest, FramesThatCopyAScene_AreNotHeldBackByAPreview) {
     ShowPreviews();
     FrameInput input;

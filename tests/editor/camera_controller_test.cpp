@@ -1,4 +1,4 @@
-// How the editor's camera moves.
+// Tests how the editor's camera moves.
 #include "editor/app/camera_controller.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ TEST(CameraController, TurnKeepsTheEye) {
 TEST(CameraController, PanMovesWhatIsUnderTheCursorWithIt) {
     CameraController camera = FromFront();
     camera.Pan({0.5f, 0.0f});
-    // Half a picture to the right is half of its height at the pivot
+    // Half a picture to the right is half of the picture's height at the pivot
     const float height = 2.0f * 4.0f * std::tan(0.5f * camera.View().yFov);
     ExpectNear(camera.View().eye, {-0.5f * height, 0, 4});
     ExpectNear(camera.View().forward, {0, 0, -1});

@@ -1,4 +1,4 @@
-// Edits of the open scene, and their history.
+// Tests edits of the open scene, and their history.
 #include "editor/app/document.h"
 
 #include <limits>
@@ -21,7 +21,7 @@ class DocumentTest : public testing::VulkanTest {
         gpu.SetScene(std::move(data));
     }
 
-    // A node with a mesh, and the instance that it places.
+    // instance that a node with a mesh places
     uint32_t instance = 0;
     uint32_t Node() const { return document.Scene().instances[instance].node; }
     scene::Material Red() const {
@@ -35,7 +35,7 @@ class DocumentTest : public testing::VulkanTest {
     Document document;
 };
 
-// A mesh with nothing that places it.
+// Makes a mesh that no instance places.
 scene::SceneData OneTriangle() {
     scene::SceneData data;
     data.materials.resize(1);
@@ -75,7 +75,7 @@ TEST_F(DocumentTest, TransformMovesInstanceAndBoundsAndIsUndone) {
 }
 
 TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
-    // 0 -> 1 -> 2, and 3 beside them; a light and a camera below
+    // Nodes 0 -> 1 -> 2, and 3 beside them; a light and a camera below
     scene::SceneData data = OneTriangle();
     data.nodes.resize(4);
     data.nodes[1].parent = 0;
@@ -195,7 +195,7 @@ TEST_F(DocumentTest, NewEditForgetsWhatCouldBeRedone) {
     EXPECT_FALSE(document.CanRedo());
     document.Undo(gpu);
     EXPECT_FALSE(document.CanUndo());
-    document.Undo(gpu);  // nothing happens
+    document.Undo(gpu);  // does nothing
     EXPECT_EQ(document.EditCount(), 0u);
 }
 

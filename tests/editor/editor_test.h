@@ -1,4 +1,4 @@
-// EditorTest: an editor that scripts are played in, without a window.
+// EditorTest has an editor that plays scripts without a window.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@
 
 namespace raygraph::editor {
 
-// Plays the text as `folder`/script.txt.
+// Writes the text to `folder`/script.txt, and plays it.
 inline void PlayText(const std::string& text, const std::filesystem::path& folder, Editor& editor,
                      Screen& screen) {
     const std::filesystem::path file = folder / "script.txt";

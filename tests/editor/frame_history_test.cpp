@@ -1,4 +1,4 @@
-// What is remembered of the last frames.
+// Tests what is stored of the last frames.
 #include "editor/app/frame_history.h"
 
 #include <gtest/gtest.h>
@@ -42,9 +42,9 @@ TEST(FrameHistory, ForgetsTheOldest) {
 TEST(SampleRate, IsThatOfTheLastSeconds) {
     SampleRate rate;
     EXPECT_FALSE(rate.PerSecond());
-    for (int i = 0; i <= 100; ++i) rate.Note(0.1 * i, 0.5 * i);  // 5 a second
+    for (int i = 0; i <= 100; ++i) rate.Note(0.1 * i, 0.5 * i);  // 5 per second
     EXPECT_NEAR(*rate.PerSecond(), 5.0, 1e-9);
-    for (int i = 1; i <= 100; ++i) rate.Note(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20
+    for (int i = 1; i <= 100; ++i) rate.Note(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20 per second
     EXPECT_NEAR(*rate.PerSecond(), 20.0, 1e-6) << "what was before is forgotten";
     rate.Note(20.1, 0.0);
     EXPECT_FALSE(rate.PerSecond()) << "accumulation restarted";

@@ -1,4 +1,4 @@
-// Where the gizmo's handles are, and what dragging them does.
+// Tests the positions of the gizmo's handles, and the effect of dragging them.
 #include "editor/app/gizmo.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ Ray RayTo(const PictureMap& map, const glm::vec3& point) {
     return map.RayAt(*map.PlaceOf(point));
 }
 
-// What a drag from one point of space to another does.
+// Returns the change by a drag from one point in space to another.
 glm::mat4 Dragged(GizmoTool tool, GizmoHandle handle, const glm::vec3& from, const glm::vec3& to,
                   const glm::mat4x3& node = glm::mat4x3(1.0f), GizmoSpace space = GizmoSpace::World,
                   bool isSnapping = false) {
@@ -60,7 +60,7 @@ TEST(GizmoMaths, PlacesAndRaysAreInverse) {
 }
 
 TEST(GizmoMaths, NearestAlongIsTheFootOfTheCommonPerpendicular) {
-    // A line along x, a ray down that passes it at x = 3
+    // A line along x, and a ray down that passes it at x = 3
     EXPECT_NEAR(*NearestAlong({1, 0, 0}, {1, 0, 0}, {{3, 5, 2}, {0, -1, 0}}), 2.0f, 1e-6f);
     const glm::vec3 slanted = glm::normalize(glm::vec3(1, -1, 0));
     EXPECT_NEAR(*NearestAlong({0, 0, 0}, {1, 0, 0}, {{0, 2, 7}, slanted}), 2.0f, 1e-5f);
@@ -74,7 +74,7 @@ TEST(GizmoMaths, PlaneIsMetInFrontAlone) {
 }
 
 TEST(Gizmo, MoveAlongAnAxisStaysOnIt) {
-    // The mouse goes up as well: only x counts
+    // The mouse also moves up: only x counts
     const glm::mat4 change = Dragged(GizmoTool::Move, GizmoHandle::X, {0.5f, 0, 0}, {1.25f, 0, 0});
     ExpectNear(Applied(change, {7, 7, 7}), {7.75f, 7, 7});
     const glm::vec3 aside =
@@ -117,8 +117,8 @@ TEST(Gizmo, RotationTurnsAboutTheOriginByTheAngleOfTheMouse) {
 }
 
 TEST(Gizmo, RingSeenFromItsEdgeTurnsAlongIt) {
-    // The eye is 2 above 8: y's ring is nearly a line. To the right, its front goes with the mouse: +y turns
-    // +z to +x.
+    // The eye is at a height of 2 and a distance of 8, so that y's ring is nearly a line. Its front follows
+    // the mouse to the right: +y turns +z to +x.
     const PictureMap map = FrontMap();
     const GizmoFrame frame = *FrameOf(glm::mat4x3(1.0f), GizmoTool::Rotate, GizmoSpace::World, map);
     const glm::vec3 front = frame.size * glm::normalize(glm::vec3(1, 0, 8));
@@ -209,7 +209,7 @@ TEST(Gizmo, LocalTransformFollowsBelowATurnedParent) {
     EXPECT_FALSE(LocalAfter(change, flat, local));
 }
 
-// Else a joint that is turned would leave its place by rounding, which an animation may hold.
+// Otherwise a rotated joint would move by rounding, which an animation may not allow.
 TEST(Gizmo, WhatTheToolLeavesAloneStaysToTheBit) {
     glm::mat4x3 before(1.0f), after(2.0f);
     before[3] = {1, 2, 3};

@@ -1,4 +1,4 @@
-// Where the parts of a plan are drawn.
+// Tests the positions in the drawing of a plan.
 #include "editor/app/graph_layout.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,8 @@ namespace raygraph::editor {
 
 namespace {
 
-// Draw -> a -> Blur -> b -> Show, a pass that nothing needs, and one that updates what is kept.
+// The plan is Draw -> a -> Blur -> b -> Show, a pass that nothing needs, and one that updates a persistent
+// resource.
 class GraphLayoutTest : public ::testing::Test {
   protected:
     GraphLayoutTest() {

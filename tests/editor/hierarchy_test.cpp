@@ -1,4 +1,4 @@
-// The rows of the hierarchy.
+// Tests the rows of the hierarchy.
 #include "editor/app/hierarchy.h"
 
 #include <gtest/gtest.h>

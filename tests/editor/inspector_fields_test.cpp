@@ -1,4 +1,4 @@
-// What the inspector shows of materials and lights, and what it makes of edits.
+// Tests how the inspector shows fields of materials and lights, and which values edits give them.
 #include "editor/app/inspector_fields.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ TEST(InspectorFields, SharesStayBelowOne) {
     EXPECT_FALSE(Style(0.0f, FieldOf(&Material::metallicFactor)).isInfinite);
 }
 
-// A number that scales what a texture says counts where the material has the texture, wherever glTF keeps it.
+// A number that scales a texture has an effect if the material has the texture, wherever glTF stores it.
 TEST(InspectorFields, ScalesOfTexturesCountWhereTheTextureIs) {
     const auto counts = [](const Material& material, const auto& field) {
         return Counts(material, field.object, field.key, field.name);

@@ -1,4 +1,4 @@
-// The log panel, played from a script, without a window.
+// Tests the log panel by scripts, without a window.
 #include <imgui.h>
 
 #include <fstream>
@@ -12,7 +12,7 @@ namespace raygraph::editor {
 
 namespace {
 
-// At these sizes the panel is as wide as the window, and its buttons stand at the right edge.
+// At these sizes the panel is as wide as the window, with its buttons at the right edge.
 class LogPanelTest : public EditorTest {
   protected:
     LogPanelTest() : EditorTest({.shaders = {}, .log = std::make_shared<LogHistory>()}) {
@@ -23,15 +23,16 @@ class LogPanelTest : public EditorTest {
         log->Add({LogLevel::Warning, log_category::kCache, "cache.bin is ignored"});
         Play("size 640x400\nkey L\nframes 2\n");
     }
-    // Rows of pixels: the panel, and below it the status line.
+    // Rows of pixels of the panel, below which is the status line.
     static constexpr int kTop = 400 - 28 - 230, kBottom = 400 - 28;
-    // What a click on "Copy" puts on the clipboard.
+    // Returns what a click on "Copy" puts on the clipboard.
     std::string Copied() {
         ImGui::SetClipboardText("nothing");
         Play(At(-86) + "click left\nframes 2\n");
         return ImGui::GetClipboardText();
     }
-    // The mouse in the row of buttons, so far from the left or (negative) the right edge.
+    // Moves the mouse in the row of buttons to this distance from the left edge, or from the right one if
+    // negative.
     static std::string At(int x) {
         return "size 640x400\nmouse " + std::to_string(x < 0 ? 640 + x : x) + " " +
                std::to_string(kTop + 41) + "\nframes 2\n";
@@ -57,7 +58,7 @@ TEST_F(LogPanelTest, CopyTakesWhatTheFilterShowsAndClearForgetsAll) {
 }
 
 TEST_F(LogPanelTest, ShowsItsRowsAndManyMoreAreNoTrouble) {
-    // The panel alone: around it, numbers change by themselves
+    // Compares the panel alone, since numbers around it change by themselves
     const auto panel = [&] {
         Play("size 640x400\nmouse 1 1\nframes 2\nwindow " + (folder / "a.png").string() + "\n");
         const std::vector<uint8_t> texels = image::DecodeImage8(ReadFile(folder / "a.png"), "a.png").rgba;

@@ -1,4 +1,4 @@
-// A small scene of which a part moves, as a document of glTF.
+// Makes a small animated scene as a glTF document.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace raygraph::editor::moving {
 
 // Its nodes: a triangle that two joints bend; a slider with a triangle that rides on it; a camera.
 enum Node : uint32_t { Skinned, FirstJoint, SecondJoint, Slider, Rider, Eye };
-// Its animations. Each lasts 1 s but `Bend`, which lasts 2 s.
+// Names its animations. `Bend` lasts 2 s, all others 1 s.
 enum Clip : uint32_t {
     Slide,  // The slider goes from x = 0 to x = 2, where it rests at x = 0.25.
     Bend,   // The second joint goes from z = 0 to z = 2.

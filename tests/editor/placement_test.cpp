@@ -35,7 +35,7 @@ TEST(Placement, RotationTurnsAShearedNodeAsAWhole) {
     Placement after = before;
     after.degrees = {20.0f, -30.0f, 40.0f};
     const glm::mat4x3 turned = Placed(kSheared, before, after);
-    // Lengths and angles between the axes are the shear
+    // Lengths and angles of the axes are the shear
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k)
             EXPECT_NEAR(glm::dot(turned[i], turned[k]), glm::dot(kSheared[i], kSheared[k]), 1e-5f);

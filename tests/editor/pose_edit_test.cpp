@@ -1,4 +1,4 @@
-// Edits of a scene that animations move.
+// Tests edits of an animated scene.
 #include <array>
 
 #include "base/read_file.h"
@@ -24,14 +24,14 @@ class PoseEditTest : public testing::VulkanTest {
         return document.ShowPose(std::array{scene::ClipState{clip, seconds}}, gpu);
     }
     void ShowRest() { document.ShowPose({}, gpu); }
-    // The edit of the node's position, as it is shown.
+    // Returns an edit that moves the node to a position, relative to the pose that is shown.
     TransformEdit MovedTo(uint32_t node, const glm::vec3& place) const {
         glm::mat4x3 local = document.LocalTransform(node);
         local[3] = place;
         return {node, local};
     }
     glm::vec3 PlaceOf(uint32_t node) const { return document.WorldTransform(node)[3]; }
-    // Of the first instance of a node, on the device.
+    // Returns the position of the node's first instance on the device.
     glm::vec3 OnDevice(uint32_t node) const {
         return gpu.Transform(document.InstancesUnder(node).front()).matrix[3];
     }
@@ -110,7 +110,7 @@ TEST_F(PoseEditTest, WhatAnAnimationShowsIsEditedInTheRestPoseOnly) {
     ShowRest();
     EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(0.25f, 1, 0));
     Show(moving::Pan, 0.5);
-    document.Apply(MovedTo(moving::Slider, {0, 0, 1}), gpu);  // no clip that is shown moves it
+    document.Apply(MovedTo(moving::Slider, {0, 0, 1}), gpu);  // no clip that is shown animates it
     EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(0, 1, 1));
 }
 
@@ -126,7 +126,7 @@ TEST_F(PoseEditTest, PartsThatNoAnimationChangesAreEditedBesideThoseThatOneDoes)
     EXPECT_EQ(saved.nodes[moving::Slider].translation, glm::vec3(0.25f, 0, 0));
     EXPECT_NEAR(saved.nodes[moving::Slider].rotation.z, std::sqrt(0.5f), 1e-6f);
     EXPECT_FALSE(saved.nodes[moving::Slider].matrix) << "an animation would have no effect on it";
-    // However little
+    // Even the smallest change is refused
     ExpectRefused(MovedTo(moving::Slider, {1.000001f, 0, 0}));
     EXPECT_EQ(document.Rest().nodes[moving::Slider].translation, glm::vec3(0.25f, 0, 0));
     glm::mat4x3 sheared = kTurned;
@@ -155,7 +155,7 @@ TEST_F(PoseEditTest, JointsThatAreMovedTakeTheMeshAlong) {
     EXPECT_EQ(gpu.Revisions().shapes, revisions.shapes + 1);
     document.Undo(gpu);
     EXPECT_EQ(document.BoundsOf(moving::Skinned).max, before.max);
-    // All joints, and the mesh as a whole
+    // All joints are edited, and then the mesh as a whole
     document.Apply(MovedTo(moving::FirstJoint, {0, 0, 2}), gpu);
     EXPECT_EQ(OnDevice(moving::Skinned), glm::vec3(0, 0, 2));
     EXPECT_TRUE(document.IsPlacedByJoints(moving::Skinned));

@@ -1,4 +1,4 @@
-// Shaders that are reloaded while the editor runs.
+// Tests the reload of shaders while the editor runs.
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -18,7 +18,7 @@ namespace raygraph::editor {
 
 namespace {
 
-// With the shaders of a folder, which a test may change.
+// Loads shaders from a folder that a test may change.
 class ReloadTest : public testing::VulkanTest {
   protected:
     ReloadTest() {
@@ -54,7 +54,7 @@ TEST_F(ReloadTest, SaysWhetherShadersHaveChanged) {
     play("size 320x200\nkey F5\nexpect message no shader has changed\n");
 }
 
-// F5 does not stop the frames until the path tracer is there: they go on, and shaders are reloaded then.
+// F5 does not block the frames until the path tracer's pipeline is ready: shaders are reloaded after that.
 TEST(ReloadWhilePreparing, WaitsForNoPipelineThatIsBeingMade) {
     const test::TemporaryFolder folder;
     std::filesystem::copy(test::SourceFile("shaders"), folder / "shaders",
@@ -73,7 +73,7 @@ TEST(ReloadWhilePreparing, WaitsForNoPipelineThatIsBeingMade) {
     const auto isTracerComing = [&] {
         return work.view.Progress().isPreview && work.renderer.IsPreparingPipelines();
     };
-    editor.Frame(input, screen);  // makes the pipeline that the preview needs
+    editor.Frame(input, screen);  // makes the preview's pipeline
     ASSERT_TRUE(work.view.Progress().isPreview);
     std::promise<void> mayBegin;  // holds back the next pipeline
     loader.Tell().beforeRayTracing = mayBegin.get_future().share();

@@ -1,4 +1,4 @@
-// What scripts say, without playing them.
+// Tests the parser of scripts, without playing them.
 #include "editor/app/script_commands.h"
 
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ TEST(ScriptCommands, RefusalsNameTheLine) {
               "s:1: expect asking perhaps: it is yes or no, not \"perhaps\"");
 }
 
-// As numbers they would be cast to what cannot hold them, or played for ever.
+// Otherwise numbers would be cast to types that cannot hold them, or play forever.
 TEST(ScriptCommands, NumbersAreFiniteAndInRange) {
     for (const char* line : {"frames 1e30",         "frames -1",       "frames 1.5",
                              "frames nan",          "samples -1",      "samples 1e10",

@@ -1,4 +1,4 @@
-// The editor played from scripts, without a window.
+// Tests the editor by scripts, without a window.
 #include "editor/app/script.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 
 class ScriptTest : public EditorTest {
   protected:
-    // The message of the error that playing ends with.
+    // Returns the message of the error with which the script ends.
     std::string Failure(const std::string& text) {
         return testing::ErrorOf([&] { Play(text); }).what();
     }
@@ -62,7 +62,7 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
     const glm::mat4x3 before = work.document.WorldTransform(node);
     const uint32_t resets = work.view.ResetCount(passes::ResetCause::Camera);
     work.pivot = GizmoPivot::Origin;
-    // The tip of its y, in the picture, which lies between the panels
+    // The tip of the handle of y, in the picture, which lies between the panels
     const Extent2D size = work.view.Size();
     const PictureMap map(work.camera.View(), {size.width, size.height});
     const GizmoFrame frame = *FrameOf(before, GizmoTool::Move, GizmoSpace::World, map);
@@ -77,11 +77,11 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
     EXPECT_EQ(work.view.ResetCount(passes::ResetCause::Camera), resets);
     Play("size 640x400\nkey ctrl+z\nexpect edits 0\n");
     EXPECT_EQ(work.document.WorldTransform(node), before);
-    // Escape lets go of it
+    // Escape cancels the drag
     Play("size 640x400\n" + there + "press left\nmouse 320 60\nexpect edits 1\nkey escape\nexpect edits 0\n" +
          "release left\n");
     EXPECT_EQ(work.document.WorldTransform(node), before);
-    // In its middle: what is turned there stays there
+    // With the pivot in the middle, a rotation keeps the middle in place
     Play("size 640x400\nkey P\nkey X\nkey V\nframes 2\n");
     const scene::Bounds bounds = work.document.BoundsOf(node);
     const GizmoFrame middle = *FrameOf(before, GizmoTool::Rotate, GizmoSpace::Local, map, bounds.Center());
@@ -103,7 +103,7 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
     const std::string plain = (folder.Path() / "plain.png").string();
     const std::string selected = (folder.Path() / "selected.png").string();
     const std::string window = (folder.Path() / "window.png").string();
-    editor.Work().view.SetBudget({.maxRasterSamples = 1});  // and the picture stays as it is
+    editor.Work().view.SetBudget({.maxRasterSamples = 1});  // the picture does not change any more
     Play(OpenCornell() + "view raster\nsamples 1\npicture " + plain +
          "\nmouse 320 120\nclick left\nwait\nframes 3\npicture " + selected + "\nwindow " + window + "\n");
     ASSERT_TRUE(editor.Work().selectedNode);
@@ -113,7 +113,7 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
         return std::string(std::istreambuf_iterator<char>(stream), {});
     };
     EXPECT_EQ(bytes(plain), bytes(selected));
-    // The window shows it
+    // The window shows the picture
     const std::string shown = bytes(window);
     const image::Image8 picture = image::DecodeImage8(std::as_bytes(std::span(shown)), "window.png");
     size_t orange = 0;
@@ -147,7 +147,7 @@ TEST_F(ScriptTest, PlanOfNoFrameIsNotShown) {
     EXPECT_EQ(editor.FrameError(), "");
 }
 
-// What the editor refuses is in the log, but not as often as it happens.
+// Refused edits are logged, but not at every frame.
 TEST_F(ScriptTest, RefusedDragAndDroppedFramesAreOneWarningEach) {
     Play(OpenCornell());
     const auto warnings = [before = Log().Count()](const std::string& part) {
@@ -203,7 +203,7 @@ TEST_F(ScriptTest, FailedSavesAreInTheLog) {
     EXPECT_TRUE(logged((folder.Path() / "config").string()));
 }
 
-// What an earlier run has left there.
+// The files were left by an earlier run.
 TEST_F(ScriptTest, AnOldFileIsNoPictureThatWasSaved) {
     const std::string render = (folder / "old.exr").string(), taken = (folder / "old.png").string();
     std::ofstream(render) << "old";
@@ -257,13 +257,13 @@ TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
     EXPECT_TRUE(editor.Work().document.IsEdited()) << "than what was saved";
     Play("size 640x400\nkey ctrl+y\n");
     EXPECT_FALSE(editor.Work().document.IsEdited());
-    // Whoever wrote it meanwhile is not overwritten
+    // A file that another program has written meanwhile is not overwritten
     std::ofstream(file, std::ios::app) << " ";
     EXPECT_NE(Failure("scene " + file + "\n").find("has changed since it was opened"), std::string::npos);
     Failure("scene /nowhere/at/all.gltf\n");
 }
 
-// As a window does it: frames until there is none to follow.
+// As with a window, frames follow until none is needed.
 TEST_F(ScriptTest, PicturesOnTheirWayAreWrittenBeforeTheEditorCloses) {
     Play(OpenCornell());
     FrameInput input;
@@ -282,7 +282,7 @@ TEST_F(ScriptTest, PicturesOnTheirWayAreWrittenBeforeTheEditorCloses) {
     EXPECT_TRUE(editor.IsLeaving());
 }
 
-// What cannot come any more does not hold the editor: the window is minimized.
+// Pictures that can never arrive do not keep the editor open: the window is minimized.
 TEST_F(ScriptTest, PicturesThatCannotBeTakenDoNotKeepTheEditorOpen) {
     Play(OpenCornell());
     editor.SavePicture(folder.Path() / "a.exr");
@@ -300,7 +300,7 @@ TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
     Workspace& work = editor.Work();
     const auto save = [&](auto&& change) {
         editor.SavePicture(folder.Path() / "picture.exr");
-        change();  // before a frame is there
+        change();  // changes before the next frame
         Play("size 640x400\nwait\n");
     };
     save([&] { work.gpu.SetEnvironment({.radiance = {0.25f, 0.5f, 1.0f}, .rotation = 0.5f}); });

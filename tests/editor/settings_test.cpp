@@ -1,4 +1,4 @@
-// What the editor remembers.
+// Tests the editor's stored settings.
 #include "editor/app/settings.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST_F(SettingsTest, EachPanelHasItsOwn) {
     }
 }
 
-// Written before there were the log panel and the names that operators have on the command line.
+// The file is older than the log panel and than the operators' names on the command line.
 TEST_F(SettingsTest, FileOfAnOlderVersionIsRead) {
     const Settings read = Read(R"({
         "gizmo": {"pivot": "Origin", "space": "Local", "tool": "Rotate"},

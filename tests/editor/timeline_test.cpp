@@ -1,4 +1,4 @@
-// What plays, and when.
+// Tests which animations are played, and at what time.
 #include "editor/app/timeline.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 using States = std::vector<scene::ClipState>;
 
-// Clips of 1 s, 2 s, 1 s and 1 s.
+// The scene has clips of 1 s, 2 s, 1 s and 1 s.
 class TimelineTest : public ::testing::Test {
   protected:
     States Shown() const { return {timeline.Shown().begin(), timeline.Shown().end()}; }

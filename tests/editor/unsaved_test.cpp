@@ -1,4 +1,4 @@
-// Edits that are not saved, and what might lose them.
+// Tests unsaved edits, and the actions that might lose them.
 #include <fstream>
 #include <string>
 
@@ -33,7 +33,7 @@ TEST_F(UnsavedTest, AsksBeforeEditsAreLost) {
     Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\nscene " + file + "\n");
     const uint32_t material = *editor.Work().selectedMaterial;
     const std::string edit = "material base 0.25 0.5 1\n";
-    // Escape keeps everything, whatever was about to lose it
+    // Escape keeps everything, whatever was about to lose the edits
     Play(edit);
     for (const std::string& loss :
          {std::string("close\n"), std::string("key ctrl+q\n"), "open " + other + "\nwait\n"})
@@ -43,23 +43,23 @@ TEST_F(UnsavedTest, AsksBeforeEditsAreLost) {
          "\nexpect asking no\nwait\n");
     EXPECT_EQ(editor.Work().document.File(), file);
     EXPECT_NE(scene::LoadGltf(file).materials[material].baseColorFactor.x, 0.25f);
-    // A file that cannot be written keeps everything, too
+    // If the file cannot be written, everything is kept, too
     std::ofstream(file, std::ios::app) << " ";
     Play(
         "size 640x400\nkey ctrl+q\nkey s\nexpect asking no\nexpect leaving no\nexpect edits 1\n"
         "expect message has changed\n");
-    // Discarded
+    // Discards the edits
     Play("size 640x400\nopen " + other +
          "\nexpect asking yes\nkey d\nwait\nexpect asking no\nexpect edits 0\n");
     EXPECT_EQ(editor.Work().document.File(), other);
-    // Saved
+    // Saves the edits
     Play(OpenCornell() + "mouse 320 120\nclick left\nwait\nscene " + file + ".gltf\n" + edit +
          "close\nkey s\nexpect leaving yes\n");
     EXPECT_EQ(scene::LoadGltf(file + ".gltf").materials[material].baseColorFactor.x, 0.25f);
     EXPECT_FALSE(editor.Work().document.IsEdited());
 }
 
-// Nothing was edited when they were opened.
+// No edit existed when the other scene was opened.
 TEST_F(UnsavedTest, AsksAboutEditsThatWereMadeWhileAnotherSceneWasLoaded) {
     const std::filesystem::path cornell = test::SourceFile("scenes/cornell.gltf");
     const std::filesystem::path other = test::SourceFile("scenes/furnace_sphere.gltf");
@@ -70,7 +70,7 @@ TEST_F(UnsavedTest, AsksAboutEditsThatWereMadeWhileAnotherSceneWasLoaded) {
     Play("size 640x400\nwait\nframes 2\nexpect asking yes\nexpect edits 1\nkey escape\n");
     EXPECT_EQ(work.document.File(), cornell);
     Play("size 640x400\nwait\nframes 2\nexpect asking no\nexpect edits 1\nkey ctrl+z\n");
-    // Another question is answered first
+    // The other question is answered first
     editor.Open(other);
     Edit();
     Play("size 640x400\nwait\nkey escape\nclose\nexpect asking yes\n");
@@ -85,7 +85,7 @@ TEST_F(UnsavedTest, NothingIsAskedWhereNothingIsLost) {
     Play("size 320x200\nclose\nexpect asking no\nexpect leaving yes\n");
 }
 
-// As in a window whose device fails.
+// The device fails, as it might in a window.
 TEST_F(UnsavedTest, IsSavedBesideTheSceneWhenTheEditorEndsByAnError) {
     class Lost final : public Screen {
       public:

@@ -1,4 +1,4 @@
-// Variants of a scene's materials in the editor.
+// Tests variants of a scene's materials in the editor.
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -13,7 +13,7 @@ namespace raygraph::editor {
 
 using VariantTest = EditorTest;
 
-// The Cornell box, in which the variant "paint" makes all but the lamp of one material.
+// In the Cornell box, the variant "paint" gives all meshes but the lamp one material.
 TEST_F(VariantTest, IsShownInAllViewsAndIsNoEdit) {
     nlohmann::json json = nlohmann::json::parse(std::ifstream(test::SourceFile("scenes/cornell.gltf")));
     json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "paint"}}, {{"name", "plain"}}};
@@ -56,7 +56,7 @@ TEST_F(VariantTest, IsShownInAllViewsAndIsNoEdit) {
                   .find("there is no variant \"red\""),
               std::string::npos);
     EXPECT_EQ(work.document.EditCount(), 0u);
-    // Edits are of what is in use, and saving keeps what there is to choose from
+    // Edits apply to the active materials, and saving keeps the variants
     Play("size 120x100\nvariant paint\nmouse 60 40\nclick left\nwait\n");
     ASSERT_EQ(work.selectedMaterial, 0u);
     Play("size 120x100\nmaterial base 0.25 0.5 1\nscene " + saved.string() +

@@ -1,4 +1,4 @@
-// A whole visit to the editor: everything that a user does in turn, and more often than a user would.
+// Tests a whole visit to the editor: everything that a user does, and more often than a user would.
 #include <array>
 #include <fstream>
 #include <set>
@@ -33,7 +33,7 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
     script << "size 400x260\nopen " << broken
            << "\nwait\nexpect message broken.glb\nview path-traced\nsamples 2\nexpect edits 0\n";
     Play(script.str());
-    // Of its first columns
+    // Counts the colors in a picture's first columns
     const auto colors = [](const image::Image8& picture, uint32_t columns) {
         std::set<std::array<uint8_t, 3>> seen;
         for (size_t i = 0; i < picture.rgba.size(); i += 4)
@@ -52,7 +52,7 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
     const size_t panelColors = colors(window, static_cast<uint32_t>(origin.x));
     EXPECT_GT(panelColors, 5u) << "a panel on its left, with text";
     EXPECT_GT(colors(window, window.width), 2 * panelColors) << "and the picture beside it";
-    // Nothing of the edit that was undone is left, here or in the file
+    // The undone edit has left nothing, neither here nor in the file
     const scene::SceneData original = scene::LoadGltf(test::SourceFile("scenes/cornell.gltf"));
     EXPECT_EQ(session::HashOf(scene::LoadGltf(file("scene.glb"))), session::HashOf(original));
     const Document& document = editor.Work().document;

@@ -1,4 +1,4 @@
-// A window on a display of its own.
+// Tests a window on a display of its own.
 #include "editor/app/window.h"
 
 #include <fcntl.h>
@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kServer = "/usr/bin/Xvfb";
 
-// An X server without a screen that anybody sees, while it lives.
+// Runs an X server with a virtual screen while it lives.
 class Display {
   public:
     Display() {
@@ -52,14 +52,14 @@ class Display {
     }
     Display(const Display&) = delete;
     Display& operator=(const Display&) = delete;
-    const std::string& Name() const { return m_name; }  // "97"; "": it did not start
+    const std::string& Name() const { return m_name; }  // e.g. "97"; "": the server did not start
 
   private:
     pid_t m_process = -1;
     std::string m_name;
 };
 
-// Frames of which each waits for a semaphore.
+// Makes each frame wait for a semaphore.
 class GatedScreen final : public Screen {
   public:
     GatedScreen(Screen& screen, const rhi::SemaphoreUse& gate) : m_screen(screen), m_gate(gate) {}
@@ -102,8 +102,8 @@ TEST(WindowTest, OpensAndShowsFrames) {
     EXPECT_EQ(messages.Text(0, true), "");
 }
 
-// As while a scene's structures are built. A driver that waited for the frame in order to show it would wait for
-// ever.
+// A scene's acceleration structures may take long to build. A driver that waited for the frame before showing
+// it would wait forever.
 TEST(WindowTest, AFrameThatTakesLongIsNotWaitedFor) {
     if (!std::filesystem::exists(kServer)) GTEST_SKIP() << "there is no Xvfb";
     const Display display;

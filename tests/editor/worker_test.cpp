@@ -1,4 +1,4 @@
-// Work beside the window: in order, without waiting, and what of it the main thread hears.
+// Tests work on another thread: its order, that nothing waits for it, and its completion on the main thread.
 #include "editor/app/worker.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ TEST(Worker, TasksRunInOrderBesideTheMainThread) {
                 };
             },
             NoFailure);
-    worker.FinishTasks();  // returns, though the first task waits for what comes below
+    worker.FinishTasks();  // returns although the first task waits for the code below
     EXPECT_TRUE(worker.IsBusy());
     EXPECT_TRUE(finished.empty());
     go.set_value();
@@ -88,7 +88,7 @@ TEST(Worker, GoesWhenAllTasksAreDone) {
     EXPECT_EQ(done, 5);
 }
 
-// On a device of its own, whose log tells the threads.
+// Uses a device of its own, whose log tells the threads.
 class SavingTest : public testing::VulkanTest {
   protected:
     SavingTest() {
@@ -133,7 +133,7 @@ TEST_F(SavingTest, SceneWhoseEditsWereSavedIsReadOnceAndNotByTheWindowsThread) {
     Play(save);
     EXPECT_EQ(Readers().size(), 1u) << "what is in the file is known by now";
     EXPECT_FALSE(session::ReadRenderFile(picture).sceneHash.empty());
-    // Another program has written it: nobody knows of what the picture is
+    // Another program has written the file, so the scene of the picture is unknown
     std::ofstream(scene, std::ios::app) << " ";
     Play(save);
     EXPECT_EQ(session::ReadRenderFile(picture).sceneHash, "");

@@ -1,5 +1,5 @@
-// Accessors: the input decides types, counts, strides, offsets and sparse parts in an otherwise valid file,
-// and then the bytes of its buffer.
+// Fuzzes accessors: the input chooses types, counts, strides, offsets and sparse parts in an otherwise valid
+// file, and then the bytes of its buffer.
 #include <nlohmann/json.hpp>
 
 #include "tests/fuzz/choices.h"
@@ -12,9 +12,9 @@ namespace {
 using Json = nlohmann::json;
 
 struct Attribute {
-    const char* name;  // "": the indices
+    const char* name;  // "": indices
     int componentType;
-    size_t shape;  // of kShapes
+    size_t shape;  // index into kShapes
     size_t elementBytes;
 };
 constexpr std::array kShapes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4", "VEC5"};
@@ -27,7 +27,7 @@ constexpr std::array<Attribute, 7> kAttributes{{{"POSITION", 5126, 2, 12},
                                                 {"TEXCOORD_1", 5123, 1, 4}}};
 constexpr uint64_t kVertices = 12, kIndices = 18, kSparse = 3;
 
-// What a number or a whole one of a vertex may be, from bytes that decide.
+// Fills a buffer with numbers for vertices, which bytes of the input choose.
 class Buffer {
   public:
     size_t Size() const { return m_bytes.size(); }
@@ -38,7 +38,7 @@ class Buffer {
     void Align() {
         while (m_bytes.size() % 4 != 0) m_bytes.emplace_back();
     }
-    // Raw bytes of the input over the last of these.
+    // Overwrites the end of the buffer with raw bytes of the input.
     void Overlay(Input input) {
         for (size_t i = 0; i < std::min(input.size(), m_bytes.size()); ++i) m_bytes[i] ^= input[i];
     }
@@ -47,7 +47,7 @@ class Buffer {
     Bytes m_bytes;
 };
 
-// Elements as they are usual for an attribute: small whole numbers as floats, indices below the count.
+// Appends typical elements of an attribute: small whole numbers as floats, indices below the count.
 void PutElements(const Attribute& attribute, uint64_t count, Buffer& buffer) {
     buffer.Align();
     for (uint64_t i = 0; i < count; ++i) {
@@ -61,7 +61,7 @@ void PutElements(const Attribute& attribute, uint64_t count, Buffer& buffer) {
             const auto value = static_cast<float>((i * 7 + c * 5) % 4);
             uint32_t bits = 0;
             std::memcpy(&bits, &value, 4);
-            // Unit vectors along an axis, and a last component of 1
+            // Normals and tangents are unit vectors along an axis, with a last component of 1
             if (attribute.shape >= 2 && attribute.name[0] != 'P')
                 bits = c == i % 3 || c == 3 ? 0x3F800000 : 0;
             buffer.Put(bits, 4);
@@ -108,7 +108,7 @@ class FileMaker {
     }
 
   private:
-    // Returns its index.
+    // Returns the index of the new view.
     size_t AddView(size_t from, bool mayStride) {
         Json view{{"buffer", 0}};
         view["byteOffset"] = m_choices.Number(from);

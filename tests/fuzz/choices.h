@@ -1,5 +1,5 @@
-// An input read as decisions: for targets that build their own, mostly valid, files. Where the input ends all
-// decisions are 0.
+// Choices reads an input as decisions, for targets that build their own, mostly valid, files. After the end
+// of the input, all decisions are 0.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ class Choices {
         return value;
     }
     bool Flag() { return Byte() % 2 == 1; }
-    // `usual` for half of all bytes, else a number from a list of unusual ones or a small one.
+    // Returns `usual` for half of all bytes, else an unusual or a small number.
     uint64_t Number(uint64_t usual) {
         constexpr std::array<uint64_t, 16> kUnusual{1,
                                                     2,

@@ -1,4 +1,4 @@
-// Seeds of compressed geometry: a small mesh by each of the codecs.
+// Makes seeds of compressed geometry: a small mesh by each of the codecs.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 #include <meshoptimizer.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint32_t kSide = 6, kVertices = kSide * kSide, kTriangles = 2 * (kSide - 1) * (kSide - 1);
 
-// A bumpy square.
+// Makes a bumpy square.
 struct Grid {
     std::vector<float> positions, normals;
     std::vector<uint32_t> indices;
@@ -44,7 +44,7 @@ Bytes Attributes(const void* elements, size_t stride) {
                    meshopt_encodeVertexBuffer(out.data(), out.size(), elements, kVertices, stride));
 }
 
-// Four floats a vertex.
+// Expands three floats per vertex to four.
 std::vector<float> WithFourth(const std::vector<float>& three) {
     std::vector<float> four;
     for (size_t i = 0; i < three.size(); i += 3)
@@ -81,7 +81,7 @@ Bytes Draco(const Grid& grid, int method, int submethod, int speed, int bits) {
     };
     add(draco::GeometryAttribute::POSITION, 3, grid.positions);
     add(draco::GeometryAttribute::NORMAL, 3, grid.normals);
-    // Which no primitive has; it is decoded all the same, and predicted by the positions
+    // No primitive uses this attribute; it is decoded nevertheless, and predicted from the positions
     add(draco::GeometryAttribute::TEX_COORD, 2, grid.positions);
     draco::ExpertEncoder encoder(mesh);
     encoder.SetSpeedOptions(speed, speed);

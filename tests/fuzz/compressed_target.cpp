@@ -1,5 +1,5 @@
-// Compressed geometry: the first bytes choose what holds it and how many elements there shall be, the others
-// are what is decoded.
+// Fuzzes compressed geometry: the first bytes choose its container and the number of elements, the others are
+// the compressed data.
 #include <nlohmann/json.hpp>
 
 #include "tests/fuzz/gltf_files.h"
@@ -10,12 +10,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-// What a triangle of an otherwise valid file is to be read from.
+// Tells from what a triangle of an otherwise valid file is read.
 struct Kind {
     const char* mode;    // "": Draco
     const char* filter;  // nullptr: none
     uint32_t stride;
-    const char* attribute;  // "": the indices
+    const char* attribute;  // "": indices
     int componentType;
     const char* shape;
 };

@@ -1,5 +1,5 @@
-// The targets of fuzzing in every build: their seeds, the inputs that once were findings, and some thousand
-// changed inputs, the same in every run. For longer ones: ./dev fuzz.
+// Runs the fuzzing targets in every build on their seeds, on the inputs that once were findings, and on some
+// thousand mutated inputs, which are the same in every run. ./dev fuzz runs longer.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 
 class Fuzz : public testing::TestWithParam<Target> {
   protected:
-    // False after a finding.
+    // Returns false after a finding.
     static bool Holds(Input input) {
         try {
             GetParam().run(input);
@@ -31,7 +31,7 @@ std::string NameOf(const testing::TestParamInfo<Target>& target) {
     return target.param.name;
 }
 
-// A second or two a target.
+// Rounds that take a second or two per target.
 constexpr int kRounds = 2000, kSlowRounds = 100;
 
 }  // namespace
@@ -52,7 +52,7 @@ TEST_P(Fuzz, SeedsKeepThePromises) {
 TEST_P(Fuzz, FindingsOfBeforeAreGone) {
     const std::filesystem::path folder =
         test::SourceFile("tests/fuzz/regressions") / std::filesystem::path(GetParam().name);
-    if (!std::filesystem::exists(folder)) return;  // there were none
+    if (!std::filesystem::exists(folder)) return;  // there were no findings
     for (const auto& file : std::filesystem::directory_iterator(folder)) {
         SCOPED_TRACE(file.path().string());
         Holds(ReadFile(file.path()));
@@ -73,7 +73,7 @@ TEST_P(Fuzz, ChangedInputsKeepThePromises) {
 
 INSTANTIATE_TEST_SUITE_P(All, Fuzz, testing::ValuesIn(Targets().begin(), Targets().end()), NameOf);
 
-// A target that accepts all would find nothing.
+// A target that accepts everything would find nothing.
 TEST(FuzzTarget, ReportsOtherExceptionsAndLines) {
     const auto succeeds = [](const std::function<void()>& read) {
         return Succeeds("a: ", {ErrorKind::BadInput}, read);
@@ -89,7 +89,7 @@ TEST(FuzzTarget, ReportsOtherExceptionsAndLines) {
     EXPECT_THROW(succeeds([] { throw Finding("b"); }), Finding);
 }
 
-// Changes of files that are refused would not reach far.
+// Mutations of files that are refused would not reach far.
 TEST(FuzzTarget, SeedsOfGltfAreRead) {
     for (const char* name : {"gltf_text", "gltf_container", "gltf_accessors"}) {
         size_t readCount = 0;
@@ -105,7 +105,7 @@ TEST(FuzzTarget, SeedsOfGltfAreRead) {
     }
 }
 
-// So that changes reach what lies behind: what is repaired is read.
+// Repaired files are read, so that mutations reach the code after the checks.
 TEST(FuzzTarget, RepairsLengthsAndChecksums) {
     for (const char* name : {"gltf_container", "images"}) {
         const Target& target = *FindTarget(name);

@@ -1,4 +1,4 @@
-// glTF files in memory, and the folder in which a fuzzed one seems to stand.
+// Holds glTF files in memory, and the folder in which a fuzzed one seems to be.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +16,13 @@ inline constexpr const char* kSceneName = "scene.gltf";
 inline constexpr const char* kBufferName = "b.bin";  // 64 KiB of zeros
 inline constexpr const char* kImageName = "i.png";   // SmallPng()
 
-// A folder with a scene, a buffer and an image. The reader gives what is in memory, and finds that any other
-// file is read.
+// Has a folder with a scene, a buffer and an image. As a reader it returns what is in memory, and reports a
+// finding if any other file is read.
 class SceneFolder final : public scene::FileReader {
   public:
     SceneFolder();
     std::filesystem::path Scene() const { return m_path / kSceneName; }
-    scene::LoadOptions Options();  // With this as the reader and low limits.
+    scene::LoadOptions Options();  // uses this as the reader, with low limits
     // Loads the file as the scene; false if it was refused.
     bool Load(Input file, scene::SceneData* loaded = nullptr);
     std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
@@ -34,16 +34,16 @@ class SceneFolder final : public scene::FileReader {
     Input m_scene;
 };
 
-// One for all calls.
+// Returns the one that all calls share.
 SceneFolder& SharedSceneFolder();
 
-// A .glb of a JSON and a BIN chunk.
+// Makes a .glb of a JSON and a BIN chunk.
 Bytes MakeGlb(std::string_view json, Input binary);
-// What the target gltf_accessors makes of an input: a .glb.
+// Returns the .glb that the target gltf_accessors makes of an input.
 Bytes AccessorFile(Input input);
-// What the target gltf_compressed makes of an input of four bytes or more: a .glb.
+// Returns the .glb that the target gltf_compressed makes of an input of four bytes or more.
 Bytes CompressedFile(Input input);
-// 2 x 2 texels.
+// Returns a PNG of 2 x 2 texels.
 Bytes SmallPng();
 
 }  // namespace raygraph::fuzz

@@ -1,4 +1,4 @@
-// Seeds of glTF: the scenes as they are, and those that are long with their buffers and images outside.
+// Makes seeds of glTF: the scenes as they are, and the long ones with their buffers and images outside.
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -27,7 +27,7 @@ Bytes ToBytes(std::string_view text) {
     return {input.begin(), input.end()};
 }
 
-// All that is read, in one small file, but for MaterialExtensions().
+// This small file has everything that is read, except for MaterialExtensions().
 constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0"}, "scene": 0,
 "extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds",
  "KHR_texture_basisu", "X_unknown"],
@@ -99,7 +99,7 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
  {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 0.5, 0.25, 1], "specularFactor": [0, 0, 1],
   "glossinessFactor": 0.5, "diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 0}}}}]})";
 
-// With the files of SceneFolder in place of what is embedded.
+// Replaces embedded data by the files of SceneFolder.
 std::string WithFilesOutside(const std::string& text) {
     Json json = Json::parse(text);
     for (Json& buffer : json["buffers"]) buffer["uri"] = kBufferName;
@@ -108,7 +108,7 @@ std::string WithFilesOutside(const std::string& text) {
     return json.dump(1);
 }
 
-// With the first buffer as the BIN chunk; zeros if it is a file.
+// Makes the first buffer the BIN chunk, with zeros if it is a file.
 Bytes AsGlb(const std::string& text) {
     Json json = Json::parse(text);
     Json& buffer = json["buffers"][0];
@@ -119,7 +119,7 @@ Bytes AsGlb(const std::string& text) {
     return MakeGlb(json.dump(), binary);
 }
 
-// A .glb of CompressedFile() as text.
+// Returns a .glb of CompressedFile() as text.
 std::string WithDataUri(Input glb) {
     uint32_t length = 0;
     std::memcpy(&length, &glb[12], sizeof(length));
@@ -140,7 +140,7 @@ std::string WithDataUri(Input glb) {
 std::vector<Seed> GltfSeeds(std::string_view target) {
     std::vector<Seed> seeds;
     if (target == "gltf_accessors") {
-        // Decisions: none, all attributes, sparse parts, no views
+        // The decisions choose nothing, all attributes, sparse parts, or no views
         for (const int present : {0, 2, 255})
             for (const int kinds : {0, 2, 4, 5}) {
                 Bytes bytes(64, std::byte{0});

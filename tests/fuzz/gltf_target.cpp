@@ -1,4 +1,4 @@
-// glTF as the importer reads it, and as an edited scene is written back.
+// Fuzzes the importer of glTF, and the writer of edited scenes.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -16,7 +16,7 @@ namespace raygraph::fuzz {
 
 namespace {
 
-// Saves with all that can be edited edited: what is written loads again, and is what was edited.
+// Saves the scene with every editable value edited: the file must load again, with the edited values.
 void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesystem::path& target) {
     for (const uint32_t node : scene.nodeOrder) scene.nodes[node].translation += glm::vec3(1.0f);
     for (scene::Material& material : scene.materials) {
@@ -59,8 +59,8 @@ void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesys
             "");
 }
 
-// Plays all animations, each at some times: the scene stays one that can be drawn, and an animation with a
-// defect is refused. The scene has its rest pose in the end.
+// Plays all animations, each at some times: the scene must stay drawable, and an animation with a defect must
+// be refused. Ends in the rest pose.
 void Play(scene::SceneData& scene) {
     scene::PoseEvaluator evaluator(scene);
     scene::PoseApplier applier(scene);
@@ -86,7 +86,7 @@ SceneFolder::SceneFolder() {
     for (const char* name : {kSceneName, kBufferName, kImageName}) std::ofstream(m_path / name).flush();
     m_files[kBufferName] = Bytes(65536);
     m_files[kImageName] = SmallPng();
-    // In the folder too, for what is copied beside a saved scene
+    // The files also exist in the folder, to be copied beside a saved scene
     for (const auto& [name, bytes] : m_files)
         std::ofstream(m_path / name, std::ios::binary)
             .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -94,7 +94,7 @@ SceneFolder::SceneFolder() {
 
 scene::LoadOptions SceneFolder::Options() {
     scene::LoadOptions options;
-    // Small, so that a file that claims much costs little time
+    // Limits are low, so that a file that claims much costs little time
     options.limits.maxGeometryBytes = 1 << 20;
     options.limits.maxImageExtent = 256;
     options.limits.maxImageTexels = 1 << 16;
@@ -142,7 +142,7 @@ void RunGltfContainer(Input input) {
 
 void RunGltfSave(Input input) {
     if (input.empty()) return;
-    // The first byte says as what it is saved
+    // The first byte chooses the format to save
     const bool isGlb = std::to_integer<uint32_t>(input[0]) % 2 == 1;
     SceneFolder& folder = SharedSceneFolder();
     scene::SceneData scene;

@@ -1,4 +1,4 @@
-// Light profiles: files of IES LM-63.
+// Fuzzes light profiles: files of IES LM-63.
 #include <cmath>
 
 #include "renderer/scene/check.h"
@@ -11,7 +11,7 @@ void RunProfiles(Input input) {
     scene::IesFile file;
     if (!Succeeds("line ", {ErrorKind::BadInput}, [&] { file = scene::ParseIes(AsText(input)); })) return;
     const double mean = file.profile.MeanIntensity(), max = double{file.profile.MaxIntensity()};
-    // Of a web between two angles only, as much is rounding
+    // A web between only two angles has this much rounding
     Require(std::isfinite(mean) && mean >= -1e-6 * max && mean <= (1.0 + 1e-5) * max,
             "the mean intensity is not one of the profile's");
     scene::SceneData scene;

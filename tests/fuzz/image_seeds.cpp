@@ -1,4 +1,4 @@
-// Seeds of pictures: a small one of every kind that is read.
+// Makes seeds of pictures: a small one of every kind that is read.
 #include <zstd.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ std::vector<uint8_t> WithoutAlpha(const image::Image8& image) {
     return rgb;
 }
 
-// Two by two blocks, of four modes.
+// Makes two by two blocks, of four modes.
 std::vector<uint8_t> UastcLevel(size_t firstMode) {
     std::mt19937 random(1);
     std::vector<uint8_t> level;

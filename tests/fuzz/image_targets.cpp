@@ -1,4 +1,4 @@
-// Pictures: textures as the importer decodes them, environments and multichannel renders.
+// Fuzzes pictures: textures as the importer decodes them, environments and multichannel renders.
 #include <cmath>
 
 #include "renderer/image/exr.h"

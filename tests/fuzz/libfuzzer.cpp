@@ -42,7 +42,7 @@ extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max
     const Target& target = Chosen();
     maxSize = std::min(maxSize, target.maxBytes);
     const size_t changedSize = LLVMFuzzerMutate(data, std::min(size, maxSize), maxSize);
-    // Wrong lengths and checksums are inputs too
+    // Wrong lengths and checksums are tried, too
     if (!target.repair || seed % 4 == 0) return changedSize;
     const Input changed = std::as_bytes(std::span(data, changedSize));
     Bytes repaired(changed.begin(), changed.end());

@@ -6,7 +6,7 @@ namespace raygraph::fuzz {
 
 namespace {
 
-// std::mt19937 gives the same numbers everywhere, the distributions of the library do not.
+// std::mt19937 yields the same numbers everywhere; the distributions of the library do not.
 size_t Below(std::mt19937& random, size_t bound) {
     return bound == 0 ? 0 : random() % bound;
 }
@@ -15,7 +15,7 @@ auto At(Bytes& bytes, size_t index) {
     return bytes.begin() + static_cast<ptrdiff_t>(index);
 }
 
-// Replaces a decimal number of the text, if there is one.
+// Replaces a decimal number in the text, if there is one.
 void ChangeNumber(Bytes& bytes, std::mt19937& random) {
     constexpr const char* kNumbers[] = {
         "0",     "1",      "-1",  "65536", "2147483648",           "4294967295", "4294967296",

@@ -1,4 +1,4 @@
-// Changes of inputs as a fuzzer makes them, the same in every run.
+// Mutates inputs as a fuzzer does, equally in every run.
 #pragma once
 
 #include <random>
@@ -7,7 +7,7 @@
 
 namespace raygraph::fuzz {
 
-// A changed copy of one of the inputs, spliced with another now and then. `inputs` must not be empty.
+// Returns a mutated copy of one of the inputs, sometimes spliced with another. `inputs` must not be empty.
 Bytes Mutate(std::span<const Seed> inputs, size_t maxBytes, std::mt19937& random);
 
 }  // namespace raygraph::fuzz

@@ -1,5 +1,5 @@
-// Stored renders, as they are resumed and merged. The input decides which channels and attributes of a valid
-// one are changed, and to what.
+// Fuzzes stored renders as they are resumed and merged. The input chooses which channels and attributes of a
+// valid one are changed, and to what.
 #include <algorithm>
 #include <cstring>
 
@@ -19,7 +19,7 @@ namespace {
 constexpr uint32_t kWidth = 3, kHeight = 2;
 constexpr size_t kPixels = kWidth * kHeight;
 
-// One whose pixels have more or less.
+// Makes the state of a render whose pixels have different numbers of samples.
 session::AdaptiveState MakeCounts() {
     session::AdaptiveState state{.counts = std::vector<uint32_t>(kPixels, 20), .stages = {128, 128}};
     state.counts[0] = 40;
@@ -28,7 +28,7 @@ session::AdaptiveState MakeCounts() {
     return state;
 }
 
-// A render of four samples from `first` on; with all that may be stored, or with nothing that need not be.
+// Makes a render of four samples from `first` on, with everything or only with what must be stored.
 session::RenderFile MakeRender(bool isFull, uint32_t first, bool isAdaptive = false) {
     session::RenderFile render;
     render.size = {kWidth, kHeight};
@@ -73,14 +73,14 @@ session::RenderFile MakeRender(bool isFull, uint32_t first, bool isAdaptive = fa
     return render;
 }
 
-// Valid renders and a place for others.
+// Holds valid renders, and a path for others.
 struct Renders {
     Renders() {
         for (const bool isFull : {false, true}) {
             const std::filesystem::path path = folder / "valid.exr";
             session::WriteRenderFile(path, MakeRender(isFull, 0));
             (isFull ? full : small) = image::ReadExr(path);
-            // Its sums have no digest, so that changed ones are gone on with
+            // Its sums have no digest, so that changed ones can be resumed
             if (isFull) full = test::InFormatOfWords(std::move(full), MakeRender(isFull, 0));
             (isFull ? laterFull : laterSmall) = MakeRender(isFull, 1000);
         }
@@ -89,7 +89,7 @@ struct Renders {
     }
     test::TemporaryFolder folder;
     image::ExrImage small, full, adaptive;
-    session::RenderFile laterSmall, laterFull;  // of other samples
+    session::RenderFile laterSmall, laterFull;  // with later samples
 };
 
 std::string Line(std::string_view& text) {
@@ -100,7 +100,7 @@ std::string Line(std::string_view& text) {
     return line;
 }
 
-// Each change is four bytes; the rest of the input are lines for attributes.
+// Each change takes four bytes; the rest of the input is lines for attributes.
 void Change(image::ExrImage& file, Choices& choices) {
     struct Edit {
         uint8_t kind, at, with, value;
@@ -131,7 +131,7 @@ void Change(image::ExrImage& file, Choices& choices) {
                 break;
             }
             case 2:
-                // Every number the same: all ones, a small one, or a sign
+                // All numbers become equal: all ones, a small one, or a sign
                 std::visit(
                     [&](auto& samples) {
                         using T = typename std::decay_t<decltype(samples)>::value_type;
@@ -154,7 +154,7 @@ void Change(image::ExrImage& file, Choices& choices) {
     }
 }
 
-// Whatever a file says of its pixels, they get more samples.
+// Whatever a file claims about its pixels, more samples are added.
 void GoOn(const session::RenderFile& render) {
     using Kind = session::AdaptiveCounts::Next::Kind;
     session::AdaptiveCounts counts({render.size.width, render.size.height}, *render.adaptive);
@@ -183,7 +183,7 @@ void ReadAndMerge(const std::filesystem::path& path, const session::RenderFile& 
         Succeeds("", {ErrorKind::Usage}, [&] { cli::SettingsOf(resumed, {.samples = 1u << 20}); });
     if (render.adaptive && !render.adaptive->wanted.empty())
         Succeeds("", {ErrorKind::Usage}, [&] { GoOn(render); });
-    // What was read can be written, and read again
+    // A render that was read can be written, and read again
     Require(Succeeds("", {},
                      [&] {
                          session::WriteRenderFile(other, render);
@@ -208,7 +208,7 @@ void RunRenderFile(Input input) {
     image::ExrImage file = isFull ? renders.full : isAdaptive ? renders.adaptive : renders.small;
     Change(file, choices);
     const std::filesystem::path path = renders.folder / "render.exr";
-    // Of two channels of one name, or an attribute's name of the format's own, nothing is written
+    // Writing refuses two channels of one name, and reserved names of attributes
     if (!Succeeds("", {ErrorKind::Usage}, [&] { image::WriteExr(path, file); })) return;
     ReadAndMerge(path, isFull ? renders.laterFull : renders.laterSmall, renders.folder / "other.exr");
 }

@@ -1,4 +1,4 @@
-// Files that are right in what a decoder checks first.
+// Repairs the parts of files that a decoder checks first.
 #include <algorithm>
 #include <cstring>
 
@@ -72,7 +72,7 @@ Bytes MakeGlb(std::string_view json, Input binary) {
 Bytes SmallPng() {
     Bytes png(8);
     PutText(png, 0, "\x89PNG\r\n\x1a\n");
-    // 2 x 2 texels of 8-bit gray; a zlib stream of one stored block with a filter byte a row
+    // 2 x 2 texels of 8-bit gray in a zlib stream of one stored block, with a filter byte per row
     constexpr uint8_t kHeader[] = {0, 0, 0, 2, 0, 0, 0, 2, 8, 0, 0, 0, 0};
     constexpr uint8_t kRows[] = {0x78, 0x01, 0x01, 6,   0, 0xF9, 0xFF, 0,   50,
                                  100,  0,    150,  200, 4, 0x84, 0x01, 0xF5};
@@ -82,7 +82,7 @@ Bytes SmallPng() {
     return png;
 }
 
-// The lengths of the header and of the first two chunks: the first ends where the JSON text does, if the
+// Repairs the lengths of the header and of the first two chunks: the first ends with the JSON text if its
 // stated length does not lead to a chunk.
 void RepairGlb(Bytes& file) {
     if (file.size() < 28) return;
@@ -101,7 +101,7 @@ void RepairGlb(Bytes& file) {
     if (end + 8 <= file.size()) PutLittle(file, end, file.size() - end - 8);
 }
 
-// The checksums of the chunks.
+// Repairs the checksums of the chunks.
 void RepairPng(Bytes& file) {
     if (file.size() < 8 || AsText(file).substr(1, 3) != "PNG") return;
     for (size_t at = 8; at + 12 <= file.size();) {

@@ -1,4 +1,4 @@
-// Where fuzzing starts: small valid inputs, made from the scenes of the project and by its writers.
+// Provides the inputs from which fuzzing starts: small and valid, from the project's scenes and writers.
 #pragma once
 
 #include <string>
@@ -13,11 +13,11 @@ struct Seed {
     Bytes bytes;
 };
 
-// Those of a target, each at most Target::maxBytes long. With RAYGRAPH_ASSETS set, `withAssets` adds the
-// malformed files of that folder.
+// Returns the seeds of a target, each at most Target::maxBytes long. If RAYGRAPH_ASSETS is set, `withAssets`
+// adds the malformed files of that folder.
 std::vector<Seed> Seeds(const Target& target, bool withAssets);
 
-// By subject.
+// Return the seeds by subject.
 std::vector<Seed> GltfSeeds(std::string_view target);
 std::vector<Seed> CompressedSeeds();
 std::vector<Seed> ImageSeeds();

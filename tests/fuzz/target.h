@@ -1,6 +1,6 @@
-// What is fuzzed: functions that take any bytes as a file or a text of a user, and may end in the value they
-// promise or in raygraph::Error. Anything else is a finding: another exception, a crash, a broken promise, a
-// report of a sanitizer. Threads: one; targets keep folders and buffers between calls.
+// A fuzzing target is a function that takes any bytes as a file or a text of a user. It may end in the
+// promised value or in raygraph::Error. Anything else is a finding: another exception, a crash, a broken
+// promise, a report of a sanitizer. Threads: one; targets keep folders and buffers between calls.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace raygraph::fuzz {
 using Bytes = std::vector<std::byte>;
 using Input = std::span<const std::byte>;
 
-// A promise that was broken.
+// Reports a broken promise.
 class Finding : public std::logic_error {
   public:
     using std::logic_error::logic_error;
@@ -27,20 +27,20 @@ class Finding : public std::logic_error {
 
 struct Target {
     const char* name;
-    void (*run)(Input input);  // Throws Finding.
-    size_t maxBytes;           // Longer inputs are not tried.
-    // Makes lengths and checksums of a changed file right, so that what lies behind them is reached; nullptr:
-    // it has none.
+    void (*run)(Input input);  // throws Finding
+    size_t maxBytes;           // longer inputs are not tried
+    // Repairs lengths and checksums of a mutated file, so that the code after them is reached; nullptr: there
+    // are none.
     void (*repair)(Bytes& file) = nullptr;
-    bool isSlow = false;  // Writes files, which are waited for: the suite tries fewer inputs.
+    bool isSlow = false;  // writes files and waits for them, so the suite tries fewer inputs
 };
 
-// All of them.
+// Returns all targets.
 std::span<const Target> Targets();
-// nullptr if there is none.
+// Returns nullptr if there is no such target.
 const Target* FindTarget(std::string_view name);
 
-// The targets.
+// Target functions.
 void RunGltfText(Input input);
 void RunGltfContainer(Input input);
 void RunGltfAccessors(Input input);
@@ -53,15 +53,15 @@ void RunRenderFile(Input input);
 void RunSettings(Input input);
 void RunTexts(Input input);
 void RunScripts(Input input);
-// Their repairs.
+// Repair functions.
 void RepairGlb(Bytes& file);
 void RepairPng(Bytes& file);
 
-// Throws Finding unless it holds.
+// Throws Finding unless `holds`.
 void Require(bool holds, const std::string& promise);
 
-// Runs `read`. False if it ended in an Error of one of the `kinds`, whose message is one line of readable
-// length and begins with `subject`.
+// Runs `read`. Returns false if it throws an Error of one of the `kinds`, whose message must be one line of
+// readable length that begins with `subject`.
 bool Succeeds(std::string_view subject, std::initializer_list<ErrorKind> kinds,
               const std::function<void()>& read);
 

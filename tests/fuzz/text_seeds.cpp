@@ -1,4 +1,4 @@
-// Seeds of texts and of stored renders.
+// Makes seeds of texts and of stored renders.
 #include "tests/fuzz/seeds.h"
 #include "tests/support/ies_text.h"
 
@@ -24,7 +24,7 @@ std::vector<Seed> SettingsSeeds() {
 "pivot": "origin"}, "recent": ["/a/b.gltf", "/c.glb"]})")};
 }
 
-// Of each photometric type, with the parts that symmetry completes.
+// Makes profiles of each photometric type, with parts that symmetry completes.
 std::vector<Seed> ProfileSeeds() {
     const auto quarter = [](double v, double h) { return 90.0 - v + h; };
     return {
@@ -55,7 +55,7 @@ std::vector<Seed> ScriptSeeds() {
                  "expect samples-above 0\n")};
 }
 
-// The first byte chooses among RunTexts's kinds.
+// The first byte selects a kind of RunTexts.
 std::vector<Seed> TextSeeds() {
     return {
         Text("render",
@@ -90,10 +90,12 @@ std::vector<Seed> TextSeeds() {
     };
 }
 
-// A flag, the number of changes, each of four bytes (kind, channel or attribute, value), and lines of texts.
+// The bytes are a flag, the number of changes, the changes of four bytes each (kind, channel or attribute,
+// value), and lines of text.
 std::vector<Seed> RenderFileSeeds() {
     std::vector<Seed> seeds;
-    // Of all that may be stored; of nothing that need not be; of pixels with different numbers of samples
+    // Starts with everything that may be stored, with the minimum, or with pixels of different numbers of
+    // samples
     const std::pair<const char*, std::string> starts[] = {
         {"full", {1}}, {"small", {0, 0}}, {"adaptive", {0, 1}}};
     for (const auto& [name, start] : starts) {

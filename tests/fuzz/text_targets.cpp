@@ -1,4 +1,5 @@
-// What users and programs write as text: the command line, the editor's settings, lines of `raygraph bench`.
+// Fuzzes text that users and programs write: the command line, the editor's settings, lines of `raygraph
+// bench`.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -28,7 +29,7 @@ std::vector<std::string> Lines(std::string_view text) {
     return lines;
 }
 
-// A word of the command line each.
+// Each line is a word of the command line.
 void ParseCommandLine(std::string_view text) {
     const std::vector<std::string> lines = Lines(text);
     std::vector<const char*> words{"raygraph"};
@@ -36,7 +37,7 @@ void ParseCommandLine(std::string_view text) {
     cli::ParseArguments(static_cast<int>(words.size()), words.data());
 }
 
-// "seed=1": a picture setting's text, which its own text gives again.
+// Parses "seed=1": the text of a picture setting's value must read back as the same value.
 void ParseSettings(std::string_view text) {
     for (const std::string& line : Lines(text)) {
         const size_t equals = std::min(line.find('='), line.size());
@@ -108,7 +109,7 @@ void CompareLines(std::string_view text) {
 
 }  // namespace
 
-// The first byte says what the rest is.
+// The first byte selects the kind of text.
 void RunTexts(Input input) {
     if (input.empty()) return;
     constexpr void (*kParsers[])(std::string_view) = {ParseCommandLine, ParseSettings, ParseGroups,
@@ -120,7 +121,7 @@ void RunTexts(Input input) {
 void RunScripts(Input input) {
     Succeeds("script:", {ErrorKind::BadInput}, [&] {
         for (const editor::ScriptLine& line : editor::ParseScript(AsText(input), "script")) {
-            // A line's text says the same again
+            // The text of a line reads back as the same line
             const std::vector<editor::ScriptLine> again = editor::ParseScript(line.text, "script");
             Require(again.size() == 1 && again[0].text == line.text &&
                         again[0].command.index() == line.command.index(),

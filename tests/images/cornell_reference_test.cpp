@@ -1,4 +1,4 @@
-// The Cornell box against independent renderers. Left out where RAYGRAPH_ASSETS is unset.
+// Compares the Cornell box with independent renderers. It is skipped if RAYGRAPH_ASSETS is unset.
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +22,7 @@ class CornellReference : public ReferenceTest {
     }
 };
 
-// The mean over each block and its two neighbors on every side.
+// Returns for each block the mean over it and its neighbors.
 std::vector<double> Pooled(const std::vector<double>& values, int columns) {
     const int rows = static_cast<int>(values.size()) / columns;
     std::vector<double> pooled(values.size(), 0.0);
@@ -39,9 +39,9 @@ std::vector<double> Pooled(const std::vector<double>& values, int columns) {
 
 }  // namespace
 
-// The reference (2048 samples) has noise of its own, of which only the mean square is known: its share is
-// taken to be distributed as ours. On the upper walls it is 1 % darker than we and pbrt are, which this test
-// cannot see.
+// The reference (2048 samples) has noise of its own, of which only the mean square is known; it is assumed to
+// be distributed like ours. On the upper walls it is 1 % darker than ours and pbrt's, which this test cannot
+// detect.
 TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
     const ReferenceImage reference = Read("cornell_lambert.exr");
     ASSERT_EQ(reference.width, 320u);

@@ -1,5 +1,5 @@
-// The test pictures of scenes/: in each pair of squares the left one looks like the right one, which shows what
-// is expected, and no longer does where the extension is taken out of the file.
+// Tests the pictures of scenes/ in which the left square of each pair must look like the right one, and must
+// no longer do so if the extension is removed from the file.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +20,7 @@ using test::Json;
 constexpr uint32_t kPixelsAMeter = 16;
 constexpr std::string_view kExpected = "expected ";
 
-// A pair in the picture: the square that shows what is expected; the other one is as large and left of it.
+// Is a pair in the picture: the expected square; the tested one is as large, and left of it.
 struct Pair {
     std::string name;
     uint32_t x = 0, y = 0, side = 0;
@@ -68,8 +68,8 @@ class Grids : public VulkanTest {
         render.scene.SetScene(std::move(data));
     }
 
-    // Whether the mean radiance of the two differs by more than chance and `tolerance` explain. At the edges
-    // pixels see what is beside the squares, too.
+    // Returns the pairs whose mean radiances differ by more than noise and `tolerance` explain. At the edges
+    // pixels also see what is beside the squares.
     std::vector<std::string> DifferentMeans(uint32_t sampleCount, double tolerance, double errorLimit) {
         const RenderedImage seen = render.Render(settings, sampleCount);
         std::vector<std::string> names;
@@ -88,7 +88,7 @@ class Grids : public VulkanTest {
                     break;
                 }
         }
-        // What is too small to be seen in one pair may be seen in all of them
+        // A difference too small to be seen in one pair may be seen in all of them together
         const double count = double(pairs.size());
         for (int c = 0; c < 3 && names.empty(); ++c)
             if (std::abs(allDifferences[c]) > 5.0 * std::sqrt(allVariances[c]) + tolerance * count)
@@ -96,7 +96,7 @@ class Grids : public VulkanTest {
         return names;
     }
 
-    // Whether albedo or normal of the two differ in any pixel.
+    // Returns the pairs whose albedo or normals differ in any pixel.
     std::vector<std::string> DifferentHits(float tolerance) {
         const SceneRender::Hits hits = render.PrimaryHits(settings);
         std::vector<std::string> names;
@@ -122,7 +122,8 @@ class Grids : public VulkanTest {
     std::vector<Pair> pairs;
 
   private:
-    // The mean over the square `left` pixels left of the pair's, without its edge, and its standard error.
+    // Returns the mean over the square `left` pixels left of the pair's, without its edge, and its standard
+    // error.
     static std::pair<glm::dvec3, glm::dvec3> MeanOf(const RenderedImage& image, const Pair& pair,
                                                     uint32_t left) {
         glm::dvec3 sum(0.0), variance(0.0);
@@ -154,7 +155,7 @@ TEST_F(Grids, Trace_SlabsOfScatteringMediaReturnWhatDoublingComputes) {
     Set("scattering_grid.gltf");
     ASSERT_EQ(pairs.size(), 30u);
     EXPECT_EQ(Lines(DifferentMeans(16, 0.002, 0.03)), "");
-    // What does not scatter lets e^-depth through.
+    // Light that is not scattered is attenuated by e^-depth.
     Set("scattering_grid.gltf", {"KHR_materials_volume_scatter"});
     EXPECT_EQ(DifferentMeans(4, 0.002, 0.03).size(), 30u);
 }
@@ -214,7 +215,7 @@ TEST_F(Grids, TextureCoordinatesAreTransformedAndChosen) {
     EXPECT_NE(Lines(DifferentMeans(16, 0.002, 0.02)).find("EMISSION"), std::string::npos);
 }
 
-// Each of them shows the row of its name, and is seen not to show the others.
+// Each variant shows the row of its name, and no other.
 TEST_F(Grids, VariantsShowTheirRows) {
     const std::array names{"NO VARIANT", "DAY", "NIGHT", "RUST"};
     for (uint32_t shown = 0; shown < names.size(); ++shown) {

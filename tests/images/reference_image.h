@@ -1,5 +1,5 @@
-// Reference images of other renderers: where they are, and how they are compared. Tests that need them are
-// left out where RAYGRAPH_ASSETS is unset.
+// Reads and compares reference images of other renderers. Tests that need them are skipped if RAYGRAPH_ASSETS
+// is unset.
 #pragma once
 
 #include <cstdint>
@@ -23,18 +23,18 @@ struct ReferenceImage {
     glm::dvec3 Mean() const;
 };
 
-// Skips its tests where there are no references.
+// Skips its tests if there are no references.
 class ReferenceTest : public VulkanTest {
   protected:
     void SetUp() override;
-    ReferenceImage Read(const std::string& name) const;  // of references/, "cornell_metal.exr"
+    ReferenceImage Read(const std::string& name) const;  // a file of references/, e.g. "cornell_metal.exr"
 
     std::filesystem::path assets;
     SceneRender render{Device()};
 };
 
-// Averages the picture over blocks of `size` x `size` pixels, row by row; what is left over at the edges is
-// left out.
+// Averages the picture over blocks of `size` x `size` pixels, row by row; incomplete blocks at the edges are
+// omitted.
 template <typename Value>
 std::vector<double> Blocks(uint32_t width, uint32_t height, uint32_t size, Value&& value) {
     const uint32_t columns = width / size, rows = height / size;

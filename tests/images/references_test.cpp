@@ -1,4 +1,5 @@
-// Pictures of other renderers whose models differ a little from ours: compared as their descriptions say.
+// Compares with pictures of renderers whose models differ a little from ours, by the tolerances in their
+// descriptions.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,16 +14,16 @@ namespace raygraph::testing {
 namespace {
 
 struct BlockTest {
-    uint32_t size = 4;         // pixels of ours
-    double relative = 0.02;    // how far a block may be off, beyond three standard errors of ours
-    double minShare = 0.95;    // of the blocks and channels, that are not farther off
-    double meanError = 0.01;   // relative, of all blocks that are compared
-    double minCoverage = 0.0;  // blocks that surfaces cover less are left out
-    // Blocks that are left out otherwise, by column and row.
+    uint32_t size = 4;         // of a block, in pixels of our picture
+    double relative = 0.02;    // tolerance of a block, beyond three standard errors of ours
+    double minShare = 0.95;    // minimal fraction of blocks and channels within the tolerance
+    double meanError = 0.01;   // relative tolerance of the mean over all compared blocks
+    double minCoverage = 0.0;  // blocks that surfaces cover less are skipped
+    // Selects further blocks to skip, by column and row.
     std::function<bool(size_t, size_t)> isLeftOut = [](size_t, size_t) { return false; };
 };
 
-// `image` is of the reference's view, in fewer pixels.
+// `image` shows the reference's view with fewer pixels.
 void ExpectSameBlocks(const RenderedImage& image, const ReferenceImage& reference, const BlockTest& test) {
     const uint32_t width = image.mean.extent.width, height = image.mean.extent.height;
     const uint32_t scale = reference.width / width;
@@ -70,7 +71,7 @@ class References : public ReferenceTest {
         passes::TraceSettings settings;
         settings.extent = {width, height};
         settings.camera = ToRecord(scene::ChooseView(data, "", float(width) / float(height)));
-        // As Cycles 3.4
+        // Cycles 3.4 does so
         settings.scattering.masking = MaskingModel::Separable;
         settings.scattering.multiscatter = MultiscatterKind::Off;
         return settings;
@@ -79,7 +80,7 @@ class References : public ReferenceTest {
 
 }  // namespace
 
-// The OPAQUE panel, on the left, is left out: where its texture has no alpha, Cycles takes it to be black.
+// The OPAQUE panel on the left is skipped: where its texture has no alpha, Cycles renders it black.
 TEST_F(References, Trace_AlphaModesCoverAndShadowAsInCycles) {
     const ReferenceImage reference = Read("alphablend_lambert.exr");
     scene::SceneData data = scene::LoadGltf(assets / "references/scenes/AlphaBlendModeTest_cam.glb");

@@ -1,4 +1,4 @@
-// A textured scene against the picture that support/direct_light_reference computes independently.
+// Compares a textured scene with the picture that support/direct_light_reference computes independently.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,7 +19,7 @@ using scene::WrapMode;
 
 constexpr std::array kModes{WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::ClampToEdge};
 
-// Texels of all kinds of values; the same ones in every run.
+// Makes texels with values of all kinds; they are the same in every run.
 scene::ImageData Texels(uint32_t width, uint32_t height, uint32_t step) {
     scene::ImageData image{.name = "texels", .width = width, .height = height, .rgba = {}};
     for (uint32_t i = 0; i < 4 * width * height; ++i)
@@ -41,7 +41,8 @@ std::vector<glm::vec2> Coordinates(const glm::vec2& upperLeft, const glm::vec2& 
     return {{upperLeft.x, lowerRight.y}, lowerRight, {lowerRight.x, upperLeft.y}, upperLeft};
 }
 
-// Nine tiles, one for each pair of wrap modes: base color by one set of coordinates, emission by the other.
+// Makes nine tiles, one for each pair of wrap modes: base color by one set of coordinates, emission by the
+// other.
 void AddWall(scene::SceneData& scene) {
     for (uint32_t tile = 0; tile < 9; ++tile) {
         const WrapMode wrapU = kModes[tile % 3], wrapV = kModes[tile / 3];
@@ -66,8 +67,7 @@ void AddWall(scene::SceneData& scene) {
     }
 }
 
-// Four strips before the wall, of one mesh: two of MASK, one of BLEND, and one whose alpha counts for
-// nothing.
+// Makes four strips of one mesh before the wall: two of MASK, one of BLEND, and one whose alpha is ignored.
 void AddStrips(scene::SceneData& scene) {
     scene::Mesh mesh;
     for (const AlphaMode mode : {AlphaMode::Mask, AlphaMode::Blend, AlphaMode::Mask, AlphaMode::Opaque}) {
@@ -96,7 +96,7 @@ void AddStrips(scene::SceneData& scene) {
         mesh.primitives.push_back(primitive);
         scene.materials.push_back(material);
     }
-    // Mirrored and a little turned about +y
+    // Mirrored and rotated a little about +y
     glm::mat4x3 placement(1.0f);
     placement[0] = {-0.98f, 0.0f, 0.2f};
     placement[2] = {0.2f, 0.0f, 0.98f};
@@ -131,8 +131,8 @@ test::PlaneView Channel(const std::vector<glm::vec4>& values, uint32_t size, int
     return {size, size, std::span(&values[0].x, 4 * values.size()).subspan(static_cast<size_t>(channel)), 4};
 }
 
-// The variance of each pixel's mean. At the rim of a pixel lies what few samples see or none: the largest of
-// the pixel and its neighbors.
+// Returns the variance of each pixel's mean. Few samples or none see what lies at the edge of a pixel, so it
+// is the largest of the pixel and its neighbors.
 std::vector<glm::vec4> VarianceOfMean(const RenderedImage& image) {
     const int width = static_cast<int>(image.mean.extent.width);
     const int height = static_cast<int>(image.mean.extent.height);

@@ -1,4 +1,5 @@
-// Every way to sample light, points and path lengths converges to one image; every microfacet model renders.
+// Tests that every way to sample light, points and path lengths converges to one image, and that every
+// microfacet model renders.
 #include "tests/support/same_image.h"
 #include "tests/support/vulkan_test.h"
 

@@ -1,5 +1,5 @@
-// How fast files are decoded, by format (docs/gltf.md). On one core, by the time that it worked, so that what
-// else runs counts little; and on all cores, by the clock.
+// Measures how fast files are decoded, by format (docs/gltf.md): on one core by processor time, so that other
+// load counts little, and on all cores by the clock.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ using Json = nlohmann::json;
 constexpr uint32_t kSide = 2048;
 constexpr size_t kImages = 16;
 
-// Smooth shapes and a little noise, as photographs have.
+// Makes smooth shapes with a little noise, as in photographs.
 image::Image8 Photograph() {
     image::Image8 image{
         .width = kSide, .height = kSide, .rgba = std::vector<uint8_t>(size_t{4} * kSide * kSide)};
@@ -101,7 +101,7 @@ std::vector<Format> Formats() {
 }
 
 struct Times {
-    double wall = 1e30, cpu = 1e30;  // s; the least of some runs
+    double wall = 1e30, cpu = 1e30;  // seconds; the minimum of some runs
 };
 
 Times TimesOf(const std::function<void()>& run) {
@@ -131,7 +131,7 @@ void Write(const std::filesystem::path& path, const Bytes& bytes) {
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-// A triangle a material, and materials that show the file "image".
+// Makes a triangle per material, with materials that show the file "image".
 Json WithImages() {
     Json json{{"asset", {{"version", "2.0"}}}};
     json["accessors"] = Json::array({{{"componentType", 5126}, {"type", "VEC3"}, {"count", 3}}});
@@ -168,7 +168,7 @@ TEST(DecodeThroughput, ImagesByFormat) {
     }
 }
 
-// A bumpy square of so many vertices a side.
+// Makes a bumpy square with so many vertices per side.
 struct Grid {
     static constexpr uint32_t kPoints = 700;
     std::vector<float> positions, normals;
@@ -192,7 +192,7 @@ Bytes BytesOf(const void* data, size_t size) {
     return bytes;
 }
 
-// The grid in a binary file beside the document, which says what it is.
+// Stores the grid in a binary file beside the document that describes it.
 struct Geometry {
     const char* name;
     Json json;
@@ -309,7 +309,7 @@ TEST(DecodeThroughput, GeometryByCompression) {
     }
 }
 
-// The reference scenes: the bytes alone, and loaded on one core and on all.
+// Measures the reference scenes: the bytes alone, and loading on one core and on all.
 TEST(DecodeThroughput, ReferenceScenes) {
     RAYGRAPH_SKIP_WITHOUT_ASSETS();
     std::printf("| scene | MB | read | one core | %u cores | MB/s |\n|---|---|---|---|---|---|\n", Cores());

@@ -1,4 +1,5 @@
-// Each Vulkan call that can fail over the lifetime of renderer, scene and viewport; `viewport` has some.
+// Tests each Vulkan call that can fail over the lifetime of renderer, scene and viewport; `viewport` has
+// some.
 #include "tests/support/failure_sweep.h"
 
 namespace raygraph::testing {

@@ -1,7 +1,7 @@
-// Every option of Trace and of the raster view does something: the picture of the same random numbers is
-// another one. And it does nothing to what it is not about: without a bounce, light is that of what is seen,
-// to the bit, and so are the first hits. That options converge to one picture, where they should, is shown by
-// convergence_test.cpp.
+// Tests that every option of Trace and of the raster view has an effect: with the same random numbers, the
+// picture differs. An option must not affect anything else: without a bounce, the light of visible surfaces
+// keeps its bits, and so do the first hits. convergence_test.cpp shows that options converge to one picture
+// where they should.
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -19,21 +19,22 @@ using passes::TraceSettings;
 
 namespace {
 
-// Pixels of 256. The same random numbers give the same bits, and few paths turn on how roulette is played.
+// Bound on the pixels, of 256, that may differ. Equal random numbers give equal bits, and roulette changes
+// few paths.
 constexpr size_t kFew = 5;
 
-// What an option changes besides the light.
+// Tells what an option changes besides the light.
 enum class Moves : uint8_t { Nothing, Background, CameraRays, FirstHits };
 
 struct Option {
     const char* name;
     void (*change)(TraceSettings&);
-    bool isOfRaster = false;  // changes that view, too
+    bool isOfRaster = false;  // also changes the raster view
     Moves moves = Moves::Nothing;
-    void (*prepare)(TraceSettings&) = nullptr;  // where the option matters
+    void (*prepare)(TraceSettings&) = nullptr;  // sets up the case in which the option has an effect
 };
 
-// What glTF's material is made of.
+// Options of glTF's material.
 const Option kOfScattering[] = {
     {"lambert", [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lambert; }, true},
     {"lafortune", [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lafortune; }, true},
@@ -49,7 +50,7 @@ const Option kOfScattering[] = {
     {"regularization", [](TraceSettings& s) { s.biases.regularize = 0.8f; }},
 };
 
-// What there is of any material; shown with Lambert's, whose pipelines are made sooner.
+// Options of any material; tested with Lambert's, whose pipelines are made sooner.
 const Option kOfPaths[] = {
     {"uniform lights", [](TraceSettings& s) { s.lights.sampler = LightSampler::Uniform; }},
     {"lights by power", [](TraceSettings& s) { s.lights.sampler = LightSampler::Power; }},
@@ -84,7 +85,7 @@ const Option kOfPaths[] = {
      false, Moves::FirstHits},
 };
 
-// Structured bindings name the fields of a class or of its base, not both: a field that TraceSettings has beside
+// Structured bindings name the fields of a class or of its base, not both: a field of TraceSettings besides
 // the seven, of which FieldsOf names four, makes one more initializer valid.
 template <typename Settings>
 concept HasEightFieldsOfItsOwn = requires {
@@ -96,8 +97,8 @@ concept HasEightFieldsOfItsOwn = requires {
 static_assert(HasEightFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
-    // All but `sampleCount`, `traversal` and `form`, which change no picture (session_forms_test.cpp of
-    // tests/cli), and `pixels` (session_adaptive_test.cpp)
+    // These are all fields but `sampleCount`, `traversal` and `form`, which change no picture
+    // (tests/cli/session_forms_test.cpp), and `pixels` (session_adaptive_test.cpp)
     auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] =
         static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
@@ -119,7 +120,7 @@ class TraceOptions : public VulkanTest {
         squares.baseColorTexture = {.texture = 0};
         scene::Mesh floor = QuadMesh(2.0f, 3);
         floor.primitives[0].uv0 = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-        // Two lamps, of which one is brighter: what samples lights has a choice
+        // The scene has two lamps of different brightness, so that light sampling has a choice
         scene::SceneData scene = SceneOf(
             {floor, BoxMesh(0.4f, 0), QuadMesh(0.4f, 1), QuadMesh(2.0f, 0), SphereMesh(0.5f, 4, 0),
              QuadMesh(0.3f, 2)},
@@ -151,7 +152,7 @@ class TraceOptions : public VulkanTest {
         render.renderer.Execute();
         return ToFloatImage(readback);
     }
-    // How many pixels are other ones.
+    // Returns how many pixels differ.
     static size_t Different(const FloatImage& a, const FloatImage& b) {
         if (!(a.extent == b.extent)) return std::numeric_limits<size_t>::max();
         size_t count = 0;
@@ -173,7 +174,7 @@ class TraceOptions : public VulkanTest {
             visit(Row{option, before, after});
         }
     }
-    // Each picture is another one than that of the defaults, and of each other row.
+    // Each picture must differ from that of the defaults, and from that of each other row.
     void ExpectEachMatters(std::span<const Option> options, const TraceSettings& settings) {
         const auto withoutBounce = [](TraceSettings seen) {
             seen.biases.maxDepth = 0;

@@ -1,6 +1,5 @@
-// What may run concurrently: the threading contract of the public headers. The counts that are asserted here
-// prove little;
-// `./dev tsan` runs these tests under ThreadSanitizer, which finds the races.
+// Tests the threading contract of the public headers. The counts that are asserted here prove little; `./dev
+// tsan` runs these tests under ThreadSanitizer, which finds the races.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -56,7 +55,7 @@ class Loaded {
     std::deque<scene::SceneData> m_scenes;
 };
 
-// A picture through a pass of its own Renderer, and back.
+// Tone-maps a picture by a Renderer of its own, and reads it back.
 void ToneMapOnce(PassHarness& harness, float exposure) {
     const Texels texels = harness.Run([&](PassHarness& h) {
         const TextureId radiance =
@@ -109,7 +108,7 @@ TEST_F(Threads, ScenesAreLoaded_BesideTheThreadThatRenders) {
     EXPECT_GT(viewport.Progress().pathTracedSamples, 0u);
 }
 
-// The callback is the host's: it is called by all of these threads, as its lock says.
+// The callback is the host's: all of these threads call it, as its lock requires.
 TEST_F(Threads, MessagesComeFromEveryThreadThatDoesTheWork) {
     std::mutex mutex;
     std::set<std::thread::id> speakers;
@@ -150,7 +149,7 @@ TEST_F(Threads, RenderersOfOneDevice_RunAtOnce) {
     other.join();
 }
 
-// A thread polls each readback of the one that renders, reads it and lets go of it, whether its frame ran or
+// A thread polls each readback of the rendering thread, reads it and releases it, whether its frame ran or
 // was dropped.
 TEST_F(Threads, ReadbacksArePolled_BesideTheThreadThatRenders) {
     constexpr uint32_t kFrames = 24;

@@ -1,4 +1,4 @@
-// Acceleration-structure builds that share scratch memory.
+// Tests acceleration-structure builds that share scratch memory.
 #include <gtest/gtest.h>
 
 #include <numeric>

@@ -1,4 +1,4 @@
-// base/os: what the operating system is asked for.
+// Tests base/os, the interface to the operating system.
 #include <gtest/gtest.h>
 #include <pty.h>
 #include <sys/resource.h>
@@ -146,7 +146,7 @@ TEST_F(OsFile, AskingWhetherItCanBeReplacedLeavesIt) {
     EXPECT_EQ(TextOf(path), "text");
     EXPECT_FALSE(RefusalToWrite("/dev/null"));
     EXPECT_EQ(RefusalToWrite(folder / "none"), std::errc::no_such_file_or_directory);
-    // Which is empty, and may have come in place of a file since that was looked at
+    // The folder is empty, and may have replaced a file after that was checked
     std::filesystem::create_directory(folder / "b");
     EXPECT_EQ(RefusalToReplace(folder / "b"), std::errc::is_a_directory);
     EXPECT_TRUE(std::filesystem::is_directory(folder / "b"));
@@ -316,7 +316,7 @@ TEST(OsSignals, EachThatAsksToEndIsNoted) {
     }
 }
 
-// As nohup, `trap '' TERM` and the background of a script start a process.
+// nohup, `trap '' TERM` and the background of a script start a process in this way.
 TEST(OsSignals, OneThatWasIgnoredBeforeStaysIgnored) {
     constexpr std::array kSignals{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
     for (const int signal : kSignals) {
@@ -331,7 +331,7 @@ TEST(OsSignals, OneThatWasIgnoredBeforeStaysIgnored) {
     }
 }
 
-// Of the mapping that an address is in, as Linux names them; empty if it does not say.
+// Returns the flags of the mapping that contains an address, as Linux names them; empty if it does not say.
 std::string MappingFlags(const void* address) {
     std::ifstream maps("/proc/self/smaps");
     bool isInside = false;
@@ -355,7 +355,7 @@ TEST(LargeArray, IsInLargePagesIfItIsLarge) {
     EXPECT_NE((flags + " ").find(" hg "), std::string::npos) << flags;
 }
 
-// A child, whose streams and signals they change.
+// These tests run in a child, since they change its streams and signals.
 TEST(OsProcessDeathTest, WritesFailInsteadOfEndingTheProcess) {
     const auto writeInVain = [] {
         LetWritesFail();

@@ -115,7 +115,7 @@ TEST(Reflection, OnlyWhatTheEntryPointReachesIsUsed) {
         EXPECT_EQ(binding.isUsed, binding.name != "Unused") << binding.name;
 }
 
-// Each member of such a block is a binding, with the flags and sizes of what it refers to.
+// Each member of such a block is a binding, with the flags and sizes of the buffer to which it refers.
 TEST(Reflection, BlockOfBufferReferencesIsATableOfAddresses) {
     const ShaderReflection reflection = ReflectGlsl(StageKind::Compute, R"(#version 460
 #extension GL_EXT_buffer_reference : require

@@ -17,7 +17,7 @@ constexpr TableProperties kNvidia{
 constexpr std::array<uint32_t, 2> kNoData2{0, 0};
 constexpr std::array<uint32_t, 4> kNoData4{0, 0, 0, 0};
 
-// Evaluated by the compiler: the arithmetic needs no device and no memory.
+// The compiler evaluates the arithmetic, which needs no device and no memory.
 constexpr TableLayout kPlain =
     LayOutTable(kNvidia, {.rayGen = 0, .miss = kNoData2, .hit = kNoData4, .callable = {}});
 static_assert(kPlain.rayGen == TableRegion{.offset = 0, .stride = 32, .size = 32, .recordCount = 1});

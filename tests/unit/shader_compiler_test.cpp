@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own that goes away with the test.
+// Has a folder of its own that is removed with the test.
 class ShaderCompiler : public ::testing::Test {
   protected:
     void SetUp() override {

@@ -1,4 +1,4 @@
-// What entry points use, beside what SPIRV-Cross says.
+// Tests which resources entry points use, beyond what SPIRV-Cross reports.
 #include "rhi/static_use.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ void ExpectAsSpirvCross(std::span<const uint32_t> words, std::string_view name) 
     }
 }
 
-// The names of what is used of a compute shader; of a block "name.0": its first member.
+// Returns the names of the resources that a compute shader uses; for a block, "name.0" is its first member.
 std::vector<std::string> UsedBy(const std::string& text) {
     const std::vector<uint32_t> words = CompileGlsl({.name = "test.comp", .text = text});
     ExpectAsSpirvCross(words, "test.comp");

@@ -1,4 +1,4 @@
-// Parts of textures: what they resolve to, what is missing, how they are written.
+// Tests parts of textures: what they resolve to, what is missing, how they are written.
 #include "rhi/subresources.h"
 
 #include <gtest/gtest.h>

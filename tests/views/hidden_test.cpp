@@ -1,5 +1,5 @@
-// What is hidden is in no view, and casts no shadow: the bits of a scene that was set without it being
-// visible, by an update of the TLAS.
+// Tests that a hidden object is in no view, and casts no shadow: pictures have the bits of a scene that never
+// showed it, after an update of the TLAS.
 #include <cstring>
 
 #include "passes/raster.h"
@@ -27,7 +27,7 @@ struct Seen {
 
 class Hidden : public VulkanTest {
   protected:
-    // A floor under the sun, and on it a box, a ball, a lamp and a leaf with holes.
+    // Makes a floor under the sun, and on it a box, a ball, a lamp and a leaf with holes.
     static scene::SceneData Table(uint32_t hidden = scene::kNone) {
         scene::Material leaf = Lambert(glm::vec3(0.7f));
         leaf.alphaMode = scene::AlphaMode::Mask;
@@ -124,7 +124,7 @@ TEST_F(Hidden, IsInNoViewAndCastsNoShadow) {
         for (const std::vector<glm::uvec4>& ids : hidden.ids)
             for (const glm::uvec4& id : ids) ASSERT_NE(id.x, instance);
         for (size_t i = 0; i < all.ids.size(); ++i) EXPECT_NE(hidden.ids[i], all.ids[i]) << "it was seen";
-        // What was hidden when the scene was set can be shown
+        // Objects that were hidden when the scene was set can be shown
         expected.scene.SetVisible(instance, true);
         const uint64_t before = expected.scene.Statistics().tlasRebuilds;
         ExpectSame(Look(expected), all);
@@ -135,7 +135,7 @@ TEST_F(Hidden, IsInNoViewAndCastsNoShadow) {
     EXPECT_EQ(edited.scene.Statistics().tlasRebuilds, rebuilds) << "updates only";
 }
 
-// Only shadows and light differ: the floor alone is looked at.
+// The camera sees the floor alone, so that only shadows and light differ.
 TEST_F(Hidden, ShadowsOfWhatIsHiddenAreGone) {
     edited.scene.SetScene(Table());
     const passes::TraceSettings settings = LookAt({0.3f, -0.4f, 7.0f}, {0, 0, 0}, 0.8f, kSize);

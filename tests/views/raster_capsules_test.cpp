@@ -1,4 +1,4 @@
-// Round primitives in raster views: found by rays in front of the triangles that were drawn.
+// Tests round primitives in raster views, which rays find in front of the drawn triangles.
 #include "passes/raster.h"
 #include "passes/see_through.h"
 #include "tests/support/scene_render.h"
@@ -23,7 +23,7 @@ class RasterCapsules : public VulkanTest {
         return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
 
-    // Both views of a scene of so many instances, all of which are seen.
+    // Compares both views of a scene of so many instances, all of which are visible.
     void ExpectAgreement(size_t instanceCount) {
         const TraceSettings settings = LookAt({0.5f, 0.7f, 5}, {0, 0, 0}, 0.6f, 96);
         const SceneRender::Hits traced = render.PrimaryHits(settings);
@@ -55,7 +55,7 @@ scene::Material Glass() {
 
 }  // namespace
 
-// A wall that cuts a ball and a bar, and another ball behind it.
+// The scene has a wall that cuts a ball and a bar, and another ball behind it.
 TEST_F(RasterCapsules, AreSeenBeforeAndBehindTrianglesAsRaysSeeThem) {
     render.scene.SetScene(SceneOf({QuadMesh(1.0f, 0), RoundSphere(0.5f, 1, {-0.3f, 0, 0}),
                                    RoundMesh({{-1.5f, -0.8f, -1}, {1.5f, 0.8f, 1}}, {0, 1}, {0.1f}, 1),
@@ -64,7 +64,7 @@ TEST_F(RasterCapsules, AreSeenBeforeAndBehindTrianglesAsRaysSeeThem) {
     ExpectAgreement(4);
 }
 
-// Before the wall, and there for half of the rays.
+// They are before the wall, and exist for half of the rays.
 TEST_F(RasterCapsules, BlendedOnesAreSeenAsRaysSeeThem) {
     scene::Material veil = Lambert(glm::vec3(0.5f));
     veil.alphaMode = scene::AlphaMode::Blend;
@@ -74,7 +74,7 @@ TEST_F(RasterCapsules, BlendedOnesAreSeenAsRaysSeeThem) {
     ExpectAgreement(2);
 }
 
-// More surfaces than are looked through: nothing of the glass is taken for what is behind it.
+// With more surfaces than are looked through, the glass must not be taken for what is behind it.
 TEST_F(RasterCapsules, BehindMuchGlassIsNoGlass) {
     std::vector<scene::Mesh> meshes{QuadMesh(2.0f, 0)};
     for (int i = 0; i < 18; ++i) meshes.push_back(RoundSphere(0.1f, 1, {0, 0, 0.5f + 0.3f * float(i)}));
@@ -100,7 +100,7 @@ TEST_F(RasterCapsules, WhatIsBehindGlassIsFoundBehindRoundGlass) {
     }
 }
 
-// The sun behind a ball: its shadow on the floor, where maps are asked for too.
+// The sun is behind a ball, whose shadow is on the floor, also if maps are requested.
 TEST_F(RasterCapsules, CastShadowsOnWhatIsDrawn) {
     scene::SceneData scene =
         SceneOf({QuadMesh(2.0f, 0), RoundSphere(0.5f, 0, {0, 0, 2})}, {Lambert(glm::vec3(0.5f))});

@@ -1,4 +1,5 @@
-// A raster frame costs the host the same whatever it draws: the device culls and draws by itself.
+// Tests that a raster frame costs the host the same whatever it draws, since the device culls and draws by
+// itself.
 #include <algorithm>
 
 #include "passes/raster.h"
@@ -16,7 +17,7 @@ namespace {
 class RasterFrame : public VulkanTest {
   protected:
     struct Cost {
-        double hostMs;  // declaring, compiling and recording: the median of some frames
+        double hostMs;  // declaring, compiling and recording; the median of some frames
         size_t passCount;
     };
     Cost Measure(const TraceSettings& settings, const passes::RasterSettings& raster) {
@@ -40,7 +41,7 @@ class RasterFrame : public VulkanTest {
         return {times[times.size() / 2], passCount};
     }
 
-    // Boxes in a square, under a sun and a sky.
+    // Makes boxes in a square, under a sun and a sky.
     void SetBoxes(int perSide) {
         std::vector<glm::mat4x3> places;
         for (int y = 0; y < perSide; ++y)

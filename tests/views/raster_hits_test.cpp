@@ -1,4 +1,4 @@
-// What the raster view draws is what camera rays hit: instance, primitive, normal.
+// Tests that the raster view draws what camera rays hit: instance, primitive, normal.
 #include <cmath>
 
 #include "passes/raster.h"
@@ -40,7 +40,7 @@ class RasterHits : public VulkanTest {
         return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
 
-    // Placements that are drawn, those outside of the picture left out.
+    // Returns the number of drawn placements, without those outside of the picture.
     uint32_t DrawnPlacements(const TraceSettings& settings) {
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
@@ -55,9 +55,9 @@ class RasterHits : public VulkanTest {
         return count;
     }
 
-    // Both views of the scene: at most a share `edges` of the pixels differ, and sees an instance that the other
-    // view has in a pixel beside; the others agree in surface, normal, color and place. Returns the share of
-    // pixels that see a surface.
+    // Compares both views of the scene. At most a fraction `edges` of the pixels may differ, and only if a
+    // neighboring pixel of the other view sees the same instance; the others agree in surface, normal, color
+    // and position. Returns the fraction of pixels that see a surface.
     double ExpectAgreement(const TraceSettings& settings, double edges) {
         const SceneRender::Hits traced = render.PrimaryHits(settings);
         ExpectAgreement(settings, edges, traced, Draw(settings, Rasterizer::Device), "device");
@@ -115,7 +115,7 @@ glm::mat4x3 Placed(const glm::vec3& scale, const glm::vec3& at) {
     return {glm::vec3(scale.x, 0, 0), glm::vec3(0, scale.y, 0), glm::vec3(0, 0, scale.z), at};
 }
 
-// A quad whose alpha runs from 0 on its left to 1 on its right, in front of a solid one.
+// Makes a quad whose alpha grows from 0 on its left to 1 on its right, in front of a solid one.
 scene::SceneData Veil(scene::AlphaMode mode, bool isDoubleSided) {
     scene::Material veil = OneSided({1.0f, 0.5f, 0.2f});
     veil.alphaMode = mode;
@@ -146,7 +146,7 @@ TEST_F(RasterHits, OwnScenesAreSeenAsRaysSeeThem) {
     }
 }
 
-// Each covers the whole picture: more tiles of triangles than the list of them holds.
+// Each layer covers the whole picture: they have more tiles of triangles than the list of tiles holds.
 TEST_F(RasterHits, ManyLayersOfLargeTrianglesShowTheNearest) {
     constexpr uint32_t kTilesEach = 32;  // of the two triangles of a layer, in a row of tiles
     std::vector<glm::mat4x3> places(gpu::kTileCapacity / kTilesEach + 100);
@@ -177,7 +177,7 @@ TEST_F(RasterHits, APictureThatIsTooLargeForComputeIsDrawnByTheDevice) {
     }
 }
 
-// The camera stands on a floor of two triangles that reach behind it, and inside a closed box.
+// The camera stands on a floor of two triangles that reach behind it, and then inside a closed box.
 TEST_F(RasterHits, TrianglesThatReachBehindTheCameraAreSeenAsRaysSeeThem) {
     scene::Mesh floor = QuadMesh(50.0f);
     render.scene.SetScene(SceneOf({floor, BoxMesh(40.0f), SphereMesh(0.5f, 8)}, {Lambert(glm::vec3(0.5f))},
@@ -202,8 +202,9 @@ TEST_F(RasterHits, MirroredAndSquashedInstancesKeepTheirSides) {
         scene::Material material = OneSided(glm::vec3(0.7f));
         material.isDoubleSided = isDoubleSided;
         std::vector<scene::Mesh> meshes(5, SphereMesh(0.5f, 8));
-        meshes.push_back(QuadMesh(1.0f));  // its back
-        meshes.push_back(QuadMesh(1.0f));  // mirrored along its normal: its front where the back was
+        meshes.push_back(QuadMesh(1.0f));  // shows its back
+        meshes.push_back(
+            QuadMesh(1.0f));  // mirrored along its normal, so that its front is where the back was
         render.scene.SetScene(SceneOf(
             std::move(meshes), {material},
             {Placed({1, 1, 1}, {-2, 0, 0}), Placed({-1, 1, 1}, {-1, 0, 0}), Placed({1, 1, -1}, {0, 0, 0}),
@@ -262,7 +263,7 @@ TEST_F(RasterHits, PlacementsOutsideOfThePictureAreLeftOut) {
     EXPECT_EQ(DrawnPlacements(LookAt({0, 0, 40}, {0, 0, 90}, 1.0f, 64)), 0u);
 }
 
-// Six sides at six different distances from the origin: none may stand for another.
+// The six sides are at six different distances from the origin, so that none can stand for another.
 TEST_F(RasterHits, PlacementIsDrawnWhereOneOfItsCornersIsInThePicture) {
     const glm::vec3 low(-7, -3, -1), high(2, 5, 4);
     scene::Mesh box = BoxMesh(1.0f);
@@ -270,7 +271,7 @@ TEST_F(RasterHits, PlacementIsDrawnWhereOneOfItsCornersIsInThePicture) {
         position = glm::mix(low, high, 0.5f * (position + glm::vec3(1.0f)));
     box.primitives[0].bounds = {low, high};
     render.scene.SetScene(SceneOf({box}, {Lambert(glm::vec3(0.5f))}));
-    // A thin picture around x and y, which sees what is less than `far` away, up or down the z axis.
+    // Tests a narrow picture around x and y that sees what is nearer than `far`, up or down the z axis.
     const auto isDrawn = [&](float x, float y, float from, float far) {
         const float toward = from > 0 ? -1.0f : 1.0f;
         scene::CameraView view = scene::CameraView::LookAt({x, y, from}, {x, y, from + toward}, {0, 1, 0});
@@ -282,7 +283,7 @@ TEST_F(RasterHits, PlacementIsDrawnWhereOneOfItsCornersIsInThePicture) {
         settings.camera = ToRecord(view);
         return DrawnPlacements(settings) == 1u;
     };
-    for (const float margin : {0.25f, -0.25f})  // within the box, and outside of it
+    for (const float margin : {0.25f, -0.25f})  // inside the box, and outside of it
         for (const bool isHigh : {false, true}) {
             SCOPED_TRACE(std::to_string(margin) + (isHigh ? " high" : " low"));
             const glm::vec3 at = isHigh ? high - margin : low + margin;
@@ -315,7 +316,8 @@ TEST_F(RasterHits, RaysSeeWhatMovedWhileOnlyTheRasterViewWasShown) {
     const TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.2f, 8);
     render.scene.SetScene(SceneOf({BoxMesh(0.4f), BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))},
                                   {Translation({0, 0, 0}), Translation({5, 0, 0})}));
-    for (int frame = 0; frame < 8; ++frame) render.PrimaryHits(settings);  // past compaction: updates follow
+    for (int frame = 0; frame < 8; ++frame)
+        render.PrimaryHits(settings);  // until after compaction, when updates follow
     EXPECT_EQ(render.PrimaryHits(settings).ids[36].x, 0u);
     render.scene.SetTransform(0, Translation({-5, 0, 0}));
     EXPECT_EQ(Draw(settings).ids[36].x, kMiss);

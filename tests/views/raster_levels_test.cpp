@@ -1,4 +1,4 @@
-// The mip level at which the raster view reads textures: by the derivatives in a pixel, and anisotropic
+// Tests the mip level at which the raster view reads textures: derivatives in a pixel, and anisotropic
 // filters.
 #include <algorithm>
 #include <cmath>
@@ -49,8 +49,8 @@ glm::mat4x3 Turned(float angle, float scale) {  // about x
 
 }  // namespace
 
-// Texture coordinates hardly change along x, so that the texels along y decide: those of a pixel's height,
-// over the cosine of the tilt.
+// Texture coordinates hardly change along x, so the texels along y decide: those of a pixel's height, divided
+// by the cosine of the tilt.
 TEST_F(RasterLevels, PlaneIsReadAtTheLevelOfThePixelsTexels) {
     SceneRender render(Device(), {.textureLevels = true});
     constexpr float kFov = 0.1f, kRepeats = 4.0f;
@@ -82,7 +82,8 @@ TEST_F(RasterLevels, OrthographicPlaneIsReadAtTheLevelOfThePixelsTexels) {
     EXPECT_NEAR(CenterLevel(Draw(render, settings)), std::log2(texels), 0.15);
 }
 
-// To the horizon, the derivatives of which leave no pixel without a color: far away all is the squares' mean.
+// Up to the horizon the derivatives leave no pixel without a color, and far away all is the mean of the
+// squares.
 TEST_F(RasterLevels, CheckerToTheHorizonIsItsMeanFarAway) {
     scene::Material material = LevelMaterial();
     scene::Mesh floor = QuadMesh(1000.0f);
@@ -110,12 +111,12 @@ TEST_F(RasterLevels, CheckerToTheHorizonIsItsMeanFarAway) {
     }
 }
 
-// A pixel that is long in v and short in u is filtered along v by several samples of a finer level: lines
-// along v, which a round filter blurs, stay.
+// A footprint that is long in v and short in u is filtered along v by several samples of a finer level, so
+// that lines along v, which an isotropic filter blurs, stay sharp.
 TEST_F(RasterLevels, AnisotropicFilterKeepsLinesAlongAFootprint) {
     if (Device().Info().maxAnisotropy < 8.0f) GTEST_SKIP() << "the device has no anisotropic filter";
     if (Device().Info().isLavapipe) GTEST_SKIP() << "this driver filters round footprints";
-    // Across 64 pixels, 4 texels each, in lines of 8; along v 32 texels a pixel
+    // Across 64 pixels there are 4 texels each, in lines of 8; along v there are 32 texels per pixel
     scene::Mesh quad = QuadMesh(1.0f);
     quad.primitives[0].uv0.clear();
     for (const glm::vec3& position : quad.primitives[0].positions)

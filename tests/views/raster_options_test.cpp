@@ -1,5 +1,5 @@
-// Every option of the raster view changes what it is about, and no other pixel; and what Trace alone knows
-// changes nothing. How surfaces scatter and lights are sampled, which needs a pipeline for each value:
+// Tests that every option of the raster view changes the pixels that it concerns, and no other; options of
+// Trace alone change nothing. Options for scattering and light sampling need a pipeline for each value, see
 // tests/long/trace_options_test.cpp.
 #include <algorithm>
 #include <string>
@@ -60,7 +60,7 @@ class RasterOptions : public VulkanTest {
     }
     struct Change {
         size_t pixels = 0;
-        size_t elsewhere = 0;  // of them: off the instance that is asked for, or off all surfaces
+        size_t elsewhere = 0;  // of these, off the tested instance, or off all surfaces
     };
     Change Compare(const FloatImage& a, const FloatImage& b, uint32_t instance = kMiss) const {
         Change change;
@@ -96,7 +96,7 @@ TEST_F(RasterOptions, EachOfTheRasterViewChangesItsPixelsAlone) {
         const char* name;
         void (*change)(RasterSettings&);
         RasterSettings before = kPlain;
-        uint32_t instance = kMiss;  // the only one that changes; by default any surface
+        uint32_t instance = kMiss;  // only instance that may change; by default any surface
     };
     constexpr RasterSettings kSmallMaps{.shadows = RasterShadows::Maps,
                                         .shadowAtlasSize = 512,
@@ -130,7 +130,7 @@ TEST_F(RasterOptions, EachOfTheRasterViewChangesItsPixelsAlone) {
         EXPECT_EQ(change.elsewhere, 0u) << row.name;
     }
     rows.ExpectComplete();
-    // The atlas is that of the maps
+    // The atlas belongs to shadow maps
     for (const RasterShadows shadows : {RasterShadows::Off, RasterShadows::Rays}) {
         RasterSettings before = kPlain, after = kPlain;
         before.shadows = after.shadows = shadows;
@@ -166,7 +166,7 @@ TEST_F(RasterOptions, WhatOnlyPathsHaveChangesNothing) {
         {"aperture", [](TraceSettings& s) { s.camera.lensRadius = 0.3f; }},
     };
     for (const auto& row : kOfPaths) EXPECT_EQ(draw(row.change).pixels, 0u) << row.name;
-    // The lamp is sampled again, and shines on surfaces alone
+    // The lamp is sampled differently, and lights surfaces alone
     for (const auto change :
          {+[](TraceSettings& s) { s.seed = 3; }, +[](TraceSettings& s) { s.sampleIndex = 3; }}) {
         const Change noise = draw(change);

@@ -1,4 +1,5 @@
-// What the raster view takes from the screen: occlusion of the environment, and what is behind glass.
+// Tests screen-space effects of the raster view: occlusion of the environment, and transmission through
+// glass.
 #include <cmath>
 
 #include "passes/occlusion.h"
@@ -22,7 +23,7 @@ constexpr passes::RasterSettings kScreen{.shadows = passes::RasterShadows::Off};
 
 class RasterScreen : public VulkanTest {
   protected:
-    // The mean of what `declare` makes of drawn pictures.
+    // Returns the mean of what `declare` makes of drawn pictures.
     template <typename Declare>
     FloatImage Mean(TraceSettings settings, uint32_t samples, FilmPosition film, Declare&& declare) {
         FloatImage sum;
@@ -45,7 +46,7 @@ class RasterScreen : public VulkanTest {
                         return passes::RasterShade(render.renderer, ids, now, seen, environment, raster);
                     });
     }
-    // Shares lie in the first channel.
+    // The visibility is in the first channel.
     FloatImage OpenShares(const TraceSettings& settings, uint32_t samples) {
         return Mean(settings, samples, FilmPosition::Center,
                     [&](const SceneIds& ids, const TraceSettings& now, const RasterVisibility& seen) {
@@ -60,13 +61,13 @@ class RasterScreen : public VulkanTest {
 
 const glm::mat4x3 kFloor(glm::vec3(1, 0, 0), glm::vec3(0, 0, -1), glm::vec3(0, 1, 0), glm::vec3(0, -1, 1));
 
-// A floor and a wall that meet at y = -1, z = 0.
+// Makes a floor and a wall that meet at y = -1, z = 0.
 scene::SceneData Crease() {
     return SceneOf({QuadMesh(1.0f), QuadMesh(1.0f)}, {Lambert(glm::vec3(0.8f))},
                    {Translation({0, 0, 0}), kFloor});
 }
 
-// A pane of glass before the left half of a shining wall that covers the middle of the picture.
+// Makes a pane of glass before the left half of an emitting wall that covers the middle of the picture.
 scene::SceneData Window(float roughness) {
     scene::Material glass;
     glass.baseColorFactor = {0.5f, 1.0f, 0.25f, 1.0f};
@@ -96,7 +97,7 @@ TEST_F(RasterScreen, AFlatSurfaceIsOpenWhicheverWayItIsSeen) {
 }
 
 TEST_F(RasterScreen, InACreaseHalfOfTheDirectionsAreOpen) {
-    // Near the wall and far below its top: all directions behind the wall's plane are closed, which are half
+    // Near the wall and far below its top, half of all directions are occluded: those behind the wall's plane
     render.scene.SetScene(Crease());
     const FloatImage share = OpenShares(LookAt({0, 2, 3}, {0, -1, 0}, 0.5f, 128), 32);
     EXPECT_NEAR(share.At(64, 66).x, 0.5f, 0.08f) << "floor";

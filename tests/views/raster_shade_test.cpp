@@ -1,4 +1,5 @@
-// The raster view is lit as the path tracer lights: by the same materials, BSDFs and punctual lights.
+// Tests that the raster view is lit as the path tracer lights: by the same materials, BSDFs and punctual
+// lights.
 #include "passes/raster.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -17,7 +18,7 @@ constexpr passes::RasterSettings kUnshadowed{
 
 class RasterShade : public VulkanTest {
   protected:
-    // The mean of kSamples drawn pictures.
+    // Returns the mean of kSamples drawn pictures.
     FloatImage Draw(TraceSettings settings, uint32_t samples = kSamples,
                     FilmPosition film = FilmPosition::Jittered) {
         passes::Accumulation accumulation("drawn");
@@ -42,15 +43,15 @@ class RasterShade : public VulkanTest {
         }
     }
 
-    // Direct light, no shadows: both views differ by less than 1 % in places all over the picture, and by
-    // less than 0.3 % in its mean.
+    // Expects for direct light without shadows that both views differ by less than 1 % at positions all over
+    // the picture, and by less than 0.3 % in its mean.
     void ExpectSameDirectLight(TraceSettings settings) {
         settings.biases.maxDepth = 1;
         const glm::dvec3 traced = render.Render(settings, 16).mean.Mean();
         const glm::dvec3 drawn = Draw(settings, 16).Mean();
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(drawn[c], traced[c], 0.003 * traced[c]);
 
-        // One place each: so narrow a view that it does not matter where in a pixel it is sampled
+        // The view is so narrow that the position within a pixel does not matter
         uint32_t lit = 0, edges = 0;
         for (float y = -0.95f; y < 1.0f; y += 0.2f)
             for (float x = -0.99f; x < 1.0f; x += 0.06f) {
@@ -72,8 +73,8 @@ class RasterShade : public VulkanTest {
         EXPECT_LE(edges, 1u);
     }
 
-    // Each of the first `count` instances alone, as two halves of the picture: the mean of the direct light
-    // that it sends is the same in both views, to `tolerance`.
+    // Shows each of the first `count` instances alone, as two halves of the picture: the means of its direct
+    // light agree in both views, to `tolerance`.
     void ExpectSameSurfaces(TraceSettings settings, uint32_t count, double tolerance) {
         settings.biases.maxDepth = 1;
         const uint32_t all = render.scene.Statistics().instanceCount;
@@ -108,7 +109,7 @@ scene::Material Glossy(const glm::vec3& color, float metallic, float roughness) 
     return material;
 }
 
-// Spheres of chalk, plastic and gold and a pane of coarse glass, in a row: none is in another's light.
+// Makes spheres of chalk, plastic and gold and a pane of rough glass in a row, none of which lights another.
 scene::SceneData Row(std::vector<scene::Light> lights) {
     std::vector<scene::Mesh> meshes;
     std::vector<glm::mat4x3> transforms;
@@ -159,7 +160,7 @@ scene::Light Sun() {
     return Punctual(scene::LightType::Directional, {1, 1, 1}, 3.0f, {0, 0, 0});
 }
 
-// A bright patch in a blue sky over a dark ground.
+// Makes a bright patch in a blue sky over a dark ground.
 image::ImageF PatchInTheSky() {
     const uint32_t width = 64, height = 32;
     image::ImageF map{.width = width, .height = height, .rgba = {}};
@@ -190,7 +191,8 @@ TEST_F(RasterShade, GltfMaterialsUnderEachPunctualLightAreAsPathTraced) {
     }
 }
 
-// Of lights, of an even environment, and of one with a patch that a stretched reflection smears out.
+// Light comes from punctual lights, from a uniform environment, and from one with a patch that a stretched
+// reflection smears.
 TEST_F(RasterShade, StretchedHighlightsAreAsPathTraced) {
     const auto brushed = [](std::vector<scene::Light> lights) {
         scene::SceneData scene = Row(std::move(lights));
@@ -207,14 +209,14 @@ TEST_F(RasterShade, StretchedHighlightsAreAsPathTraced) {
     ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 4, 0.04);
     render.scene.SetEnvironmentMap(PatchInTheSky());
     render.scene.SetEnvironment({.radiance = glm::vec3(0.7f), .rotation = 1.0f});
-    ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.25);  // of the spheres
+    ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.25);  // the spheres
 }
 
 TEST_F(RasterShade, AnEvenEnvironmentLightsAsPathTraced) {
     for (const BrdfModel brdf : {BrdfModel::Lambert, BrdfModel::Gltf}) {
         render.scene.SetScene(Row({}));
         render.scene.SetEnvironment({.radiance = {1.0f, 0.8f, 0.6f}});
-        // Each surface alone, and where it is seen face on and from the side
+        // Each surface is alone, and is seen face on and from the side
         ExpectSameSurfaces(ViewOfRow(brdf), 4, 0.03);
     }
 }
@@ -224,11 +226,11 @@ TEST_F(RasterShade, AnEnvironmentMapLightsAboutAsPathTraced) {
     render.scene.SetEnvironmentMap(PatchInTheSky());
     for (const float rotation : {0.0f, 1.0f}) {
         render.scene.SetEnvironment({.radiance = glm::vec3(0.7f), .rotation = rotation});
-        ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.2);  // of the spheres
+        ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.2);  // the spheres
     }
 }
 
-// The levels lie one below the other: the last row of one is next to the first row, the zenith, of the one
+// The levels lie below each other: the last row of one is next to the first row, the zenith, of the one
 // below.
 TEST_F(RasterShade, WhatFacesTheNadirReflectsNoZenith) {
     const uint32_t width = 8, height = 4;
@@ -307,7 +309,7 @@ TEST_F(RasterShade, EmittingSurfacesLightAsPathTracedWithoutOccluders) {
     EXPECT_LT(3.0 * traced.StandardErrorOfMean().y, 0.01 * traced.mean.Mean().y) << "too noisy";
 }
 
-// A sheet that passes light diffusely, lit from behind alone.
+// The sheet transmits light diffusely, and is lit from behind alone.
 TEST_F(RasterShade, LightFromBehindASheetIsAsPathTraced) {
     scene::Material leaf = Glossy({0.3f, 0.6f, 0.1f}, 0, 0.6f);
     leaf.diffuseTransmissionFactor = 0.7f;
@@ -325,7 +327,7 @@ TEST_F(RasterShade, LightFromBehindASheetIsAsPathTraced) {
         render.scene.SetScene(std::move(scene));
         ExpectSameDirectLight(settings);
     }
-    // Emitted light, and an environment that shines where z < 0
+    // Light is emitted, and comes from an environment that emits where z < 0
     settings.biases.maxDepth = 1;
     const auto expectSameMean = [&](double tolerance) {
         const RenderedImage traced = render.Render(settings, 64);

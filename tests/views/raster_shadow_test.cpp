@@ -1,4 +1,4 @@
-// Shadows of the raster view: by rays as the path tracer has them, by maps the same but near their edges.
+// Tests shadows of the raster view: rays give those of the path tracer, maps the same except near edges.
 #include <cmath>
 
 #include "passes/raster.h"
@@ -36,7 +36,8 @@ class RasterShadow : public VulkanTest {
         }
     }
 
-    // Whether light arrives somewhere else in the square of so many pixels about a pixel, or is seen there.
+    // Returns whether light arrives at, or is seen in, another pixel of the square of this size around a
+    // pixel.
     static bool IsNearEdge(const FloatImage& image, uint32_t x, uint32_t y, uint32_t reach) {
         const glm::vec4& here = image.At(x, y);
         for (uint32_t j = y < reach ? 0 : y - reach; j <= std::min(y + reach, image.extent.height - 1); ++j)
@@ -48,9 +49,9 @@ class RasterShadow : public VulkanTest {
     }
 
     struct Difference {
-        double share = 0.0;     // of pixels that differ by more than the tolerance
-        double offEdges = 0.0;  // the same, of pixels that are near no edge
-        double shadowed = 0.0;  // of pixels, in `b`, that are black
+        double share = 0.0;     // fraction of pixels that differ by more than the tolerance
+        double offEdges = 0.0;  // fraction of pixels that differ and are near no edge
+        double shadowed = 0.0;  // fraction of pixels of `b` that are black
     };
     static Difference Compare(const FloatImage& a, const FloatImage& b, float tolerance, uint32_t reach) {
         const double brightest = b.Mean().y;
@@ -83,7 +84,7 @@ scene::Light Punctual(scene::LightType type, float intensity, const glm::mat4x3&
     return light;
 }
 
-// Placed at `eye`, its -z towards `target`.
+// Places an object at `eye` with its -z towards `target`.
 glm::mat4x3 Aimed(const glm::vec3& eye, const glm::vec3& target) {
     const glm::vec3 z = glm::normalize(eye - target);
     const glm::vec3 x = glm::normalize(glm::cross(glm::vec3(0.1f, 1, 0.2f), z));
@@ -98,7 +99,7 @@ std::vector<scene::Light> Lights() {
             Punctual(scene::LightType::Point, 40.0f, Translation({1.2f, 2.5f, 1.5f}))};
 }
 
-// Gold and chalk spheres, a one-sided box and a thin pane on and above a floor.
+// Makes gold and chalk spheres, a one-sided box and a thin pane on and above a floor.
 scene::SceneData Table(std::vector<scene::Light> lights) {
     scene::Material gold;
     gold.baseColorFactor = {1.0f, 0.77f, 0.34f, 1.0f};
@@ -139,7 +140,7 @@ TEST_F(RasterShadow, WithRaysDirectLightIsAsPathTraced) {
     }
 }
 
-// More placements than the invocations of one dispatch, before those that are seen.
+// There are more hidden placements than invocations of one dispatch, followed by the visible ones.
 TEST_F(RasterShadow, EveryPlacementIsDrawnAndCastsItsShadowHoweverManyThereAre) {
     const auto drawn = [&](size_t count) {
         scene::SceneData table = Table({Lights()[0]});

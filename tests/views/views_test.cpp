@@ -1,4 +1,4 @@
-// Views that show no light: values of surfaces, counts, and how they are painted.
+// Tests views that show no light: values of surfaces, counts, and how they are painted.
 #include "passes/views.h"
 
 #include <cmath>
@@ -25,7 +25,7 @@ class SurfaceViews : public VulkanTest {
         render.renderer.Execute();
         return ToFloatImage(readback);
     }
-    // The view of what is drawn, or of what rays find.
+    // Returns the view of drawn surfaces, or of those that rays find.
     FloatImage Values(const TraceSettings& settings, View view, bool isTraced = false) {
         return Take([&](const SceneIds& ids) {
             const passes::RasterVisibility seen =
@@ -39,7 +39,7 @@ class SurfaceViews : public VulkanTest {
 
 class PaintedViews : public VulkanTest {
   protected:
-    // One pixel for each four values; bytes in [0, 1].
+    // Paints a pixel for each four values; bytes are in [0, 1].
     Texels Paint(View view, const std::vector<float>& values) {
         return harness.Run([&](PassHarness& h) {
             return passes::PaintView(

@@ -1,5 +1,5 @@
-// What a host engine has before it embeds anything: a Vulkan device, pictures in its memory, and submissions
-// of its own, which take turns with those of others on one timeline.
+// Gpu is what a host engine has before it embeds anything: a Vulkan device, images in its memory, and
+// submissions that take turns with those of others on one timeline.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -20,15 +20,16 @@ class Gpu {
     Gpu(const Gpu&) = delete;
     Gpu& operator=(const Gpu&) = delete;
 
-    // An rgba8 picture to be copied, cleared, and read by shaders; it lives as long as this object.
+    // Makes an rgba8 image to be copied, cleared, and read by shaders; it lives as long as this object.
     VkImage MakePicture(VkExtent2D extent);
-    // Vertices or indices, for shaders and acceleration structures to read by address; likewise.
+    // Makes vertices or indices that shaders and acceleration structures read by address; they live as long,
+    // too.
     VkBuffer MakeVertices(const void* data, size_t bytes);
-    // While nothing reads them.
+    // Call this only while nothing reads the buffer.
     void SetVertices(VkBuffer vertices, const void* data, size_t bytes);
-    // Fills the picture, whatever it held, and leaves it in TRANSFER_DST_OPTIMAL.
+    // Fills the picture, whose old content is lost, and leaves it in TRANSFER_DST_OPTIMAL.
     void Clear(VkImage picture, std::array<float, 4> color);
-    // The texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them.
+    // Returns the texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them.
     std::vector<Texel> Read(VkImage picture, VkExtent2D extent);
 
     VkInstance instance = VK_NULL_HANDLE;
@@ -37,9 +38,9 @@ class Gpu {
     VkQueue queue = VK_NULL_HANDLE;
     uint32_t queueFamily = 0;
     std::vector<std::string> deviceExtensions;
-    std::mutex queueLock;  // of all that is submitted
+    std::mutex queueLock;  // guards all submissions
 
-    // What is submitted next waits for `turn` and signals the value after it.
+    // The next submission waits for `turn`, and signals the value after it.
     VkSemaphore timeline = VK_NULL_HANDLE;
     uint64_t turn = 0;
 
@@ -51,7 +52,7 @@ class Gpu {
     };
     VkDeviceMemory Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties,
                             VkMemoryAllocateFlags flags = 0);
-    // Submits in turn what `record` records, and waits for it.
+    // Submits what `record` records when its turn comes, and waits for it.
     void Run(const std::function<void(VkCommandBuffer)>& record);
 
     std::vector<Owned> m_owned;

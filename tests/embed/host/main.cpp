@@ -47,7 +47,7 @@ std::unique_ptr<rhi::Device> Adopt(Gpu& gpu) {
     return rhi::Device::Adopt(desc);
 }
 
-// A scene, a viewport on it and the host's image that it is shown in.
+// Holds a scene, a viewport on it, and the host's image in which it is shown.
 struct Panel {
     Panel(Gpu& gpu, Renderer& renderer, const char* name, const char* file)
         : scene(renderer),
@@ -71,7 +71,7 @@ struct Panel {
     viewport::HostImage target;
 };
 
-// Our submission in the host's order of turns.
+// Returns the semaphores for our submission in the host's order of turns.
 viewport::HostSemaphores TakeTurn(Gpu& gpu) {
     const uint64_t before = gpu.turn++;
     return {.wait = {{gpu.timeline, before}}, .signal = {{gpu.timeline, gpu.turn}}};
@@ -79,7 +79,7 @@ viewport::HostSemaphores TakeTurn(Gpu& gpu) {
 
 using OwnPass = std::function<TextureId(TextureId shown)>;
 
-// A frame of a panel alone, with a pass of the host's own on what it shows.
+// Draws a frame of a single panel, with a pass of the host's own on its picture.
 Picture Show(Gpu& gpu, Renderer& renderer, Panel& panel, const OwnPass& ownPass = {}) {
     renderer.BeginFrame();
     TextureId shown = panel.viewport.Declare();
@@ -89,7 +89,7 @@ Picture Show(Gpu& gpu, Renderer& renderer, Panel& panel, const OwnPass& ownPass 
     return gpu.Read(panel.image, kVkExtent);
 }
 
-// How much redder than green the columns [first, last) are, in 8-bit steps.
+// Returns how much redder than green the columns [first, last) are, in 8-bit steps.
 double Redness(const Picture& picture, uint32_t first, uint32_t last) {
     double sum = 0.0;
     for (uint32_t y = 0; y < kExtent.height; ++y)
@@ -106,7 +106,7 @@ void RequireCornell(const Picture& picture, const std::string& view) {
                                              std::to_string(right) + " at the right wall");
 }
 
-// Gray, and nowhere dark: the same radiance from everywhere.
+// Requires gray that is nowhere dark, since the radiance is the same from everywhere.
 void RequireClosedBox(const Picture& picture) {
     for (const Texel& texel : picture)
         Require(texel[0] == texel[1] && texel[1] == texel[2] && texel[0] > 64, "the closed box is not gray");
@@ -126,12 +126,12 @@ void ToggleViews(Gpu& gpu, Renderer& renderer, Panel& cornell) {
 
 viewport::PickResult PickAt(Gpu& gpu, Renderer& renderer, Panel& panel, glm::uvec2 pixel) {
     const viewport::Pick pick = panel.viewport.RequestPick(pixel);
-    Show(gpu, renderer, panel);  // and waits for it
+    Show(gpu, renderer, panel);  // also waits for the frame
     return pick.Result();
 }
 
-// In the raster view, whose pixels change where the block was and nowhere else; the path-traced one, not
-// shown meanwhile, restarts for that reason.
+// In the raster view, only pixels where the block was may change; the path-traced view, which is not shown
+// meanwhile, restarts its accumulation.
 void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     const size_t blockTexel = kOnTallBlock.x + size_t{kOnTallBlock.y} * kExtent.width;
     cornell.viewport.SetView(viewport::View::Raster);
@@ -158,7 +158,7 @@ void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
             "no reset by a transform");
 }
 
-// A square in the host's own buffers comes between the camera and the block, moves away and goes.
+// A square in the host's own buffers appears between the camera and the block, moves away and is removed.
 void ShowOwnVertices(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     cornell.viewport.SetView(viewport::View::Raster);
     const Picture before = Show(gpu, renderer, cornell);
@@ -224,7 +224,7 @@ void ShowOwnVertices(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     cornell.viewport.SetView(viewport::View::PathTraced);
 }
 
-// SPIR-V of the host, compiled here by the library; it could as well come from a file.
+// The library compiles the host's shader here; its SPIR-V could as well come from a file.
 void AddOwnPass(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     renderer.AddShader("host/invert.comp",
                        rhi::CompileGlsl({.name = "host/invert.comp", .text = R"(#version 460
@@ -236,7 +236,7 @@ void AddOwnPass(Gpu& gpu, Renderer& renderer, Panel& cornell) {
             if (any(greaterThanEqual(pixel, imageSize(picture)))) return;
             imageStore(inverted, pixel, vec4(1.0 - imageLoad(picture, pixel).rgb, 1.0));
         })"}));
-    cornell.viewport.SetBudget({.maxSamples = 4});  // then the picture stays as it is
+    cornell.viewport.SetBudget({.maxSamples = 4});  // afterwards the picture does not change
     Picture shown;
     while (cornell.Samples() < 4) shown = Show(gpu, renderer, cornell);
     const Picture inverted = Show(gpu, renderer, cornell, [&](TextureId picture) {
@@ -256,7 +256,7 @@ void AddOwnPass(Gpu& gpu, Renderer& renderer, Panel& cornell) {
             Require(shown[i][c] + inverted[i][c] == 255, "the host's own pass has not inverted the picture");
 }
 
-// What the host has drawn itself, here plain blue, left of ours: Wipe over an image of the host's.
+// Wipes between the host's own image, here plain blue, on the left, and ours.
 void WipeOverOwnPicture(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     const Picture ours = Show(gpu, renderer, cornell);
     const VkImage drawn = gpu.MakePicture(kVkExtent);
@@ -274,7 +274,7 @@ void WipeOverOwnPicture(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     }
 }
 
-// Both in one frame, of one Renderer.
+// Shows both scenes in one frame of one Renderer.
 void ShowTwoScenes(Gpu& gpu, Renderer& renderer, Panel& first, Panel& second) {
     const Picture before = Show(gpu, renderer, first);
     for (int i = 0; i < 4; ++i) {

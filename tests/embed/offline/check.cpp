@@ -1,5 +1,5 @@
-// check SCENE PICTURE: whether the picture is the render that docs/embed.md says it is, and whether sessions of a
-// host can go on with it. Exits with 1 and one line if not.
+// check SCENE PICTURE: checks that the picture is the render that docs/embed.md promises, and that sessions
+// of a host can resume it. Exits with 1 and one line if not.
 #include <algorithm>
 #include <cstdio>
 #include <stdexcept>
@@ -44,13 +44,13 @@ void CheckFile(const session::RenderFile& render) {
     Require(render.depth.size() == session::PixelCount(render.size), "each pixel has a depth");
 }
 
-// As it is in a file, where albedo and normals have three channels.
+// Returns the render as a file stores it, where albedo and normals have three channels.
 session::RenderFile Reread(const session::RenderFile& render) {
     session::WriteRenderFile("reread.exr", render);
     return session::ReadRenderFile("reread.exr");
 }
 
-// Resumed, in two runs, and merged: all with the bits of one run.
+// Requires that a resumed, a divided and a merged render have the bits of one run.
 void GoOn(rhi::Device& device, const char* scene, const char* picture) {
     const session::ResumedRender before = session::ReadResumedRender(picture);
     session::Session resumed(device, session::LoadInput(scene), Resuming(before));
@@ -90,7 +90,7 @@ void GoOn(rhi::Device& device, const char* scene, const char* picture) {
     Require(merged.radiance == render.radiance, "merged renders have the bits of one run");
 }
 
-// A scene and an environment of the host's own.
+// Renders a scene and an environment of the host's own.
 void LightByHost(rhi::Device& device, const char* file) {
     const auto lit = [&](float radiance) {
         session::SceneInput input = session::MakeInput(scene::LoadGltf(file), "ours");

@@ -1,4 +1,4 @@
-// A program that has frames of its own passes, and neither scenes nor pictures: doubles numbers on the device.
+// Runs frames of passes of its own, without scenes and pictures: it doubles numbers on the device.
 #include <cstdio>
 #include <exception>
 

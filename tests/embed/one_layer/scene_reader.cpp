@@ -1,4 +1,4 @@
-// A program that reads a scene and needs no device.
+// Reads a scene without a device.
 #include <cstdio>
 #include <exception>
 

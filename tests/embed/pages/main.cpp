@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "embed.cpp"  // as it stands on the page
+#include "embed.cpp"  // the code of the page
 #include "renderer/scene/check.h"
 #include "rhi/command_list.h"
 #include "rhi/readback.h"
@@ -29,7 +29,7 @@ std::vector<VkPhysicalDevice> MakeInstance(HostVulkan& host) {
     return devices;
 }
 
-// Stands for an image of the engine.
+// Makes an image that stands for the engine's.
 rhi::Texture MakeImage(rhi::Device& device) {
     return device.CreateTexture({.name = "image",
                                  .extent = kSize,
@@ -38,7 +38,7 @@ rhi::Texture MakeImage(rhi::Device& device) {
                                           rhi::TextureUsage::CopyDestination});
 }
 
-// The timeline by which the engine and its frames take turns.
+// Is the timeline by which the engine and its frames take turns.
 class Turns {
   public:
     explicit Turns(VkDevice device) : m_device(device) {

@@ -1,7 +1,7 @@
 // The samples of the README compile. They end nowhere and read a shader that is not there, so they do not
 // run.
 #include <vulkan/vulkan.h>
-#include "embed_headers.h"  // as they stand in the README, with what they have to be enough for
+#include "embed_headers.h"  // the README's includes, which must suffice for its samples
 
 #include "renderer/graph/pass_harness.h"
 

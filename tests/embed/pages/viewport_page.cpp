@@ -1,6 +1,6 @@
 // The sample of docs/viewport.md compiles. It needs a window's events, so it does not run.
 #include <vulkan/vulkan.h>
-#include "viewport_headers.h"  // as they stand on the page, with what they have to be enough for
+#include "viewport_headers.h"  // the page's includes, which must suffice for its sample
 
 namespace {
 

@@ -15,7 +15,7 @@ using namespace raygraph;  // NOLINT: an example
 
 namespace {
 
-// An exception of the library is caught as what it is.
+// Checks that an exception of the library can be caught by its type.
 bool IsRefused(const char* file) {
     try {
         scene::LoadGltf(file);
@@ -25,7 +25,7 @@ bool IsRefused(const char* file) {
     return false;
 }
 
-// A graph of the host's own, for its tools.
+// Describes a graph of the host's own, for its tools.
 bool IsDescribed() {
     FrameGraph graph;
     graph.Begin(1);
