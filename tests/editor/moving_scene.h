@@ -7,7 +7,7 @@
 
 namespace raygraph::editor::moving {
 
-// Its nodes: a triangle that two joints bend; a slider with a triangle that rides on it; a camera.
+// Names its nodes: a triangle that two joints bend; a slider with a triangle that rides on it; a camera.
 enum Node : uint32_t { Skinned, FirstJoint, SecondJoint, Slider, Rider, Eye };
 // Names its animations. `Bend` lasts 2 s, all others 1 s.
 enum Clip : uint32_t {

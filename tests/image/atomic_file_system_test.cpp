@@ -1,4 +1,5 @@
-// AtomicFile where a target cannot be replaced, or lacks something else, and after processes that were killed.
+// Tests AtomicFile if a target cannot be replaced, or the system lacks something else, and after processes
+// that were killed.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/fs.h>
@@ -58,7 +59,7 @@ TEST(AtomicFile, ReaderOfAPipeMayComeLateAndTakeItsTime) {
     const TemporaryFolder folder;
     const fs::path pipe = folder / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    // It is more than a pipe holds
+    // The content exceeds a pipe's buffer
     const std::string content(300'000, 'x');
     std::string text;
     std::thread reader([&] {
@@ -70,14 +71,15 @@ TEST(AtomicFile, ReaderOfAPipeMayComeLateAndTakeItsTime) {
     AtomicFile file(pipe);
     file.Write(ToBytes(content));
     const std::string said = IoError([&] { file.Commit(); });
-    if (said != "accepted") close(open(pipe.c_str(), O_WRONLY | O_NONBLOCK));  // or the reader waits forever
+    if (said != "accepted")
+        close(open(pipe.c_str(), O_WRONLY | O_NONBLOCK));  // otherwise the reader waits forever
     reader.join();
     EXPECT_EQ(said, "accepted");
     EXPECT_EQ(text.size(), content.size());
     EXPECT_EQ(text, content);
 }
 
-// Else it would be killed for it, and nobody would know what it has saved.
+// Otherwise the scheduler would kill it, and nobody would know what it has saved.
 TEST(AtomicFile, ProcessThatIsAskedToEndWaitsForNoReader) {
     const TemporaryFolder folder;
     const fs::path pipe = folder / "pipe";
@@ -97,7 +99,7 @@ TEST(AtomicFile, ProcessThatIsAskedToEndWaitsForNoReader) {
     close(reader);
 }
 
-// What `work` returns in a process of its own, "" if that is killed.
+// Returns what `work` returns in a process of its own; "" if that is killed.
 template <typename Work>
 std::string InChild(const Work& work) {
     int ends[2];
@@ -132,7 +134,7 @@ std::string ReplaceInChild(const fs::path& path) {
 
 constexpr uid_t kNobody = 65534;
 
-// Root may replace everything; this is about a user who owns nothing but the folder.
+// Root may replace everything, so this tests a user who owns nothing but the folder.
 TEST(AtomicFile, OwnerOfASharedFolderReplacesFilesOfOthers) {
     if (geteuid() != 0) GTEST_SKIP() << "files of another user are made by root";
     const TemporaryFolder folder;
@@ -166,7 +168,7 @@ TEST(AtomicFile, FileOfAnotherUserInASharedFolderIsRefusedOrWrittenInPlace) {
     ASSERT_EQ(chmod(path.c_str(), 0666), 0);
     EXPECT_EQ(replaceAsNobody(), "written, Operation not permitted");
     EXPECT_EQ(TextOf(path), "new");
-    // Nor does the folder take new files
+    // The folder takes no new files either
     ASSERT_EQ(chmod(folder.Path().c_str(), 0755), 0);
     Put(path, "old text");
     EXPECT_EQ(replaceAsNobody(), "written, Permission denied");
@@ -207,7 +209,7 @@ TEST(AtomicFile, FileThatMayNotChangeIsRefused) {
     EXPECT_EQ(TextOf(path), "old");
 }
 
-// Where the system does not say beforehand that a name is taken for good.
+// The system does not always tell beforehand that a name cannot be replaced.
 TEST(AtomicFile, FileThatTurnsOutToBeIrreplaceableIsWrittenInPlace) {
     for (const int openNameless : {0, EOPNOTSUPP}) {
         const TemporaryFolder folder;
@@ -224,8 +226,8 @@ TEST(AtomicFile, FileThatTurnsOutToBeIrreplaceableIsWrittenInPlace) {
     }
 }
 
-// As where /proc is out of sight, links are restricted, or the file system has none: a file without a name
-// never gets one. Whoever has the old file open keeps the whole of it.
+// If /proc is hidden, links are restricted, or the file system has none, a file without a name never gets
+// one. A process that has the old file open still reads all of it.
 TEST(AtomicFile, FileThatCannotBeLinkedReplacesTheTargetAtOnceAllTheSame) {
     for (const int error : {EPERM, EACCES, ENOENT, EXDEV, EOPNOTSUPP}) {
         const TemporaryFolder folder;
@@ -261,8 +263,8 @@ TEST(AtomicFile, FileThatCanBeNeitherLinkedNorRenamedIsWrittenInPlace) {
     EXPECT_EQ(FileCount(folder.Path()), 1u);
 }
 
-// The disk is full once the new content has been collected on another one. Not every file system can reserve
-// room: there, too, the old content is not overwritten before.
+// The disk fills up after the new content has been collected on another one. Some file systems cannot reserve
+// space: there, too, the old content is not overwritten before.
 TEST(AtomicFile, FullDiskLeavesTheOldContentOfAFileInPlace) {
     const std::string old(40'000, 'o'), larger(60'000, 'n');
     for (const int fallocate : {0, EOPNOTSUPP}) {
@@ -273,7 +275,7 @@ TEST(AtomicFile, FullDiskLeavesTheOldContentOfAFileInPlace) {
         {
             AtomicFile file(path);
             file.Write(ToBytes(larger));
-            file.Seek(0);  // which writes out what is buffered
+            file.Seek(0);  // writes the buffered data
             const testing::FileSizeLimit full(50'000);
             EXPECT_EQ(IoError([&] { file.Commit(); }), path.string() + ": cannot write: File too large");
         }
@@ -294,8 +296,8 @@ TEST(AtomicFile, WriteInPlaceThatBreaksOffIsATornFile) {
     const testing::FailingFiles failing({.renameat = EBUSY, .fallocate = EOPNOTSUPP});
     AtomicFile file(path);
     file.Write(ToBytes(std::string(30'000, 'n')));
-    file.Seek(0);  // which writes out what is buffered
-    // The room is there, but the write fails all the same.
+    file.Seek(0);  // writes the buffered data
+    // The space is there, but the write fails.
     const testing::FileSizeLimit broken(20'000);
     std::string said;
     try {
@@ -371,7 +373,7 @@ TEST(AtomicFile, FileThatIsBeingWrittenIsNotTakenForALeftOne) {
     EXPECT_EQ(FileCount(folder.Path()), 2u);
 }
 
-// Its lock may not be seen here; no file takes a day to be written.
+// Another computer's lock may be invisible here; no file takes a day to be written.
 TEST(AtomicFile, FileOfAnotherComputerIsLeftForADay) {
     const TemporaryFolder folder;
     const fs::path fresh = folder / ".raygraph-00000000-0000-0000-0000-000000000000-7-0.tmp",

@@ -151,7 +151,7 @@ TEST(AtomicFile, NameThatCannotBeIsRefusedAndTheLongestIsTaken) {
     }
 }
 
-// A path of 4095 bytes is the longest that there can be, and leaves no room for another name.
+// A path of 4095 bytes is the longest possible, and leaves no room for another name.
 TEST(AtomicFile, LongestPathIsTaken) {
     const TemporaryFolder folder;
     fs::path path = folder.Path();
@@ -166,7 +166,7 @@ TEST(AtomicFile, LongestPathIsTaken) {
     EXPECT_EQ(TextOf(path), "text");
 }
 
-// Every writer, on a disk that fills up: early, in the middle, and at the last byte.
+// Every writer is tested on a disk that fills up early, in the middle, and at the last byte.
 TEST(Writers, AFailingWriteLeavesTheOldFileAndNoOther) {
     const TemporaryFolder folder;
     const image::Image8 image8 = Pattern(300, 200);

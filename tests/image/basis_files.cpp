@@ -28,7 +28,7 @@ class BitWriter {
     size_t m_count = 0;
 };
 
-// A complete canonical code: all symbols by nearly the same number of bits, or by 1, 2, 3, ... bits.
+// Is a complete canonical code: all symbols have nearly equal numbers of bits, or 1, 2, 3, ... bits.
 class Code {
   public:
     explicit Code(size_t symbolCount, bool isSkewed = false) {
@@ -51,7 +51,7 @@ class Code {
         for (unsigned i = m_lengths[symbol]; i-- > 0;) bits.Put(m_words[symbol] >> i & 1, 1);
     }
 
-    // The lengths as the file has them; runs by the symbols for runs.
+    // Writes the lengths in the file's format, with runs by their symbols.
     void PutTable(BitWriter& bits) const {
         bits.Put(static_cast<uint32_t>(m_lengths.size()), 14);
         const Code lengthCode(21);
@@ -173,7 +173,8 @@ class SliceWriter {
         return symbol >> (2 * (x % 2) + 4 * (y % 2)) & 3;
     }
 
-    // A symbol for each group of two by two: any neighbor of the same color will do, and none always does.
+    // Chooses a symbol for each group of two by two: any neighbor of the same color will do, and none always
+    // does.
     void ChoosePredictions() {
         m_symbols.resize(size_t{(m_columns + 1) / 2} * ((m_rows + 1) / 2));
         for (uint32_t y = 0; y < m_rows; ++y) {
@@ -292,7 +293,7 @@ std::vector<std::byte> MakeBasisLz(const BasisPicture& picture) {
 }
 
 std::vector<uint8_t> TexelsOf(const BasisPicture& picture) {
-    // Of ETC1, by the number of the table and of the pattern.
+    // These are ETC1's, by the index of the table and of the pattern.
     constexpr int kModifiers[8][4] = {{-8, -2, 2, 8},       {-17, -5, 5, 17},    {-29, -9, 9, 29},
                                       {-42, -13, 13, 42},   {-60, -18, 18, 60},  {-80, -24, 24, 80},
                                       {-106, -33, 33, 106}, {-183, -47, 47, 183}};

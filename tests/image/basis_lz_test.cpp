@@ -1,4 +1,4 @@
-// ETC1S with BasisLZ: what the tests' own encoder writes comes back.
+// Tests that ETC1S with BasisLZ decodes what the tests' own encoder has written.
 #include <gtest/gtest.h>
 
 #include "tests/image/basis_files.h"
@@ -34,7 +34,7 @@ TEST(BasisLz, EveryChoiceOfAnEncoderComesBack) {
     }
 }
 
-// Runs beyond what one symbol counts: blocks all alike.
+// The blocks are all equal, so that runs exceed what one symbol can count.
 TEST(BasisLz, LongRunsComeBack) {
     BasisPicture picture{
         .width = 1000, .height = 700, .colors = {{{1, 2, 3}, 4}}, .patterns = {0x1B1B1B1B, 7}, .seed = 0};
@@ -67,7 +67,7 @@ TEST(BasisLz, SlicesOfOneChannelAreRedAndGreen) {
     }
 }
 
-// Writers give a file of two channels the swizzle of what comes out of its slices.
+// Writers store for a file of two channels the swizzle of the decoded slices.
 TEST(BasisLz, SwizzleIsOfTheSlicesNotOfTheirChannels) {
     BasisPicture two = RandomBasisPicture(8, 8, true, 5);
     two.channels = {3, 4};
@@ -85,7 +85,7 @@ TEST(BasisLz, MalformedFilesAreRefusedByTheirPart) {
     const BasisFile good = CompressBasis(picture);
     BasisFile file = good;
     file.level.resize(file.level.size() / 2);
-    PutNumber(file.desc.global, 0);  // Nothing reads behind the parts
+    PutNumber(file.desc.global, 0);  // nothing is read beyond the parts
     const size_t lengthAt = 20 + 8;
     EXPECT_EQ(BasisRefusal(file), "a.ktx2: BasisLZ: the color slice of " + std::to_string(good.level.size()) +
                                       " bytes at 0 lies outside its level of " +
@@ -108,7 +108,7 @@ TEST(BasisLz, MalformedFilesAreRefusedByTheirPart) {
     EXPECT_EQ(BasisRefusal(file), "a.ktx2: BasisLZ: frames of a video are not supported");
 }
 
-// Predictions of the first block point to its left (0), above (1) and both (2): there is nothing.
+// The first block's predictors are left (0), above (1) and both (2), none of which exists.
 TEST(BasisLz, ReferencesOutsideThePictureAreRefused) {
     BasisPicture picture{.width = 8, .height = 8, .colors = {{{1, 2, 3}, 4}, {}}, .patterns = {7}};
     picture.color.colors = {0, 1, 0, 1};

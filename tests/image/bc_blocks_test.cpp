@@ -1,4 +1,4 @@
-// BC1 to BC5 and BC7, against values worked out from the Khronos Data Format Specification.
+// Tests BC1 to BC5 and BC7 against values derived from the Khronos Data Format Specification.
 #include "renderer/image/bc_blocks.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr uint32_t Pack565(uint32_t r, uint32_t g, uint32_t b) {
     return r << 11 | g << 5 | b;
 }
 
-// Texel i has code i mod 4.
+// Makes a block in which texel i has code i mod 4.
 BlockTexels Bc1(uint32_t first, uint32_t second, Bc1Alpha alpha) {
     BlockWriter<8> block;
     block.Put(first, 16).Put(second, 16);
@@ -30,7 +30,7 @@ BlockTexels Bc1(uint32_t first, uint32_t second, Bc1Alpha alpha) {
     return texels;
 }
 
-// The two colors of the specification's figure of BC1: 31sts and 63rds, and thirds of them.
+// The two colors are those in the specification's figure of BC1: 31sts and 63rds, and thirds between them.
 constexpr uint32_t kGreater = Pack565(29, 60, 1), kLess = Pack565(20, 2, 30);
 
 TEST(Bc1, GreaterColorFirstMakesFourColors) {
@@ -73,13 +73,13 @@ TEST(Bc2, HasAlphaOfFourBitsAndAlwaysFourColors) {
     EXPECT_EQ(TexelOf(texels, 7), (Color{214, 165, 88, 119}));
 }
 
-// Texel i has code i mod 8.
+// Makes a block in which texel i has code i mod 8.
 template <size_t byteCount>
 void PutChannel(BlockWriter<byteCount>& block, uint32_t first, uint32_t second) {
     block.Put(first, 8).Put(second, 8);
     for (uint32_t i = 0; i < 16; ++i) block.Put(i % 8, 3);
 }
-// Of 255 and 0: sevenths, and fifths between the extremes.
+// These are sevenths between 255 and 0, and fifths with the extremes.
 constexpr std::array<int, 8> kSevenths{255, 0, 219, 182, 146, 109, 73, 36};
 constexpr std::array<int, 8> kFifths{0, 255, 51, 102, 153, 204, 0, 255};
 
@@ -123,7 +123,7 @@ TEST(Bc5, IsTwoOfBc4) {
         EXPECT_EQ(TexelOf(texels, i), (Color{kFifths[i % 8], kSevenths[i % 8], 0, 255})) << i;
 }
 
-// What the specification's table of bit layouts says of a mode, as it lists it.
+// Is a row of the specification's table of bit layouts, for one mode.
 struct Bc7Layout {
     unsigned parts, partBits, rotationBits, selectionBits, colorBits, alphaBits, ownBits, sharedBits,
         indexBits, secondIndexBits;
@@ -139,7 +139,7 @@ constexpr std::array<Bc7Layout, 8> kLayouts{{
     {2, 6, 0, 0, 5, 5, 4, 0, 2, 0},
 }};
 
-// The part of a texel, and whether its index is an anchor.
+// Returns the subset of a texel, and whether its index is an anchor.
 unsigned PartOf(const Bc7Layout& layout, unsigned number, unsigned texel) {
     if (layout.parts == 1) return 0;
     return layout.parts == 2 ? image::bc7::kTwoParts[number] >> texel & 1
@@ -151,7 +151,7 @@ bool IsAnchor(const Bc7Layout& layout, unsigned number, unsigned texel) {
                                   texel == image::bc7::kThirdAnchorOfThree[number]));
 }
 
-// The specification's formulas of the weights, not its table.
+// Returns the weight by the specification's formula, not by its table.
 int Weight(int index, unsigned bits) {
     if (bits == 2) return index * 21 + (index >> 1);
     if (bits == 3) return index * 9 + (index >> 2);
@@ -263,8 +263,8 @@ TEST(Bc7, ReservedModeIsTransparentBlack) {
     for (size_t i = 0; i < 16; ++i) EXPECT_EQ(TexelOf(texels, i), (Color{0, 0, 0, 0}));
 }
 
-// The specification's example of a texel's place: mode 2, partition 6, texel 9 is of the second part, and the
-// parts' anchors are 0, 15 and 3.
+// The specification gives an example: in mode 2, partition 6, texel 9 is in the second subset, and the
+// anchors are 0, 15 and 3.
 TEST(Bc7, TablesAgreeWithTheSpecificationsExample) {
     EXPECT_EQ(PartOf(kLayouts[2], 6, 9), 1u);
     for (unsigned i = 0; i < 16; ++i)

@@ -1,4 +1,4 @@
-// Blocks of compressed textures, put together field by field.
+// Writes blocks of compressed textures field by field.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ inline Color TexelOf(const image::BlockTexels& texels, size_t texel) {
     return color;
 }
 
-// `value` of `bits` bits as a fraction written with 8 bits: its bits over and over.
+// Extends `value` of `bits` bits to 8 bits by repeating its bits.
 inline int Repeated(uint32_t value, unsigned bits) {
     int result = 0;
     for (unsigned i = 0; i < 8; ++i)

@@ -54,7 +54,7 @@ TEST(Dds, PlainTexelsAreReadByTheirDxgiFormat) {
     EXPECT_EQ(one(kDxgiR8), (Texels{1, 0, 0, 255}));
 }
 
-// A block whose two colors or values are 255 and 0, and whose first 8 bytes say the same of alpha.
+// The block has the colors or values 255 and 0, and its first 8 bytes encode alpha in the same way.
 const Texels kColors{0xFF, 0xFF, 0, 0, 0xE4, 0xE4, 0xE4, 0xE4};
 const Texels kValues{255, 0, 0x88, 0xC6, 0xFA, 0x88, 0xC6, 0xFA};
 
@@ -67,7 +67,7 @@ Texels FirstTexels(const Image8& image, size_t count) {
     return Texels(image.rgba.begin(), image.rgba.begin() + static_cast<ptrdiff_t>(4 * count));
 }
 
-// 8x8 texels in four blocks, and one for each smaller level.
+// 8x8 texels take four blocks, and each smaller level takes one.
 TEST(Dds, BlocksAreKeptWithTheLevelsThatAreThere) {
     Texels all;
     for (uint8_t i = 0; i < 7 * 8; ++i) all.push_back(i);
@@ -82,7 +82,7 @@ TEST(Dds, BlocksAreKeptWithTheLevelsThatAreThere) {
     EXPECT_EQ(levels(image), (Texels{32, 8, 8, 8}));
     EXPECT_EQ(image.blocks.levels[0][31], std::byte{31});
     EXPECT_EQ(image.blocks.levels[3][0], std::byte{48});
-    // A header that promises more than the file has, or than there can be; none; no blocks
+    // These headers promise more than the file has, or than is possible; have no level; or have no blocks
     EXPECT_EQ(levels(Decode(desc, Texels(all.begin(), all.end() - 1))), (Texels{32, 8, 8}));
     DdsDesc many = desc, one = desc;
     many.levels = 4000000000u;
@@ -114,7 +114,7 @@ TEST(Dds, BlocksAreReadByTheirName) {
          {DdsDesc{.fourCc = "ATI2"}, DdsDesc{.fourCc = "BC5U"}, DdsDesc{.dxgiFormat = kDxgiBc5}})
         EXPECT_EQ(FirstTexels(Decode(desc, Joined(kValues, same)), 2),
                   (Texels{255, 9, 0, 255, 0, 9, 0, 255}));
-    // Mode 5, both ends of red at their greatest
+    // Mode 5, with both ends of red at their maximum
     const Texels bc7{0x20, 0xFF, 0x3F, 0, 0, 0x40, 0x81, 0x91, 0x91, 1, 0, 0, 0, 0, 0, 0};
     EXPECT_EQ(FirstTexels(Decode({.dxgiFormat = kDxgiBc7}, bc7), 1)[0], 255);
 }

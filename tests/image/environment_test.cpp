@@ -20,7 +20,7 @@ std::string ExrRefusal(const Bytes& bytes) {
     return Refusal("x.exr", [&] { DecodeEnvironment(bytes, "x.exr"); });
 }
 
-// Smooth planes of whole numbers up to 2000, exact in half.
+// Makes smooth planes of whole numbers up to 2000, which are exact in half floats.
 std::vector<std::vector<float>> Planes(size_t count, uint32_t width, uint32_t height) {
     std::vector<std::vector<float>> planes(count);
     for (size_t c = 0; c < count; ++c) {
@@ -32,7 +32,7 @@ std::vector<std::vector<float>> Planes(size_t count, uint32_t width, uint32_t he
     return planes;
 }
 
-// R, G, B planes and an alpha of 1 as texels.
+// Interleaves R, G and B planes with an alpha of 1.
 std::vector<float> Interleaved(const std::vector<std::vector<float>>& planes) {
     std::vector<float> rgba;
     for (size_t i = 0; i < planes[0].size(); ++i) {
@@ -45,7 +45,7 @@ struct Coding {
     Imf::PixelType type;
     Imf::Compression compression;
     uint32_t tileSize;
-    double tolerance;  // Of the greatest value; 0: exact.
+    double tolerance;  // relative to the largest value; 0: exact
 };
 
 class EnvironmentOfCoding : public testing::TestWithParam<Coding> {};
@@ -99,8 +99,8 @@ TEST(Environment, DataWindowMayLieAnywhere) {
     }
 }
 
-// Pixel (x, y) of the planes is at (x + right, y + down) in a picture of the size of desc.picture; the rest
-// is black.
+// Expects pixel (x, y) of the planes at (x + right, y + down) in a picture of the size of desc.picture, and
+// black elsewhere.
 void ExpectPlaced(const ImageF& image, const std::vector<std::vector<float>>& planes, const ExrDesc& desc,
                   int right, int down) {
     const auto& box = *desc.picture;
@@ -277,7 +277,7 @@ TEST(Environment, OtherFilesAreRefusedByTheirContent) {
     EXPECT_EQ(Refusal("x", [] { DecodeEnvironment({}, "x"); }), "x: the file is empty");
 }
 
-// With the asset collection: maps made by other programs.
+// Uses maps by other programs, from the asset collection.
 class EnvironmentAssets : public testing::Test {
   protected:
     void SetUp() override {

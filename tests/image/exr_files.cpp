@@ -35,7 +35,7 @@ class BytesStream final : public Imf::OStream {
     uint64_t m_position = 0;
 };
 
-// `values` in the type's own representation.
+// Converts `values` to the type's representation.
 std::vector<char> Convert(Imf::PixelType type, std::span<const float> values) {
     const auto pack = [&](auto convert) {
         using T = decltype(convert(0.0f));

@@ -24,7 +24,7 @@ namespace {
 using image::ExrImage;
 using image::ExrPlane;
 
-// The names of a full render, with bits of every kind in each channel: NaNs with payloads, infinities,
+// Makes the channels of a full render, each with bit patterns of every kind: NaNs with payloads, infinities,
 // denormals.
 ExrImage Render(uint32_t width, uint32_t height) {
     ExrImage image{width, height, {}, {}};
@@ -149,7 +149,7 @@ TEST(Exr, ThePartOfALargerPictureKeepsItsPlace) {
         EXPECT_EQ(file.header().displayWindow().max, Imath::V2i(static_cast<int>(window.pictureWidth) - 1,
                                                                 static_cast<int>(window.pictureHeight) - 1));
     }
-    // Without a window there is no more than the pixels
+    // Without a window, there are only the pixels
     image::WriteExr(folder / "x.exr", whole);
     EXPECT_EQ(image::ReadExr(folder / "x.exr").window, (image::ExrWindow{0, 0, 64, 40}));
     const auto write = [&](const image::ExrWindow& window) {
@@ -168,7 +168,7 @@ TEST(Exr, ThreadsWriteTheSameBytesAndEnd) {
         {
             const image::ExrThreads threads(count);
             EXPECT_EQ(Imf::globalThreadCount(), count < 2 ? 0 : static_cast<int>(count));
-            const image::ExrThreads within(5);  // of no consequence
+            const image::ExrThreads within(5);  // has no effect
             EXPECT_EQ(Imf::globalThreadCount(), count < 2 ? 5 : static_cast<int>(count));
             image::WriteExr(folder / "x.exr", picture);
             EXPECT_EQ(ReadFile(folder / "x.exr"), alone) << count << " threads";
@@ -177,7 +177,7 @@ TEST(Exr, ThreadsWriteTheSameBytesAndEnd) {
         }
         EXPECT_EQ(Imf::globalThreadCount(), 0);
     }
-    // Those of the process are left alone
+    // The process's own threads are not changed
     Imf::setGlobalThreadCount(2);
     {
         const image::ExrThreads threads(7);
@@ -201,7 +201,7 @@ TEST(Exr, HalfPlanesAreRoundedAndClamped) {
     const ExrImage read = image::ReadExr(folder / "x.exr");
     const std::vector<float>& half = *read.FloatChannel("R");
     EXPECT_EQ(half[0], 1.0f);
-    EXPECT_EQ(half[1], 0x1.998p-4f);  // the nearest of 11 bits
+    EXPECT_EQ(half[1], 0x1.998p-4f);  // the nearest number with 11 bits
     EXPECT_EQ(half[2], 65504.0f);
     EXPECT_EQ(half[3], 65504.0f);
     EXPECT_EQ(half[4], -65504.0f);

@@ -1,4 +1,4 @@
-// Malformed files: wrong sizes, wrong lengths, broken contents.
+// Tests malformed files: wrong sizes, wrong lengths, broken contents.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <zstd.h>
@@ -24,7 +24,7 @@ struct Sample {
     Bytes bytes;
 };
 
-// Blocks of every mode in turn.
+// Makes blocks that cycle through all modes.
 std::vector<uint8_t> RandomUastc(size_t blockCount) {
     std::mt19937 random(1);
     std::vector<uint8_t> bytes;
@@ -45,7 +45,7 @@ Bytes Zstandard(const image::Image8& image) {
                     packed);
 }
 
-// A small valid file of every kind that is read.
+// Makes a small valid file of every kind that is read.
 std::vector<Sample> Samples() {
     const image::Image8 pattern = Pattern(12, 9);
     std::vector<uint8_t> rgb;
@@ -105,7 +105,7 @@ std::vector<Sample> Samples() {
     return samples;
 }
 
-// Whatever reads such a file; the EXR readers both.
+// Decodes the file with its reader, an EXR with both.
 void Decode(const Bytes& bytes, const std::string& name, const DecodeLimits& limits) {
     if (name.ends_with(".exr")) image::DecodeExr(bytes, name, limits);
     if (name.ends_with(".exr") || name.ends_with(".hdr")) {
@@ -117,7 +117,8 @@ void Decode(const Bytes& bytes, const std::string& name, const DecodeLimits& lim
 
 constexpr DecodeLimits kSmall{.maxWidth = 64, .maxHeight = 64, .maxPixels = 4096};
 
-// Whether `prefix` of a PNG or a JPEG is read; if so, it has the texels of the whole file, and a warning.
+// Returns whether `prefix` of a PNG or a JPEG is read; if so, it must have the texels of the whole file, and
+// a warning.
 bool IsWhole(const Bytes& prefix, const Sample& sample) {
     if (!sample.name.ends_with(".png") && !sample.name.ends_with(".jpg")) return false;
     image::Image8 image;
@@ -132,7 +133,7 @@ bool IsWhole(const Bytes& prefix, const Sample& sample) {
     return true;
 }
 
-// The decoders invent no texel of a file that is cut off, wherever that is.
+// The decoders invent no texel of a truncated file, wherever it ends.
 TEST(Hostile, EveryTruncationIsRefusedUnlessAllTexelsAreThere) {
     std::map<std::string, size_t> cutOff;
     for (const Sample& sample : Samples()) {
@@ -202,7 +203,7 @@ void PutLittle(Bytes& bytes, size_t at, uint32_t value) {
     for (size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>(value >> (8 * i));
 }
 
-// A valid small file that claims another size.
+// Makes a valid small file that claims another size.
 Bytes PngClaiming(uint32_t width, uint32_t height) {
     Bytes bytes = MakePng({.width = 12, .height = 9}, Pattern(12, 9).rgba);
     PutBig(bytes, 16, width);
@@ -219,7 +220,7 @@ Bytes JpegClaiming(uint32_t width, uint32_t height) {
     return bytes;
 }
 
-// Lossless: two fields of 14 bits, each one less than the size, after the signature 0x2f.
+// A lossless file has two fields of 14 bits, each one less than the size, after the signature 0x2f.
 Bytes WebpClaiming(uint32_t width, uint32_t height) {
     Bytes bytes = MakeLosslessWebp(Pattern(12, 9));
     PutLittle(bytes, Find(bytes, "VP8L") + 9, (width - 1) | (height - 1) << 14 | 1u << 28);
@@ -241,7 +242,7 @@ Bytes ExrClaiming(ExrDesc desc, uint32_t width, uint32_t height, std::optional<u
     return bytes;
 }
 
-// A picture of 12 x 9 that claims to be larger.
+// Makes a picture of 12 x 9 that claims to be larger.
 BasisFile HugeBasis() {
     BasisFile file = CompressBasis(RandomBasisPicture(12, 9, false, 1));
     file.desc.width = 16384;
@@ -249,7 +250,7 @@ BasisFile HugeBasis() {
     return file;
 }
 
-// Greatest resident size of this process so far, in bytes.
+// Returns the peak resident size of this process so far, in bytes.
 uint64_t PeakBytes() {
     rusage usage = {};
     getrusage(RUSAGE_SELF, &usage);
@@ -261,7 +262,7 @@ TEST(Hostile, HugeSizesAreRefusedByTheHeaderAlone) {
     const ExrDesc tiled{.tileSize = 8};
     const Sample bombs[] = {
         {"a.png", PngClaiming(60000, 60000)},
-        {"b.png", PngClaiming(16384, 16384)},  // Within the limits, but not in so few bytes.
+        {"b.png", PngClaiming(16384, 16384)},  // within the limits, but not in so few bytes
         {"c.png", PngClaiming(0x7fffffff, 0x7fffffff)},
         {"a.jpg", JpegClaiming(65500, 65500)},
         {"b.jpg", JpegClaiming(16384, 16384)},
@@ -340,8 +341,8 @@ TEST(Hostile, ExrHeaderIsCheckedBeforeTheLibrarySeesIt) {
     EXPECT_EQ(refusal(bytes), "x: EXR: data window (-2147483648, 0) to (11, 8) is too far out");
 }
 
-// OpenEXR reads some types by their own size; what it takes for the next attribute is then another one than
-// the check has seen, and may claim gigabytes.
+// OpenEXR reads some types by their own size, so it may see another next attribute than our check, which may
+// claim gigabytes.
 TEST(Hostile, ExrAttributesHaveTheSizesOfTheirTypes) {
     const Bytes good = ExrClaiming({}, 12, 9);
     const auto with = [&](std::string_view type, std::string_view value) {
@@ -376,7 +377,7 @@ TEST(Hostile, ExrAttributesHaveTheSizesOfTheirTypes) {
     EXPECT_NE(refusal("chlist", zeros.substr(0, 1)).find("second list"), std::string::npos);
 }
 
-// A terminal that shows the message may act on them.
+// A terminal that shows the message may act on control characters.
 TEST(Hostile, RefusalsQuoteTheFileWithoutControlCharacters) {
     Bytes exr = ExrClaiming({}, 12, 9);
     // "31m" would be red

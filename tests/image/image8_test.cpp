@@ -16,7 +16,7 @@ namespace {
 using image::DecodeImage8;
 using image::Image8;
 
-// The greatest difference of any channel of two pictures of one size.
+// Returns the largest difference of any channel of two pictures of equal size.
 int GreatestDifference(const Image8& a, const Image8& b) {
     EXPECT_EQ(a.width, b.width);
     EXPECT_EQ(a.height, b.height);
@@ -28,7 +28,7 @@ int GreatestDifference(const Image8& a, const Image8& b) {
     return greatest;
 }
 
-// A picture that JPEG keeps well, of `channels` bytes a texel.
+// Makes a picture that JPEG compresses with little loss, with `channels` bytes per texel.
 std::vector<uint8_t> SmoothTexels(uint32_t width, uint32_t height, uint32_t channels) {
     std::vector<uint8_t> texels;
     for (uint32_t y = 0; y < height; ++y) {
@@ -46,7 +46,7 @@ TEST(WritePng, ComesBackExactly) {
     for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 5u}, {64u, 33u}}) {
         Image8 image = Pattern(width, height);
         for (const bool isOpaque : {false, true}) {
-            // Color under full transparency counts too.
+            // The color under full transparency counts, too.
             for (size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = isOpaque ? 255 : 0;
             WritePng(folder / "image.png", image);
             const std::vector<std::byte> file = ReadFile(folder / "image.png");

@@ -1,5 +1,5 @@
-// The statistics that other tests judge pictures by: right pictures pass as often as stated, wrong ones are
-// found.
+// Tests the statistics by which other tests judge pictures: correct pictures pass as often as stated, and
+// wrong ones are detected.
 #include "tests/support/image_compare.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace raygraph::test {
 namespace {
 
-// Pixels drawn around a reference with a known variance, which is that of a mean over samples.
+// Draws pixels around a reference with a known variance, which is that of a mean over samples.
 struct NoisyPicture {
     uint32_t width, height;
     std::vector<float> reference, variance, mean;
@@ -23,7 +23,7 @@ struct NoisyPicture {
     }
 };
 
-// `bias` multiplies the pixels' expectation, `noise` their standard deviation but not the variance they
+// `bias` scales the pixels' expectation, `noise` their standard deviation, but not the variance that they
 // state.
 NoisyPicture Draw(std::mt19937& random, uint32_t width, uint32_t height, double relativeError,
                   double bias = 1.0, double noise = 1.0) {
@@ -45,7 +45,7 @@ TEST(ZTest, RightPictureIsCalledWrongAsOftenAsStated) {
     int wrongCount = 0;
     for (int i = 0; i < kPictures; ++i)
         wrongCount += Draw(random, 16, 16, 0.1).Test(kSignificance).IsAnyFailed();
-    // A binomial count: five standard deviations either way.
+    // The count is binomial: five standard deviations either way are allowed.
     const double deviation = std::sqrt(kPictures * kSignificance * (1 - kSignificance));
     EXPECT_NEAR(wrongCount, kPictures * kSignificance, 5 * deviation);
 }

@@ -39,7 +39,7 @@ TEST(Ktx2, PlainTexelsAreReadByTheirFormat) {
     EXPECT_EQ(two(kVkBgra8, {1, 2, 3, 4, 5, 6, 7, 8}), (Texels{3, 2, 1, 4, 7, 6, 5, 8}));
 }
 
-// One block in each format says what its first texel is.
+// The expected first texel of one block is given for each format.
 TEST(Ktx2, BlocksAreReadByTheirFormat) {
     const Texels hole{0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}, red{200, 100, 0, 0, 0, 0, 0, 0};
     const auto first = [](uint32_t format, Texels level, const Texels& second) {
@@ -58,7 +58,7 @@ TEST(Ktx2, BlocksAreReadByTheirFormat) {
         EXPECT_EQ(first(format, mode5, Texels(8)), (Texels{255, 0, 0, 0}));
 }
 
-// 4x8 texels in two blocks, and one for each smaller level, with and without Zstandard.
+// 4x8 texels take two blocks, and each smaller level takes one; with and without Zstandard.
 TEST(Ktx2, BlocksAreKeptWithTheLevelsThatAreThere) {
     const Texels first(32, 7), second(16, 8), third(16, 9), fourth(16, 10);
     for (const bool isPacked : {false, true}) {
@@ -73,10 +73,10 @@ TEST(Ktx2, BlocksAreKeptWithTheLevelsThatAreThere) {
         ASSERT_EQ(all.levels.size(), 4u);
         EXPECT_EQ(all.levels[0], std::vector<std::byte>(32, std::byte{7}));
         EXPECT_EQ(all.levels[3], std::vector<std::byte>(16, std::byte{10}));
-        // One of another size, and those after it, are left out
+        // A level of the wrong size, and those after it, are left out
         desc.smaller[1] = {stored(first), 32};
         EXPECT_EQ(blocks().levels.size(), 2u);
-        // What a swizzle makes of them is not what they hold
+        // Swizzled blocks would not hold their texels any more
         desc.keys = {{"KTXswizzle", "bgra"}};
         EXPECT_TRUE(blocks().IsEmpty());
     }
@@ -124,7 +124,7 @@ TEST(Ktx2, SwizzleOfTheFileIsApplied) {
               (Texels{5, 0, 0, 255}));
 }
 
-// A picture of random blocks, with and without Zstandard.
+// Tests a picture of random blocks, with and without Zstandard.
 TEST(Ktx2, UastcIsReadByItsChannels) {
     std::mt19937 random(1);
     std::vector<UastcBlock> blocks;
@@ -167,7 +167,7 @@ TEST(Ktx2, UastcIsReadByItsChannels) {
     expect(with(6), level, [](const Color& c) { return Color{c[0], c[1], 0, 255}; });
     desc.channels = {0};
     Texels broken = level;
-    broken[16 * 5] = 0x45;  // The reserved mode
+    broken[16 * 5] = 0x45;  // the reserved mode
     EXPECT_EQ(Ktx2Refusal(desc, broken), "a.ktx2: the block at (4, 4) is invalid");
 }
 

@@ -20,7 +20,8 @@ std::string HdrRefusal(const Bytes& bytes) {
     return Refusal("x.hdr", [&] { DecodeEnvironment(bytes, "x.hdr"); });
 }
 
-// 9 texels: eight of (128, 64, 32) * 2^(e - 136), then one of another color, in each of the three codings.
+// The 9 texels, in each of the three codings, are eight of (128, 64, 32) * 2^(e - 136), then one of another
+// color.
 const std::vector<uint8_t> kFlatRow = [] {
     std::vector<uint8_t> row;
     for (int i = 0; i < 8; ++i) row.insert(row.end(), {128, 64, 32, 130});
@@ -92,8 +93,8 @@ TEST(RadianceHdr, ExposureIsNotAppliedAndSaidSo) {
 
 class WriteHdrOfWidth : public testing::TestWithParam<uint32_t> {};
 
-// The greatest channel has eight bits, so every channel is within 1/256 of it (half a step of 1/128 of it or
-// less).
+// The largest channel has eight bits, so every channel is within 1/256 of it (half of a step, which is at
+// most 1/128).
 TEST_P(WriteHdrOfWidth, ComesBackWithinHalfAStepAndThenExactly) {
     const TemporaryFolder folder;
     const uint32_t width = GetParam(), height = 5;
@@ -123,7 +124,7 @@ TEST_P(WriteHdrOfWidth, ComesBackWithinHalfAStepAndThenExactly) {
     EXPECT_EQ(ReadFile(folder / "a.hdr"), ReadFile(folder / "b.hdr"));
 }
 
-// Flat, the narrowest coded, longer than one literal and one run.
+// The widths are flat, the smallest coded one, and longer than one literal and one run.
 INSTANTIATE_TEST_SUITE_P(RadianceHdr, WriteHdrOfWidth, testing::Values(1u, 7u, 8u, 127u, 129u, 1000u));
 
 TEST(WriteHdr, ExtremesAreKeptOrClamped) {

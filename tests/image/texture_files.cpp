@@ -19,10 +19,10 @@ std::vector<std::byte> MakeDds(const DdsDesc& desc, std::span<const uint8_t> tex
     const bool isNamed = desc.dxgiFormat != 0 || !desc.fourCc.empty();
     putCode("DDS ");
     put(124);
-    put(0x1007);  // Caps, height, width, pixel format.
+    put(0x1007);  // caps, height, width, pixel format
     put(desc.height);
     put(desc.width);
-    for (int i = 0; i < 14; ++i) put(i == 2 ? desc.levels : 0);  // Pitch, depth, levels, 11 reserved.
+    for (int i = 0; i < 14; ++i) put(i == 2 ? desc.levels : 0);  // pitch, depth, levels, 11 reserved words
     put(32);
     put(isNamed ? 4 : desc.formatFlags);
     if (isNamed)
@@ -31,7 +31,7 @@ std::vector<std::byte> MakeDds(const DdsDesc& desc, std::span<const uint8_t> tex
         put(0);
     put(isNamed ? 0 : desc.bitCount);
     for (const uint32_t mask : desc.masks) put(isNamed ? 0 : mask);
-    put(0x1000);  // A texture.
+    put(0x1000);  // a texture
     put(desc.caps2);
     for (int i = 0; i < 3; ++i) put(0);
     if (desc.dxgiFormat != 0)
@@ -59,7 +59,7 @@ std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const std::byte>
     PutNumber(descriptor, 0);
     PutNumber(descriptor, 2 | blockBytes << 16);
     PutNumber(descriptor, desc.model | 1 << 8 | (desc.isSrgb ? 2u : 1u) << 16 | desc.flags << 24);
-    for (int i = 0; i < 3; ++i) PutNumber(descriptor, 0);  // Sizes of blocks and planes.
+    for (int i = 0; i < 3; ++i) PutNumber(descriptor, 0);  // sizes of blocks and planes
     for (const uint32_t channel : desc.channels) {
         PutNumber(descriptor, 127 << 16 | channel << 24);
         for (int i = 0; i < 3; ++i) PutNumber(descriptor, 0);

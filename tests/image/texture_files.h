@@ -1,4 +1,4 @@
-// Small files of textures as GPUs store them, made in memory.
+// Makes small files of GPU textures in memory.
 #pragma once
 
 #include <array>
@@ -13,28 +13,28 @@
 
 namespace raygraph::test {
 
-// Microsoft's numbers of pixel formats.
+// These are Microsoft's numbers of pixel formats.
 inline constexpr uint32_t kDxgiRgba8 = 28, kDxgiRgba8Srgb = 29, kDxgiRg8 = 49, kDxgiR8 = 61,
                           kDxgiBc1Srgb = 72, kDxgiBc2 = 74, kDxgiBc3 = 77, kDxgiBc4 = 80, kDxgiBc5 = 83,
                           kDxgiBgra8 = 87, kDxgiBgrx8 = 88, kDxgiBc7 = 98;
 
 struct DdsDesc {
     uint32_t width = 4, height = 4;
-    std::string_view fourCc = {};  // Empty: masks, or a DXGI format.
-    uint32_t dxgiFormat = 0;       // Not 0: with the header of DirectX 10.
+    std::string_view fourCc = {};  // empty: masks, or a DXGI format
+    uint32_t dxgiFormat = 0;       // not 0: the file has the DirectX 10 header
     uint32_t bitCount = 32;
     std::array<uint32_t, 4> masks{0xFF, 0xFF00, 0xFF0000, 0xFF000000};
-    uint32_t formatFlags = 0x41;  // RGB and alpha.
+    uint32_t formatFlags = 0x41;  // RGB and alpha
     uint32_t caps2 = 0;
     uint32_t dimension = 3, miscFlags = 0, arraySize = 1, alphaMode = 0;
-    uint32_t levels = 0;  // As the header says.
+    uint32_t levels = 0;  // in the header
 };
 std::vector<std::byte> MakeDds(const DdsDesc& desc, std::span<const uint8_t> texels);
 
-// A DDS of one texel, plain RGBA, repeated.
+// Makes a DDS of plain RGBA that repeats one texel.
 std::vector<std::byte> MakePlainDds(uint32_t width, uint32_t height, const std::array<uint8_t, 4>& color);
 
-// Khronos' color models of what has no Vulkan format, and Vulkan's numbers of some that have.
+// These are Khronos's color models of formats that Vulkan lacks, and Vulkan's numbers of some others.
 inline constexpr uint32_t kEtc1s = 163, kUastc = 166;
 inline constexpr uint32_t kVkR8 = 9, kVkRg8 = 16, kVkRgb8 = 23, kVkBgr8 = 30, kVkRgba8 = 37,
                           kVkRgba8Srgb = 43, kVkBgra8 = 44, kVkBc1Rgb = 131, kVkBc1Rgba = 133, kVkBc2 = 135,
@@ -43,18 +43,18 @@ inline constexpr uint32_t kVkR8 = 9, kVkRg8 = 16, kVkRgb8 = 23, kVkBgr8 = 30, kV
 struct Ktx2Desc {
     uint32_t vkFormat = 0;
     uint32_t width = 4, height = 4, depth = 0, layers = 0, faces = 1, levels = 1;
-    uint32_t supercompression = 0;  // 1: BasisLZ, 2: Zstandard.
-    uint32_t model = 1;             // RGBSDA.
+    uint32_t supercompression = 0;  // 1: BasisLZ, 2: Zstandard
+    uint32_t model = 1;             // 1: RGBSDA
     bool isSrgb = false;
-    uint32_t flags = 0;                   // 1: premultiplied alpha.
-    std::vector<uint32_t> channels = {};  // Of the samples.
+    uint32_t flags = 0;                   // 1: premultiplied alpha
+    std::vector<uint32_t> channels = {};  // channel of each sample
     std::vector<std::pair<std::string, std::string>> keys = {};
     std::vector<std::byte> global = {};
-    std::optional<uint64_t> inflatedBytes = {};  // Else the level's size.
-    // Bytes of the other levels, and their sizes without Zstandard. Those that are not here are the first again.
+    std::optional<uint64_t> inflatedBytes = {};  // none: the level's size
+    // Bytes of the other levels, with their sizes without Zstandard. Missing ones repeat the first.
     std::vector<std::pair<std::vector<uint8_t>, uint64_t>> smaller = {};
 };
-// The level is stored as it is given.
+// The level is stored as given.
 std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const std::byte> level);
 std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const uint8_t> level);
 

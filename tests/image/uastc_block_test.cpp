@@ -1,4 +1,4 @@
-// UASTC, against values worked out from the Khronos Data Format Specification.
+// Tests UASTC against values derived from the Khronos Data Format Specification.
 #include "renderer/image/uastc_block.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ TEST_P(UastcMode, DecodesWhatItsFieldsSay) {
 
 INSTANTIATE_TEST_SUITE_P(All, UastcMode, testing::Range(size_t{0}, size_t{19}));
 
-// The numbers of an endpoint in the order of the bits that store them.
+// Returns the numbers of an endpoint in the order of the bits that store them.
 std::vector<int> Numbers(size_t mode) {
     std::vector<int> values;
     const UastcLayout& layout = kUastcLayouts[mode];
@@ -57,7 +57,7 @@ TEST(Uastc, NumbersWithQuintsAreThoseOfTheSpecification) {
                                             84,  171, 117, 138, 26, 229, 58, 197, 91,  164, 123, 132}));
 }
 
-// Every second number counts up from 0 and the others down from 255, in equal steps but for rounding.
+// The numbers alternate between counting up from 0 and down from 255, in equal steps but for rounding.
 TEST(Uastc, NumbersAreEvenlySpaced) {
     for (const size_t mode : {0, 3, 4, 6, 7, 10, 11, 12}) {
         const std::vector<int> values = Numbers(mode);
@@ -103,7 +103,7 @@ uint32_t Scrambled(uint32_t p) {
     return p;
 }
 
-// The partition function of ASTC (Khronos Data Format Specification, chapter ASTC), of 2 or 3 parts of a
+// Is the partition function of ASTC (Khronos Data Format Specification, chapter ASTC) for 2 or 3 parts of a
 // block of fewer than 31 texels.
 uint32_t AstcPart(uint32_t number, uint32_t parts, uint32_t texel) {
     const uint32_t x = texel % 4 * 2, y = texel / 4 * 2;
@@ -124,7 +124,7 @@ uint32_t AstcPart(uint32_t number, uint32_t parts, uint32_t texel) {
     return static_cast<uint32_t>(std::ranges::max_element(sums) - sums.begin());
 }
 
-// The numbers of these divisions in ASTC, by UASTC's.
+// These are the numbers of UASTC's divisions in ASTC.
 TEST(Uastc, DivisionsAreThoseOfAstc) {
     constexpr std::array<uint32_t, 30> kTwo{28,  20,  16,  29,  91,  9,   107, 72,  149, 204,
                                             50,  114, 496, 17,  78,  39,  252, 828, 43,  156,
@@ -143,7 +143,7 @@ TEST(Uastc, DivisionsAreThoseOfAstc) {
     }
 }
 
-// UASTC has only divisions that BC7 has too: the first part may be another's.
+// UASTC has only divisions of BC7, whose parts may be in another order.
 TEST(Uastc, DivisionsAreThoseOfBc7) {
     constexpr std::array<uint8_t, 30> kOfBc7{0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14,
                                              15, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 29, 32, 33, 52};

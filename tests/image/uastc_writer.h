@@ -1,5 +1,5 @@
-// Blocks of UASTC from their fields, and what they show. The rules are the Khronos Data Format
-// Specification's, written down a second time.
+// Writes blocks of UASTC from their fields, and decodes them by a second implementation of the Khronos Data
+// Format Specification.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,12 @@ struct UastcLayout {
     unsigned hintBits;
     unsigned parts, partBits;
     unsigned channels, planes;
-    uint32_t base;  // 1: numbers of bits alone; 3, 5: with a trit or quint above them.
+    uint32_t base;  // 1: bits alone; 3, 5: with a trit or quint above them
     unsigned numberBits, weightBits;
 };
-// By mode; the eighth is a single color. Hints: two of BC1 (modes 10 to 12: one), two flags and two tables of
-// 3 bits of ETC1, 5 bits of ETC1's bias (not modes 10 to 12), and 8 bits of ETC2 (modes 9 to 17).
+// The layouts are by mode; the eighth is a single color. Hints: two of BC1 (modes 10 to 12: one), two flags
+// and two tables of 3 bits of ETC1, 5 bits of ETC1's bias (not modes 10 to 12), and 8 bits of ETC2 (modes 9
+// to 17).
 inline constexpr std::array<UastcLayout, 19> kUastcLayouts{{
     {0b0001, 4, 2 + 8 + 5, 1, 0, 3, 1, 3, 6, 4},
     {0b110101, 6, 2 + 8 + 5, 1, 0, 3, 1, 1, 8, 2},
@@ -46,10 +47,10 @@ inline constexpr std::array<UastcLayout, 19> kUastcLayouts{{
 struct UastcBlock {
     size_t mode = 8;
     uint32_t part = 0, selector = 0, hints = 0;
-    // Of the endpoints, in the order of the file: part by part, channel by channel, low and high. With a trit
-    // or quint above the bits. Mode 8: the four channels.
+    // Endpoints in the order of the file: part by part, channel by channel, low and high, with a trit or
+    // quint above the bits. Mode 8 has the four channels.
     std::array<uint32_t, 18> numbers = {};
-    std::array<std::array<uint32_t, 16>, 2> weights = {};  // By plane.
+    std::array<std::array<uint32_t, 16>, 2> weights = {};  // by plane
 };
 
 inline unsigned UastcPartOf(const UastcBlock& block, size_t texel) {
@@ -65,14 +66,14 @@ inline unsigned UastcPartOf(const UastcBlock& block, size_t texel) {
             return 0;
     }
 }
-// The first texel of its part: its weight has one bit less.
+// Returns whether a texel is the first of its part, whose weight has one bit less.
 inline bool IsUastcAnchor(const UastcBlock& block, size_t texel) {
     for (size_t i = 0; i < texel; ++i)
         if (UastcPartOf(block, i) == UastcPartOf(block, texel)) return false;
     return true;
 }
 
-// Up to the weights; `part` may be one that does not exist.
+// Packs the fields before the weights; `part` may be one that does not exist.
 inline BlockWriter<16> PackEndpoints(const UastcBlock& block) {
     const UastcLayout& layout = kUastcLayouts[block.mode];
     BlockWriter<16> writer;
@@ -137,7 +138,7 @@ inline UastcBlock RandomUastcBlock(size_t mode, std::mt19937& random) {
     return block;
 }
 
-// ASTC's color unquantization, by the specification's pattern of bits: a letter is a bit of the number, from
+// Is ASTC's color unquantization by the specification's bit pattern: a letter is a bit of the number, from
 // the second lowest (b) on.
 inline int UastcNumber(const UastcLayout& layout, uint32_t number) {
     if (layout.base == 1) return Repeated(number, layout.numberBits);
@@ -168,7 +169,7 @@ inline int UastcNumber(const UastcLayout& layout, uint32_t number) {
     return static_cast<int>((flip & 0x80) | value >> 2);
 }
 
-// 64ths: the bits over and over, to 6 of them, and one more in the upper half.
+// Returns 64ths: the bits repeated to 6 of them, and one more in the upper half.
 inline int UastcWeight(uint32_t weight, unsigned bits) {
     const int value = Repeated(weight, bits) >> 2;
     return value > 32 ? value + 1 : value;

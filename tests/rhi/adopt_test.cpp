@@ -1,4 +1,5 @@
-// A host's device: checked, used through the host's allocator and queue lock, left as it was.
+// Tests that a host's device is checked, used through the host's allocator and queue lock, and left as it
+// was.
 #include <gmock/gmock.h>
 
 #include "rhi/command_list.h"
@@ -131,7 +132,7 @@ TEST_F(AdoptTest, WrappedImage_StaysTheHosts) {
         EXPECT_EQ(As<float>(rhi::ReadTexture(*device, texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)),
                   texels);
     }
-    // Still the host's to destroy: the layers would report a second destruction.
+    // The host still owns the image: the layers would report a second destruction.
     vk.vkDestroyImage(host.Handle(), image, nullptr);
     vk.vkFreeMemory(host.Handle(), memory, nullptr);
 }
@@ -162,7 +163,7 @@ TEST_F(AdoptTest, WrappedBuffer_StaysTheHosts) {
         EXPECT_EQ(bindBuffer(host.Handle(), 1, &bind), VK_SUCCESS);
         return std::pair(buffer, memory);
     };
-    // The layers would report an address asked of the one without.
+    // The layers would report an address query for the buffer without one.
     const auto plain = make(0, 0);
     const auto addressed =
         make(VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
@@ -190,7 +191,7 @@ TEST_F(AdoptTest, WrappedBuffer_StaysTheHosts) {
         EXPECT_EQ(ErrorOf([&] { std::ignore = device->WrapBuffer(mapped, plain.first); }).Kind(),
                   ErrorKind::Usage);
     }
-    // Still the host's to destroy: the layers would report a second destruction.
+    // The host still owns them: the layers would report a second destruction.
     for (const auto& [buffer, memory] : {plain, addressed}) {
         vk.vkDestroyBuffer(host.Handle(), buffer, nullptr);
         vk.vkFreeMemory(host.Handle(), memory, nullptr);
@@ -218,7 +219,7 @@ TEST_F(AdoptTest, OptionalExtensionNotEnabled_TurnsTheCapabilityOff) {
               rhi::OptionalFeaturesOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance).rayQuery);
 }
 
-// Of core Vulkan, where no extension tells.
+// No extension tells about features of core Vulkan.
 TEST_F(AdoptTest, OptionalFeatureNotEnabled_TurnsTheCapabilityOff) {
     rhi::AdoptedDeviceDesc desc = host.Desc();
     const rhi::OptionalFeatures has =
@@ -233,7 +234,7 @@ TEST_F(AdoptTest, OptionalFeatureNotEnabled_TurnsTheCapabilityOff) {
     EXPECT_EQ(optional.multiDrawIndirect, has.multiDrawIndirect) << "what is enabled stays";
 }
 
-// Core Vulkan does not tell what a device was made with: what a host does not list may be off.
+// Core Vulkan does not tell what a device was made with: a feature that a host does not list may be off.
 TEST_F(AdoptTest, HostThatListsNothing_HasNoOptionalFeature) {
     rhi::AdoptedDeviceDesc desc;
     const rhi::AdoptedDeviceDesc full = host.Desc();
@@ -245,7 +246,7 @@ TEST_F(AdoptTest, HostThatListsNothing_HasNoOptionalFeature) {
     desc.getInstanceProcAddr = full.getInstanceProcAddr;
     desc.enabledExtensions = full.enabledExtensions;
     rhi::OptionalFeatures optional = rhi::Device::Adopt(desc)->Info().optional;
-    optional.memoryBudget = false;  // no feature: its extension is listed
+    optional.memoryBudget = false;  // is no feature: its extension is listed
     EXPECT_EQ(optional, rhi::OptionalFeatures{});
     EXPECT_NE(rhi::Device::Adopt(full)->Info().optional, rhi::OptionalFeatures{});
 }

@@ -1,4 +1,4 @@
-// Deforming structures: rebuilt in place, compacted, and the memory that this takes.
+// Tests deforming structures: in-place rebuilds, compaction, and the memory that these take.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class BlasRebuild : public TraceTest {
     }
 };
 
-// One triangle, many times, on a device whose builds need more scratch memory than updates.
+// Has one triangle many times, on a device whose builds need more scratch memory than updates.
 class RefitScratch : public ::testing::Test {
   protected:
     static constexpr uint64_t kBuildScratch = 1u << 20;
@@ -73,7 +73,7 @@ class RefitScratch : public ::testing::Test {
     Buffer vertices, indices;
 };
 
-// Two quads, of which the second one is not there (NaN) unless it is asked for.
+// Makes two quads, of which the second is NaN unless it is asked for.
 TestMesh OneOrTwoQuads(bool hasSecond) {
     TestMesh mesh = Quad(0, 0), second = Quad(3, -1);
     const auto first = static_cast<uint32_t>(mesh.vertices.size());
@@ -85,7 +85,7 @@ TestMesh OneOrTwoQuads(bool hasSecond) {
     return mesh;
 }
 
-// What no update may do: triangles appear. Where drivers update by a rebuild, the tests of RefitScratch tell
+// Triangles appear, which no update can do. Where drivers update by a rebuild, the tests of RefitScratch tell
 // the two apart.
 TEST_F(BlasRebuild, RebuildInPlaceShowsNewTrianglesAndKeepsTheAddress) {
     BlasBuilder builder(Device(), {.name = "deforming"});
@@ -148,7 +148,7 @@ TEST_F(RefitScratch, IsThatOfTheLargestRebuildUntilNoDeformingOneIsLeft) {
     EXPECT_EQ(builder.Statistics().rebuildCount, 1u);
 }
 
-// The vertices of the build have moved in their buffer.
+// The vertices have moved within the buffer of the build.
 TEST_F(BlasRebuild, RefitsWithoutADescriptionReadTheBuffersOfTheBuild) {
     BlasBuilder builder(Device(), {.name = "same buffers"});
     TestMesh mesh = Quad(0, 0);

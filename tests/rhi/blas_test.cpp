@@ -1,4 +1,4 @@
-// Bottom-level structures: batches, compaction, refit, and what is refused.
+// Tests bottom-level structures: batches, compaction, refit, and refusals.
 #include <gtest/gtest.h>
 
 #include "rhi/blas_builder.h"
@@ -19,7 +19,7 @@ class BlasTest : public TraceTest {
         return blases;
     }
 
-    // One instance each, one behind the other, and 64 x 64 rays through all of them.
+    // Places one instance of each behind the other, and traces 64 x 64 rays through all of them.
     std::vector<TestResult> Hits(const std::vector<std::shared_ptr<Blas>>& blases) {
         std::vector<TlasInstance> instances;
         for (const auto& blas : blases) {
@@ -31,7 +31,7 @@ class BlasTest : public TraceTest {
     }
 };
 
-// Where compaction saves memory on every driver.
+// Compaction saves memory on every driver with these meshes.
 class CompactingBlasTest : public BlasTest {
     testing::PaddedStructures padded{Device()};
 };
@@ -114,7 +114,7 @@ TEST_F(CompactingBlasTest, PollNeverWaitsForWorkThatIsNotDone) {
 TEST_F(CompactingBlasTest, DroppedWhileItsCompactionIsPending_IsLeftOut) {
     BlasBuilder builder(Device(), {.name = "dropping"});
     std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
-    blases[0].reset();  // before its build
+    blases[0].reset();  // is gone before its build
     Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
     EXPECT_EQ(builder.Statistics().buildCount, 2u);
     blases[1].reset();
@@ -324,7 +324,7 @@ TEST_F(BlasTest, RefitsInBatchesUnderTheScratchBudget) {
     }
     Run([&](CommandList& commands) {
         builder.RecordBuilds(commands);
-        builder.RecordRefits(commands, requests);  // in the same list: the builder orders them
+        builder.RecordRefits(commands, requests);  // in the same list: the builder synchronizes them
     });
     EXPECT_EQ(builder.Statistics().refitCount, 4u);
     const std::vector<std::shared_ptr<Blas>> fresh{Build(Describe(Waves(12, 0.5f)))};

@@ -1,4 +1,4 @@
-// Pipelines of which a driver that compiles when it executes has the machine code before.
+// Tests that a driver which compiles at the first execution has the machine code of pipelines before.
 #include "rhi/compile_ahead.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 namespace raygraph::rhi {
 namespace {
 
-// A value of the environment, until it goes.
+// Sets an environment variable while it lives.
 class Environment {
   public:
     Environment(const char* name, const std::string& value) : m_name(name) {
@@ -32,7 +32,7 @@ class Environment {
     std::optional<std::string> m_before;
 };
 
-// Mesa's cache in a folder of its own, in which each piece of machine code is a file.
+// Gives Mesa's cache a folder of its own, in which each piece of machine code is a file.
 class CompileAheadTest : public ::testing::Test {
   protected:
     RayTracingPipelineDesc Desc(const std::vector<uint32_t>& words) const {
@@ -51,7 +51,7 @@ class CompileAheadTest : public ::testing::Test {
                                     if (gl_LaunchIDEXT.x > 99u) Number(constants.at).number = )" +
                                     value + "; }\n"});
     }
-    // Of a device that has ended: it has written what it compiled.
+    // Call it after the device has ended, which writes the compiled code.
     size_t FileCount() const {
         namespace fs = std::filesystem;
         return static_cast<size_t>(
@@ -61,7 +61,7 @@ class CompileAheadTest : public ::testing::Test {
                                      entry.path().filename() != "marker";
                           }));
     }
-    // Files that are written by the first execution of what `make` makes on a device; `launch` records it.
+    // Returns how many files the first execution of what `make` makes writes; `launch` records the execution.
     template <typename Make, typename Launch>
     size_t FilesOfFirst(Make&& make, Launch&& launch) {
         size_t before = 0;
@@ -78,7 +78,7 @@ class CompileAheadTest : public ::testing::Test {
         }
         return FileCount() - before;
     }
-    // Those of a ray-tracing pipeline that comes after `skipped` others.
+    // Returns the files by a ray-tracing pipeline that is made after `skipped` others.
     size_t FilesOfFirstExecution(uint32_t skipped, bool isAhead) {
         const auto make = [&](Device& device) {
             const std::vector<uint32_t> other = RayGen("7u");
@@ -92,7 +92,7 @@ class CompileAheadTest : public ::testing::Test {
         };
         return FilesOfFirst(make, [](CommandList& commands) { commands.TraceRays({1, 1}); });
     }
-    // Those of a compute pipeline.
+    // Returns the files by a compute pipeline.
     size_t FilesOfFirstDispatch(bool isAhead) {
         const auto make = [&](Device& device) {
             const std::vector<uint32_t> words =
@@ -134,7 +134,7 @@ TEST_F(CompileAheadTest, TheFirstExecutionFindsTheMachineCode) {
         return;
     }
     EXPECT_EQ(FilesOfFirstExecution(0, false), 1u) << "else there is nothing to do ahead";
-    // The numbers of groups, which the code contains, are those on the device, whatever came before
+    // The code contains the groups' indices on the device, whatever was made before
     for (const uint32_t skipped : {1u, 2u, 3u})
         EXPECT_EQ(FilesOfFirstExecution(skipped, true), 0u) << skipped;
     EXPECT_EQ(FilesOfFirstDispatch(false), 1u);

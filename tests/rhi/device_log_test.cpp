@@ -1,4 +1,4 @@
-// What a device says to DeviceDesc::log.
+// Tests what a device logs to DeviceDesc::log.
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -25,7 +25,7 @@ DeviceDesc Desc(raygraph::Log log, bool isValidating) {
     return {.name = "told", .validation = isValidating, .log = std::move(log), .savePipelineCache = false};
 }
 
-// Core validation: a buffer without a size, past our own check.
+// Triggers core validation: makes a buffer without a size, past our own check.
 void MakeWrongBuffer(const rhi::Device& device) {
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
@@ -44,7 +44,7 @@ TEST_F(DeviceLogTest, CoreAndSynchronizationValidationReachIt) {
     EXPECT_EQ(log.All()[0].category, "validation");
     EXPECT_EQ(log.All()[0].level, LogLevel::Error);
     EXPECT_THAT(log.All()[0].text, HasSubstr("VUID-VkBufferCreateInfo-size-00912"));
-    // Synchronization: two writes without a barrier between them.
+    // Triggers synchronization validation: two writes without a barrier between them.
     const rhi::Buffer buffer =
         device->CreateBuffer({.name = "raced", .size = 64, .usage = BufferUsage::CopyDestination});
     rhi::CommandList commands = device->BeginCommands("race");
@@ -64,7 +64,7 @@ TEST_F(DeviceLogTest, ValidationMessagesAreCountedAlsoIfNobodyListens) {
     EXPECT_EQ(device->ValidationMessageCount(), 1u);
 }
 
-// Its callback is called under Vulkan calls, in destructors and where nothing may be thrown.
+// The callback is called under Vulkan calls, in destructors and where nothing may be thrown.
 TEST_F(DeviceLogTest, CallbackThatThrowsEndsNothing) {
     std::atomic<uint32_t> calls = 0;
     const raygraph::Log throwing(

@@ -1,4 +1,4 @@
-// Devices: choice, refusals, loss.
+// Tests devices: choice, refusals, loss.
 #include "rhi/device.h"
 
 #include <gmock/gmock.h>
@@ -307,7 +307,7 @@ TEST_F(HangTest, WaitBeyondTheLimit_IsALostDeviceThatNamesTheLastPass) {
     EXPECT_EQ(log.Text(), "") << "it went on, so that everything is freed";
 }
 
-// A long queue is no hang, as long as something completes.
+// A long queue is no hang, as long as some work completes.
 struct SlowQueueTest : HangTest {
     SlowQueueTest() : HangTest(std::chrono::milliseconds(400)) {}
 };
@@ -326,7 +326,7 @@ TEST_F(SlowQueueTest, SubmissionsThatCompleteOneByOne_AreWaitedFor) {
     opener.join();
 }
 
-// A semaphore that was held back too long is forgotten once it has been signaled.
+// A semaphore that was given up as hung is used again once it has been signaled.
 TEST_F(SlowQueueTest, DeviceThatGoesOnAfterAll_IsWaitedForAsBefore) {
     Gate first(*device), second(*device);
     const uint64_t held = SubmitAfter(first);
@@ -341,8 +341,8 @@ TEST_F(SlowQueueTest, DeviceThatGoesOnAfterAll_IsWaitedForAsBefore) {
     EXPECT_NO_THROW(device->WaitFor(last));
 }
 
-#ifndef __SANITIZE_ADDRESS__  // what is left is a leak, and meant
-// One whose work waits for a signal that comes when the device has been destroyed.
+#ifndef __SANITIZE_ADDRESS__  // the remaining allocations are leaked on purpose
+// The work of this device waits for a signal that comes after the device was destroyed.
 struct NeverTest : SlowQueueTest {
     NeverTest() : vk(device->Vk()), handle(device->Handle()), timeline(device->Timeline()) {
         VkSemaphoreTypeCreateInfo type{};

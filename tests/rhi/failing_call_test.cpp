@@ -1,4 +1,4 @@
-// Vulkan calls that fail, one at a time: how each wrapper reports it.
+// Tests how each wrapper reports Vulkan calls that fail, one at a time.
 #include <gtest/gtest.h>
 
 #include <tuple>
@@ -40,7 +40,7 @@ class FailingCallTest : public ::testing::Test {
 
 TEST_F(FailingCallTest, DeviceThatCannotBeMade_LeavesNothing) {
     for (const VkResult result : {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_DEVICE_LOST}) {
-        for (const uint64_t number : {1, 2}) {  // its timeline, its pipeline cache
+        for (const uint64_t number : {1, 2}) {  // creation of its timeline, and of its pipeline cache
             InjectFailure(InjectedFailure{.number = number, .result = result});
             EXPECT_EQ(ErrorOf([&] { Make(); }).Kind(),
                       result == VK_ERROR_DEVICE_LOST ? ErrorKind::DeviceLost : ErrorKind::OutOfMemory);
@@ -54,7 +54,7 @@ TEST_F(FailingCallTest, SubmissionThatHasArrived_IsNoError) {
     rhi::CommandList commands = device->BeginCommands("arrives");
     bool hasArrived = false;
     commands.OnSubmitted([&] { hasArrived = true; });
-    // What Submit asks next is how far the device is.
+    // Submit next queries how far the device is.
     InjectFailure(InjectedFailure{.call = FailingCall::Wait});
     uint64_t value = 0;
     EXPECT_NO_THROW(value = device->Submit(std::move(commands)));
@@ -76,7 +76,7 @@ TEST_F(FailingCallTest, SubmissionThatHasNotArrived_LeavesTheTimeline) {
     EXPECT_EQ(device->Submit(device->BeginCommands("arrives")), 1u);
 }
 
-// Of each call in turn that makes a resource, until none fails.
+// Fails each call that makes a resource in turn, until none is left.
 template <typename Make>
 uint32_t FailEach(rhi::Device& device, Make&& make) {
     const uint64_t used = device.Memory().usedBytes;
@@ -110,7 +110,7 @@ TEST_F(FailingCallTest, ResourcesThatCannotBeMadeLeaveNothing) {
     EXPECT_EQ(FailEach(*device, [&] { std::ignore = device->CreateBuffer(buffer, block); }), 2u);
 }
 
-// The allocator takes every failure for full memory, that of a lost device, too.
+// The allocator reports every failure as exhausted memory, including that of a lost device.
 TEST_F(FailingCallTest, AllocationOnALostDevice_SaysThatItIsLost) {
     InjectFailure(
         InjectedFailure{.call = FailingCall::Allocation, .result = VK_ERROR_DEVICE_LOST, .lasts = true});

@@ -18,7 +18,7 @@
 namespace raygraph::testing {
 namespace {
 
-// The functions behind the fakes, as the system's loader gave them last.
+// Holds the functions behind the fakes, as the system's loader returned them last.
 struct State {
     Lies lies;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;
@@ -50,7 +50,7 @@ struct State {
     std::set<VkPipeline> capturing;  // pipelines that were made to capture statistics
     std::condition_variable computeCalled;
     uint32_t computeCount = 0;  // calls of vkCreateComputePipelines
-    // The real memory types: what they are, and which of them all resources asked about so far can use.
+    // The real memory types, and those that all resources queried so far can use.
     VkPhysicalDeviceMemoryProperties realMemory{};
     uint32_t usableTypes = ~0u;
 };
@@ -227,8 +227,8 @@ void TellTypes(VkMemoryRequirements2* requirements) {
     if (activeState->lies.hasSeparateMemory) types = kAllTypes;
 }
 
-// The real type behind the faked ones, which may be mapped and hold anything: of those that all can use, one
-// that is as mapped memory has to be. Where no type serves images and mapping both, mapping goes first.
+// Returns the real type behind the faked ones, which may be mapped and hold anything: one that all resources
+// can use, with the properties of mapped memory. If no type serves both images and mapping, mapping wins.
 uint32_t RealType() {
     constexpr VkMemoryPropertyFlags kMapped =
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
@@ -280,7 +280,7 @@ VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice device, const VkMemoryAll
     return activeState->allocateMemory(device, &real, allocation, memory);
 }
 
-// Without the extension, which the real device may not have.
+// Removes the extension, which the real device may not have.
 VKAPI_ATTR VkResult VKAPI_CALL CreateDevice(VkPhysicalDevice device, const VkDeviceCreateInfo* info,
                                             const VkAllocationCallbacks* allocation, VkDevice* created) {
     if (!activeState->lies.hasStatistics) return activeState->createDevice(device, info, allocation, created);

@@ -1,4 +1,4 @@
-// A Vulkan loader that lies: the system's own, with chosen answers changed.
+// FakeLoader is the system's Vulkan loader with chosen answers changed.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace raygraph::testing {
 
-// What the loader changes. Vulkan's functions carry no user data, so the lies are the process's; one
+// Lists what the loader changes. Vulkan's functions carry no user data, so the lies are global; one
 // FakeLoader exists at a time.
 struct Lies {
     std::string hiddenExtension;             // a device extension that no device has
@@ -41,10 +41,10 @@ struct Lies {
     VkResult computePipelineResult = VK_SUCCESS;  // not VK_SUCCESS: vkCreateComputePipelines fails so
     // On: the device has the memory types below instead of one for all. Set before the device is made.
     bool hasSeparateMemory = false;
-    uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory
-    uint64_t hostBytesLeft = ~uint64_t{0};    // ... and of the host's
-    std::array<uint64_t, 4> takenBytes{};     // by type: what it gave
-    uint64_t heapUsage = 1u << 20;            // ... and what the driver says is in use of each heap
+    uint64_t deviceBytesLeft = ~uint64_t{0};  // device memory left to vkAllocateMemory with these types
+    uint64_t hostBytesLeft = ~uint64_t{0};    // host memory left to it
+    std::array<uint64_t, 4> takenBytes{};     // by type: allocated so far
+    uint64_t heapUsage = 1u << 20;            // use of each heap that the driver reports
     // On: devices have VK_KHR_pipeline_executable_properties, and tell of two programs of each pipeline that
     // was made to capture statistics: "main" with 40 "Register Count" and a true "Spills", "other" without any.
     bool hasStatistics = false;

@@ -1,12 +1,11 @@
-// Work that stays pending for as long as a test wants.
+// Gate keeps work pending for as long as a test wants.
 #pragma once
 
 #include "rhi/device.h"
 
 namespace raygraph::testing {
 
-// A timeline semaphore that the test signals: work that waits for it is pending for as long as the test
-// wants.
+// Is a timeline semaphore that the test signals: work that waits for it stays pending until then.
 class Gate {
   public:
     explicit Gate(rhi::Device& device) : m_device(device) {

@@ -8,7 +8,7 @@
 namespace raygraph::testing {
 namespace {
 
-// Before each block: its size, padded so that the block keeps its alignment.
+// Before each block is its size, padded so that the block keeps its alignment.
 size_t HeaderBytes(size_t alignment) {
     return std::max(alignment, alignof(std::max_align_t));
 }

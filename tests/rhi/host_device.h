@@ -1,4 +1,4 @@
-// A host engine's own Vulkan device, made from rhi::Requirements() without rhi::Device.
+// HostDevice is a host engine's own Vulkan device, made from rhi::Requirements() without rhi::Device.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@
 
 namespace raygraph::testing {
 
-// Allocation callbacks that count. Thread-safe.
+// Counts allocations through callbacks. Thread-safe.
 class CountingAllocator {
   public:
     CountingAllocator();
@@ -29,7 +29,7 @@ class CountingAllocator {
     std::atomic<int64_t> m_live{0}, m_total{0};
 };
 
-// With validation layers where they are installed; what they say is kept.
+// Has validation layers where they are installed, and stores their messages.
 class HostDevice {
   public:
     HostDevice();
@@ -37,7 +37,7 @@ class HostDevice {
     HostDevice(const HostDevice&) = delete;
     HostDevice& operator=(const HostDevice&) = delete;
 
-    // A description with all that Adopt needs.
+    // Returns a description with everything that Adopt needs.
     rhi::AdoptedDeviceDesc Desc() const;
     const rhi::InstanceFunctions& InstanceFunctions() const { return m_instanceFunctions; }
     const rhi::DeviceFunctions& Functions() const { return m_functions; }

@@ -1,4 +1,4 @@
-// In which memory resources are, what is reported of it, and what happens when it is exhausted.
+// Tests which memory resources use, what is reported of it, and what happens when it is exhausted.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ using testing::ErrorOf;
 using testing::FakeLoader;
 using testing::PaddedStructures;
 
-// A device that has memory of its own beside the host's, unlike the CPU driver.
+// The device has memory of its own beside the host's, unlike the CPU driver.
 class SeparateMemoryTest : public ::testing::Test {
   protected:
     SeparateMemoryTest() {
@@ -104,11 +104,11 @@ TEST_F(SeparateMemoryTest, HeapsHaveTheDriversBudget) {
 
 TEST_F(SeparateMemoryTest, HeapsAreAskedForEachTime) {
     EXPECT_EQ(device->MemoryHeaps().at(0).usedBytes, 1u << 20);
-    loader.Tell().heapUsage = 20u << 20;  // another process
+    loader.Tell().heapUsage = 20u << 20;  // of another process
     EXPECT_EQ(device->MemoryHeaps().at(0).usedBytes, 20u << 20);
 }
 
-// A compacted copy in the host's memory would replace a structure in the device's memory for good.
+// A compacted copy in host memory would replace a structure in device memory for good.
 TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitForIt) {
     const auto upload = [&](const char* name, const auto& values) {
         rhi::Buffer buffer = device->CreateBuffer({.name = name,
@@ -133,7 +133,7 @@ TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitF
     device->WaitFor(device->Submit(std::move(commands)));
 
     loader.Tell().deviceBytesLeft = 0;
-    std::vector<rhi::Buffer> rest;  // what the allocator still has
+    std::vector<rhi::Buffer> rest;  // takes what the allocator has left
     for (uint64_t bytes = 1u << 20; bytes >= 256; bytes /= 2) {
         while (device->Memory().fallbackBytes == 0) rest.push_back(device->CreateBuffer({.size = bytes}));
         rest.pop_back();
@@ -187,7 +187,7 @@ TEST_F(MemoryLimitTest, WhatWouldExceedItIsRefusedAndNothingElse) {
     EXPECT_TRUE(Device().CreateBuffer({.name = "b", .size = 16}));
 }
 
-// Every buffer that the builds need is refused once; what was added is built by the next call.
+// Every buffer that the builds need is refused once; the next call builds what was added.
 TEST(BlasAllocationTest, FailedAllocation_LosesNoBuild) {
     FakeLoader loader;
     rhi::DeviceDesc desc;

@@ -1,4 +1,4 @@
-// The pipeline cache on disk: kept between devices, never trusted.
+// Tests the pipeline cache on disk: it is kept between devices, and never trusted.
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -30,7 +30,7 @@ VkPhysicalDeviceProperties SomeDevice() {
     return properties;
 }
 
-// What a driver would give: its header, then anything.
+// Returns data as a driver's: its header, then anything.
 Bytes DriverBytes(const VkPhysicalDeviceProperties& device) {
     VkPipelineCacheHeaderVersionOne header{
         sizeof(header), VK_PIPELINE_CACHE_HEADER_VERSION_ONE, device.vendorID, device.deviceID, {}};

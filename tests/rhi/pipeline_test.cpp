@@ -1,4 +1,4 @@
-// Compute and raster pipelines.
+// Tests compute and raster pipelines.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -210,7 +210,7 @@ TEST_F(RasterPipelineTest, DepthCompareDecidesWhichSurfaceIsSeen) {
     EXPECT_EQ(Draw(desc, rectangles), kRed);
     desc.depthCompare = DepthCompare::Always;
     EXPECT_EQ(Draw(desc, rectangles), kGreen);
-    desc.depthCompare = DepthCompare::Greater;  // than the cleared 1: nothing
+    desc.depthCompare = DepthCompare::Greater;  // nothing is greater than the cleared 1
     EXPECT_EQ(Draw(desc, rectangles), kNothing);
     desc.depthCompare = DepthCompare::LessOrEqual;
     desc.writesDepth = false;

@@ -1,4 +1,4 @@
-// Ray-tracing pipelines: every ray type, hit set and callable reaches its own shaders with its own record.
+// Tests that every ray type, hit set and callable reaches its own shaders with its own record.
 #include "rhi/ray_tracing_pipeline.h"
 
 #include <gtest/gtest.h>

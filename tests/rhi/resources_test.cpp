@@ -1,4 +1,4 @@
-// Buffers, textures, samplers, memory blocks: what they promise, and what is refused by name.
+// Tests buffers, textures, samplers, memory blocks: their contract, and refusals by name.
 #include "rhi/resources.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// When a retired object may be destroyed: the timeline and the lists that are being recorded decide. Without
-// a device.
+// Tests when a retired object may be destroyed: the timeline and the lists that are being recorded decide. It
+// needs no device.
 #include "rhi/retire_queue.h"
 
 #include <gtest/gtest.h>
@@ -87,7 +87,7 @@ TEST_F(RetireQueueTest, OrderOfRetiring_IsKept) {
     EXPECT_EQ(destroyed, (Ids{1, 2, 3}));
 }
 
-// The timeline may have passed what waits in the queue without anybody having collected it.
+// The timeline may have passed queued objects before anybody has collected them.
 TEST_F(RetireQueueTest, OrderOfRetiring_IsKeptWithoutACollection) {
     queue.CloseList(queue.OpenList(), 1);
     queue.Retire(Mark(1), 0);

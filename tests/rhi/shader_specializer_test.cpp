@@ -1,4 +1,4 @@
-// SPIR-V made for values of its specialization constants, and what is kept of it. No device is needed.
+// Tests SPIR-V that is specialized to values of its constants, and how it is cached. It needs no device.
 #include "rhi/shader_specializer.h"
 
 #include <gmock/gmock.h>
@@ -76,7 +76,7 @@ size_t CountOf(const Words& words, spv::Op wanted) {
     return count;
 }
 
-// What is computed of the features, by the numbers of functions in GLSL.std.450.
+// Returns what the shader computes of the features, as numbers of functions in GLSL.std.450.
 std::vector<uint32_t> ComputedFunctions(const Words& words) {
     std::vector<uint32_t> functions;
     ForEachInstruction(words, [&](spv::Op op, std::span<const uint32_t> instruction) {
@@ -94,7 +94,7 @@ bool HasFloat(const Words& words, float wanted) {
     return hasIt;
 }
 
-// What the validator says of a module; empty: it is valid.
+// Returns the validator's message about a module; empty: it is valid.
 std::string Faults(const Words& words) {
     std::string faults;
     spvtools::SpirvTools tools(SPV_ENV_VULKAN_1_3);
@@ -162,7 +162,7 @@ TEST(ShaderSpecializer, WhatIsNoModuleIsLeftAlone) {
 }
 
 TEST(ShaderSpecializer, EveryShaderIsValidAfterwards) {
-    // Of the Cornell box; the path tracer's others are the same code with more of it.
+    // The Cornell box has these; other features of the path tracer add code of the same kind.
     const TraceFeatures features = kTraceLightSampling | kTraceTriangleLights | kTraceOpaque;
     const Values values{{9, features.x}, {12, features.y}};
     size_t specialized = 0;
@@ -242,12 +242,12 @@ TEST_F(SpecializedShadersTest, ThreadsThatMissAtOnceGetTheSame) {
 
 TEST_F(SpecializedShadersTest, FilesAreReadByTheNext) {
     Open().Find(FeaturesShader(), values);
-    // Another good file under its name shows that this is what is read.
+    // Another valid file under its name shows that this is the file that is read
     std::vector<std::byte> bytes = ReadFile(File());
     const size_t headerBytes = bytes.size() - expected.size() * sizeof(uint32_t);
     ASSERT_EQ(headerBytes, 40u);
     EXPECT_EQ(std::memcmp(bytes.data() + headerBytes, expected.data(), bytes.size() - headerBytes), 0);
-    bytes[headerBytes + 8] ^= std::byte{1};  // of the word that names the module's maker
+    bytes[headerBytes + 8] ^= std::byte{1};  // a byte of the word that names the module's generator
     const uint64_t checksum = Checksum(std::span(bytes).subspan(headerBytes));
     std::memcpy(bytes.data() + 32, &checksum, sizeof(checksum));
     Overwrite(File(), bytes);
@@ -325,7 +325,7 @@ TEST_F(SpecializedShadersTest, OldestFilesMakeRoomForNewOnes) {
     const auto name = [&](int i) { return folder / ("shaders/old" + std::to_string(i) + ".spv"); };
     for (int i = 0; i < 65; ++i) {
         Overwrite(name(i), {});
-        fs::resize_file(name(i), kMebibyte);  // takes no room on the disk
+        fs::resize_file(name(i), kMebibyte);  // takes no space on the disk
         fs::last_write_time(name(i), now - std::chrono::hours(100 - i));
     }
     const fs::path theirs = folder / "shaders/notes.txt";

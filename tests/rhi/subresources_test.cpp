@@ -1,4 +1,4 @@
-// Textures with levels and layers: limits, views, and commands that reach one level of one layer.
+// Tests textures with levels and layers: limits, views, and commands on one level of one layer.
 #include <gmock/gmock.h>
 
 #include "rhi/command_list.h"
@@ -29,7 +29,7 @@ constexpr VkImageLayout kTarget = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
 
 class SubresourcesTest : public VulkanTest {
   protected:
-    // 8x8, four levels.
+    // Makes 8x8 texels with four levels.
     static rhi::Texture Make(uint32_t layers, TextureUsage usage = kCopies | TextureUsage::Sampled) {
         return Device().CreateTexture({.name = "faces",
                                        .extent = {8, 8},
@@ -95,7 +95,7 @@ TEST_F(SubresourcesTest, ClearsAndCopies_ReachTheirLevelOfTheirLayerAlone) {
     commands.FullBarrier();
     commands.Clear(source, {3.0f, 0.0f, 0.0f, 0.0f}, Subresource(1, 2));
     commands.Transition(source, kTarget, kSource);
-    // The 4x4 level 1 of layer 2 into that of layer 0, and through a buffer into level 1 of layer 1.
+    // Copies the 4x4 level 1 of layer 2 to that of layer 0, and through a buffer to level 1 of layer 1.
     commands.CopyTexture(source, {.level = 1, .layer = 2}, target, {.level = 1, .layer = 0});
     commands.CopyToBuffer(source, buffer, 0, 1, 2);
     commands.FullBarrier();

@@ -1,4 +1,4 @@
-// The bindless textures: every slot holds something, and a slot changes only when no frame can be reading it.
+// Tests bindless textures: every slot holds something, and changes only when no frame can be reading it.
 #include "rhi/texture_table.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ class TextureTableTest : public testing::VulkanTest {
         return texture;
     }
 
-    // The red, green and blue of every slot, as "rgb" with 0 and 1.
+    // Returns red, green and blue of every slot, as "rgb" with 0 and 1.
     std::vector<std::string> Slots() {
         const Buffer colors =
             Device().CreateBuffer({.name = "colors",
@@ -134,7 +134,7 @@ TEST_F(TextureTableTest, SlotIsNotGivenOutAgainWhileAListThatMayReadItIsOpen) {
     RecordSampling(commands, colors);
     m_table->Remove(redSlot);
     const uint32_t greenSlot =
-        m_table->Add(green, m_sampler);  // update after bind, of a slot that was free before
+        m_table->Add(green, m_sampler);  // update after bind, for a slot that was free before
     EXPECT_NE(greenSlot, redSlot);
     Device().WaitFor(Device().Submit(std::move(commands)));
     EXPECT_EQ(Names(colors)[redSlot], "100") << "the frame saw what it was recorded with";

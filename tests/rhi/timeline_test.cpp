@@ -1,4 +1,4 @@
-// The timeline: submissions, waiting, command lists, deferred destruction.
+// Tests the timeline: submissions, waiting, command lists, deferred destruction.
 #include <gmock/gmock.h>
 
 #include <thread>
@@ -81,7 +81,7 @@ TEST_F(TimelineTest, CommandBuffersAreRecycledOnceCompleted) {
     EXPECT_NE(Device().BeginCommands("meanwhile").Handle(), pending);
     gate.Open();
     Device().WaitIdle();
-    // All are free now: as many lists as there are buffers find the one again.
+    // All buffers are free now: as many lists as there are buffers reuse the one
     std::vector<rhi::CommandList> lists;
     bool isFound = false;
     for (int i = 0; i < 64 && !isFound; ++i) {

@@ -1,4 +1,4 @@
-// GPU timestamps: in order, in nanoseconds, without waiting.
+// Tests GPU timestamps: in order, in nanoseconds, without waiting.
 #include "rhi/timestamps.h"
 
 #include <chrono>
@@ -13,7 +13,7 @@ namespace {
 using rhi::BufferUsage;
 
 struct TimestampsTest : VulkanTest {
-    // A frame of `count` fills with a timestamp around each.
+    // Runs a frame of `count` fills with a timestamp around each.
     uint64_t Frame(uint32_t count) {
         rhi::CommandList commands = Device().BeginCommands("timed");
         pool.BeginFrame(commands);

@@ -1,4 +1,4 @@
-// Top-level structures: build, update, instances as the device reads them.
+// Tests top-level structures: build, update, and instances as the device reads them.
 #include "rhi/tlas.h"
 
 #include <gtest/gtest.h>

@@ -20,7 +20,7 @@ namespace raygraph::rhi {
 enum RayType : uint32_t { Radiance, Shadow };
 inline constexpr uint32_t kRayTypeCount = 2;
 
-// As the ray-generation shader below reads it (scalar layout).
+// Has the layout that the ray-generation shader below reads (scalar).
 struct TestRay {
     std::array<float, 3> origin{};
     RayType type = RayType::Radiance;
@@ -28,7 +28,7 @@ struct TestRay {
     uint32_t value = 0;  // free for a test's own ray-generation shader
 };
 
-// What the payload held when the ray was done; untouched components are kUntouched.
+// Holds the payload when the ray was done; untouched components are kUntouched.
 struct TestResult {
     uint32_t code = 0;
     uint32_t instance = 0;
@@ -45,9 +45,9 @@ struct TestMesh {
     std::vector<uint32_t> indices;
 };
 
-// Two triangles facing -z that cover [x - size, x + size] x [-size, size] at depth z.
+// Makes two triangles facing -z that cover [x - size, x + size] x [-size, size] at depth z.
 TestMesh Quad(float x, float z, float size = 1.0f);
-// A surface of 2 * side * side triangles over [-1, 1]^2 with waves in z around 0.
+// Makes a surface of 2 * side * side triangles over [-1, 1]^2 with waves in z around 0.
 TestMesh Waves(uint32_t side, float amplitude = 0.2f);
 
 class TraceTest : public testing::VulkanTest {
@@ -62,9 +62,9 @@ class TraceTest : public testing::VulkanTest {
     ShaderStage Compile(const std::string& name, const std::string& body);
     // Traces rays[i] by its type and writes the payload to results[i].
     ShaderStage RayGen();
-    // Sets the payload's code.
+    // Returns a shader that sets the payload's code.
     ShaderStage Miss(const std::string& name, uint32_t code);
-    // Sets code, instance (custom index), primitive and distance.
+    // Returns a shader that sets code, instance (custom index), primitive and distance.
     ShaderStage ClosestHit(const std::string& name, uint32_t code);
 
     template <typename T>
@@ -74,7 +74,7 @@ class TraceTest : public testing::VulkanTest {
         std::memcpy(buffer.Mapped().data(), data.data(), data.size() * sizeof(T));
         return buffer;
     }
-    // A BLAS description over buffers that live as long as the test.
+    // Describes a BLAS over buffers that live as long as the test.
     TriangleGeometry Geometry(const TestMesh& mesh, bool isOpaque = true);
     BlasDesc Describe(const TestMesh& mesh, BlasKind kind = BlasKind::Static, bool isOpaque = true);
 
@@ -87,9 +87,9 @@ class TraceTest : public testing::VulkanTest {
 
     std::vector<TestResult> Trace(const RayTracingPipeline& pipeline, const Tlas& tlas,
                                   const std::vector<TestRay>& rays);
-    // A pipeline whose radiance and shadow rays tell code 1 (hit) and 2 (miss).
-    const RayTracingPipeline& PlainPipeline();  // made once a suite
-    // side * side radiance rays along +z over [-1.1, 1.1]^2, from z = -4.
+    // Returns a pipeline whose radiance and shadow rays set code 1 (hit) or 2 (miss).
+    const RayTracingPipeline& PlainPipeline();  // made once per suite
+    // Returns side * side radiance rays along +z over [-1.1, 1.1]^2, from z = -4.
     static std::vector<TestRay> RayGrid(uint32_t side);
 
   private:

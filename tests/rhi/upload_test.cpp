@@ -1,4 +1,4 @@
-// Uploads and readbacks: every byte arrives, through bounded staging memory.
+// Tests uploads and readbacks: every byte arrives, through bounded staging memory.
 #include "rhi/upload.h"
 
 #include <gmock/gmock.h>
@@ -67,7 +67,7 @@ TEST_F(UploadTest, SeveralTimesTheRing_ArrivesThroughBoundedStagingMemory) {
     EXPECT_EQ(rhi::ReadBuffer(Device(), buffer), bytes);
 }
 
-// Without layers: those of 1.3.239 do not get over a thread that waits for what another one signals.
+// The layers are off: version 1.3.239 cannot handle a thread that waits for another one's signal.
 TEST(UploaderTest, BusyDevice_TakesTheWholeRingWithoutWaitingAndThenNoMore) {
     constexpr uint64_t kStaging = 256 << 10;
     const std::unique_ptr<rhi::Device> device = rhi::Device::Create({.savePipelineCache = false});
@@ -163,7 +163,7 @@ TEST_F(UploadTest, BadRequests_NameTheTargetAndBothSides) {
 
 class UploadFormatTest : public UploadTest, public ::testing::WithParamInterface<Format> {};
 
-// Odd sizes, so that rows are not aligned to anything; more than one chunk, so that they are split.
+// Odd sizes leave rows unaligned; more than one chunk splits them.
 TEST_P(UploadFormatTest, Texels_ArriveBitForBit) {
     if (!Device().CanSample(GetParam()) && rhi::BlockSide(GetParam()) > 1)
         GTEST_SKIP() << "the device lacks textureCompressionBC";

@@ -81,8 +81,8 @@ TEST(AnimationPointer, MovesTheWeightsOfMeshes) {
     EXPECT_EQ(own.bounds.max.z, 11.0f) << "the greater of 3 + 4 and 5 + 6";
 }
 
-// What a small file can make an evaluator hold: a pointer to weights of a mesh is one property, however often
-// the mesh is placed.
+// Limits what a small file can make an evaluator store: a pointer to the weights of a mesh is one property,
+// however often the mesh is placed.
 TEST(AnimationPointer, WeightsOfAMeshAreOneProperty) {
     GltfDocument document = Everything();
     for (int i = 0; i < 300; ++i) document.AddNode({{"mesh", 0}});
@@ -218,7 +218,7 @@ TEST(AnimationPointer, GlossinessIsOneMinusRoughness) {
 }
 
 TEST(AnimationPointer, MovesAllCamerasMadeOfTheFilesOne) {
-    // Those of camera 0 come first
+    // Pointers of camera 0 come first
     const scene::SceneData wide = Set("/cameras/1/perspective/yfov", {2});
     ASSERT_EQ(wide.cameras.size(), 3u);
     EXPECT_EQ(wide.cameras[1].yFov, 2.0f);
@@ -246,7 +246,7 @@ TEST(AnimationPointer, MovesAllLightsMadeOfTheFilesOne) {
     EXPECT_EQ(Set(lights + "1/spot/outerConeAngle", {1}).lights[1].outerConeAngle, 1.0f);
 }
 
-// What a picture with --at is of.
+// A picture with --at shows such a scene.
 TEST(AnimationPointer, ShowsInAFrozenScene) {
     GltfDocument document = Everything();
     document.json["extensionsUsed"] = {"KHR_animation_pointer"};
@@ -270,7 +270,7 @@ TEST(AnimationPointer, NumbersMayBeIntegers) {
     EXPECT_EQ(scene.animations[1].samplers[0].values, (std::vector<float>{1, 0, 0.2f}));
 }
 
-// The same property by a pointer and without one is one target.
+// A property is one target, with and without a pointer.
 TEST(AnimationPointer, IsTheTargetItPointsAt) {
     GltfDocument document = Everything();
     Animate(document, {{"node", 0}, {"path", "translation"}}, {0}, {1, 2, 3}, 3);

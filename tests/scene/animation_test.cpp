@@ -134,7 +134,7 @@ TEST(AnimationSampler, SplineThroughNothingKeepsTheKey) {
     EXPECT_EQ(RotationAt(sampler, 0.5), (Rotation{0, 0, 0, 1}));
 }
 
-// Wherever the last time was, the value is the same.
+// The value does not depend on the previous time.
 TEST(AnimationSampler, RememberedIntervalIsOnlyAHint) {
     AnimationSampler sampler{.times = {}, .values = {}};
     for (int i = 0; i < 100; ++i) {

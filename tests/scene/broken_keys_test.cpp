@@ -33,7 +33,7 @@ Json Translation(size_t node) {
     return {{"node", node}, {"path", "translation"}};
 }
 
-// What playing the animation ends with.
+// Returns the message of the error with which playing the animation ends.
 std::string Played(const scene::SceneData& scene, uint32_t animation) {
     const std::array clips{scene::ClipState{.animation = animation, .seconds = 0.5}};
     try {

@@ -46,7 +46,7 @@ SceneData Whole() {
     return scene;
 }
 
-// With a joint, a morph target and an animation of the second node.
+// Makes a scene with a joint, a morph target and an animation of the second node.
 SceneData Moving() {
     SceneData scene = Whole();
     Primitive& primitive = scene.meshes[0].primitives[0];
@@ -287,7 +287,7 @@ TEST(Check, DeformedInstancesOfASkinAreAtOnePlace) {
         "scene: instances[1]: its transform is not that of instances[0], which has the same skin";
     scene.instances[1].objectToWorld[3].x += 1.0f;
     EXPECT_EQ(ErrorTextOf([&] { Check(scene); }), message);
-    scene.instances[1].isCollapsed = true;  // of another time
+    scene.instances[1].isCollapsed = true;  // its transform is of another time, and is not compared
     EXPECT_NO_THROW(Check(scene));
     scene.instances[1] = scene.instances[0];
     scene.instances[1].translationRest.y = 1e-3f;

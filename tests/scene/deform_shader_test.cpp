@@ -36,7 +36,7 @@ scene::Primitive RandomPrimitive(Random& random) {
             primitive.influences.weights.push_back(1.0f / kInfluences);
         }
     }
-    // Whose normals have no length once the targets are added
+    // The sum of normal and targets has length 0
     primitive.targets[0].normals[5] = -primitive.normals[5];
     primitive.targets[1].normals[5] = primitive.targets[2].normals[5] = glm::vec3(0.0f);
     return primitive;

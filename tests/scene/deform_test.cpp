@@ -1,4 +1,4 @@
-// How morph targets and joints deform a vertex: against numbers computed by hand.
+// Tests how morph targets and joints deform a vertex, against numbers computed by hand.
 #include "renderer/scene/deform.h"
 
 #include <gtest/gtest.h>
@@ -148,7 +148,7 @@ TEST(DeformPrimitive, ATangentAlongTheNormalStaysAsItIs) {
     EXPECT_EQ(streams.tangents[0], vec4(0, 0, 1, -1));
 }
 
-// Nothing has changed the angle that the file gave it.
+// The file's angle of the tangent stays unchanged.
 TEST(DeformPrimitive, TangentsThatOnlyJointsMoveGoByTheMatrix) {
     Primitive primitive = OneVertex();
     primitive.tangents[0] = vec4(0.6f, 0, 0.8f, 1);
@@ -227,7 +227,7 @@ TEST(SkinFrame, InstanceIsAtTheFirstJointWhateverItsNodeSays) {
     EXPECT_NO_THROW(Check(scene));
 }
 
-// At 10,000 km floats are 1 m apart: matrices of world space would lose the quarter of a meter.
+// At 10,000 km floats are 1 m apart: matrices in world space would lose the quarter of a meter.
 TEST(JointMatrices, KeepTheirDigitsFarFromTheOrigin) {
     SceneData scene = Bones({1e7 + 0.125, -1e7, 0});
     scene.nodes[1].translationRest.x += 0.25f;

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of each extension that is read: the test that fails if it is ignored, "Suite.Name".
+// Names for each extension that is read the test that fails if it is ignored, as "Suite.Name".
 const std::map<std::string_view, std::string_view> kTests{
     {"EXT_lights_ies", "IesLightScene.IrradianceOnAPlaneIsThatOfTheProfile"},
     {"EXT_lights_image_based", "ImageLightScene.LightsTheSceneFromEachSideAsItsFileSays"},

@@ -26,7 +26,7 @@ GltfDocument WithBufferUri(const std::string& uri) {
 
 const Bytes kPositions = BytesOf<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
 
-// What loading says of the URI, without the part that every message has.
+// Returns the error about the URI, without the part that every message has.
 std::string UriError(SceneFolder& folder, const std::string& uri) {
     const std::string message = folder.LoadError(WithBufferUri(uri));
     const std::string start = "scene.gltf: buffers[0].uri: ";

@@ -108,7 +108,7 @@ TEST(FlatTransform, TheMeshLiesInThePlaneAndHasItsNormal) {
 // Rays in the space of a mesh that is not squeezed along its axes need a thickness before float does.
 TEST(FlatTransform, WhatIsAlmostFlatAndObliqueGetsWhatRaysNeed) {
     const glm::mat4x3 turn = Turn(0.9f, {1, 2, 3}), other = Turn(0.5f, {2, -1, 1});
-    const auto widthOf = [](const glm::mat4x3& matrix) {  // of a cube, in z
+    const auto widthOf = [](const glm::mat4x3& matrix) {  // width of a cube in z
         return std::abs(matrix[0].z) + std::abs(matrix[1].z) + std::abs(matrix[2].z);
     };
     double before = 0.0;

@@ -92,7 +92,7 @@ class SceneFolder final : public scene::FileReader {
     std::string LoadError(std::span<const std::byte> file, scene::LoadOptions options = {});
 
     std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
-    // All that was read, and bytes to be returned in place of a file's own.
+    // Lists the files that were read, and holds bytes to return in place of a file's own.
     std::vector<std::filesystem::path> reads;
     std::map<std::filesystem::path, Bytes> replacements;
 
@@ -106,7 +106,7 @@ class SceneFolder final : public scene::FileReader {
 scene::SceneData Load(const GltfDocument& document, const scene::LoadOptions& options = {});
 std::string LoadError(const GltfDocument& document, const scene::LoadOptions& options = {});
 
-// What a document is refused with, after "scene.gltf: ", once what a JSON pointer points at is `value`.
+// Is a change that must be refused: the value at a JSON pointer, and the message after "scene.gltf: ".
 struct RefusedChange {
     const char* where;
     Json value;

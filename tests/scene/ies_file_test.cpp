@@ -40,7 +40,7 @@ void ExpectAngles(const std::vector<float>& angles, const std::vector<double>& d
     for (size_t i = 0; i < degrees.size(); ++i) EXPECT_NEAR(angles[i], degrees[i] * kDegree, 1e-6) << i;
 }
 
-// What a plane of the web holds: 1000 h + v of the angles that the file has.
+// Expects that a plane of the web holds 1000 h + v at the angles of the file.
 void ExpectPlanes(const LightProfile& profile, const std::vector<double>& vertical,
                   const std::vector<double>& fileHorizontal) {
     ASSERT_EQ(profile.candela.size(), vertical.size() * fileHorizontal.size());
@@ -161,7 +161,7 @@ TEST(IesFile, MalformedOnesAreRefusedByLine) {
               "line 6: a candela value is 1e+40 with its factors, must be at most 1e+30");
 }
 
-// Of intensities that are polynomials of the cosine, over fine webs.
+// The intensities are polynomials of the cosine, over fine webs.
 TEST(LightProfile, MeanIntensityIsTheIntegralOverAllDirections) {
     const auto cosine = [](double v, double) { return std::cos(v * kDegree); };
     const IesText lambert{.vertical = Steps(0, 90, 1), .candela = cosine};

@@ -150,7 +150,7 @@ TEST(Accessor, SparseIndicesMustBeUnsigned) {
                     "accessors[0].sparse.indices.componentType: is 5126, must be 5121, 5123 or 5125"}});
 }
 
-// Its accessors[0] is POSITION: 3 x VEC3 float, 36 bytes.
+// Makes a document whose accessors[0] is POSITION: 3 x VEC3 float, 36 bytes.
 GltfDocument Triangle() {
     GltfDocument document;
     document.AddTriangle();

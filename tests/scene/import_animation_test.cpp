@@ -251,7 +251,7 @@ TEST(ImportAnimation, SharedSamplersAreCheckedForEachUse) {
     EXPECT_EQ(LoadError(document), first);
 }
 
-// What no channel uses is checked as far as its accessors, and not decoded.
+// Samplers that no channel uses are checked as far as their accessors, and not decoded.
 TEST(ImportAnimation, SamplersWithoutAChannelAreNotRead) {
     GltfDocument document = Moving();
     const size_t falling = document.AddAccessor<float>({1, 0}, 1);

@@ -54,7 +54,7 @@ struct Encoding {
     int speed = 5;
     int positionBits = 0, uvBits = 0;  // 0: not rounded
     bool hasMetadata = false;
-    int extraAttributes = 0;  // which no primitive has
+    int extraAttributes = 0;  // attributes that no primitive has
 };
 struct Encoded {
     Bytes bytes;
@@ -188,7 +188,7 @@ TEST(Draco, QuantizedPositionsAreNear) {
     ExpectGrid(Load(Compressed(Encode({.positionBits = 14}))), 1e-3f);
 }
 
-// As the extension says: a strip is decoded all the same, and its accessor counts the strip's indices.
+// The extension allows strips: one is decoded as triangles, and its accessor counts the strip's indices.
 TEST(Draco, StripsAreTriangles) {
     GltfDocument document = Compressed(Encode());
     Primitive(document)["mode"] = 5;
@@ -331,7 +331,7 @@ TEST(Draco, AttributesAreLimitedInNumber) {
               "compressed, at most 64 are read");
 }
 
-// What is decoded does not grow with the number of primitives that name the same bytes.
+// The decoded size does not grow with the number of primitives that share the same bytes.
 TEST(Draco, PrimitivesThatShareTheirDataAreLimited) {
     GltfDocument document = Compressed(Encode({.extraAttributes = 60}));
     Json& primitives = document.json["meshes"][0]["primitives"];

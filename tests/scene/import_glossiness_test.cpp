@@ -24,7 +24,7 @@ GltfDocument Glossy(const Json& extension) {
     return document;
 }
 
-// With the two textures of the extension, and two of pbrMetallicRoughness.
+// Makes a document with the extension's two textures, and two of pbrMetallicRoughness.
 GltfDocument Textured() {
     GltfDocument document = Glossy(
         {{"diffuseTexture", {{"index", 0}}}, {"specularGlossinessTexture", {{"index", 1}, {"texCoord", 1}}}});
@@ -125,7 +125,7 @@ TEST(Glossiness, BadValuesAreRefusedOrPutIntoTheirRange) {
     EXPECT_EQ(scene.materials.at(0).specularColorFactor, glm::vec3(0.0f, 0.5f, 1.0f));
     EXPECT_EQ(scene.materials.at(0).roughnessFactor, 0.0f);
     EXPECT_EQ(scene.warnings.size(), 1u) << "of all of them";
-    // What no file can hold
+    // No file can contain these values
     Material material = scene.materials.at(0);
     EXPECT_EQ(testing::ErrorTextOf([&] { scene::Check(material, "paint"); }), "accepted");
     material.specularColorFactor.y = 1.5f;

@@ -162,7 +162,7 @@ TEST(IesLights, EditsAreSavedAndFilesCopied) {
     const Json json = Json::parse(std::ifstream(to.Path() / "saved.gltf"));
     EXPECT_EQ(json["nodes"][1]["extensions"]["EXT_lights_ies"]["color"], Json({1, 0.5, 0.25})) << "as it was";
     EXPECT_FALSE(json["nodes"][0]["extensions"]["EXT_lights_ies"].contains("multiplier"));
-    // Without an edit, nothing changes
+    // Saving without edits changes nothing
     scene::SaveGltf(source, scene::LoadGltf(source), to.Path() / "again.gltf");
     EXPECT_EQ(Json::parse(std::ifstream(to.Path() / "again.gltf")), document.json);
     std::filesystem::remove(from.Path() / "lamp.ies");

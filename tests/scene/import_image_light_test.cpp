@@ -75,8 +75,8 @@ struct Moments {
     }
 };
 
-// Of the map's texels; or as it is shown, interpolated, of which a cell takes `own` of each axis from its
-// texel, and the rest from both neighbors.
+// Returns the moments of the map's texels; with `own` below 1, of the interpolated map, of which a cell takes
+// `own` of each axis from its texel, and the rest from both neighbors.
 Moments MomentsOf(const image::ImageF& map, double own = 1.0) {
     Moments moments;
     const auto texel = [&](uint32_t x, int64_t y) {
@@ -124,7 +124,7 @@ struct Cube {
     uint8_t* Texel(size_t face, uint32_t x, uint32_t y) {
         return &faces[face].rgba[4 * (size_t{y} * faces[face].width + x)];
     }
-    // By quadrature over parts of each texel, 2 x 2 points of Gauss and Legendre in each.
+    // Integrates over parts of each texel by quadrature, with 2 x 2 Gauss-Legendre points in each.
     Moments Exact() const {
         Moments moments;
         const uint32_t size = faces[0].width, parts = 2 + 32 / size, fine = parts * size;
@@ -221,7 +221,7 @@ TEST(ImageLights, MeanRadianceAndFirstMomentsStay) {
             for (uint8_t& value : face.rgba) value = static_cast<uint8_t>(random() % 255 + 1);
         const image::ImageF map = scene::ToEquirect(cube.Map(), 1);
         ExpectSame(MomentsOf(map), cube.Exact(), 1e-4, 1e-4);
-        ExpectSame(MomentsOf(map, 0.75), cube.Exact(), 1e-3, 1e-3);  // as it is shown
+        ExpectSame(MomentsOf(map, 0.75), cube.Exact(), 1e-3, 1e-3);  // interpolated
         scene::CubeMap turned = cube.Map();
         turned.rotation = glm::normalize(glm::quat(0.9f, 0.3f, 0.2f, 0.5f));
         EXPECT_LT(glm::distance(MomentsOf(scene::ToEquirect(turned, 1)).mean, cube.Exact().mean),
@@ -242,7 +242,7 @@ TEST(ImageLights, LoneTexelLosesNoLight) {
         Cube cube(kSize);
         const std::array<uint8_t, 4> sun{255, 200, 100, 1};
         std::ranges::copy(sun, cube.Texel(spot.face, spot.x, spot.y));
-        // Its place is that of the map's texels
+        // The sun lies at the positions of the map's texels
         ExpectSame(MomentsOf(scene::ToEquirect(cube.Map(), 1)), cube.Exact(), 3e-4, 2e-3);
     }
 }
@@ -262,7 +262,7 @@ TEST(ImageLights, WhiteCubeIsWhiteEverywhereWhateverItsSizeAndTurn) {
         }
 }
 
-// Of several bands.
+// The map has several bands.
 TEST(ImageLights, MapIsTheSameForAnyNumberOfThreads) {
     Cube cube(300);
     std::mt19937 random(1);
@@ -275,7 +275,7 @@ TEST(ImageLights, MapIsTheSameForAnyNumberOfThreads) {
     EXPECT_TRUE(one.rgba == scene::ToEquirect(map, 3).rgba);
 }
 
-// Of 4 and of 13 bands. Turned, so a row of a face reaches into many of them.
+// These are 4 and 13 bands. The map is rotated, so that a row of a face reaches into many of them.
 TEST(ImageLights, TimeGrowsWithTheTexelsNotWithTheirRowsTimesBands) {
     uint64_t drawn[2]{};
     for (const uint32_t size : {512u, 1024u}) {

@@ -137,8 +137,8 @@ TEST(ImageThreads, MemoryIsThatOfTheLimitForAnyNumber) {
     }
 }
 
-// What Zstandard inflates stands beside the texels until it is decoded: of so many images as may be decoded
-// at once, a quarter of all here.
+// Inflated Zstandard data exists beside the texels until it is decoded: for as many images as are decoded at
+// once, which are a quarter of all here.
 TEST(ImageThreads, MemoryOfDecodersIsThatOfAQuarterOfAllTexels) {
     constexpr size_t kImageBytes = size_t{4} << 20, kImages = 8;
     const std::vector<uint8_t> texels(kImageBytes, 7);

@@ -20,7 +20,7 @@ void ExpectNear(const vec3& actual, const vec3& expected, float tolerance = 1e-6
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], tolerance) << "component " << i;
 }
 
-// Where the instance puts a point of its mesh.
+// Returns the position of a point of the mesh after the instance's transform.
 vec3 Placed(const scene::Instance& instance, const vec3& point) {
     return instance.objectToWorld * vec4(point, 1.0f);
 }

@@ -189,7 +189,7 @@ TEST(MaterialExtensions, FactorsOutOfRangeAreClampedWithAWarning) {
     EXPECT_EQ(clamped("KHR_materials_volume", {{"attenuationDistance", -3}}).attenuationDistance, 0.0f);
 }
 
-// What exporters write for it: JSON has no infinity.
+// Exporters write these values for infinity, which JSON does not have.
 TEST(MaterialExtensions, InfiniteDistanceIsNullOrTheLargestDouble) {
     for (const Json& infinite : {Json(nullptr), Json(std::numeric_limits<double>::max())}) {
         const scene::SceneData scene = LoadExtensions(
@@ -303,7 +303,8 @@ TEST(MaterialExtensions, MultiscatterColorIsTheAlbedoOfAHalfSpace) {
     for (const float color : {0.05f, 0.2f, 0.5f, 0.8f, 0.95f}) {
         const double albedo = albedoOf(color, 0.0f);
         EXPECT_NEAR(raygraph::testing::HFunction(albedo).ReflectedToAll(), color, 0.02) << color;
-        // By similarity, one of mean cosine g with 1 / (1 - g) times its scattering coefficient looks the same
+        // By similarity, a medium of mean cosine g with 1 / (1 - g) times the scattering coefficient looks
+        // the same
         const double forward = albedoOf(color, 0.75f);
         EXPECT_NEAR(forward * 0.25 / (1.0 - 0.75 * forward), albedo, 1e-3) << color;
     }

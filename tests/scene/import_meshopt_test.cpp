@@ -129,7 +129,7 @@ GltfDocument Compressed(const Grid& grid, const char* extension = kExt, size_t i
     return WithMesh(document, {positions, normals, indices, mode});
 }
 
-// As the codec gives them back: the same triangles, from another corner.
+// The codec may begin a triangle at another corner.
 void NormalizeTriangles(std::vector<uint32_t>& indices) {
     for (size_t i = 0; i < indices.size(); i += 3)
         std::rotate(
@@ -154,7 +154,7 @@ TEST(Meshopt, AttributesAndTrianglesAreWhatWasEncoded) {
 
 TEST(Meshopt, SequencesAreWhatWasEncoded) {
     const Grid grid;
-    for (const size_t indexBytes : {2, 4})  // as a strip
+    for (const size_t indexBytes : {2, 4})  // coded as a strip
         ExpectSame(Load(Plain(grid, 5)), Load(Compressed(grid, kExt, indexBytes, 5)));
 }
 
@@ -202,7 +202,7 @@ TEST(Meshopt, ExponentialsAreUnfiltered) {
                   1e-3f);
 }
 
-// Of instances, which is what quaternions are for.
+// The quaternions are rotations of instances.
 TEST(Meshopt, QuaternionsAreUnfiltered) {
     GltfDocument document;
     document.AddTriangle();

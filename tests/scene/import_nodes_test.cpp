@@ -143,7 +143,7 @@ TEST(Nodes, PlacesFarFromTheOriginKeepTheDigitsOfTheFile) {
     document.AddNode({{"translation", {far, 0, -far}}, {"children", {1}}});
     document.Add("nodes", {{"mesh", 0}, {"translation", {near, 0.1, 0}}});
     const scene::SceneData scene = Load(document);
-    const glm::dvec3 expected(far + near, 0.1, -far);  // of which float would keep 10000.0127
+    const glm::dvec3 expected(far + near, 0.1, -far);  // float would store 10000.0127
     const scene::Instance& instance = scene.instances[0];
     const scene::PlacedTransform placed{instance.objectToWorld, instance.translationRest};
     for (int i = 0; i < 3; ++i) {

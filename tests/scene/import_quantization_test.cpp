@@ -39,7 +39,7 @@ void SetAttribute(GltfDocument& document, const char* name, size_t accessor) {
     document.json["meshes"][0]["primitives"][0]["attributes"][name] = accessor;
 }
 
-// What a value of the type means (the extension's table).
+// Returns the number that a value of the type stands for, by the extension's table.
 template <typename T>
 float Meant(T value, bool isNormalized) {
     if (!isNormalized) return float(value);
@@ -126,7 +126,7 @@ TYPED_TEST(QuantizedType, NormalsAndTangentsAreNormalizedSignedOnes) {
     }
 }
 
-// As encoders write it: shorts around the origin, and a node that undoes it.
+// Encoders write shorts around the origin, and a node that scales them back.
 TEST(Quantization, NodeScalesTheMeshBack) {
     GltfDocument document = Quantized();
     SetAttribute(document, "POSITION",

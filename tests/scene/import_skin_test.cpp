@@ -121,7 +121,7 @@ TEST(ImportSkin, WeightsAreMadeToSumToOne) {
     EXPECT_EQ(InfluencesOf(scene).joints, (std::vector<uint16_t>{0, 0, 1, 0, 1, 0}));
 }
 
-// What weighs nothing may name any joint.
+// A joint with weight 0 may have any index.
 TEST(ImportSkin, JointsWithoutWeightAreLeftOut) {
     GltfDocument document = SkinnedTriangle();
     Attributes(document)["JOINTS_0"] =

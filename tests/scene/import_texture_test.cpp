@@ -147,7 +147,7 @@ TEST(TextureExtensions, ImageThatCannotBeReadIsReplacedBySourceWithAWarning) {
             EXPECT_TRUE(scene.warnings[0].starts_with("scene.gltf: images[1].uri: \"missing.file\": "))
                 << scene.warnings[0];
             EXPECT_TRUE(scene.warnings[0].ends_with("; images[0] takes its place")) << scene.warnings[0];
-            // Nothing that stands in its place can be read either: the first failure is told
+            // The fallback cannot be read either: the error is about the first failure
             document.json["images"][0]["uri"] = DataUri(ToBytes("no image"));
             EXPECT_TRUE(LoadError(document, options).starts_with("scene.gltf: images[1].uri: \"missing"));
         }
@@ -169,7 +169,7 @@ TEST(TextureExtensions, OfSeveralTheOneThatLostLeastIsRead) {
     }
 }
 
-// Not what the extension allows, but what it says without it is clear.
+// The extension does not allow this, but the file is unambiguous without it.
 TEST(TextureExtensions, PlainKtx2IsAnImageLikeOthers) {
     GltfDocument document = WithTexture(true);
     const Bytes texels = MakePlainDds(3, 3, kColor);

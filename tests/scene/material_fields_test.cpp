@@ -107,7 +107,7 @@ void Change(AlphaMode& value) {
 void Change(uint32_t& value) {
     value = 7;
 }
-void Change(TextureRef&) {}  // its transform alone is edited: below
+void Change(TextureRef&) {}  // only its transform is edited, see below
 template <typename Field>
 void Change(Material& material, const Field& field) {
     Change(material.*field.member);
@@ -132,7 +132,7 @@ void Write(const std::filesystem::path& path, const nlohmann::json& material) {
     std::ofstream(path) << document;
 }
 
-// With the textures that fields of their own belong to.
+// Has the textures that some fields require.
 const nlohmann::json kTextured = {
     {"normalTexture", {{"index", 0}}},
     {"occlusionTexture", {{"index", 0}}},
@@ -202,7 +202,7 @@ TEST(MaterialFields, DefaultsAreThoseOfTheStruct) {
     }
 }
 
-// By glTF's name of each mode, from any other.
+// Sets each mode by its glTF name, from any other mode.
 TEST(MaterialFields, EachAlphaModeIsReadAndSaved) {
     EXPECT_EQ(std::vector(kGltfNames<AlphaMode>.begin(), kGltfNames<AlphaMode>.end()),
               (std::vector<std::string_view>{"OPAQUE", "MASK", "BLEND"}));
@@ -220,7 +220,7 @@ TEST(MaterialFields, EachAlphaModeIsReadAndSaved) {
     }
 }
 
-// What is in the range is read, and what is out of it is put to the end of the range that is nearest.
+// A value within the range is read; one outside of it is clamped to the range.
 TEST(MaterialFields, EachIsReadFromItsPlaceAndPutIntoItsRange) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder.Path() / "scene.gltf";
@@ -391,7 +391,7 @@ TEST(TextureTransforms, TakeAQuarterOfTheImageAsTheExtensionsExampleSays) {
         EXPECT_LT(glm::distance(transform.Matrix() * glm::vec3(uv, 1.0f), expected), 1e-6f)
             << uv.x << ", " << uv.y;
     };
-    expect({0, 0}, {0, 1});  // what was the lower left corner is at the upper left
+    expect({0, 0}, {0, 1});  // the lower left corner of before is at the upper left
     expect({1, 0}, {0, 0.5});
     expect({0, 1}, {0.5, 1});
     expect({1, 1}, {0.5, 0.5});

@@ -146,7 +146,7 @@ GltfDocument RichDocument() {
     return document;
 }
 
-// All values of the tree that are no containers, and the containers themselves.
+// Collects all values of the tree, containers included.
 void Collect(Json& value, std::vector<Json*>& out) {
     out.push_back(&value);
     if (value.is_structured())
@@ -224,7 +224,7 @@ class Mutations : public ::testing::Test {
         m_folder.reads.clear();
     }
 
-    // Whatever the values of an animation are, the scene stays one that can be drawn.
+    // Whatever the values of an animation are, the scene must stay drawable.
     static void Play(scene::SceneData& scene) {
         scene::PoseEvaluator evaluator(scene);
         scene::PoseApplier applier(scene);
@@ -246,7 +246,7 @@ class Mutations : public ::testing::Test {
                                        applier.JointMatricesOf(scene.nodes.at(instance.node).skin), streams);
     }
 
-    // Both outcomes must come about, else the mutations test nothing.
+    // Both outcomes must occur: otherwise the mutations test nothing.
     void ExpectBothOutcomes() {
         EXPECT_GT(m_loadedCount, 0u);
         EXPECT_GT(m_refusedCount, 0u);
@@ -260,7 +260,7 @@ class Mutations : public ::testing::Test {
 
 constexpr int kRounds = 3000;
 
-// Else what moves would not be mutated.
+// Otherwise animations and skins would not be mutated.
 TEST(RichDocument, NothingThatMovesIsLeftOut) {
     const scene::SceneData scene = Load(RichDocument());
     EXPECT_EQ(scene.nodes[0].skin, 0u);

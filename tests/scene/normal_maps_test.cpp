@@ -8,7 +8,7 @@ namespace {
 
 using Texels = std::vector<uint8_t>;
 
-// What becomes of an image of two texels that a material uses so.
+// Returns the imported texels of an image of two texels that a material uses in this way.
 Texels Imported(const Texels& texels, const Json& material) {
     GltfDocument document;
     document.Add("images", {{"uri", DataUri(MakePngOf(2, 1, texels))}});

@@ -37,7 +37,7 @@ class Applied : public ::testing::Test {
         EXPECT_NO_THROW(Check(m_scene));
         return changes;
     }
-    // As a scene would be that had been built with these nodes.
+    // Expects what a scene would have that was built with these nodes.
     void ExpectAsIfLoadedSo() {
         SceneData fresh = m_scene;
         UpdateWorldTransforms(fresh);
@@ -52,7 +52,7 @@ class Applied : public ::testing::Test {
     }
 };
 
-// So many nodes along +x, each with a triangle.
+// Makes this many nodes along +x, each with a triangle.
 SceneData ManyInstances(uint32_t count) {
     SceneData scene = Chain();
     scene.nodes.assign(count, {});
@@ -259,7 +259,7 @@ TEST_F(AppliedSkin, ABentJointDeforms) {
     ExpectAsIfLoadedSo();
 }
 
-// Whatever an animation or a skin says, the scene stays one that Check accepts (At calls it).
+// Whatever an animation or a skin contains, the scene passes Check, which At calls.
 TEST_F(Applied, HugeNumbersStayFinite) {
     constexpr float kMost = std::numeric_limits<float>::max();
     Add(m_scene, OfNode(AnimatedProperty::Scale, 0), {1, 1, 1}, {kMost, -kMost, kMost});

@@ -23,7 +23,7 @@ struct Row {
     const char* file;
     uint32_t animation;  // kNone: the rest pose
     double seconds;
-    vec3 min, max, mean;  // of the corners of all triangles
+    vec3 min, max, mean;  // over the corners of all triangles
 };
 const Row kRows[] = {
     {"SimpleSkin.gltf",
@@ -159,7 +159,7 @@ TEST(PublishedMotion, VerticesAreWhereTheFilesSay) {
     for (const Row& row : kRows) {
         SCOPED_TRACE(std::string(row.file) + " " + std::to_string(row.animation));
         scene::SceneData scene = scene::LoadGltf(*ReferenceAssets() / "scenes" / "known" / row.file);
-        // Of some of its vertices the weights sum to 0.2
+        // The weights of some vertices sum to 0.2
         const bool isUneven = row.file == std::string_view("RiggedFigure.glb");
         EXPECT_EQ(scene.warnings.size(), isUneven ? 1u : 0u) << ::testing::PrintToString(scene.warnings);
         scene::PoseEvaluator evaluator(scene);
@@ -199,7 +199,7 @@ TEST(PublishedMotion, VerticesAreWhereTheFilesSay) {
     }
 }
 
-// The same by a scene that is frozen there, which anything can draw.
+// A scene frozen at this time, which anything can draw, gives the same result.
 TEST(PublishedMotion, FrozenScenesAreThere) {
     RAYGRAPH_SKIP_WITHOUT_ASSETS();
     for (const Row& row : kRows) {

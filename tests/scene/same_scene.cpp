@@ -14,13 +14,13 @@ namespace raygraph::test {
 
 namespace {
 
-// Whether it can be compared as a whole. Boxes follow from what is compared.
+// Returns whether the type can be compared as a whole. Bounds follow from what is compared.
 template <typename T>
 constexpr bool kIsValue = std::equality_comparable<T>;
 template <typename T>
 constexpr bool kIsValue<std::vector<T>> = kIsValue<T>;
 
-// All of their fields that are values, but for these.
+// Compares all of their fields that are values, except for these.
 template <typename T, typename... Members>
 void ExpectSameFields(const T& a, const T& b, Members... others) {
     scene::ForEachField<T>([&](const auto& field) {
@@ -91,7 +91,8 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
         EXPECT_EQ(a.instances[i].mesh, b.instances[i].mesh);
         EXPECT_EQ(a.instances[i].node, b.instances[i].node);
         EXPECT_EQ(a.instances[i].objectToNode, b.instances[i].objectToNode);
-        // What is saved of a node is rounded to float: a few steps of it where places are large
+        // Saved node transforms are rounded to float: positions far from the origin differ by a few of its
+        // steps
         const float steps = 4e-7f * glm::length(a.instances[i].objectToWorld[3]);
         EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance + steps);
     }

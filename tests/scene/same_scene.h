@@ -1,4 +1,4 @@
-// Whether two loads gave the same.
+// Compares the results of two loads.
 #pragma once
 
 #include "renderer/scene/scene_data.h"

@@ -153,7 +153,7 @@ TEST_F(SaveGltf, EditsOfOwnScenesComeBack) {
     const std::string first = TextOf(Target("edited.gltf"));
     scene::SaveGltf(source, edited, Target("edited.gltf"));
     EXPECT_EQ(first, TextOf(Target("edited.gltf")));
-    // As it was read, nothing is edited any more
+    // Saves the scene as it was read, without edits
     scene::SaveGltf(Target("edited.gltf"), scene::LoadGltf(Target("edited.gltf")), Target("again.gltf"));
     EXPECT_EQ(first, TextOf(Target("again.gltf")));
 }
@@ -262,7 +262,7 @@ TEST_F(SaveGltf, SharedLightIsSplitWhereOneOfItsNodesIsEdited) {
     const fs::path source = from.Write("scene.gltf", document.Text());
     scene::SceneData edited = scene::LoadGltf(source);
     ASSERT_EQ(edited.lights.size(), 4u);
-    edited.lights[1].intensity = 5.0f;                                      // of two
+    edited.lights[1].intensity = 5.0f;                                      // shared by two nodes
     edited.lights[2].color = edited.lights[3].color = {1.0f, 0.5f, 0.25f};  // both
     edited.lights[2].outerConeAngle = edited.lights[3].outerConeAngle = 0.7f;
     const scene::SceneData saved = Save(source, edited, Target("lights.gltf"));
@@ -325,7 +325,7 @@ TEST_F(SaveGltf, ExtrasThatAreNoObjectStayAndTakeNoPriority) {
 TEST_F(SaveGltf, BinaryFilesKeepTheirChunksAndChangeTheirKind) {
     GltfDocument document;
     document.AddTriangle();
-    // Its first buffer as a BIN chunk
+    // Makes the first buffer the BIN chunk
     const Bytes binary = BytesOf(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0});
     Bytes padded = binary;
     document.json["buffers"][0] = {{"byteLength", binary.size()}};
@@ -418,7 +418,7 @@ TEST_F(SaveGltf, FilesOfTheSceneComeAlongAndNoneIsReplaced) {
     const scene::SceneData scene = scene::LoadGltf(source);
     ExpectSame(scene, Save(source, scene, Target("saved.gltf")));
     EXPECT_TRUE(fs::exists(Target("maps/red one.png")));
-    ExpectSame(scene, Save(source, scene, Target("saved.gltf")));  // what is there is the same
+    ExpectSame(scene, Save(source, scene, Target("saved.gltf")));  // the existing values stay the same
     std::ofstream(Target("maps/red one.png")) << "another";
     std::ofstream(Target("saved.gltf")) << "old";
     EXPECT_NE(Failure(source, scene, Target("saved.gltf")).find("red one.png: is there already"),

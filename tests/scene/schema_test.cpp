@@ -10,7 +10,7 @@
 namespace raygraph::test {
 namespace {
 
-// What the checker does not do for a type cannot be said of it.
+// A property of the type that the checker does not support cannot be declared.
 template <typename Row>
 concept CanBePutIntoRange = requires(const Row& row) {
     row.PutIntoRange();
@@ -132,7 +132,7 @@ TEST(Model, ManyEmptyObjectsAreRefusedBeforeTheyTakeMemory) {
     options.limits.maxGeometryBytes = 1 << 20;
     const std::string refusal = "scene.gltf: a model of its objects exceeds the limit of ";
     EXPECT_EQ(LoadError(document, options).substr(0, refusal.size()), refusal);
-    // What is not text does not raise the limit
+    // Bytes that are not text do not raise the limit
     const Bytes binary(1 << 20);
     SceneFolder folder;
     EXPECT_EQ(folder.LoadError(MakeGlb(document.Text(), &binary), options).substr(0, refusal.size()),

@@ -31,7 +31,8 @@ class Numbers {
     std::mt19937 m_engine;
 };
 
-// All streams, their numbers at random, over vertices that triangles share and that are all used.
+// Makes a primitive with all streams, with random numbers, over vertices that triangles share and that are
+// all used.
 Primitive AllStreams(size_t vertexCount, size_t triangleCount) {
     Numbers numbers(7);
     Primitive primitive;
@@ -92,7 +93,7 @@ void AddBits(const std::vector<Vector>& stream, size_t vertex, size_t perVertex,
     }
 }
 
-// All that the file says of a vertex, and which streams there are.
+// Returns all data of a vertex, and which streams exist.
 std::vector<uint32_t> VertexBits(const Primitive& primitive, size_t vertex) {
     std::vector<uint32_t> bits;
     AddBits(primitive.positions, vertex, 1, bits);

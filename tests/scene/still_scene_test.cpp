@@ -112,8 +112,8 @@ TEST(FreezePose, SkinsCountInTheRestPoseAndAtATime) {
     }
 }
 
-// Its node is turned, scaled and 10,000 km away; the vertices stay where the joints put them, and follow the
-// node.
+// The mesh's node is rotated, scaled and 10,000 km away; the vertices stay where the joints put them, and
+// then follow the node.
 TEST(FreezePose, SkinnedMeshFollowsItsNodeFromThenOn) {
     GltfDocument document = SkinnedTriangle();
     document.json["nodes"][0]["translation"] = {1e7, 2, 3};

@@ -230,7 +230,7 @@ TEST(Tangents, NumbersOfAnySizeStayFinite) {
 }
 
 TEST(Tangents, TimeIsNearlyLinearWhateverTheTopology) {
-    // Of the processor, not of the clock: the machine may be busy
+    // Measures processor time, not the clock: the machine may be busy
     const auto seconds = [](const Surface& surface) {
         const std::clock_t start = std::clock();
         ExpectWellFormed(surface, surface.Tangents());

@@ -94,7 +94,7 @@ TEST(Anisotropy, FrameHasItsXAxisAlongTheStretch) {
         EXPECT_NEAR(dot(surface.stretch, frame.y) / length(surface.stretch), 0.0f, 2e-5f);
         EXPECT_NEAR(dot(surface.stretch, frame.x) / length(surface.stretch), sine, 2e-5f);
     }
-    // None, or none that lies in the surface: that of round highlights
+    // Without a tangent, or with none in the surface, the highlight is round
     SurfaceInteraction surface{};
     surface.shadingNormal = DirectionAt(0.3f, 2.0f);
     for (const float scale : {0.0f, 7.0f}) {
@@ -153,7 +153,7 @@ TEST(Anisotropy, WhiteIsWhiteAtEveryAzimuth) {
     });
 }
 
-// What returns of colored light, and on which side of glass: as simulated.
+// The albedo of colored light on each side of glass is the simulated one.
 TEST(Anisotropy, AlbedoIsThatOfWalks) {
     GltfBxDF layer = GltfLobe(0.0f);
     layer.baseColor = vec3(0.0f);

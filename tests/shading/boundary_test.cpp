@@ -78,7 +78,7 @@ TEST(Boundary, IndicesOfCommonGlassInAirKeepTheF90OfGltf) {
             EXPECT_EQ(OutsideReflectance(fresnel, c, eta).y, schlick) << eta << " " << c;
         }
     }
-    // What Schlick's curve lacks there for Fresnel's mean is the specification's
+    // Schlick's mean differs from Fresnel's there, as in the specification
     EXPECT_NEAR(SchlickMean(1.5f), 0.04 + 0.96 / 21.0, 1e-5);
 }
 

@@ -42,7 +42,7 @@ dvec3 NearestOfSegment(const CapsuleRecord& capsule, const dvec3& point) {
     return p0 + place * segment;
 }
 
-// From the surface; negative inside.
+// Returns the distance from the surface; negative inside.
 double Height(const CapsuleRecord& capsule, const dvec3& point) {
     return glm::length(point - NearestOfSegment(capsule, point)) - double(capsule.radius);
 }
@@ -51,7 +51,7 @@ struct ExactChord {
     double enter, leave, depth;
 };
 
-// By the distance along the line, which is convex: its minimum by golden sections, both ends by bisection.
+// The distance along the line is convex: its minimum is found by golden sections, both ends by bisection.
 std::optional<ExactChord> ExactChordOf(const CapsuleRecord& capsule, vec3 origin, vec3 direction) {
     const dvec3 o(origin), d(direction);
     const double size = glm::length(dvec3(capsule.p1) - dvec3(capsule.p0)) + 2.0 * double(capsule.radius);
@@ -82,7 +82,7 @@ vec3 Toward(std::mt19937& generator, const CapsuleRecord& capsule, vec3 origin) 
     return (0.1f + 5.0f * Uniform(generator)) * (target - origin) / std::max(length(target - origin), 1e-30f);
 }
 
-// What a float is off by at the size of everything that is computed with.
+// Returns the float rounding error at the size of the largest intermediate value.
 double Rounding(const CapsuleRecord& capsule, vec3 origin) {
     return 0x1p-24 * (double(length(origin - capsule.p0)) + double(length(origin)) +
                       double(length(capsule.p1 - capsule.p0)) + double(capsule.radius));

@@ -113,7 +113,7 @@ TEST(Clearcoat, WhiteStaysWhiteUnderAnyCoat) {
             }
 }
 
-// With another normal than the base's the two no longer fit exactly, but no light is made.
+// With another normal than the base's the two no longer fit exactly, but energy is not gained.
 TEST(Clearcoat, TiltedOnesDoNotGainEnergy) {
     for (const float tilt : {0.1f, 0.4f})
         for (const float alpha : {0.0f, 0.3f})
@@ -127,7 +127,7 @@ TEST(Clearcoat, TiltedOnesDoNotGainEnergy) {
                             .Sum()
                             .x;
                     EXPECT_LT(sum, 1.03) << "tilt " << tilt << ", alpha " << alpha << ", cos " << cosine;
-                    // What the coat reflects may go below the surface
+                    // The coat's reflection may go below the surface
                     const float lost = alpha == 0.0f ? Schlick(dot(wo, normal)) : 0.2f;
                     EXPECT_GT(sum, 0.95 - lost)
                         << "tilt " << tilt << ", alpha " << alpha << ", cos " << cosine;
@@ -138,7 +138,7 @@ TEST(Clearcoat, TiltedOnesDoNotGainEnergy) {
 TEST(Clearcoat, SmoothCoatOverAMirrorHasTwoReflections) {
     const vec3 wo = DirectionAt(0.8f, 0.5f);
     const GltfBxDF both = Coated(Metal(0.0f, vec3(0.9f)), Coat(0.0f, 1.0f, kTilted));
-    glm::dvec2 weights(0.0);  // of the coat's direction, and the base's
+    glm::dvec2 weights(0.0);  // weights of the coat's direction and the base's
     constexpr int kCount = 20'000;
     for (int i = 0; i < kCount; ++i) {
         const BSDFSample s = Sample_f(both, wo, (float(i) + 0.5f) / kCount, vec2(0.5f));

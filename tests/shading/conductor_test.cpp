@@ -46,7 +46,7 @@ TEST(Conductor, SampledDirectionsFollowPDF) {
     }
 }
 
-// Of the normals drawn, those that reflect wo below the horizon give no sample; PDF lacks exactly them.
+// Sampled normals that reflect wo below the horizon give no sample; PDF lacks exactly these.
 TEST(Conductor, PDFIntegratesToTheShareOfNormalsThatReflectAboveTheHorizon) {
     for (const MicrofacetCase& c : MicrofacetCases(AreTestsLong())) {
         if (c.wo.z < 0.0f) continue;
@@ -140,7 +140,7 @@ TEST(Conductor, NothingPassesThrough) {
     EXPECT_EQ(Transmitted(lobe.lobe, FacetsOf(lobe.setting, DirectionAt(0.5f, 0.0f))).albedo, vec3(0.0f));
 }
 
-// With later bounces and without, the albedo that a metal states is what its samples return, and its weight
+// With and without multiple scattering, a metal's stated albedo is that of its samples, and its weight is
 // that of gray.
 TEST(Conductor, StatedAlbedoIsReflected) {
     for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {

@@ -95,8 +95,7 @@ TEST(Glass, SampledDirectionsFollowPDF) {
     }
 }
 
-// With visible normals nothing is lost but what facets send to other facets: next to nothing when nearly
-// smooth.
+// With visible normals, only light that meets a second facet is lost: next to nothing when nearly smooth.
 TEST(Glass, PDFIntegratesToOneWhereNoLightMeetsASecondFacet) {
     for (FresnelModel curve : kCurves) {
         const ScopedModels models(MicrofacetModel::Ggx, MaskingModel::Correlated, curve);
@@ -234,7 +233,7 @@ TEST(Glass, ThinSheetLetsLightStraightThrough) {
         // Either face reflects as the outside of the glass does: there is no total reflection.
         EXPECT_NEAR(t.pdf, 1.0f - FresnelSchlick(std::abs(cosTheta), 0.04f, 1.0f), 1e-6f);
     }
-    // What a rough sheet reflects and lets through is what white facets reflect.
+    // A rough sheet reflects and transmits as much as white facets reflect.
     const LoneLobe<GlassBxDF> rough = LoneGlass(vec2(0.3f, 0.5f), 1.5f, true);
     LoneLobe<ConductorBxDF> white{{}, rough.setting};
     white.lobe.fresnel = ConductorFromColor(vec3(1.0f), vec3(1.0f));
@@ -249,9 +248,9 @@ TEST(Glass, ThinSheetLetsLightStraightThrough) {
     }
 }
 
-// Nothing is reflected or bent, whatever the roughness. Facets that pass light once mask each other: of them
-// the share G2 / G1 is seen from both sides, Euler's beta function of 1 + Lambda above and below (Heitz et
-// al. 2016). With later bounces nothing is lost.
+// Nothing is reflected or refracted, whatever the roughness. Facets that transmit light once mask each other:
+// the fraction G2 / G1 of them is seen from both sides, Euler's beta function of 1 + Lambda above and below
+// (Heitz et al. 2016). With multiple scattering nothing is lost.
 TEST(Glass, EqualIndicesLetEverythingThrough) {
     const vec3 wo = DirectionAt(0.3f, 1.0f);
     for (const float alpha : {0.0f, 0.5f}) {
@@ -278,7 +277,7 @@ TEST(Glass, EqualIndicesLetEverythingThrough) {
     }
 }
 
-// Whatever it reflects is not in its albedo of transmission, and a viewer finds both.
+// The albedos of reflection and of transmission are separate, and a viewer finds both.
 TEST(Glass, StatedAlbedoIsReflectedAndTransmitted) {
     for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {
         const MultiscatterScope scope(kind);
@@ -314,7 +313,7 @@ TEST(Glass, StatedAlbedoIsReflectedAndTransmitted) {
     }
 }
 
-// What a layer passes to its base towards wo.
+// Returns the fraction that a layer transmits to its base towards wo.
 float PlacedShareAt(const GltfBxDF& material, vec3 wo) {
     DielectricLayerBxDF layer{};
     float share = 1.0f;
@@ -337,8 +336,8 @@ TEST(DielectricLayer, SampledDirectionsFollowPDF) {
     }
 }
 
-// However dim: of facets whose reflectance rises from 0, nearly all that a viewer sees from above has met
-// two.
+// This holds however dim it is: of facets whose reflectance rises from 0, nearly all light that a viewer sees
+// from above has met two.
 TEST(DielectricLayer, DimFacetsReflectLaterBouncesToo) {
     for (const float specular : {1.0f, 0.03f, 1e-3f, 0.0f}) {
         GltfBxDF material = GltfLobe(1.0f);
@@ -353,7 +352,7 @@ TEST(DielectricLayer, DimFacetsReflectLaterBouncesToo) {
     }
 }
 
-// In all channels alike: a colored layer would else give its base the inverse color.
+// The layer scales all channels equally: a colored layer would otherwise give its base the inverse color.
 TEST(DielectricLayer, PassesWhatTheChannelReflectedMostLeaves) {
     for (const vec3 tint : {vec3(0.0f, 1.0f, 0.5f), vec3(1.0f, 0.5f, 0.0f), vec3(0.5f, 0.0f, 1.0f)}) {
         GltfBxDF material = GltfLobe(0.6f);
@@ -368,7 +367,7 @@ TEST(DielectricLayer, PassesWhatTheChannelReflectedMostLeaves) {
     }
 }
 
-// What the layer reflects, its base does not; and light to the base is reduced by the same on either way.
+// The base does not receive what the layer reflects; light to and from the base is attenuated equally.
 TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
     for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {
         const MultiscatterScope scope(kind);

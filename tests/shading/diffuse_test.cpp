@@ -25,7 +25,7 @@ vec3 Direction(float cosTheta, float phi) {
     return vec3(sinTheta * std::cos(phi), sinTheta * std::sin(phi), cosTheta);
 }
 
-// From straight above to grazing, and from below.
+// Returns directions from straight above to grazing, and from below.
 std::vector<vec3> Viewers() {
     return {Direction(1.0f, 0.0f), Direction(0.7f, 1.0f), Direction(0.01f, 4.0f), Direction(-0.5f, 2.0f)};
 }

@@ -11,7 +11,7 @@
 namespace raygraph::shading {
 namespace {
 
-// Without a layer: nothing but Lambert's two lobes.
+// Makes a material without a layer: Lambert's two lobes alone.
 GltfBxDF Paper(float transmission, vec3 color = vec3(1.0f), vec3 passed = vec3(1.0f)) {
     GltfBxDF paper = GltfLobe(0.3f);
     paper.specular = 0.0f;
@@ -51,7 +51,7 @@ GltfBxDF Bounding(GltfBxDF sheet, bool isInside) {
     return sheet;
 }
 
-// What a viewer on the other side sees, in a frame mirrored at the surface.
+// Returns the sheet for a viewer on the other side, in a frame mirrored at the surface.
 GltfBxDF TurnedOver(GltfBxDF sheet) {
     if (!sheet.isThin) sheet.eta = 1.0f / sheet.eta;
     sheet.coatNormal = vec3(-sheet.coatNormal.x, -sheet.coatNormal.y, sheet.coatNormal.z);
@@ -148,8 +148,8 @@ TEST(DiffuseTransmission, WhiteSheetsReturnAndPassAllLight) {
         }
 }
 
-// What the layers keep from a base they keep from the other side too: of all that is not reflected above a
-// black base, the share is the factor.
+// Light that the layers do not transmit is missing on both sides: above a black base, the transmitted
+// fraction of all light that is not reflected is the factor.
 TEST(DiffuseTransmission, ItsShareIsOfWhatTheLayersPass) {
     for (const float transmission : {0.25f, 1.0f})
         for (Case test : WhiteOnes())
@@ -219,7 +219,7 @@ TEST(DiffuseTransmission, BesideGlassIsReciprocal) {
     }
 }
 
-// For light that has been filtered: the mean over the other side, as samples find it.
+// The mean over the other side, for light that has been filtered, equals that of the samples.
 TEST(DiffuseTransmission, MeanIsThatOfItsSamples) {
     for (const Case& test : WhiteOnes())
         for (const float cosine : {0.9f, 0.2f}) {
@@ -233,7 +233,7 @@ TEST(DiffuseTransmission, MeanIsThatOfItsSamples) {
         }
 }
 
-// With walks in place of tables too: they reflect, and what they leave passes.
+// Walks in place of tables reflect light, and transmit the rest.
 TEST(DiffuseTransmission, WalksAboveItKeepTheSum) {
     for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);

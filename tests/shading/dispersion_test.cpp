@@ -19,7 +19,7 @@ namespace {
 // Glass below z = 0, without an end, and in it at z = -1 a black floor that emits 3 + x.
 constexpr uint kGlass = 0u, kFloor = 1u;
 thread_local float glassDispersion = 0.0f;
-thread_local float filmWeight = 0.0f;  // of a film of the index of air
+thread_local float filmWeight = 0.0f;  // weight of a film with the index of air
 constexpr float kIor = 1.6f;
 
 Hit Intersect(Ray ray, uint) {
@@ -115,8 +115,8 @@ glm::dvec3 OverBands(const std::function<double(double)>& value) {
 
 }  // namespace
 
-// Of the fits by Wyman, Sloan and Shirley 2013, "Simple Analytic Approximations to the CIE XYZ Color Matching
-// Functions", equation 4, with the matrix of linear sRGB.
+// The color matching functions are the fits by Wyman, Sloan and Shirley 2013, "Simple Analytic Approximations
+// to the CIE XYZ Color Matching Functions", equation 4, with the matrix of linear sRGB.
 TEST_F(Dispersion, BandsHaveMeanAndDeviationOfTheColorMatchingFunctions) {
     const auto lobe = [](double x, double center, double below, double above) {
         const double t = (x - center) * (x < center ? below : above);
@@ -215,7 +215,7 @@ TEST_F(Dispersion, ColorsSeeTheFloorWhereTheirWavelengthsRefractTo) {
     }
 }
 
-// Without dispersion nothing is drawn: a path stays one of all colors.
+// Without dispersion no wavelength is drawn: a path keeps all colors.
 TEST_F(Dispersion, PathsThroughOtherGlassKeepAllColors) {
     const Ray ray{.origin = vec3(0.0f, 0.0f, 1.0f), .direction = normalize(vec3(0.4f, 0.0f, -1.0f))};
     const PathSettings settings{.maxDepth = 8u,

@@ -1,4 +1,4 @@
-// Which triangles of a mesh may emit, and how much their texture makes of it.
+// Tests which triangles of a mesh may emit, and the effect of their texture.
 #include "renderer/gpu_scene/emitters.h"
 
 #include <gtest/gtest.h>

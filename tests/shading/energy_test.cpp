@@ -143,7 +143,7 @@ TEST(Energy, TablesAndWalkHaveTheSameAlbedo) {
     });
 }
 
-// Whatever the parameters, nothing shines by itself.
+// Whatever the parameters, no material reflects more than it receives.
 TEST(Energy, FurnaceIsNeverAboveOne) {
     Sampler rng = StartPixelSample(uvec2(0u, 0u), 0u, 1u);
     const MultiscatterScope scope(MultiscatterKind::Lut);

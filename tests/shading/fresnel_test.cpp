@@ -33,7 +33,7 @@ const std::array kMetals = {Metal{"aluminium", vec3(1.35f, 0.97f, 0.62f), vec3(7
                             Metal{"iron", vec3(2.91f, 2.95f, 2.58f), vec3(3.09f, 2.93f, 2.77f)},
                             Metal{"silver", vec3(0.155f, 0.117f, 0.138f), vec3(4.828f, 3.122f, 2.147f)}};
 
-// Of a facet of untinted dielectric by Schlick's curve, with the arguments of FresnelDielectric.
+// Returns Schlick's reflectance of an untinted dielectric facet, with the arguments of FresnelDielectric.
 float SchlickOfFacet(float cosTheta, float eta) {
     const float ahead = cosTheta < 0.0f ? 1.0f / eta : eta;
     const FacetFresnel fresnel{vec3(DielectricF0(eta)), vec3(DielectricF90(eta)), vec3(1.0f), false};
@@ -113,7 +113,7 @@ TEST(Fresnel, ConductorIsFresnelsEquationsWithAComplexIndex) {
         EXPECT_NEAR(FresnelConductor(0.9f, vec3(eta), vec3(0.0f)).x, FresnelDielectric(0.9f, eta), 2e-6f);
 }
 
-// What each curve errs by at worst, over all angles and channels.
+// Returns the largest error of the curve over all angles and channels.
 float WorstError(FresnelModel model, const Metal& metal) {
     const ScopedFresnel active(model);
     const ConductorFresnel fresnel = ConductorFromIndices(metal.eta, metal.k);

@@ -140,7 +140,7 @@ TEST(Equirect, AxesAreWhereTheConventionPutsThem) {
 }
 
 TEST(Equirect, RotationTurnsTheEnvironmentCounterClockwiseSeenFromAbove) {
-    // At a quarter turn what was at +x is seen at -z.
+    // After a quarter turn, the texel of +x is seen at -z.
     const float quarter = static_cast<float>(M_PI / 2.0);
     EXPECT_NEAR(EquirectFromDirection(vec3(0.0f, 0.0f, -1.0f), quarter).x, 0.5f, 1e-6f);
     EXPECT_LT(length(DirectionFromEquirect(vec2(0.5f, 0.5f), quarter) - vec3(0.0f, 0.0f, -1.0f)), 1e-6f);

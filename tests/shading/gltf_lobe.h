@@ -40,7 +40,7 @@ inline BSDFSample Sample_f(const GltfBxDF& lobe, vec3 wo, float uc, vec2 u) {
     return Sample_f(Prepare(lobe, wo), uc, u);
 }
 
-// As seen from one direction, which is prepared once instead of for each sample.
+// Prepares the lobe once for one viewing direction, instead of for each sample.
 struct Seen {
     GltfBSDF bsdf;
 };
@@ -132,11 +132,11 @@ class MultiscatterScope {
 
 struct Albedo {
     glm::dvec3 reflected{0.0};
-    glm::dvec3 transmitted{0.0};  // of light, not of radiance: without 1 / eta^2
+    glm::dvec3 transmitted{0.0};  // flux, not radiance: without 1 / eta^2
     glm::dvec3 Sum() const { return reflected + transmitted; }
 };
 
-// By so many samples of Sample_f, stratified over the sample's numbers.
+// Measures with so many samples of Sample_f, stratified over the sample's numbers.
 inline Albedo MeasureAlbedo(GltfBxDF lobe, vec3 wo, uint sampleCount) {
     Albedo albedo;
     for (uint i = 0; i < sampleCount; ++i) {

@@ -140,7 +140,7 @@ double WorstRatio(GltfBxDF lobe) {
             note(f(lobe, a, b), f(lobe, -b, -a));
             continue;
         }
-        // From the other side the frame is turned over; radiance scales by the square of the index
+        // From the other side the frame is mirrored; radiance scales by the square of the index
         GltfBxDF behind = lobe;
         behind.eta = 1.0f / lobe.eta;
         note(f(lobe, a, b) * Sqr(lobe.eta), f(behind, -b, -a));
@@ -253,7 +253,7 @@ TEST(Gltf, SpecularAndColorSetTheLayer) {
     EXPECT_NEAR(albedo.reflected.z, 0.5, 1e-4);
     lobe.specular = 0.0f;
     lobe.baseColor = vec3(0.3f);
-    // Nothing but Lambert is left
+    // Only the Lambert lobe remains
     EXPECT_NEAR(f(lobe, DirectionAt(0.4f, 0.0f), DirectionAt(0.2f, 2.0f)).x, 0.3f / 3.14159265f, 1e-3f);
 }
 

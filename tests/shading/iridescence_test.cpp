@@ -19,7 +19,7 @@ GltfBxDF Filmed(GltfBxDF base, float ior, float thickness, float weight = 1.0f) 
     base.iridescence = weight;
     base.iridescenceIor = ior;
     base.iridescenceThickness = thickness;
-    // Of media in vacuum
+    // The media are in vacuum
     base.outerIor = std::max(1.0f / base.eta, 1.0f);
     return base;
 }
@@ -54,7 +54,7 @@ TEST(Iridescence, SamplesAgreeWithFAndPDF) {
         }
 }
 
-// Of one bounce, whatever the film.
+// Single scattering is reciprocal, whatever the film.
 TEST(Iridescence, FacetsAreReciprocal) {
     const MultiscatterScope scope(MultiscatterKind::Off);
     Uniform uniform(14);
@@ -187,7 +187,7 @@ TEST(Iridescence, BaseIsNotTinted) {
     EXPECT_NEAR(whole.x - whole.z, film.x - film.z, 5e-3);
 }
 
-// By which the medium around a surface is known: what is in water has the film's index relative to water.
+// The medium around a surface is known by its index: a film in water has an index relative to water.
 TEST(Iridescence, FilmIsRelativeToTheMediumAround) {
     SurfaceMaterial material{};
     material.ior = 1.5f;

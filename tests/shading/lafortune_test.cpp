@@ -71,7 +71,7 @@ TEST(Lafortune, SampleAgreesWithFAndPDF) {
     for (const Case& c : Cases()) ExpectSamplesAgree(Lobe(kDiffuse, kSpecular, c.exponent), c.wo, 1e-6f);
 }
 
-// As often as told: diffuse, specular, and nothing.
+// Lobes are chosen with their stated probabilities: diffuse, specular, and none.
 TEST(Lafortune, ChoosesAmongDiffuseSpecularAndNothing) {
     const LafortuneBxDF lobe = Lobe(kDiffuse, kSpecular, 20.0f);
     const vec3 wo(0.0f, 0.0f, 1.0f);

@@ -65,7 +65,8 @@ TEST(Layered, CoatOnASmoothPaneTakesWhatItReflects) {
         }
 }
 
-// The same over glass that refracts, from outside; from within, total reflection stays total below it.
+// From outside, a coat attenuates refracting glass like other bases; from within, total reflection stays
+// total.
 TEST(Layered, CoatOnSmoothGlassTakesWhatItReflects) {
     for (const float cosine : {1.0f, 0.6f, 0.2f}) {
         const double f = Schlick(cosine), coat = 0.7 * f;
@@ -97,7 +98,7 @@ TEST(Layered, WhiteUnderACoatStaysWhiteWithWalks) {
             }
 }
 
-// With walks f of a coated surface is an estimate: its mean is that of many, and samples have the same.
+// With walks, f of a coated surface is an estimate: its mean is over many, and that of samples must agree.
 TEST(Layered, WalksUnderACoatHaveTheAlbedoOfTheirSamples) {
     const MultiscatterScope scope(MultiscatterKind::Walk);
     GltfBxDF lobe = Coated(Metal(0.6f, vec3(0.9f, 0.6f, 0.3f)), 0.2f, 0.8f);

@@ -16,7 +16,7 @@ constexpr double kTolerance = 0.005;
 
 struct Estimate {
     double mean = 0.0;
-    double variance = 0.0;  // of one sample
+    double variance = 0.0;  // variance of one sample
 };
 
 // Irradiance (green) on the upper side of the plane of `normal`; nothing is in between.
@@ -169,7 +169,7 @@ image::ImageF SkyWithDisc(vec3 sun) {
     return map;
 }
 
-// The same by quadrature over the interpolated map, 16 points a texel.
+// Computes the irradiance by quadrature over the interpolated map, with 16 points per texel.
 double EnvironmentIrradiance(vec3 normal) {
     const uint32_t columns = 4 * testLights.map.width, rows = 4 * testLights.map.height;
     double sum = 0.0;
@@ -200,7 +200,7 @@ TEST(Irradiance, RotationTurnsTheEnvironmentAndNothingElse) {
     testLights.Build();
     const double towardsX = EnvironmentIrradiance(vec3(1, 0, 0));
     ExpectIrradiance(vec3(0.0f), vec3(1, 0, 0), towardsX, 1u << 14);
-    testLights.SetEnvironment(map, vec3(1.0f), kPiOver2);  // what was at +x is at -z
+    testLights.SetEnvironment(map, vec3(1.0f), kPiOver2);  // the texel of +x is at -z
     testLights.Build();
     ExpectIrradiance(vec3(0.0f), vec3(0, 0, -1), towardsX, 1u << 14);
     EXPECT_LT(Irradiance(vec3(0.0f), vec3(0, 0, 1), 1u << 14).mean, 0.01 * towardsX);

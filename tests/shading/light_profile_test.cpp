@@ -43,14 +43,14 @@ class LightProfileShading : public ::testing::Test {
   protected:
     void TearDown() override { testLights = {}; }
 
-    // In the light's own space.
+    // `d` is in the light's own space.
     static float At(vec3 d) { return LightProfileIntensity(LightAt(0u), normalize(d)); }
 };
 
 struct Web {
     const char* name;
     IesText file;
-    // What the file's function is of a direction of the light's space.
+    // Returns the file's intensity in a direction of the light's space.
     std::function<double(const glm::dvec3&)> expected;
 };
 
@@ -133,7 +133,7 @@ std::vector<Web> Webs() {
     return webs;
 }
 
-// Whether a direction is at an edge, where the expected value jumps.
+// Returns whether a direction is at an edge, where the expected value jumps.
 bool IsAtEdge(const Web& web, const glm::dvec3& d) {
     for (int i = 0; i < 8; ++i) {
         const glm::dvec3 near =
@@ -164,7 +164,7 @@ TEST_F(LightProfileShading, IntensityIsTheFilesFunctionInEveryDirection) {
     }
 }
 
-// What the specification says of the axes: zero is along -z, planes of zero are in x and z.
+// By the specification, zero is along -z, and planes of zero are in x and z.
 TEST_F(LightProfileShading, AxesAreThoseOfTheSpecification) {
     const auto peak = [](double v0, double h0) {
         return [=](double v, double h) { return v == v0 && h == h0 ? 100.0 : 0.0; };

@@ -119,7 +119,8 @@ TEST_P(LightSampling, NumbersLeftOverAreUniform) {
     }
 }
 
-// Where a ray meets a triangle's plane, in double; infinity if outside the triangle, enlarged a little.
+// Returns where a ray meets a triangle's plane, in double; infinity outside the triangle, which is enlarged a
+// little.
 double Meet(const LightRecord& light, vec3 origin, vec3 direction) {
     const glm::dvec3 e1(light.e1), e2(light.e2), d(direction), s(origin - light.p0);
     const glm::dvec3 h = glm::cross(d, e2), q = glm::cross(s, e1);
@@ -258,7 +259,7 @@ TEST(TriangleLight, DirectionsAreUniformInSolidAngle) {
 }
 
 TEST(TriangleLight, PDFIntegratesToOne) {
-    // By directions to points that are uniform by area: dw = |cos| dA / d^2
+    // Directions to points that are uniform by area have dw = |cos| dA / d^2
     for (const float size : {0.001f, 0.05f, 1.0f, 5.0f}) {
         LightRecord light = TriangleOfSize(size);
         light.flags = kLightDoubleSided;

@@ -74,7 +74,7 @@ inline LightNode LightNodeAt(uint node) {
 inline LightMeshRecord LightMeshAt(uint mesh) {
     return testLights.table.Meshes().at(mesh);
 }
-// Of a placement whose record has the number of its instance.
+// Returns the transform of a placement whose record has the index of its instance.
 inline mat4x3 LightPlacement(uint instance) {
     return testLights.scene.instances.at(instance).objectToWorld;
 }

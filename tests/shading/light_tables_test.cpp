@@ -11,7 +11,7 @@
 namespace raygraph::shading {
 namespace {
 
-// What a table's slots come to, outcome by outcome.
+// Returns the probability of each outcome by a table's slots.
 std::vector<double> Outcomes(std::span<const AliasEntry> slots) {
     std::vector<double> result(slots.size(), 0.0);
     for (size_t i = 0; i < slots.size(); ++i) {
@@ -215,7 +215,7 @@ TEST(LightTree, NodesBoundWhatIsBelowAndTrailsLeadToTheLeaves) {
 }
 
 TEST(LightTree, DepthStaysWithinATrailForTheWorstOfScenes) {
-    // All in one place; and each a fiftieth nearer to a corner than the last
+    // All are in one place; then each is a fiftieth nearer to a corner than the last
     for (const bool isOnePlace : {true, false}) {
         std::vector<LightRecord> lights;
         for (int i = 0; i < 4000; ++i)

@@ -1,4 +1,4 @@
-// What every lobe must do, as checks that its tests run over their grids of parameters.
+// Checks the contract of lobes; their tests run it over grids of parameters.
 //
 // Directions are cut into cells about an axis: the angle to it is pi s^(2^squarings), so that cells in (s,
 // phi) can be as fine near the axis as a lobe is narrow there. About +z, not squared, the horizon is an edge.

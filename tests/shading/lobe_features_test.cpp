@@ -57,7 +57,7 @@ void ExpectSame(const Outcome& a, const Outcome& b, const std::string& where) {
 struct Case {
     const char* name;
     GltfBxDF lobe;
-    TraceFeatures features;  // what it needs
+    TraceFeatures features;  // required features
 };
 
 std::vector<Case> Cases() {

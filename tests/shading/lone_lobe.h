@@ -15,7 +15,7 @@ struct LoneLobe {
     SurfaceSetting setting;
 };
 
-// What a viewer below sees: the frame is turned over, and media change sides.
+// Returns the lobe for a viewer below: the frame is mirrored, and the media are swapped.
 template <class Lobe>
 Lobe Turned(Lobe lobe, const SurfaceSetting&) {
     return lobe;
@@ -28,7 +28,7 @@ inline GlassBxDF Turned(GlassBxDF lobe, const SurfaceSetting& setting) {
     return lobe;
 }
 
-// Without the energy tables, which only PlaceLobe reads.
+// Returns the facets without the energy tables, which only PlaceLobe reads.
 inline FacetView FacetsOf(const SurfaceSetting& setting, vec3 wo) {
     FacetView view{};
     view.wo = wo;
@@ -70,7 +70,7 @@ BSDFSample Sample_f(const LoneLobe<Lobe>& lone, vec3 wo, float uc, vec2 u) {
     return s;
 }
 
-// As Sample_f, but not evaluated.
+// Samples like Sample_f, without evaluation.
 template <class Lobe>
 BSDFSample DirectionOf(const LoneLobe<Lobe>& lone, vec3 wo, float uc, vec2 u) {
     const bool isBelow = wo.z < 0.0f;

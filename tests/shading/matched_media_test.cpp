@@ -24,7 +24,7 @@ struct Ball {
 };
 // Ball i is of material i.
 thread_local std::vector<Ball> balls;
-thread_local SurfaceMaterial skin{};  // of all of them, but for ior and id
+thread_local SurfaceMaterial skin{};  // material of all surfaces, except for ior and id
 thread_local bool hasLamp = false;
 const vec3 kLampCorners[3] = {vec3(-0.3f, -0.3f, 3.0f), vec3(0.3f, -0.3f, 3.0f), vec3(0.0f, 0.4f, 3.0f)};
 constexpr uint kLamp = 100u;
@@ -83,7 +83,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     return surface;
 }
 
-// As shadow rays that stop at all but smooth thin walls.
+// Acts like shadow rays that all surfaces but smooth thin walls block.
 vec3 UnblockedShare(Ray ray, float distance, float, uint) {
     const Hit hit = Intersect(ray, 0u);
     return vec3(IsHit(hit) && hit.t < distance ? 0.0f : 1.0f);
@@ -240,13 +240,13 @@ TEST_F(MatchedMedia, FogUnderAPointLightIsTheIntegralAlongTheRay) {
     const vec3 light(0.5f, 1.0f, 2.5f);
     LightWithAPoint(light);
     ExpectMean(MeanRadiance(kAcross, 1u, 1u << 16), ScatteredOnce(kAcross, light, 8.0), "a ball of fog");
-    // The same seen from within
+    // The same path from the inside
     const Ray inside{.origin = vec3(0.2f, -0.5f, 0.1f), .direction = kAcross.direction};
     ExpectMean(MeanRadiance(inside, 1u, 1u << 16, EnterMedium(NoMedia(), 0u)),
                ScatteredOnce(inside, light, 4.0), "from within");
 }
 
-// In air, and all of it in a medium of index 1.33. One ball hides a part of another; a third one, which would
+// Both in air and within a medium of index 1.33, one ball hides a part of another; a third one, which would
 // refract, is hidden itself.
 TEST_F(MatchedMedia, LightPassesTheMediaThatArePresent) {
     for (const float ior : {1.0f, 1.33f}) {
@@ -284,7 +284,7 @@ TEST_F(MatchedMedia, BoundariesThatRefractStopShadowRays) {
 TEST_F(MatchedMedia, CrossingIsNoBounce) {
     testLights.environmentTint = vec3(2.0f);
     balls = {{.medium = Fog(vec3(0.5f, 1.0f, 3.0f), vec3(0.0f), 0.0f)}};
-    skin.roughness = 0.7f;  // of no effect
+    skin.roughness = 0.7f;  // has no effect
     const Ray through{.origin = vec3(0.0f, -4.0f, 0.0f), .direction = vec3(0.0f, 1.0f, 0.0f)};
     const Mean mean = MeanRadiance(through, 0u, 4u);
     for (int color = 0; color < 3; ++color)
@@ -333,8 +333,8 @@ TEST_F(MatchedMedia, LightSamplingFindsThroughBoundariesWhatChanceFinds) {
                     EXPECT_NEAR(sampled.radiance[color], found.radiance[color], 4.0 * error)
                         << "color " << color << ", depth " << depth << ", mis " << int(mis);
                 }
-                // Of as many samples: the noise that boundaries in the way of light sampling would leave.
-                // Without MIS a coat that reflects the lamp is noisy anyway
+                // With equally many samples, noise remains at boundaries that block light sampling. Without
+                // MIS, a coat that reflects the lamp is noisy anyway
                 if (isMilky && mis == MisHeuristic::Off) continue;
                 EXPECT_LT(sampled.error.y, 0.4 * std::sqrt(kMore) * found.error.y) << "mis " << int(mis);
             }

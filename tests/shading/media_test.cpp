@@ -1,4 +1,4 @@
-// Which medium a path is in, over a table of media that the test makes.
+// Tests which medium a path is in, with a table of media that the test makes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

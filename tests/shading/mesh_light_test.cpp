@@ -66,7 +66,7 @@ struct Choice {
     double probability;
 };
 
-// All that light sampling may choose at a context.
+// Lists all lights that light sampling may choose at a context.
 std::vector<Choice> Choices(const LightContext& context) {
     std::vector<Choice> choices;
     for (uint light = 0; light < LightSet().lightCount; ++light) {
@@ -103,7 +103,7 @@ double IrradianceOf(const glm::dvec3 (&corners)[3], glm::dvec3 normal) {
     return 0.5 * std::abs(sum);
 }
 
-// Of everything, at the origin facing +y: from the scene, not from the tables.
+// Returns the irradiance of everything at the origin facing +y, from the scene and not from the tables.
 double Irradiance() {
     const LightScene& scene = testLights.scene;
     double sum = 0.0;

@@ -42,8 +42,8 @@ std::vector<Case> Cases(vec2 alpha) {
 
 const std::vector<vec2> kAlphas = {vec2(0.1f, 0.1f), vec2(0.5f, 0.5f), vec2(1.0f, 1.0f), vec2(0.8f, 0.2f)};
 
-// What the head of the text states: light is lost to the limit on bounces alone, and that is less than 1e-4
-// of it for a reflector and 1e-3 for a dielectric.
+// The shader's head states that energy is lost to the bounce limit alone: less than 1e-4 for a reflector and
+// 1e-3 for a dielectric.
 TEST(MultiscatterWalk, TruncationLosesNoMoreThanStated) {
     constexpr uint kWalks = 100'000;
     for (const Case& c : Cases(vec2(1.0f, 1.0f))) {

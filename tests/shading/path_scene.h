@@ -27,7 +27,7 @@ struct SphereScene {
     std::vector<float> walls{};  // heights
     bool hasLamp = false;
     bool arePaper = false;  // the walls pass light diffusely, and are opaque to shadow rays
-    bool isMedium = false;  // so does the sphere, into a medium
+    bool isMedium = false;  // the sphere transmits light diffusely into a medium
 };
 thread_local SphereScene scene;
 constexpr uint kWall = 1u, kLamp = 2u;  // beside the sphere, 0

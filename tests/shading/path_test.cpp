@@ -122,7 +122,7 @@ TEST_F(Path, LightSamplingFindsTheLightThatChanceFinds) {
     }
 }
 
-// Else the table of the environment would choose its smallest cells too seldom or too often.
+// Otherwise the environment's table would choose its smallest cells too seldom or too often.
 TEST_F(Path, NumbersOfCandidatesAreMovedByExactlyAQuarterEach) {
     constexpr int kSteps = 1 << 24;
     for (const int step : {0, 1, kSteps / 4 - 1, kSteps / 4, kSteps / 2 + 1, 3 * kSteps / 4, kSteps - 1}) {
@@ -138,7 +138,7 @@ TEST_F(Path, NumbersOfCandidatesAreMovedByExactlyAQuarterEach) {
     }
 }
 
-// Where the light is chosen of several candidates.
+// The light is chosen from several candidates (RIS).
 TEST_F(Path, GlossySurfacesChooseAmongLightsWithoutBias) {
     for (const float metallic : {0.0f, 1.0f}) {
         SetScene({.albedo = vec3(0.7f), .metallic = metallic, .roughness = 0.5f});
@@ -196,7 +196,7 @@ TEST_F(Path, MediumDimsTheWayToTheLightAndToTheEye) {
     EXPECT_NEAR(path.radiance.y, expected, 1e-4 * expected);
 }
 
-// Of what a wall of relative index eta does not reflect, by Schlick's curve.
+// Returns the fraction that a wall of relative index eta does not reflect, by Schlick's curve.
 double Passed(double eta, double cosine) {
     const double f0 = std::pow((eta - 1.0) / (eta + 1.0), 2.0);
     return (1.0 - f0) * (1.0 - std::pow(1.0 - cosine, 5.0));
@@ -269,7 +269,7 @@ TEST_F(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
         const Ray ray{.origin = from + vec3(0.0f, 0.0f, crossed), .direction = vec3(0.0f, 0.0f, 1.0f)};
         PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
         path.scatter.position = from;
-        path.scatterPDF = distance * distance / (0.5f * side * side);  // that of light sampling
+        path.scatterPDF = distance * distance / (0.5f * side * side);  // the density of light sampling
         CollectFound(path, vec3(4.0f), 0u, 0u, distance - crossed, settings);
         EXPECT_NEAR(path.radiance.y, 2.0f, 1e-3f) << "a wall at " << crossed;
     }

@@ -12,7 +12,7 @@ inline float Uniform(std::mt19937& random) {
     return float(random() >> 8) * 0x1p-24f;
 }
 
-// In a cube about the origin.
+// Returns a point in a cube about the origin.
 inline vec3 PointIn(std::mt19937& random, float halfSize) {
     return halfSize * (2.0f * vec3(Uniform(random), Uniform(random), Uniform(random)) - 1.0f);
 }

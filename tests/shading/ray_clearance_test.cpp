@@ -57,8 +57,8 @@ double HeightAbove(const Placed& placed, const glm::dvec3& place) {
     return glm::dot(normal, place - (linear * Double(placed.p0) + Double(placed.translation)));
 }
 
-// Where a device that inverts the transform in float and takes the ray's origin into object space in float
-// puts the origin, carried back to the world without further error.
+// Returns where a device puts the origin that inverts the transform in float and transforms the ray's origin
+// to object space in float, transformed back to the world without further error.
 glm::dvec3 AsDeviceHasIt(const Placed& placed, vec3 origin) {
     const glm::mat4 matrix(glm::vec4(placed.linear[0], 0.0f), glm::vec4(placed.linear[1], 0.0f),
                            glm::vec4(placed.linear[2], 0.0f), glm::vec4(placed.translation, 1.0f));
@@ -193,7 +193,7 @@ TEST(RayClearance, GrowsWithTheScaleOfTheWorldAndIsFiniteForSlivers) {
 struct Distortion {
     const char* name;
     vec3 scale;
-    float shear = 0.0f;  // of the first axis along the second one
+    float shear = 0.0f;  // shear of the first axis along the second one
     bool isTurned = false;
 };
 constexpr std::array kDistortions{Distortion{"none", vec3(1.0f)},
@@ -220,7 +220,7 @@ bool IsSliver(vec3 e1, vec3 e2) {
     return length(cross(e1, e2)) < 0.05f * extent * extent;
 }
 
-// Of rays in all directions away from the plane, many of them nearly along it.
+// Tests rays in all directions away from the plane, many of them nearly along it.
 TEST(RayClearance, NoTraversalMeetsTheTriangleThatARayLeaves) {
     constexpr uint32_t kTriangles = 500, kRays = 64;
     std::mt19937 generator(8);

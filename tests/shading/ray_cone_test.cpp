@@ -8,10 +8,10 @@
 namespace raygraph::shading {
 namespace {
 
-// In double precision: areas below are differences of close numbers.
+// Double precision is needed, since areas below are differences of close numbers.
 using Vector = glm::dvec3;
 struct Bundle {
-    Vector origin[3], direction[3];  // of a ray and of two that are beside it, in either direction
+    Vector origin[3], direction[3];  // a ray, and neighbors of it in both directions
 };
 
 // Rays beside the z axis downwards, with their origins `width` apart and their directions by `spread`.
@@ -36,7 +36,7 @@ double WidthAt(const Bundle& bundle, double distance) {
     return std::sqrt(std::abs(glm::dot(glm::cross(side[0], side[1]), along)));
 }
 
-// Where a ray meets the sphere: the near side from outside, the far one from inside.
+// Returns where a ray meets the sphere: the near side from outside, the far one from inside.
 Vector MeetSphere(const Vector& origin, const Vector& direction, const Vector& center, double radius) {
     const Vector from = origin - center;
     const double b = glm::dot(from, direction), c = glm::dot(from, from) - radius * radius;

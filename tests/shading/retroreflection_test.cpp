@@ -62,7 +62,8 @@ TEST(Retroreflection, SampledDirectionsFollowPDF) {
         }
 }
 
-// By the definition: a share of what a mirrored viewer is sent. What passes to the other side does not change.
+// By definition, a fraction of the reflection to a mirrored viewer is added. The transmission does not
+// change.
 TEST(Retroreflection, IsTheReflectionForAMirroredViewer) {
     const MultiscatterScope scope(MultiscatterKind::Off);
     Uniform uniform(5);
@@ -94,7 +95,7 @@ TEST(Retroreflection, IsReciprocal) {
     }
 }
 
-// What is reflected has another direction, not another amount: white stays white.
+// The reflection changes in direction, not in amount: white stays white.
 TEST(Retroreflection, ReflectsAsMuchAsAhead) {
     for (const MultiscatterKind kind : {MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);

@@ -1,5 +1,5 @@
-// What every sampler promises: uniform numbers in [0, 1) that depend on (seed, pixel, sample, dimension)
-// alone and look independent along each of the four.
+// Tests the contract of every sampler: uniform numbers in [0, 1) that depend only on (seed, pixel, sample,
+// dimension) and look independent along each of the four.
 #include "core/rng.glsl"
 
 #include <gtest/gtest.h>
@@ -77,7 +77,7 @@ TEST_P(SamplerTest, ValuesAreInUnitIntervalBelowOne) {
 TEST_P(SamplerTest, NumbersDependOnTheirFourArgumentsAlone) {
     for (uint i = 0; i < 1000; ++i) {
         const uvec2 pixel(i * 31u % 65536u, i * 17u % 65536u);
-        // The same draw after other draws, in another order.
+        // The draw is repeated after others, in another order.
         Sampler rng = StartPixelSample(pixel, i, 9u);
         const vec2 first = Get2D(rng);
         const float second = Get1D(rng);
@@ -202,7 +202,7 @@ TEST_P(SamplerTest, CorrelationsVanish) {
     }
 }
 
-// Of surfaces behind one another each stops its share of the rays that those before it let through.
+// Each of several surfaces behind one another blocks its fraction of the rays that the earlier ones transmit.
 TEST_P(SamplerTest, PartlyTransparentSurfacesStopRaysIndependently) {
     const auto draw = [](uvec2 pixel, uint sampleIndex, uint ray, uint surface) {
         return AlphaDraw(AlphaSeed(StartPixelSample(pixel, sampleIndex, 1u), ray), surface);
@@ -224,7 +224,7 @@ TEST_P(SamplerTest, PartlyTransparentSurfacesStopRaysIndependently) {
                 return vec2(draw(pixel, i % 4u, a.ray, a.surface), draw(pixel, i % 4u, b.ray, b.surface));
             };
             EXPECT_GT(PairPValue(kPixelCount, overSamples), kLevel) << a.surface << ' ' << b.surface;
-            // In each pixel the share that two surfaces of 0.5 let through tends to a quarter
+            // In each pixel the fraction that two surfaces of 0.5 transmit tends to a quarter
             for (uint pixel = 0; pixel < 8; ++pixel) {
                 constexpr uint kCount = 1u << 12u;
                 uint through = 0;
@@ -255,15 +255,15 @@ TEST_P(IndependentSamplerTest, SamplesOfOnePixelAreUniformAndSeriallyIndependent
 }
 
 TEST(Rng, Pcg4dMeetsItsDefinition) {
-    // From a second implementation, in integers of arbitrary size.
+    // The values come from a second implementation, in integers of arbitrary size.
     EXPECT_EQ(Pcg4d(uvec4(1u, 2u, 3u, 4u)), uvec4(0x3622cd16u, 0xf11471d8u, 0xe1109b3fu, 0x02b94c2fu));
     EXPECT_EQ(Pcg4d(uvec4(0xffffffffu, 7u, 0x80000000u, 12345u)),
               uvec4(0xef915379u, 0xd05f9fcbu, 0x52c5ef09u, 0xeadb4cc0u));
 }
 
 TEST(Rng, TeaMeetsItsDefinition) {
-    // From a second implementation, checked against the published vector of 32 rounds: 8 rounds, the top 24
-    // bits.
+    // The values come from a second implementation, checked against the published vector of 32 rounds; used
+    // are 8 rounds and the top 24 bits.
     Sampler rng;
     rng.pixelSeed = 0xdeadbeefu;
     rng.index = 77u;

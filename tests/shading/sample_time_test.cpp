@@ -26,7 +26,7 @@ TEST(SampleTime, EachAlignedBlockHasOneTimeInEachPart) {
             }
 }
 
-// So that a picture of few samples is right in the mean: over seeds, the time of any sample is uniform.
+// A picture of few samples must be right in the mean: over seeds, the time of any sample is uniform.
 TEST(SampleTime, TimesOfASampleAreUniformOverSeeds) {
     constexpr uint32_t kSeeds = 65536, kBins = 32;
     for (const uint32_t sample : {0u, 1u, 5u, 4096u}) {

@@ -68,7 +68,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     return surface;
 }
 
-// Nothing is opaque but the lamp, which shadow rays do not reach.
+// Only the lamp is opaque, and shadow rays do not reach it.
 vec3 UnblockedShare(Ray, float, float, uint) {
     return vec3(1.0f);
 }
@@ -170,7 +170,7 @@ TEST_F(Scattering, PhaseFunctionIsOneInAllAndHasItsMeanCosine) {
     }
 }
 
-// In bins of equal probability by the closed form of the cumulated density.
+// The bins have equal probability by the closed form of the cumulative density.
 TEST_F(Scattering, DirectionsAreDrawnByThePhaseFunction) {
     for (const float g : {-0.7f, 5e-4f, 0.3f, 0.9f}) {
         constexpr uint kCount = 1u << 18, kBins = 16u;
@@ -235,7 +235,7 @@ TEST_F(Scattering, SphereThatAbsorbsNothingIsNotSeenInUniformLight) {
     }
 }
 
-// In a medium without an end, from the light to a point of the ray and from there to the eye.
+// The medium is infinite; light goes from the lamp to a point of the ray, and from there to the eye.
 TEST_F(Scattering, PointLightInFogIsTheIntegralAlongTheRay) {
     testLights.environmentTint = vec3(0.0f);
     testLights.AddPunctual(scene::LightType::Point, vec3(0.5f, 0.0f, -1.0f), vec3(0.0f, 0.0f, -1.0f),

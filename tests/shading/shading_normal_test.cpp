@@ -39,7 +39,7 @@ TEST(ShadingNormal, ViewerAndMirrorDirectionAreAboveTheSurface) {
         const vec3 adapted = AdaptShadingNormal(ns, ng, wo);
         ASSERT_NEAR(length(adapted), 1.0f, 1e-5f);
         ASSERT_GT(dot(adapted, wo), 0.0f);
-        // Of grazing viewers, halfway vectors are short and carry rounding
+        // Halfway vectors of grazing viewers are short and carry rounding
         ASSERT_GT(MirrorHeight(adapted, ng, wo), -2e-4f) << "the mirror direction is inside of the body";
         if (adapted != ns) ++bentCount;
     }

@@ -68,7 +68,7 @@ TEST(Sheen, IsReciprocal) {
     }
 }
 
-// What lies below follows the sheen's albedo smoothly down to 0, where upright fibers are not seen at all.
+// The base is scaled smoothly by the sheen's albedo, down to 0 where upright fibers are not seen.
 TEST(Sheen, IsReciprocalOverADiffuseBase) {
     Uniform uniform(14);
     GltfBxDF lambert = GltfLobe(0.5f);
@@ -130,7 +130,7 @@ TEST(Sheen, WhiteStaysWhiteUnderIt) {
             }
 }
 
-// What is below is scaled alike in all channels, by the largest one.
+// The base is scaled equally in all channels, by the largest one.
 TEST(Sheen, DoesNotTintWhatIsBelow) {
     GltfBxDF lambert = GltfLobe(0.5f);
     lambert.specular = 0.0f;

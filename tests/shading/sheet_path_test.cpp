@@ -37,7 +37,7 @@ TEST_F(SheetPath, SheetBetweenTwoEnvironmentsIsTheMixOfBoth) {
         }
 }
 
-// From within: a lamp and a small sun behind sheets, whose light arrives at the sphere by diffuse transmission.
+// From within, a lamp and a small sun lie behind sheets, and light the sphere by diffuse transmission.
 TEST_F(SheetPath, LightSamplingFindsBehindSheetsWhatChanceFinds) {
     SetScene({.albedo = vec3(0.7f), .walls = {1.5f, 1.7f}, .hasLamp = true, .arePaper = true});
     paper = PaperMaterial(0.6f, 1.0f);

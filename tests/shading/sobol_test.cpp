@@ -1,4 +1,4 @@
-// What the default sampler promises beyond uniformity: stratification and faster convergence.
+// Tests what the default sampler promises beyond uniformity: stratification and faster convergence.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,7 +59,7 @@ TEST(Sobol, ScramblingIsNested) {
 }
 
 TEST(Sobol, ScramblingFlipsEveryBitHalfTheTime) {
-    // Over seeds: bit k of the result is a fair coin, and so is whether a change of the bit below it changes
+    // Over seeds, bit k of the result is a fair coin, and so is whether a change of the bit below it changes
     // it.
     constexpr uint kSeeds = 1u << 16u;
     const double bound = 5.0 * std::sqrt(0.25 / kSeeds);
@@ -262,9 +262,9 @@ TEST(Sobol, EachSurfaceStopsItsShareOfEveryBlockOfSamples) {
 }
 
 TEST(Sobol, CoordinatesAreScrambledIndependently) {
-    // How many of the 16 points of a net, one in each row and column of a 16 x 16 grid, lie on the diagonal:
-    // one in the mean. Were both coordinates scrambled alike, the count would be the number of solutions of a
-    // linear system of rank 2: none in three nets of four, four in the fourth.
+    // Counts the points of a net, of 16 with one in each row and column of a 16 x 16 grid, that lie on the
+    // diagonal: one in the mean. If both coordinates were scrambled equally, the count would be the number of
+    // solutions of a linear system of rank 2: none in three nets of four, four in the fourth.
     constexpr int kNets = 4000;
     double sum = 0.0;
     double squares = 0.0;

@@ -100,7 +100,7 @@ double Airy(double cosI, double film, Complex base, double thickness, double wav
                     (base2 * u2 - film2 * u3) / (base2 * u2 + film2 * u3));
 }
 
-// What the film adds, each channel of the base having its own index.
+// Returns the change by the film if each channel of the base has its own index.
 glm::dvec3 Gain(double cosI, double film, vec3 eta, vec3 k, double thickness) {
     glm::dvec3 gain;
     for (int i = 0; i < 3; ++i) {
@@ -226,7 +226,7 @@ TEST(ThinFilm, ThickOnesAreGray) {
                   1e-6f);
 }
 
-// What the other side of a boundary sees at the refracted angle; beyond it all is reflected.
+// The other side of a boundary reflects the same at the refracted angle; beyond it, reflection is total.
 TEST(ThinFilm, ReflectsAlikeFromBothSides) {
     for (const FresnelModel model : kModels) {
         const FresnelScope scope(model);

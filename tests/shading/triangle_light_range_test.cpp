@@ -124,7 +124,7 @@ class Seen {
 struct Shape {
     const char* name;
     dvec2 corners[3];
-    bool isAlongAxis[3];  // whether the edge from corner i to the next is
+    bool isAlongAxis[3];  // [i]: the edge from corner i to the next one is along an axis
     bool isSliver = false;
 };
 

@@ -100,7 +100,7 @@ TEST(BinaryBvh, EveryPrimitiveIsInOneLeafAndBoxesFit) {
     }
 }
 
-// As for meshes whose tree is too deep else: each part is half as small as the one before.
+// Meshes whose tree would be too deep have parts of which each is half as small as the one before.
 TEST(WideBvh, DeepTreesAreBalanced) {
     BvhMesh mesh;
     for (uint32_t i = 0; i < 140; ++i)
@@ -179,7 +179,7 @@ TEST(WideRefit, BoxesFollowWhatMovesWhateverCameBetween) {
     move(one, {-16.0f, 0, 0});
     move(some, {0, 0, 64.0f});
     EXPECT_EQ(bytes(), there);
-    // All into one place: nothing is left of the order in space
+    // All boxes are in one place: their spatial order is lost
     for (Box& box : boxes) box = {glm::vec3(0.0f), glm::vec3(1.0f)};
     refit.Refit(tree.nodes, all, boxOf);
     ExpectEachOnce(CheckWide(tree, boxes, 0), boxes.size());
@@ -263,7 +263,8 @@ glm::mat4x3 Scaling(float x, float y, float z) {
     return {glm::vec3(x, 0, 0), glm::vec3(0, y, 0), glm::vec3(0, 0, z), glm::vec3(0.0f)};
 }
 
-// From +z and from -z; in the plane of the quad a step from its center, so that both triangles are met.
+// Traces from +z and from -z, in the plane of the quad a step from its center, so that both triangles are
+// met.
 std::array<bool, 2> Seen(const std::array<WideScene, 2>& scenes) {
     std::array<std::array<bool, 2>, 2> seen{};
     for (const float side : {1.0f, -1.0f})
@@ -290,7 +291,7 @@ TEST(WideTraversal, BackFacesAreCulledWhereTheInstanceSaysSo) {
     EXPECT_EQ(Seen(PlacedQuad(Scaling(-2, -3, 0.5f), gpu::kWideBackCulled)), kFront);
 }
 
-// Without an inverse: flat. No ray meets it, as with the driver, and nothing becomes of the others.
+// Flat instances have no inverse. No ray meets them, as with the driver, and the others are not affected.
 TEST(WideTraversal, FlatInstancesAreNotThere) {
     EXPECT_EQ(Seen(PlacedQuad(Scaling(1, 1, 0), 0)), (std::array<bool, 2>{false, false}));
 }
@@ -387,7 +388,7 @@ BvhMesh ClosedBody(uint32_t rings, uint32_t sectors) {
     return mesh;
 }
 
-// From inside, at the very edges and vertices.
+// Rays start inside, at the very edges and vertices.
 TEST_P(WideLevels, NoRayLeavesAClosedBody) {
     BvhScene scene;
     scene.meshes = {ClosedBody(24, 40)};

@@ -30,7 +30,8 @@ class DirectLightReference {
     // Radiance along a ray from `origin` (direction of unit length), and the share of it that surfaces stop.
     glm::dvec4 Along(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    // Of each pixel, rows from the top, the mean over raysAcross x raysAcross places spread evenly.
+    // Returns for each pixel, rows from the top, the mean over raysAcross x raysAcross evenly spread
+    // positions.
     std::vector<glm::dvec4> Picture(const scene::CameraView& camera, uint32_t width, uint32_t height,
                                     uint32_t raysAcross) const;
 
@@ -42,7 +43,7 @@ class DirectLightReference {
         glm::dvec4 colors[3]{glm::dvec4(1.0), glm::dvec4(1.0), glm::dvec4(1.0)};
         const scene::Material* material = nullptr;
     };
-    // Where a ray meets a triangle; weights of its corners.
+    // Is a point where a ray meets a triangle, with the weights of its corners.
     struct Crossing {
         double distance;
         glm::dvec3 weights;
@@ -55,7 +56,7 @@ class DirectLightReference {
     };
 
     void AddPrimitive(const scene::Primitive& primitive, const glm::mat4x3& objectToWorld);
-    // All crossings that stop something, nearest first.
+    // Returns all crossings that may block light, nearest first.
     std::vector<Crossing> Crossings(const glm::dvec3& origin, const glm::dvec3& direction) const;
     glm::dvec4 TextureAt(const scene::TextureRef& reference, const Crossing& crossing) const;
     glm::dvec4 BaseColorAt(const Crossing& crossing) const;

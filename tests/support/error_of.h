@@ -21,7 +21,8 @@ Error ErrorOf(Call&& call) {
     return Error(ErrorKind::Usage, "");
 }
 
-// Its text, which is one line, "accepted" if it throws none; an Error of another kind fails the test.
+// Returns the error's text, which must be one line; "accepted" if nothing is thrown. An Error of another kind
+// fails the test.
 template <typename Call>
 std::string ErrorTextOf(Call&& call, ErrorKind kind = ErrorKind::Usage) {
     try {

@@ -10,7 +10,7 @@ constexpr double kTolerance = 2e-6;
 
 struct Candidate {
     double t = 0.0;
-    double doubt = 0.0;  // of t
+    double doubt = 0.0;  // rounding error of t
     uint32_t instance = 0;
     uint32_t primitive = 0;
     bool isAtEdge = false;  // the ray may as well miss it

@@ -1,5 +1,5 @@
-// What a ray hits, by all triangles one after the other in double precision: decides who is wrong where
-// two ways of tracing disagree. Threads: pure functions.
+// Finds what a ray hits by testing every triangle in double precision, to decide who is wrong where two ways
+// of tracing disagree. Threads: pure functions.
 #pragma once
 
 #include "renderer/bvh/wide_scene.h"

@@ -64,12 +64,12 @@ struct State {
     PFN_vkGetPhysicalDeviceMemoryProperties memory = nullptr;
     PFN_vkGetPhysicalDeviceMemoryProperties2 memory2 = nullptr;
     std::array<PFN_vkVoidFunction, kFunctionCount> real{};
-    std::atomic<VkQueue> queue{VK_NULL_HANDLE};  // of the device made last
+    std::atomic<VkQueue> queue{VK_NULL_HANDLE};  // queue of the newest device
     std::atomic<bool> areHeapsSmall{false};
 
-    std::mutex mutex;  // of all below
+    std::mutex mutex;  // guards all members below
     std::optional<InjectedFailure> failure;
-    std::vector<const char*> calls;  // of its kind
+    std::vector<const char*> calls;  // of the selected kind
     bool hasFailed = false;
     bool isLost = false;
 };
@@ -83,7 +83,7 @@ bool IsOfQueue(FailingCall call) {
     return call == FailingCall::Submission || call == FailingCall::Wait;
 }
 
-// What the call returns instead of being made; VK_SUCCESS: it is made.
+// Returns the result to return in place of the call; VK_SUCCESS: make the call.
 VkResult Answer(FailingCall call, const char* function) {
     State& state = Current();
     const std::lock_guard lock(state.mutex);
@@ -110,7 +110,7 @@ enum Index : size_t {
 template <size_t kIndex, FailingCall kCall, typename Function>
 struct Failing;
 
-// What a failed call leaves in the handle that it was to make is undefined: here it is no handle.
+// A failed call leaves an undefined handle; here it is null.
 template <typename Handle>
 void Spoil(Handle** handle) {
     *handle = reinterpret_cast<Handle*>(uintptr_t{0xBAD});

@@ -24,10 +24,10 @@ const char* Name(FailingCall call);  // "allocation"
 
 struct InjectedFailure {
     std::optional<FailingCall> call;  // none: of any kind
-    uint64_t number = 1;              // of the call that fails first, among those of its kind
+    uint64_t number = 1;              // index of the first call that fails, among those of its kind
     VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     bool lasts = false;        // all later calls of the kind fail, too, until LiftFailure
-    std::string Text() const;  // as ParseFailure takes it
+    std::string Text() const;  // in ParseFailure's syntax
 };
 // "allocation:17:oom", "wait:3:lost", "any:200:oom", "allocation:17:oom:on" for one that lasts. Null: no such
 // text.
@@ -38,18 +38,18 @@ std::optional<InjectedFailure> ParseFailure(const std::string& text);
 
 // The functions of `system`, with failures. Another loader may not be in use.
 PFN_vkGetInstanceProcAddr FailingLoader(PFN_vkGetInstanceProcAddr system);
-// From now on calls are counted from 1. VK_ERROR_DEVICE_LOST stays: once a call has returned it, the work
-// before it is done, and every submission and wait returns it, of every device, until the next InjectFailure.
-// Without a failure, calls are only counted.
+// Counts calls from 1 from now on. VK_ERROR_DEVICE_LOST persists: once a call has returned it, earlier work
+// completes, and every submission and wait on any device returns it until the next InjectFailure. Without a
+// failure, calls are only counted.
 void InjectFailure(const std::optional<InjectedFailure>& failure);
 // Calls succeed again. A lost device stays lost.
 void LiftFailure();
-// Whether the failure that was injected last has come.
+// Returns whether the last injected failure has occurred.
 bool HasFailed();
 // The functions of its kind that were called from then on up to the failure, which is of the last one.
 std::vector<const char*> CallsUpToFailure();
-// On: heaps are reported as so small that the allocator gives each buffer and texture its own memory, so that
-// each allocation can fail. Call it before the device is created.
+// If on, heaps are reported as so small that the allocator gives each buffer and texture its own memory, so
+// that each allocation can fail. Call it before the device is created.
 void SeparateAllocations(bool isOn);
 
 }  // namespace raygraph::testing

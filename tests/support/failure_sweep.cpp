@@ -102,7 +102,7 @@ void OpenAnother(SweptScenario& steps) {
 
 void EditMaterials(SweptScenario& steps) {
     steps.push_back({"material", [](SweptWorld& world) {
-                         // Their sides change, and so the draws
+                         // The sides of surfaces change, and with them the draws
                          const scene::SceneData data = Load();
                          for (uint32_t i = 0; i < data.materials.size(); ++i) {
                              scene::Material material = data.materials[i];
@@ -141,7 +141,7 @@ rhi::Device& MakeDevice(SweptWorld& world) {
     return *world.device;
 }
 
-// What a run without failure shows: its own pictures, and what there was to see before each step.
+// Holds the results of a run without failure: its pictures, and what was visible before each step.
 struct Undisturbed {
     std::vector<Picture> pictures;
     std::vector<Picture> before;  // by step; empty where nothing has been seen
@@ -228,7 +228,7 @@ uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& befor
         }
         EXPECT_TRUE(!step.keepsScene || Look(world) == before) << "what was open is not, after: " << problem;
         if (::testing::Test::HasFailure()) throw std::runtime_error(where + ": " + problem);
-        // What was made before the failure may be kept: other calls come then up to the same number.
+        // Objects from before the failure may be reused, so that other calls come up to the same number
         if (!seen.insert(Signature(calls)).second) failure.number += stride;
     }
 }
@@ -280,7 +280,7 @@ SweptScenario ViewportScenario() {
                          viewport::PathSettings paths;
                          paths.scattering.brdf = BrdfModel::Lambert;
                          world.viewport->SetPaths(paths);
-                         // Without what takes long to compile
+                         // Skips features that take long to compile
                          world.viewport->SetRaster({.shadows = passes::RasterShadows::Off,
                                                     .hasOcclusion = false,
                                                     .hasTransmission = false});
@@ -303,7 +303,7 @@ uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCa
     const Undisturbed expected = RunUndisturbed(scenario);
     const InjectedFailure failure{.call = call, .lasts = lasts};
     uint32_t failures = 0;
-    // By step; where one could do without a call, what comes after it is left to another life.
+    // Numbers by step; if a step succeeds without a call, the calls after it are tested in another run
     std::vector<uint64_t> first(scenario.size(), 1);
     for (bool isDone = false; !isDone && !::testing::Test::HasFailure();) {
         SweptWorld world;

@@ -16,7 +16,7 @@
 
 namespace raygraph::testing {
 
-// All that a scenario makes, in the order in which it is destroyed backwards.
+// Holds all that a scenario makes; it is destroyed in reverse order.
 struct SweptWorld {
     using Picture = std::vector<std::byte>;
 
@@ -28,7 +28,7 @@ struct SweptWorld {
     std::optional<viewport::Viewport> viewport;
     scene::CameraView camera;
     AddedPart part;
-    Readback readback;              // of the frame executed last
+    Readback readback;              // of the last executed frame
     std::vector<Picture> pictures;  // in the order in which they were read
 };
 
@@ -36,7 +36,7 @@ struct SweptWorld {
 struct SweptStep {
     std::string name;
     std::function<void(SweptWorld&)> run;
-    // What was open before stays open when the step fails: a frame shows it.
+    // The scene of before stays open if the step fails, and a frame shows it.
     bool keepsScene = false;
 };
 

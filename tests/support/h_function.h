@@ -1,4 +1,4 @@
-// What a half space of a medium that scatters alike in all directions reflects.
+// Computes the reflection of a half space of an isotropically scattering medium.
 #pragma once
 
 #include <cmath>
@@ -25,9 +25,9 @@ class HFunction {
         }
         return 1.0 / (std::sqrt(1.0 - m_albedo) + 0.5 * m_albedo * sum / kCount);
     }
-    // Of light from all sides, what comes back to mu.
+    // Returns the fraction of uniform light that is reflected towards mu.
     double Reflected(double mu) const { return 1.0 - At(mu) * std::sqrt(1.0 - m_albedo); }
-    // What comes back of it to all sides.
+    // Returns the fraction of uniform light that is reflected in all directions.
     double ReflectedToAll() const {
         double sum = 0.0;
         for (int i = 0; i < kCount; ++i) sum += 2.0 * (i + 0.5) / kCount * Reflected((i + 0.5) / kCount);

@@ -35,7 +35,7 @@ struct IesText {
     }
 };
 
-// From one angle to another.
+// Returns the angles from one to another.
 inline std::vector<double> Steps(double from, double to, double step) {
     std::vector<double> angles;
     for (int i = 0; from + i * step < to + 1e-9; ++i) angles.push_back(from + i * step);

@@ -16,7 +16,7 @@
 
 namespace raygraph::testing {
 
-// Whether an enumeration names this value.
+// Returns whether an enumeration has a name for this value.
 template <auto value>
 constexpr bool IsEnumerator() {
     // GCC and Clang write a value without a name as a cast: "= (Kind)7"
@@ -24,7 +24,7 @@ constexpr bool IsEnumerator() {
     return text[text.rfind("= ") + 2] != '(';
 }
 
-// How many values an enumeration names, of 0 to 31.
+// Returns how many of the values 0 to 31 an enumeration names.
 template <typename Enum>
 constexpr size_t EnumeratorCount() {
     return []<size_t... value>(std::index_sequence<value...>) {
@@ -33,8 +33,8 @@ constexpr size_t EnumeratorCount() {
     (std::make_index_sequence<32>());
 }
 
-// What the rows of a table have changed. `fields` takes a Settings& apart into a tuple of references, by
-// structured bindings: a field that is added to the struct does not compile there until it is named.
+// Records which fields the rows of a table have changed. `fields` binds a Settings& to a tuple of references
+// by structured bindings: a field added to the struct does not compile there until it is named.
 template <typename Settings, typename Fields>
 class OptionRows {
   public:

@@ -1,11 +1,11 @@
-// How much memory a piece of code takes: operator new of the program that links this counts.
+// Measures the peak memory of a piece of code by an operator new that counts in the program that links this.
 #pragma once
 
 #include <cstddef>
 
 namespace raygraph::testing {
 
-// Of all threads. One at a time.
+// Measures all threads. Only one may exist at a time.
 class PeakMemory {
   public:
     PeakMemory();

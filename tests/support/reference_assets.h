@@ -8,7 +8,7 @@
 
 namespace raygraph::test {
 
-// None if the variable is not set or empty.
+// Returns nothing if the variable is not set or empty.
 inline std::optional<std::filesystem::path> ReferenceAssets() {
     const char* folder = std::getenv("RAYGRAPH_ASSETS");
     if (folder == nullptr || *folder == '\0') return std::nullopt;
@@ -17,10 +17,10 @@ inline std::optional<std::filesystem::path> ReferenceAssets() {
 
 }  // namespace raygraph::test
 
-// At the start of a test, or of a fixture's SetUp.
+// Call it at the start of a test, or of a fixture's SetUp.
 #define RAYGRAPH_SKIP_WITHOUT_ASSETS() \
     if (!raygraph::test::ReferenceAssets()) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set"
-// The same for tests that read scenes: the packed assets have none (tests/runner/pack_tests).
+// Does so for tests that read scenes: the packed assets have none (tests/runner/pack_tests).
 #define RAYGRAPH_SKIP_WITHOUT_ASSET_SCENES()                                           \
     RAYGRAPH_SKIP_WITHOUT_ASSETS();                                                    \
     if (!std::filesystem::is_directory(*raygraph::test::ReferenceAssets() / "scenes")) \

@@ -1,11 +1,11 @@
-// For loaders that answer vkGet*ProcAddr with functions of their own in place of the driver's.
+// Helps loaders whose vkGet*ProcAddr replaces functions of the driver.
 #pragma once
 
 #include "rhi/vulkan.h"
 
 namespace raygraph::testing {
 
-// What to answer when `real` is asked for: `replacement`, which finds `real` in `kept`. Null stays null.
+// Returns `replacement` for `real`, which it stores in `kept` for the replacement to call. Null stays null.
 template <typename Function>
 PFN_vkVoidFunction Replaced(PFN_vkVoidFunction real, Function& kept, Function replacement) {
     if (!real) return nullptr;

@@ -17,8 +17,8 @@ constexpr double kMaxError = 0.02;
 // Sums over a block of the mean and of what makes its error.
 struct BlockSums {
     glm::dvec3 mean{0.0};
-    glm::dvec3 squaredError{0.0};  // of the sum, errors being independent
-    glm::dvec3 error{0.0};         // of the sum, errors being shared
+    glm::dvec3 squaredError{0.0};  // error of the sum for independent errors
+    glm::dvec3 error{0.0};         // error of the sum for shared errors
 };
 
 BlockSums SumsOf(const RenderedImage& image, uint32_t left, uint32_t top) {

@@ -1,4 +1,4 @@
-// That two renders, each with a variance of its own, are estimates of one image; and the scenes that are
+// Tests that two renders, each with a variance of its own, estimate one image; makes the scenes that are
 // rendered in many ways.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace raygraph::testing {
 
-// How the errors of a render's pixels hang together.
+// Tells whether the errors of a render's pixels are correlated.
 enum class PixelErrors { Independent, Shared };
 
 // A z-test on blocks of 8 x 8 pixels: all but 0.25 % of them differ by less than 4 standard errors, and so

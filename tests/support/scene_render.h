@@ -25,7 +25,7 @@ struct FloatImage {
 
 struct RenderedImage {
     FloatImage mean;
-    FloatImage variance;  // of one sample
+    FloatImage variance;  // variance of one sample
     uint32_t sampleCount = 0;
 
     // Standard error of the mean over all pixels, per channel.
@@ -86,7 +86,7 @@ scene::Mesh SphereMesh(float radius, uint32_t rings, uint32_t material = 0);  //
 scene::Mesh RoundMesh(std::vector<glm::vec3> positions, std::vector<uint32_t> indices,
                       std::vector<float> radii, uint32_t material = 0);
 scene::Mesh RoundSphere(float radius, uint32_t material = 0, const glm::vec3& at = glm::vec3(0.0f));
-// Both sides reflect and emit.
+// Makes a material that reflects and emits on both sides.
 scene::Material Lambert(const glm::vec3& albedo, const glm::vec3& emission = glm::vec3(0.0f));
 glm::mat4x3 Translation(const glm::vec3& offset);
 // One instance of each mesh, untransformed, unless transforms are given.

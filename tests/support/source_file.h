@@ -18,8 +18,8 @@ inline const char* EnvironmentOr(const char* variable, const char* otherwise) {
 // that did not build them, or else in the tree that they were built from.
 std::filesystem::path SourceFile(std::string_view name);
 
-// Where devices of tests keep what they make of shaders: all test programs of a build share it, because most of
-// the suite's time on Mesa's CPU driver goes there.
+// Returns the folder for the pipeline caches of tests' devices. All test programs of a build share it, since
+// pipeline compilation takes most of the suite's time on Mesa's CPU driver.
 std::filesystem::path CacheFolder();
 
 }  // namespace raygraph::test

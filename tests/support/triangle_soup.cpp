@@ -12,7 +12,7 @@ namespace {
 class Random {
   public:
     explicit Random(uint32_t seed) : m_engine(seed) {}
-    // In [-1, 1)
+    // Returns a number in [-1, 1).
     float Get() { return 2.0f * static_cast<float>(m_engine() >> 8) / 16777216.0f - 1.0f; }
     glm::vec3 Vector() {
         const float x = Get(), y = Get();

@@ -8,8 +8,8 @@
 
 namespace raygraph::testing {
 
-// For a moment the scene shows more triangles than a tree of one level is built again for: from then on it has
-// two levels, until another scene is set.
+// Shows for a moment more triangles than a tree of one level is rebuilt for, after which it has two levels
+// until another scene is set.
 inline void MakeTwoLevels(SceneRender& render) {
     const auto declare = [&] {
         render.renderer.BeginFrame();

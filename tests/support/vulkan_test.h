@@ -23,7 +23,7 @@ class MessageLog {
         bool IsValidation() const { return category == log_category::kValidation; }
     };
 
-    // What to give a device.
+    // Returns the log for a device.
     raygraph::Log Listener(LogLevel least = LogLevel::Warning);
     size_t Count() const;
     // One line a message, from the `first` one on; `validationOnly` leaves out our own.
@@ -45,7 +45,7 @@ class VulkanTest : public ::testing::Test {
     ~VulkanTest() override;
 
     static rhi::Device& Device();
-    // What the shared device says from LogLevel::Info on, our own messages included.
+    // Returns what the shared device logs from LogLevel::Info on, our own messages included.
     static MessageLog& Log();
     // Runs `destroy` before the shared device is destroyed: for what tests share on it.
     static void BeforeTheDeviceGoes(std::function<void()> destroy);
