@@ -8,7 +8,7 @@ namespace raygraph::session {
 
 namespace {
 
-constexpr int kReach = 3;  // of the pixels around one, to each side
+constexpr int kReach = 3;  // pixels around one, to each side
 // Relative to the picture's mean: pixels that are darker than this need no smaller an error for it.
 constexpr double kDark = 0.5;
 // Pixels around which nothing varies count as much as this part of the average pixel.
@@ -28,8 +28,8 @@ std::vector<double> RelativeVariances(rhi::Extent2D picture, uint32_t color, con
     return variances;
 }
 
-// Of each pixel of `color`: the root mean square of the relative deviations of the other color's pixels
-// around it, near ones weighing more.
+// Returns for each pixel of `color` the root mean square of the relative deviations of the other color's
+// pixels around it, weighted by nearness.
 std::vector<double> WeightsOf(rhi::Extent2D picture, uint32_t color, const NotedSamples& noted) {
     const std::vector<double> variances = RelativeVariances(picture, 1 - color, noted);
     const int64_t width = picture.width, height = picture.height;

@@ -1,4 +1,4 @@
-// How many samples the pixels of an adaptive render are to have. Threads: any.
+// Allocates the samples of an adaptive render to its pixels. Threads: any.
 #pragma once
 
 #include <span>
@@ -7,9 +7,9 @@
 
 namespace raygraph::session {
 
-// Sets the wanted counts of one color's pixels by what was noted of the other color's: at least `least` of
-// each, on average `average` or barely more, and beyond that in proportion to how much the samples around a
-// pixel vary relative to their mean. Powers of two, where `least` and `average` are.
+// Sets the wanted counts of one color's pixels from what was noted of the other color's. Each gets at least
+// `least`; the average is `average` or barely more; the rest is proportional to the relative deviation of the
+// samples around a pixel. Counts are powers of two if `least` and `average` are.
 RAYGRAPH_API void AllocateSamples(rhi::Extent2D picture, uint32_t color, const NotedSamples& noted,
                                   std::span<const uint32_t> least, uint32_t average,
                                   std::span<uint32_t> wanted);

@@ -91,7 +91,7 @@ AdaptiveCounts::Next AdaptiveCounts::NextTo(uint32_t average) const {
         if (missing[color] > 0 && isWalking(color)) return samples(color);
     for (const uint32_t color : {behind, 1 - behind})
         if (missing[color] > 0 && CanDecide(color)) return {Next::Kind::Decision, color};
-    // Of a file that no render has written: the color that decides is behind
+    // In a file that no render has written, the color that decides may be behind
     for (const uint32_t color : {behind, 1 - behind})
         if (isWalking(color)) return samples(color);
     for (const uint32_t color : {behind, 1 - behind})
@@ -121,7 +121,7 @@ void AdaptiveCounts::Settle(const Walk& walk, std::vector<uint32_t>& counts) con
     for (const WalkPixel& at : walk.pixels) counts[at.pixel] = at.count + std::min(walk.taken, at.missing);
 }
 
-// What a pixel is to have after a turn of a stage.
+// Returns the count that a pixel will have after a turn of a stage.
 uint32_t AdaptiveCounts::Target(size_t pixel, uint32_t stage, uint32_t turn) const {
     const uint32_t wanted = m_state.wanted[pixel], base = stage / kBasePart;
     if (turn == kTurns) return wanted;
@@ -142,7 +142,7 @@ void AdaptiveCounts::FindWalk(uint32_t color) {
     // Few pixels miss a number that no other one does
     std::map<uint32_t, std::vector<WalkPixel>, std::greater<>> byMissing;
     for (uint32_t turn = 1; turn <= kTurns && byMissing.empty(); ++turn) {
-        // Not beyond the first base that one of them reaches
+        // Stop at the first base that one of the pixels reaches
         uint32_t level = kNone;
         ForPixelsOfColor(m_picture, color, [&](size_t i) {
             if (counts[i] < Target(i, stage, turn)) level = std::min(level, NextBase(counts[i]));

@@ -1,18 +1,18 @@
-// How many samples each pixel of an adaptive render gets, and which are next: values of the host alone,
-// without a device. Threads: plain values, one thread at a time.
+// AdaptiveCounts decides how many samples each pixel of an adaptive render gets, and which are next. It needs
+// no device. Threads: plain values, one thread at a time.
 //
 // At first all pixels get 16 samples. Then a render goes through stages whose average is 128, 256, 512, ...
-// samples a pixel. At the start of each it is decided how many each pixel is to have at its end, in
-// proportion to how much the first samples of the pixels around it vary, relative to how bright these are.
+// samples per pixel. The start of each stage decides how many each pixel will have at its end, in proportion
+// to the variation of the first samples of the pixels around it, relative to their brightness.
 //
-// The mean stays exactly unbiased. The pixels are those of a chessboard. How many samples a white one gets is
-// a function of the black ones' first samples alone, and the other way round; so are its color's average, its
-// turn among its color's pixels, and how far its color has got when a render ends: at the average that was
-// asked for, whatever the other color does. First samples are functions of pixel and index, whenever they
-// were taken. So the number of a pixel's samples says nothing about their values.
+// The mean stays exactly unbiased. Pixels are colored like a chessboard. The number of samples of a white
+// pixel is a function of the black pixels' first samples alone, and vice versa; so are its color's average,
+// its position among its color's pixels, and how far its color has got when a render ends: at the requested
+// average, whatever the other color does. First samples are functions of pixel and index, whenever they are
+// taken. So the number of a pixel's samples says nothing about their values.
 //
-// What comes next is a function of counts, wanted counts and stages alone: a render may end after any step,
-// and be gone on with.
+// The next step is a function of counts, wanted counts and stages alone, so a render may end after any step,
+// and be resumed.
 #pragma once
 
 #include "editor/session/adaptive_state.h"
@@ -22,59 +22,59 @@ namespace raygraph::session {
 class RAYGRAPH_API AdaptiveCounts {
   public:
     explicit AdaptiveCounts(rhi::Extent2D picture);
-    // Goes on; of a state without flaw, with wanted counts.
+    // Continues from a valid state that has wanted counts.
     AdaptiveCounts(rhi::Extent2D picture, AdaptiveState state);
 
-    // All that makes the next steps; `noted` is kept by the caller.
+    // Returns everything that determines the next steps; the caller keeps `noted`.
     AdaptiveState State() const;
     uint64_t Total() const { return m_walks[0].total + m_walks[1].total; }  // samples of all pixels
     uint32_t Average() const { return static_cast<uint32_t>(Total() / m_state.counts.size()); }
-    uint32_t Least() const;  // of a pixel
+    uint32_t Least() const;  // smallest count of a pixel
 
-    // What comes next on the way to an average of `average` samples of each color.
+    // Returns the next step towards `average` samples per pixel of each color.
     struct Next {
         enum class Kind {
-            Nothing,   // each color has it
-            Decision,  // Decide must be called, for that color
-            Samples    // then Advance
+            Nothing,   // each color has the average
+            Decision,  // call Decide for `color`
+            Samples    // call Advance
         } kind = Kind::Nothing;
-        uint32_t color = 0;  // whose walk it is
-        // Samples of some of its pixels: each gets as many, and none is done before
-        uint32_t pixels = 0;  // the first of WalkPixels
-        uint32_t taken = 0;   // that each of them has got since the walk began
-        uint32_t length = 0;  // samples of each; no more than the average needs, and at least 1
+        uint32_t color = 0;  // color of the walk
+        // These pixels get equally many samples, none of which has been taken
+        uint32_t pixels = 0;  // number of WalkPixels, from the first
+        uint32_t taken = 0;   // samples of each since the walk began
+        uint32_t length = 0;  // samples of each to take: at least 1, at most what the average needs
     };
     Next NextTo(uint32_t average) const;
-    // Takes so many of its samples, at most its length.
+    // Records that so many samples were taken, at most next.length.
     void Advance(const Next& next, uint32_t samples);
 
-    // A color's walk: pixels that get samples together, and how many each had when it began. In the first
-    // stage the walk of the white ones is that of all.
+    // A color's walk has the pixels that get samples together, with their counts when it began. In the first
+    // stage, the walk of white pixels contains all pixels.
     struct WalkPixel {
         uint32_t pixel = 0, count = 0;
-        uint32_t missing = 0;  // until it leaves the walk
+        uint32_t missing = 0;  // samples until it leaves the walk
     };
     const std::vector<WalkPixel>& WalkPixels(uint32_t color) const { return m_walks[color].pixels; }
-    uint64_t WalkId(uint32_t color) const { return m_walks[color].id; }  // another one of another walk
-    // At the start of a walk: of its pixels that have exactly so many samples, variance and mean are to be
-    // noted before they get more; 0: of none.
+    uint64_t WalkId(uint32_t color) const { return m_walks[color].id; }  // differs between walks
+    // At the start of a walk: variance and mean of its pixels with exactly this many samples are to be noted
+    // before they get more; 0: of none.
     uint32_t BaseToNote(uint32_t color) const;
 
-    // The first base that is still to decide.
+    // Returns the first base that later decisions need.
     uint32_t FirstBaseNeeded() const;
 
-    // How many samples pixels of that color get in its next stage. `noted`: of the first BaseAfter(stage)
-    // samples of the other color's pixels. Error{Usage} if there are no more stages.
+    // Decides how many samples the pixels of a color get in its next stage. `noted` holds the other color's
+    // pixels after their first BaseAfter(stage) samples. Throws Error{Usage} if there are no more stages.
     void Decide(uint32_t color, const NotedSamples& noted);
 
   private:
-    // Those that miss most come first, so that the pixels of each step are the first ones.
+    // Pixels that miss most samples come first, so that each step is a prefix of the list.
     struct Walk {
         std::vector<WalkPixel> pixels;
         std::vector<uint32_t> leastOfFirst,
-            leastOfLast;  // [n]: of the first n, and of those behind when done
+            leastOfLast;  // [n]: of the first n pixels, and of the others once those are done
         uint32_t onTheirWay = 0, taken = 0;
-        uint32_t leastOfOthers = 0;  // of the color's pixels that are not of the walk
+        uint32_t leastOfOthers = 0;  // smallest count of the color's pixels outside of the walk
         uint64_t total = 0;          // samples of the color
         uint64_t id = 0;
     };
@@ -88,7 +88,7 @@ class RAYGRAPH_API AdaptiveCounts {
     void Settle(const Walk& walk, std::vector<uint32_t>& counts) const;
 
     rhi::Extent2D m_picture;
-    AdaptiveState m_state;  // counts as of the start of each walk
+    AdaptiveState m_state;  // counts are those at the start of each walk
     std::array<Walk, kColors> m_walks;
     uint64_t m_lastId = 0;
 };

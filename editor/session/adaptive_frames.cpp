@@ -11,7 +11,7 @@ namespace raygraph::session {
 
 namespace {
 
-// So many at once that frames are of few different sizes.
+// Rounds down, so that frames have few different sizes.
 uint32_t RoundedDown(uint32_t samples) {
     const uint32_t unit = std::max(std::bit_floor(samples) / 4, 1u);
     return samples / unit * unit;
@@ -33,7 +33,7 @@ AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t first
       m_counts(size),
       m_lists{ColorList{passes::PixelList(renderer.Device(), size)},
               ColorList{passes::PixelList(renderer.Device(), size)}} {
-    ForgetBelow(kLastStage);  // those of an earlier picture
+    ForgetBelow(kLastStage);  // bases of an earlier picture
 }
 
 AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t firstSample,

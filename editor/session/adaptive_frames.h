@@ -1,5 +1,5 @@
-// The part of the frames of an adaptive render that others do not have: which pixels a frame samples, and
-// what decides it. For editor/session/ alone. Threads: that of the Renderer.
+// AdaptiveFrames chooses the pixels that a frame of an adaptive render samples, and what decides this. For
+// editor/session/ alone. Threads: that of the Renderer.
 #pragma once
 
 #include <array>
@@ -15,27 +15,27 @@ namespace raygraph::session {
 class AdaptiveFrames {
   public:
     AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t firstSample);
-    // The same, going on. In an open frame.
+    // Continues from a state. Call it in an open frame.
     AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t firstSample, const AdaptiveState& state);
 
     const AdaptiveCounts& Counts() const { return m_counts; }
 
     struct Samples {
         passes::ListedPixels pixels;
-        uint32_t index = 0;  // of the first, added to those of the pixels
-        uint32_t count = 0;  // of each pixel
+        uint32_t index = 0;  // index of the first sample, to be added to those of the pixels
+        uint32_t count = 0;  // samples of each pixel
     };
-    // Between frames: decides, where that is due, after waiting for the samples before it. False: each color
-    // has the average.
+    // Call it between frames: makes a decision if one is due, after waiting for the samples before it.
+    // Returns false if each color has the average.
     bool PrepareFor(uint32_t average, const passes::Accumulation& radiance);
-    // After it, in an open frame: the samples that it is to render, and to accumulate after this, on the way
-    // to that average. Not more than `mostTexels` hold in `mostRows`; at least one of each pixel.
+    // Call it next, in an open frame: returns the samples that it is to render and to accumulate on the way
+    // to the average. They take at most `mostTexels` in `mostRows`, but at least one of each pixel.
     Samples Take(const passes::Accumulation& radiance, uint32_t average, uint64_t mostTexels,
                  uint32_t mostRows);
 
-    // In an open frame: the counts of samples as passes::Resolve has them.
+    // Call it in an open frame: returns the counts of samples for passes::Resolve.
     TextureId CountsTexture() const;
-    // In an open frame; then their state, which waits for it.
+    // Call it in an open frame. Take then returns the state, for which it waits.
     void ReadBack();
     AdaptiveState Take() const;
 
@@ -55,7 +55,7 @@ class AdaptiveFrames {
     AdaptiveCounts m_counts;
     struct ColorList {
         passes::PixelList list;
-        uint64_t listed = 0;  // the walk whose pixels it has; 0: of none
+        uint64_t listed = 0;  // walk whose pixels it lists; 0: none
     };
     std::array<ColorList, kColors> m_lists;
     std::map<uint32_t, NotedReadback> m_noted;

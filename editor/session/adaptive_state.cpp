@@ -22,7 +22,7 @@ std::string FlawOfStages(const AdaptiveState& state) {
     return {};
 }
 
-// All pixels have as many samples as long as nothing was decided.
+// Before the first decision, all pixels have equally many samples.
 std::string FlawOfFirstStage(const AdaptiveState& state) {
     for (size_t i = 0; i < state.counts.size(); ++i)
         if (state.counts[i] != state.counts[0] || state.wanted[i] != kFirstBase)

@@ -1,5 +1,5 @@
-// What an adaptive render goes on with: how many samples each pixel has, and is to have. Threads: plain
-// values.
+// AdaptiveState is the part of an adaptive render that is needed to resume it: how many samples each pixel
+// has, and is to have. Threads: plain values.
 #pragma once
 
 #include <array>
@@ -14,44 +14,44 @@
 
 namespace raygraph::session {
 
-// Pixels are those of a chessboard: `color` 0 is white, that of the first pixel, and 1 is black.
+// Pixels are colored like a chessboard: `color` 0 is white, the first pixel's, and 1 is black.
 inline constexpr uint32_t kColors = 2;
 
 inline uint64_t PixelsOfColor(rhi::Extent2D picture, uint32_t color) {
     return (uint64_t{picture.width} * picture.height + (color == 0 ? 1 : 0)) / 2;
 }
 
-// In rows from the top.
+// Visits the pixels in rows from the top.
 template <typename Visit>
 void ForPixelsOfColor(rhi::Extent2D picture, uint32_t color, Visit&& visit) {
     for (uint32_t y = 0; y < picture.height; ++y)
         for (uint32_t x = (y + color) % 2; x < picture.width; x += 2) visit(size_t{y} * picture.width + x);
 }
 
-// At first all pixels get so many samples. Then a stage's number is the average of a color's pixels at its
-// end: 128, 256, 512, ....
+// At first all pixels get kFirstBase samples. A stage's number is the average count of a color's pixels at
+// its end: 128, 256, 512, ....
 inline constexpr uint32_t kFirstBase = 16, kLastStage = 1u << 26;
-// A stage is decided by the first samples of each pixel, the base: this part of the average. No pixel is
-// wanted to have more than that many times the average, or barely more.
+// The first samples of each pixel, the base, decide a stage: this part of the average. No pixel is wanted to
+// have more than kMostTimes the average, or barely more.
 inline constexpr uint32_t kBasePart = 8, kMostTimes = 16;
 
-// The base by which the stage after this one is decided.
+// Returns the base by which the stage after this one is decided.
 inline uint32_t BaseAfter(uint32_t stage) {
     return stage == kFirstBase ? kFirstBase : stage / (kBasePart / 2);
 }
 
-// Of one of the first samples of each pixel: the sums of R, G and B of variance and mean.
+// Sums of R, G and B of each pixel's variance and mean, after its first samples.
 struct NotedSamples {
     std::vector<float> variance, mean;
     bool operator==(const NotedSamples&) const = default;
 };
 
-// Of a render's file. Rows from the top.
+// Is stored in a render's file, in rows from the top.
 struct RAYGRAPH_API AdaptiveState {
-    std::vector<uint32_t> counts;  // samples that a pixel has, at least 1
-    std::vector<uint32_t> wanted;  // those that it gets in this stage; empty: it cannot go on
-    std::array<uint32_t, kColors> stages{kFirstBase, kFirstBase};  // of each color
-    // By a base of a later stage: those of the pixels that have more already; 0 of the others.
+    std::vector<uint32_t> counts;  // samples that each pixel has, at least 1
+    std::vector<uint32_t> wanted;  // samples that it gets in this stage; empty: cannot be resumed
+    std::array<uint32_t, kColors> stages{kFirstBase, kFirstBase};  // by color
+    // By the base of a later stage: the pixels that already have more samples; 0 for the others.
     std::map<uint32_t, NotedSamples> noted;
 
     bool operator==(const AdaptiveState&) const = default;
@@ -59,12 +59,13 @@ struct RAYGRAPH_API AdaptiveState {
     uint32_t Average() const;  // rounded down
 };
 
-// The first base whose samples are still to decide about pixels of the other color.
+// Returns the first base whose samples are still to decide about pixels of the other color.
 inline uint32_t FirstBaseToKeep(const AdaptiveState& state, uint32_t color) {
     return BaseAfter(state.stages[1 - color]);
 }
 
-// Why it cannot be a state of such a picture, as in "its pixel 3 has no sample"; empty: it can.
+// Returns why it is no valid state of such a picture, as in "its pixel 3 has no sample"; empty if it is
+// valid.
 RAYGRAPH_API std::string FlawOf(const AdaptiveState& state, rhi::Extent2D picture);
 
 }  // namespace raygraph::session

@@ -1,5 +1,5 @@
-// Pictures beside the radiance that a render may hold. The count of samples and the variance are always in it
-// and are none of these. Threads: plain values and pure functions, for any thread.
+// Lists the pictures beside the radiance that a render may hold. Sample count and variance are always in it,
+// and are no AOVs. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ namespace raygraph::session {
     X(Of, Material, 4, "material", "") \
     X(Of, Motion, 5, "motion", "")
 
-// Those of surfaces, then passes::PathPart, then what each Bias removed: "removed_max_depth" to
-// "removed_shadow_terminator" and "removed_texture_lod".
+// The order is: surfaces, then passes::PathPart, then what each Bias removed ("removed_max_depth" to
+// "removed_shadow_terminator" and "removed_texture_lod").
 #define RAYGRAPH_DECLARE(Of, name, value, text, note)         name,
 #define RAYGRAPH_DECLARE_REMOVED(Of, name, value, text, note) Removed##name,
 enum class Aov : uint8_t {
@@ -38,7 +38,7 @@ constexpr auto Texts(Aov) {
         RAYGRAPH_CHOICE_TEXT_, Aov) RAYGRAPH_BIASES(RAYGRAPH_REMOVED_TEXT, Aov)});
 }
 #undef RAYGRAPH_REMOVED_TEXT
-constexpr const char* Name(Aov aov) {  // "albedo"
+constexpr const char* Name(Aov aov) {  // e.g. "albedo"
     return Texts(aov)[static_cast<size_t>(aov)];
 }
 inline constexpr std::array kAovs = Values<Aov>();
@@ -72,10 +72,10 @@ class RAYGRAPH_API AovSet {
     std::bitset<kAovCount> m_bits;
 };
 
-// The names in their order, with commas between: "albedo,depth"; "none".
+// Returns the names in their order, separated by commas: "albedo,depth"; "none" without any.
 RAYGRAPH_API std::string ListOf(const AovSet& aovs);
 
-// Whether a picture of these settings can have it.
+// Returns whether a picture with these settings can have it.
 RAYGRAPH_API bool CanHave(Aov aov, const PictureSettings& settings);
 
 }  // namespace raygraph::session

@@ -1,12 +1,12 @@
-// Reading what a user named.
+// Reads what a user named.
 #pragma once
 
 #include "base/error.h"
 
 namespace raygraph::session {
 
-// Runs `read`, which reads a file that the user named: one that cannot be read is bad input, not a failed
-// output, so Error{Io} becomes Error{BadInput}.
+// Runs `read` on a file that the user named. If the file cannot be read, the input is bad, and no output has
+// failed: Error{Io} becomes Error{BadInput}.
 template <typename Read>
 auto AsInput(Read&& read) {
     try {

@@ -15,7 +15,7 @@
 
 namespace raygraph::session {
 
-// Named as in the AOV removed_max_depth and in the report.
+// The names are those of the AOV removed_max_depth and of the report.
 #define RAYGRAPH_BIASES(X, Of)                          \
     X(Of, MaxDepth, 0, "max_depth", "")                 \
     X(Of, ClampIndirect, 1, "clamp_indirect", "")       \
@@ -33,20 +33,23 @@ inline constexpr uint32_t kSecondTracePeriod = 16;
 
 RAYGRAPH_API bool IsOn(const passes::BiasSettings& biases, Bias bias);
 
-// The same with this bias off. Paths that only a depth limit would have ended then end by roulette.
+// Returns the settings with this bias off. Paths that only a depth limit would have ended then end by
+// roulette.
 RAYGRAPH_API passes::TraceSettings Without(passes::TraceSettings settings, Bias bias);
 
-// Luminances, as means over the pixels.
+// Holds luminances, as means over the pixels.
 struct RemovedLight {
-    uint32_t samples = 0;  // that were traced twice
+    uint32_t samples = 0;  // number of samples that were traced twice
     double mean = 0.0;
-    // An upper bound; none below two samples. Pixels count as independent, channels as fully dependent.
+    // An upper bound; none below two samples. It takes pixels as independent, and channels as fully
+    // dependent.
     std::optional<double> standardError;
-    // Of the mean without the bias, and its standard error; none where that mean is not positive.
+    // Relative to the mean without the bias, with its standard error; none if that mean is not positive.
     std::optional<double> share, shareStandardError;
 };
 
-// RGBA texels: mean and variance of second trace minus sample over `samples` of them; the biased picture.
+// Takes RGBA texels: mean and variance of second trace minus sample over `samples` of them; the biased
+// picture.
 RAYGRAPH_API RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const float> variance,
                                          uint32_t samples, std::span<const float> picture);
 

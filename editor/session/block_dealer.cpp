@@ -12,8 +12,8 @@ BlockDealer::BlockDealer(SampleRange samples, uint32_t workerCount, double block
     RG_CHECK(samples.count > 0 && workerCount > 0 && std::has_single_bit(leastCount));
 }
 
-// Of a worker that was not measured yet: one sample. What a device renders at once, if it takes it no longer
-// than a block is to take: nothing ends a block early.
+// A worker that was not measured yet gets one sample. It gets what a device renders at once if that takes it
+// no longer than a block: nothing ends a block early.
 uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
     if (samplesPerSecond <= 0.0) return 1;
     const uint32_t inTime = std::bit_floor(
@@ -26,7 +26,7 @@ uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
         ofAll += worker.samplesPerSecond;
         measured += worker.samplesPerSecond > 0.0 ? 1 : 0;
     }
-    // Those who were not measured yet count as the average
+    // Workers that were not measured yet count as the average
     ofAll *= static_cast<double>(std::max(m_workerCount, measured)) / measured;
     const double left = m_samples.count - m_dealt;
     const double wanted = std::min(samplesPerSecond * m_blockSeconds, 0.5 * left * samplesPerSecond / ofAll);

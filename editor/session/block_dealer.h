@@ -1,5 +1,5 @@
-// Deals the samples of a picture to those who render them, so that all are busy to the end. Threads: one
-// at a time.
+// BlockDealer deals the samples of a picture to workers so that all are busy to the end. Threads: one at a
+// time.
 #pragma once
 
 #include <cstdint>
@@ -11,48 +11,47 @@
 
 namespace raygraph::session {
 
-// One device that renders samples: of which process, and which of its devices.
+// Identifies a device that renders samples, by its process and its index there.
 struct BlockWorker {
     uint32_t process = 0, device = 0;
     auto operator<=>(const BlockWorker&) const = default;
 };
 
-// From where a worker gets its samples.
+// Provides a worker with its samples.
 class RAYGRAPH_API BlockSource {
   public:
     virtual ~BlockSource() = default;
-    // The next block for a device of this process, which has rendered its last one, or submitted it; none:
-    // there are no more. `samplesPerSecond`: how fast it is; 0: not known yet. May wait.
+    // Returns the next block for a device of this process that has rendered, or submitted, its last one; none
+    // if no more are left. `samplesPerSecond` is its measured speed; 0: unknown. May wait.
     virtual std::optional<SampleRange> Next(uint32_t device, double samplesPerSecond) = 0;
 };
 
-// Blocks are aligned: their size is a power of two, and their first index a multiple of it. A block takes its
-// worker about `blockSeconds` by the speed that was measured, and less towards the end: half of its share of
-// what is left; but it has `leastCount` samples, which a device renders at once, where there are as many and
-// its worker does them in that time. Where there is one worker, a block is no larger. A worker's first block
-// is one sample. Blocks are dealt in order.
+// Blocks are aligned: their size is a power of two, and their first index is a multiple of it. A block takes
+// its worker about `blockSeconds` by its measured speed, and towards the end only half of its share of the
+// rest; but it has `leastCount` samples, which a device renders at once, if so many are left and its worker
+// renders them in that time. With a single worker, a block is no larger. A worker's first block is one
+// sample. Blocks are dealt in order.
 class RAYGRAPH_API BlockDealer : public BlockSource {
   public:
-    // `workerCount`: of those who will ask, at least 1. `samples` are not empty. `leastCount` is a power of
-    // two.
+    // `workerCount` is at least 1. `samples` must not be empty. `leastCount` is a power of two.
     BlockDealer(SampleRange samples, uint32_t workerCount, double blockSeconds, uint32_t leastCount = 1);
 
     std::optional<SampleRange> Next(uint32_t device, double samplesPerSecond) override {
         return Next(BlockWorker{0, device}, samplesPerSecond);
     }
     std::optional<SampleRange> Next(BlockWorker worker, double samplesPerSecond);
-    // Deals no more, but for the very first block.
+    // Deals no more blocks, except for the very first.
     void Stop();
 
-    // Samples that were dealt, all from the first one on; and those of them that are done, as far as is
-    // known.
+    // Return the dealt samples, which are consecutive from the first one, and how many of them are known to
+    // be done.
     uint32_t DealtCount() const;
     uint32_t DoneCount() const;
 
   private:
     struct Worker {
         double samplesPerSecond = 0.0;
-        uint32_t pending = 0;  // samples of its block
+        uint32_t pending = 0;  // samples of its current block
     };
     uint32_t BlockSize(double samplesPerSecond) const;
 

@@ -1,4 +1,4 @@
-// Where the devices of one process wait for samples, each on a thread of its own, and one thread answers
+// BlockQueue lets each device of a process wait for samples on a thread of its own, while one thread answers
 // them. Threads: any, but see BlockQueue.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace raygraph::session {
 
-// Threads: any; Next is for the devices' threads, the rest for the one that answers.
+// Threads: any; Next is for the devices' threads, the rest for the answering thread.
 class RAYGRAPH_API BlockQueue : public BlockSource {
   public:
     explicit BlockQueue(uint32_t deviceCount);
@@ -21,23 +21,23 @@ class RAYGRAPH_API BlockQueue : public BlockSource {
 
     // Waits for the answer.
     std::optional<SampleRange> Next(uint32_t device, double samplesPerSecond) override;
-    // A device's thread ends with an error: the device asks for no more.
+    // Records the error with which a device's thread ends; the device asks for no more.
     void Fail(uint32_t device, std::exception_ptr error);
 
     struct Request {
         uint32_t device = 0;
         double samplesPerSecond = 0.0;
     };
-    // The next request, at most one a device; none if there is none for so long.
+    // Returns the next request, of which a device has at most one; none if none comes in this time.
     std::optional<Request> TakeRequest(std::chrono::microseconds patience);
-    // None: the device gets no more.
+    // Answers a device; none: it gets no more.
     void Answer(uint32_t device, const std::optional<SampleRange>& block);
-    // Answers all requests, and all that come, with none.
+    // Answers all present and future requests with none.
     void Close();
-    // All devices have got none, or have failed.
+    // Returns whether every device has got none, or has failed.
     bool IsOver() const;
     bool HasFailed() const;
-    // Throws the error of a device that has failed, if there is one.
+    // Throws the error of a failed device, if there is one.
     void RethrowError() const;
 
   private:
@@ -47,11 +47,11 @@ class RAYGRAPH_API BlockQueue : public BlockSource {
         std::optional<SampleRange> answer;
     };
 
-    mutable std::mutex m_mutex;  // of all that follows
+    mutable std::mutex m_mutex;  // guards all members below
     std::condition_variable m_hasRequest, m_hasAnswer;
     std::vector<Device> m_devices;
     std::deque<Request> m_requests;
-    std::exception_ptr m_error;  // the first
+    std::exception_ptr m_error;  // first error
     bool m_isClosed = false;
 };
 

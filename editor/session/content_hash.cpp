@@ -1,6 +1,6 @@
 #include "editor/session/content_hash.h"
 
-// All of it is compiled in, so that hosts need no library for it.
+// The hash is compiled in, so that hosts need no library for it.
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 

@@ -1,4 +1,4 @@
-// Hashes to detect that a scene or a map is still the one of a render. Not for security. Threads: pure
+// Hashes scenes and maps, to detect that they differ from those of a render. Not for security. Threads: pure
 // functions.
 #pragma once
 
@@ -10,9 +10,9 @@
 
 namespace raygraph::session {
 
-// Sixteen hexadecimal digits: XXH3 of all that a picture of any view and any settings can depend on. That
-// includes the names of materials, lights, nodes and cameras, by which options choose, and leaves out other
-// names and the warnings.
+// Returns sixteen hexadecimal digits: XXH3 of everything that a picture of any view and any settings can
+// depend on. It includes the names of materials, lights, nodes and cameras, which options refer to, and
+// leaves out other names and the warnings.
 RAYGRAPH_API std::string HashOf(const scene::SceneData& scene);
 RAYGRAPH_API std::string HashOf(const image::ImageF& image);
 

@@ -1,5 +1,5 @@
-// What of a scene is hashed, and how: content_hash.h. Not installed. Whoever changes what is hashed raises
-// kFormat in render_file_names.h. Threads: exclusive access.
+// ContentHasher hashes the contents of a scene for content_hash.h. Not installed. Whoever changes what is
+// hashed raises kFormat in render_file_names.h. Threads: exclusive access.
 #pragma once
 
 #include <concepts>
@@ -17,7 +17,7 @@
 
 namespace raygraph::session {
 
-// A number, or a vector or matrix of numbers: without padding.
+// Accepts a number, or a vector or matrix of numbers: it has no padding.
 template <typename T>
 concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || requires {
     typename T::value_type;
@@ -29,7 +29,7 @@ class ContentHasher {
     ContentHasher();
     ~ContentHasher();
 
-    // Sixteen hexadecimal digits.
+    // Returns sixteen hexadecimal digits.
     std::string Text() const;
 
     void Add(const Plain auto& value) { AddBytes(&value, sizeof value); }
@@ -49,7 +49,7 @@ class ContentHasher {
         }
     }
 
-    // A struct of a scene, as the list of its fields says (scene::Hashed).
+    // Hashes a struct of a scene by the list of its fields (scene::Hashed).
     template <scene::HasFields Owner>
     void Add(const Owner& owner) {
         scene::ForEachField<Owner>([&](const auto& field) {
@@ -62,15 +62,15 @@ class ContentHasher {
                 Add(std::string_view("flat"));
     }
 
-    // Adds those of a list that are hashed if they are changed. An empty label ends a list that has fields
-    // of a file.
+    // Hashes those fields of a list that differ from their defaults. An empty label ends a list that has
+    // fields of a file.
     template <typename Owner, typename... Fields>
     void AddChanged(const Owner& owner, const std::tuple<Fields...>& fields) {
         std::apply([&](const auto&... field) { (AddIfChanged(owner, field), ...); }, fields);
         if constexpr ((requires { Fields::object; } || ...)) Add(std::string_view());
     }
 
-    // Adds the field, after its label, if it is hashed so and is not at its default.
+    // Hashes the label and the field if it is hashed this way and is not at its default.
     template <typename Owner, typename Field>
     void AddIfChanged(const Owner& owner, const Field& field) {
         static const Owner kDefault;
@@ -84,7 +84,7 @@ class ContentHasher {
     }
 
   private:
-    // A list or an object of its own is at its default where it is empty.
+    // Returns whether a list or a nested object is at its default, which means empty.
     template <typename T>
     static bool IsAtDefault(const T& value, const T& atDefault) {
         if constexpr (requires { value.empty(); })
@@ -97,7 +97,7 @@ class ContentHasher {
             return !value.IsPresent();
     }
 
-    // With its length, so that what lies in neighboring lists is not mixed up.
+    // Hashes the length, too, so that values cannot move between adjacent lists unnoticed.
     template <typename T>
     void AddRun(std::span<T> values) {
         Add(uint64_t{values.size()});

@@ -1,4 +1,4 @@
-// Whether the built-in studio lights a picture. Threads: a pure function, for any thread.
+// Decides whether the built-in studio lights a picture. Threads: a pure function, for any thread.
 #pragma once
 
 #include "base/api.h"
@@ -9,11 +9,11 @@
 
 namespace raygraph::session {
 
-// What PictureSettings::light is for a picture of these settings: never Auto. That is decided by the resumed
-// render, if there is one; else by the scene as `input` has it before a session has taken it, which is the
-// same for all times, cameras, sizes and samples. A picture that has a background or a map, or that shows no
-// light, has no studio. Of a group each process makes the call, the root alone has `resumed`, and all get
-// what it decides. Error{Usage} for what scene::Check refuses.
+// Returns PictureSettings::light for a picture with these settings, never Auto. The resumed render decides,
+// if there is one; else the scene in `input` before a session has taken it, which is the same for all times,
+// cameras, sizes and samples. A picture with a background or a map, or one that shows no light, has no
+// studio. In a group, each process makes the call, only the root has `resumed`, and all get its decision.
+// Throws Error{Usage} for what scene::Check refuses.
 RAYGRAPH_API DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& settings,
                                       const ResumedRender* resumed = nullptr, ProcessGroup* group = nullptr);
 

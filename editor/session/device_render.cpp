@@ -15,7 +15,7 @@ constexpr uint32_t kMostAtStep = 1u << 16;  // samples of a pixel, on average
 }  // namespace
 
 void DeviceRender::Estimate() {
-    // At the first count from each power of two on
+    // Estimate at the first count that reaches each power of two
     const int width = std::bit_width(m_frames->SamplesSubmitted());
     if (std::exchange(m_estimatedWidth, width) != width) m_frames->MeasureError();
     const std::optional<MeasuredError>& error = m_frames->NewestError();

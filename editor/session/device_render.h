@@ -1,4 +1,4 @@
-// One device's part of a picture. For editor/session/ alone.
+// DeviceRender renders one device's part of a picture. For editor/session/ alone.
 #pragma once
 
 #include <atomic>
@@ -12,10 +12,10 @@
 
 namespace raygraph::session {
 
-// Threads: one at a time, but for what says otherwise.
+// Threads: one at a time, except where noted.
 class DeviceRender {
   public:
-    // As DeviceScene.
+    // Takes the arguments of DeviceScene.
     DeviceRender(rhi::Device& device, SceneInput& input, const PictureSettings& settings,
                  const TracingChoice& tracing)
         : m_scene(device, input, settings, tracing) {}
@@ -30,16 +30,16 @@ class DeviceRender {
     SampleFrames& Frames() { return *m_frames; }
     const SampleFrames& Frames() const { return *m_frames; }
 
-    // A power of two: of the picture that was begun, as many as one frame renders.
+    // Returns how many samples of the current picture one frame renders, a power of two.
     uint32_t SamplesAtOnce() const { return m_frames->SamplesAtOnce(); }
     // Renders what `source` has for this device, and waits for the last sample. `isEstimating`: estimates the
     // error from time to time. `afterSamples` is called after some were submitted.
     void RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
                       const std::function<void()>& afterSamples = {});
-    // Of an adaptive picture, instead: until it has that average, or `afterFrames` says that it is to end; at
-    // least some frames.
+    // Is called for an adaptive picture instead: renders until it has the average, or until `afterFrames`
+    // asks it to end; at least some frames.
     void RenderWhereNeeded(uint32_t average, bool isEstimating, const std::function<bool()>& afterFrames);
-    // The error of one sample, from this device's samples, for progress; 0: not known. Threads: any.
+    // Returns the error of one sample by this device's samples, for progress; 0: not known. Threads: any.
     double ErrorOfOneSample() const { return m_errorOfOneSample.load(std::memory_order_relaxed); }
 
   private:
@@ -47,10 +47,10 @@ class DeviceRender {
 
     DeviceScene m_scene;
     std::unique_ptr<SampleFrames> m_frames;
-    bool m_isWarm = false;                    // the first sample, which compiles the pipelines, is done
-    double m_seconds = 0.0, m_samples = 0.0;  // of the others, of rounds that have ended
-    int m_estimatedWidth = 0;                 // of the count of samples at the last estimate, in bits
-    uint32_t m_step = 1;                      // of an adaptive picture: samples of a pixel, on average
+    bool m_isWarm = false;                    // the first sample, which compiles pipelines, is done
+    double m_seconds = 0.0, m_samples = 0.0;  // of all other samples, in finished rounds
+    int m_estimatedWidth = 0;                 // bits of the sample count at the last estimate
+    uint32_t m_step = 1;                      // adaptive pictures: average samples per pixel and step
     std::atomic<double> m_errorOfOneSample{0.0};
 };
 

@@ -31,7 +31,7 @@ scene::CameraView ViewFrom(const PictureSettings& settings, const std::string& c
     }
 }
 
-// Only what reads them needs the levels of textures.
+// Only views that read texture levels need them.
 GpuSceneDesc SceneDescFor(const PictureSettings& settings, Traversal traversal) {
     const bool isDrawn = settings.view == View::Raster;
     return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),

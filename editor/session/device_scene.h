@@ -1,5 +1,5 @@
-// A scene on a device, with the renderer and the settings to trace it. For editor/session/ and editor/cli/
-// alone.
+// DeviceScene is a scene on a device, with the renderer and the settings to trace it. For editor/session/ and
+// editor/cli/ alone.
 #pragma once
 
 #include <optional>
@@ -16,38 +16,37 @@ namespace raygraph::session {
 
 class DeviceScene {
   public:
-    // Takes the scene and the environment out of `input` as it uploads them. `device` outlives the object.
-    // SettingError of kind Usage for a camera that is not in the scene, or a group of lights that fits
-    // nothing in it; of kind BadInput for a clip that it does not have.
+    // Moves scene and environment out of `input` while it uploads them. `device` outlives the object. Throws
+    // SettingError of kind Usage for a camera that is not in the scene, or a group of lights that matches
+    // nothing in it; of kind BadInput for a missing clip.
     DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings,
                 const TracingChoice& tracing = {});
 
     Renderer& GraphRenderer() { return m_renderer; }
-    GpuScene& Scene() { return m_scene; }  // declared by this object
-    // Declares the scene in the frame that has begun, as the sample with this index sees it: at its time,
-    // where there is motion.
+    GpuScene& Scene() { return m_scene; }  // already declared by this object
+    // Declares the scene in the open frame as the sample with this index sees it: with motion, at its time.
     SceneIds Declare(uint32_t sampleIndex);
-    // The same at PictureSettings::at, whatever the shutter.
+    // Declares it at PictureSettings::at, whatever the shutter.
     SceneIds DeclareSharp();
-    // At a place of the shutter's time, which there is: 0, when it opens, to 1, when it closes.
+    // Declares it at a position in the shutter's time, which must exist: 0 when it opens, 1 when it closes.
     SceneIds DeclareInShutter(double position);
-    // Of the sample with this index, once the scene was declared for it.
+    // Returns the settings of this sample, for which the scene must have been declared.
     passes::TraceSettings SettingsFor(uint32_t sampleIndex) const;
-    // Whether samples see the scene at different times.
+    // Returns whether samples see the scene at different times.
     bool IsBlurred() const { return m_motion && m_settings.shutter; }
-    // Only of a scene with a time.
+    // Requires a scene with a time.
     void SetTime(double at);
-    // As PictureSettings::camera. Throws as the constructor, and changes nothing.
+    // Sets PictureSettings::camera. Throws as the constructor, and changes nothing then.
     void SetCamera(const std::string& camera);
     void RequireCamera(const std::string& camera) const;
-    // From the next frame on, the driver traces where there are trees for own traversal, too.
+    // From the next frame on, the driver traces even if there are trees for own traversal.
     void TraceByDriver() { m_tracing.traversal = m_traced.traversal = Traversal::Driver; }
-    // Why there are no trees for own traversal; empty: there are.
+    // Returns why there are no trees for own traversal; empty if there are.
     const std::string& WhyNoOwnTraversal() const { return m_scene.Statistics().whyNoWideTrees; }
 
   private:
     scene::CameraView ViewAtRest(const std::string& camera) const;
-    // Poses the scene at its time, with its view, focus and origin: as nothing but that time has it.
+    // Poses the scene at its time, with view, focus and origin as if it had no other time.
     void StartPicture();
     void PlaceView(const scene::CameraView& view, const scene::Bounds& bounds);
     void MoveTo(double seconds);
@@ -58,9 +57,9 @@ class DeviceScene {
     Renderer m_renderer;
     GpuScene m_scene;
     std::optional<SceneMotion> m_motion;
-    scene::SceneData m_atRest;  // its cameras and bounds alone
+    scene::SceneData m_atRest;  // cameras and bounds only
     scene::CameraView m_restView;
-    float m_focus = 0.0f;  // of the picture, at all times of its shutter
+    float m_focus = 0.0f;  // of the picture, throughout the shutter's time
     passes::TraceSettings m_traced;
 };
 

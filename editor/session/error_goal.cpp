@@ -20,7 +20,7 @@ MeasuredError MeasureError(std::span<const float> mean, std::span<const float> v
                            std::span<const uint32_t> counts) {
     MeasuredError error{sampleCount, counts.empty() ? Measure(mean, variance, sampleCount).relativeError
                                                     : Measure(mean, variance, counts).relativeError};
-    // Nothing says that there is light to be found
+    // Nothing indicates that there is light to be found
     if (HasNoColor(mean) && HasNoColor(variance)) error.relativeError = 0.0;
     return error;
 }

@@ -12,23 +12,23 @@ namespace raygraph::session {
 
 struct ImageStatistics {
     std::array<double, 3> mean{};  // linear
-    // The standard error of a pixel relative to the picture's mean: sqrt(mean(variance / n)) / mean, both
+    // The standard error of a pixel relative to the picture's mean: sqrt(mean(variance / n)) / mean, with
     // means over the pixels and R, G and B. None below two samples, without variance, or for black.
     std::optional<double> relativeError;
 };
 
-// The relative error that a picture had with so many samples.
+// Is a picture's relative error at a number of samples.
 struct MeasuredError {
     uint32_t samples = 0;
-    std::optional<double> relativeError;  // as of ImageStatistics
+    std::optional<double> relativeError;  // see ImageStatistics
 
     bool operator==(const MeasuredError&) const = default;
 };
 
-// RGBA texels of the mean of `sampleCount` samples and of the variance of one sample (may be empty).
+// Takes RGBA texels: the mean of `sampleCount` samples, and the variance of one sample (may be empty).
 RAYGRAPH_API ImageStatistics Measure(std::span<const float> mean, std::span<const float> variance,
                                      uint32_t sampleCount);
-// The same where each pixel has a number of samples of its own.
+// Does so for pixels with numbers of samples of their own.
 RAYGRAPH_API ImageStatistics Measure(std::span<const float> mean, std::span<const float> variance,
                                      std::span<const uint32_t> sampleCounts);
 

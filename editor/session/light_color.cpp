@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Of all texels, by the texture's color space.
+// Returns the mean of all texels, by the texture's color space.
 glm::dvec3 MeanOf(const scene::Texture& texture, const scene::ImageData& image) {
     std::array<double, 256> values{};
     for (size_t i = 0; i < values.size(); ++i) {
@@ -86,7 +86,7 @@ glm::dvec3 PowerOfSurfaces(const scene::SceneData& scene) {
 
 double SolidAngleOf(const scene::Light& light) {
     if (light.type != scene::LightType::Spot) return 4.0 * kPi;
-    // Of KHR_lights_punctual's falloff clamp(c scale + offset, 0, 1)^2: a parabola in c, then a constant
+    // KHR_lights_punctual's falloff clamp(c scale + offset, 0, 1)^2 is a parabola in c, then a constant
     const double cosOuter = std::cos(double{light.outerConeAngle});
     const double scale = 1.0 / std::max(0.001, std::cos(double{light.innerConeAngle}) - cosOuter);
     const double end = (1.0 - cosOuter) * scale, ramp = std::min(end, 1.0);
@@ -106,7 +106,7 @@ glm::dvec3 PowerOfLights(const scene::SceneData& scene, double radius) {
     return power;
 }
 
-// Over all directions, of an equirectangular map.
+// Returns the mean of an equirectangular map over all directions.
 glm::dvec3 MeanOf(const image::ImageF& map) {
     glm::dvec3 sum(0.0);
     double weights = 0.0;
@@ -122,7 +122,7 @@ glm::dvec3 MeanOf(const image::ImageF& map) {
     return sum / weights;
 }
 
-// As DeviceScene chooses it.
+// Chooses the environment as DeviceScene does.
 glm::dvec3 EnvironmentRadiance(const SceneInput& input, const PictureSettings& settings) {
     const auto vector = [](const std::array<float, 3>& rgb) { return glm::dvec3(rgb[0], rgb[1], rgb[2]); };
     if (!input.environment.rgba.empty()) return vector(settings.environmentTint) * MeanOf(input.environment);

@@ -1,4 +1,4 @@
-// The radiance by group of lights: one texture of tiles on the device, pictures in a file. See
+// Converts the radiance by group of lights: one texture of tiles on the device, pictures in a file. See
 // passes/trace.h.
 #pragma once
 
@@ -9,11 +9,11 @@
 
 namespace raygraph::session {
 
-// One picture for each group, out of the tiles' texels; and the sums of one.
+// Return a picture, or the sums of one, for each group of the tiles.
 std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount);
 std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2D size, uint32_t groupCount);
 
-// The other way; tiles that are left over are black. Squares have no tiles.
+// Converts pictures to tiles; unused tiles are black. Squares have no tiles.
 passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, Extent2D size);
 
 }  // namespace raygraph::session

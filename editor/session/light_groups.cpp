@@ -36,7 +36,7 @@ LightGroupPatterns ParseGroup(std::string_view text) {
     return group;
 }
 
-// What has names in a scene, and which groups these fit.
+// Finds the groups that match each named object of a scene.
 class Matcher {
   public:
     Matcher(const std::vector<LightGroupPatterns>& groups, const scene::SceneData& scene)
@@ -54,7 +54,7 @@ class Matcher {
         }
         return first;
     }
-    // Of the node and those above it.
+    // Returns the group of the node and its ancestors.
     uint32_t OfNode(uint32_t node) {
         uint32_t first = gpu::kLightGroupRest;
         for (; node != scene::kNone; node = m_scene.nodes[node].parent)

@@ -66,7 +66,7 @@ void Merger::Add(NamedRender part) {
         return;
     }
     RenderFile &merged = m_merged->render, &other = part.render;
-    // What is not accumulated is alike in all parts, and comes from that of the first samples
+    // Channels that are not accumulated are equal in all parts; the part with the first samples provides them
     if (other.samples.front().first < merged.samples.front().first) std::swap(merged, other);
     session::Add(merged.sums, std::move(other.sums));
     merged.removedSamples += other.removedSamples;

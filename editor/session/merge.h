@@ -1,4 +1,4 @@
-// Two or more renders of different samples of one picture, as one render. Threads: a Merger is of one thread;
+// Merges two or more renders of different samples of one picture. Threads: a Merger is used by one thread;
 // Merge is a pure function.
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace raygraph::session {
 
-// A render and the name by which errors call it.
+// Is a render with the name that errors use for it.
 struct NamedRender {
     std::string name;
     RenderFile render;
 };
 
-// Adds one render after another, so that no more than two are in memory, however many there are.
+// Adds one render after another, so that no more than two are in memory.
 class RAYGRAPH_API Merger {
   public:
     // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment
@@ -34,10 +34,10 @@ class RAYGRAPH_API Merger {
         SampleRanges samples;
     };
     std::vector<Part> m_parts;
-    std::optional<NamedRender> m_merged;  // with the name of the part that was added first
+    std::optional<NamedRender> m_merged;  // named as the first part
 };
 
-// The same of renders that are in memory.
+// Merges renders that are in memory.
 RAYGRAPH_API RenderFile Merge(std::vector<NamedRender> parts);
 
 }  // namespace raygraph::session

@@ -92,7 +92,7 @@ std::array<float, 3> ParseRadiance(std::string_view text) {
             return radiance;
         }
     } catch (const Error&) {
-        // As above
+        // refused below
     }
     Refuse(text, "three numbers like 0.5,0.5,1, none of them negative");
 }

@@ -1,5 +1,5 @@
-// Texts of settings to values, strictly: the whole text must be the value, in range. Every failure is
-// Error{Usage} that quotes the text and says what it should be; the caller puts the setting's name before it.
+// Parses texts of settings strictly: the whole text must be the value, in range. Every failure is
+// Error{Usage} that quotes the text and says what it should be; the caller prefixes the setting's name.
 #pragma once
 
 #include <array>
@@ -13,36 +13,36 @@
 
 namespace raygraph::session {
 
-// Pictures up to this many pixels a side.
+// maximal width and height of a picture, in pixels
 inline constexpr uint32_t kMaxImageSide = 16384;
 
-// Decimal digits alone: no sign, no space, no "0x".
+// Parses decimal digits alone: no sign, no space, no "0x".
 uint32_t ParseCount(std::string_view text, uint32_t minimum = 0,
                     uint32_t maximum = std::numeric_limits<uint32_t>::max());
-// A finite decimal number, "-1.5" or "2e3".
+// Parses a finite decimal number, "-1.5" or "2e3".
 double ParseNumber(std::string_view text, double minimum = std::numeric_limits<double>::lowest(),
                    double maximum = std::numeric_limits<double>::max());
-// "auto": 0. Else a size in memory, more than 0: "512M", "1.5G", "65536"; K, M and G count by 1024.
+// Parses "auto" as 0, else a size in memory above 0: "512M", "1.5G", "65536"; K, M and G count by 1024.
 uint64_t ParseBudget(std::string_view text);
-// "640x360".
+// Parses "640x360".
 rhi::Extent2D ParseSize(std::string_view text);
-// "R,G,B" of finite numbers that are not negative.
+// Parses "R,G,B" of finite numbers that are not negative.
 std::array<float, 3> ParseRadiance(std::string_view text);
-// The parts between commas; an empty part is an error.
+// Returns the parts between commas; throws for an empty part.
 std::vector<std::string_view> ParseList(std::string_view text);
 
-// Index of `text` among `names`; the error lists them.
+// Returns the index of `text` among `names`; the error lists them.
 size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& names);
 std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,
                         size_t ofDefault);
-// The value of that name.
+// Returns the value with this name.
 template <typename Choice>
 Choice ParseChoice(std::string_view text) {
     constexpr auto kTexts = Texts(Choice{});
     return static_cast<Choice>(ParseChoice(text, {kTexts.begin(), kTexts.end()}));
 }
 
-// "beckmann, ggx (best; default) or phong": all values as options name them, each with its note, for help.
+// Returns the names of all values with their notes, for help: "beckmann, ggx (best; default) or phong".
 template <typename Choice>
 std::string ListForHelp(Choice ofDefault) {
     constexpr auto kTexts = Texts(Choice{}), kNotes = Notes(Choice{});
@@ -50,10 +50,10 @@ std::string ListForHelp(Choice ofDefault) {
                        static_cast<size_t>(ofDefault));
 }
 
-// The shortest text that reads back as the same number.
+// Returns the shortest text that reads back as the same number.
 std::string ToText(float value);
 std::string ToText(rhi::Extent2D size);
-// As ParseBudget reads it.
+// Returns text that ParseBudget reads.
 std::string BudgetText(uint64_t bytes);
 std::string ToText(const std::array<float, 3>& radiance);
 

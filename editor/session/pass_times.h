@@ -1,4 +1,4 @@
-// GPU times of passes over many frames, as medians. Threads: one at a time.
+// PassTimes collects GPU times of passes over many frames, as medians. Threads: one at a time.
 #pragma once
 
 #include <cstdint>
@@ -20,14 +20,14 @@ struct PassTime {
     uint32_t count = 0;
 };
 
-// Passes of one name are one entry. In one frame they add up; `count` is of frames.
+// Passes with the same name are one entry: their times within a frame are added; `count` is of frames.
 class RAYGRAPH_API PassTimes {
   public:
     void Add(const FrameTiming& frame);
     void Add(std::span<const FrameTiming> frames);
-    // In the order in which the names were first seen.
+    // Returns the passes in the order in which their names were first seen.
     std::vector<PassTime> Summary() const;
-    // 0 for a pass that was not seen.
+    // Returns 0 for a pass that was not seen.
     double MedianMs(std::string_view name) const;
     double TotalMs(std::string_view name) const;
 

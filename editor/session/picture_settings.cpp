@@ -19,7 +19,7 @@ namespace {
 
 const std::string kOpenLight = Name(DefaultLight::Auto);
 
-// With those that are not there.
+// Returns the texts with those of missing settings.
 SettingTexts AllTexts(const SettingTexts& given) {
     return Texts(SettingsFrom(given));
 }
@@ -39,7 +39,7 @@ PictureSetting Choice(const char* name, const char* operand, const std::string& 
             .choices = {kTexts.begin(), kTexts.end()}};
 }
 
-// On or off.
+// Makes a setting that is on or off.
 template <typename Field>
 PictureSetting Switch(const char* name, const std::string& help, Field field) {
     return {.name = name,
@@ -53,7 +53,7 @@ PictureSetting Switch(const char* name, const std::string& help, Field field) {
             .choices = {"on", "off"}};
 }
 
-// Of points or lines.
+// Makes a setting for the radius of points or lines.
 template <typename Field>
 PictureSetting Radius(const char* name, const std::string& what, Field field) {
     return {.name = name,
@@ -82,7 +82,7 @@ void SetRoulette(passes::RouletteSettings& roulette, std::string_view text) {
         roulette.survival = static_cast<float>(ParseNumber(text.substr(colon + 1), 0.01, 1.0));
 }
 
-// With the digits of a float where that is the number.
+// Returns a float's digits if the number is a float.
 std::string NumberText(double value) {
     if (static_cast<double>(static_cast<float>(value)) == value) return ToText(static_cast<float>(value));
     char digits[32];
@@ -144,7 +144,7 @@ std::string RouletteHelp() {
                        static_cast<size_t>(passes::RouletteSettings{}.kind));
 }
 
-// Not a plain constant: its help is put together.
+// It is no plain constant, since its help is generated.
 const std::vector<PictureSetting>& Table() {
     static const std::vector<PictureSetting> kTable = {
         {"size", "WxH", "Pixels of the picture ({})",

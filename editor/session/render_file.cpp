@@ -47,7 +47,8 @@ class SumsReader {
     explicit SumsReader(const image::ExrImage& file)
         : m_file(file), m_holdsWords(TextAttribute(file, kAttributeFormat) == kFormatOfWords) {}
 
-    // Those of the channels of these names, with squares if there is a variance; none where there are none.
+    // Reads the sums in the channels of these names, with squares if there is a variance; empty if there are
+    // none.
     template <typename Names>
     passes::ExactSums Take(const Names& names, const Texels& mean, const Texels& variance,
                            const std::vector<uint32_t>& counts) {
@@ -283,7 +284,7 @@ RenderFile FromExr(const image::ExrImage& file) {
         if (!attribute.starts_with(kSettingPrefix)) continue;
         const std::string name = attribute.substr(kSettingPrefix.size());
         if (IsFormerSetting(name)) continue;
-        // What it changes in the picture is not known here: its samples are not to be mixed with others
+        // The effect of an unknown setting is not known, so its samples must not be mixed with others
         if (!IsSetting(name))
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
         render.settings[name] = TextAttribute(file, attribute.c_str());

@@ -1,5 +1,5 @@
-// What the .exr of a render holds, in memory and as a file: the linear picture, the variance and AOVs that
-// were accumulated beside it, and everything needed to go on with it or to merge it with another.
+// RenderFile is the content of a render's .exr, in memory and as a file: the linear picture, the variance and
+// AOVs that were accumulated beside it, and everything needed to resume it or to merge it with another.
 //
 // Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
 // the samples, so shorter than 1 at edges), the parts of the radiance as emission.R/G/B and so on,
@@ -39,12 +39,12 @@
 
 namespace raygraph::session {
 
-// RGBA, rows from the top, 4 * width * height floats; empty when it was not rendered.
+// RGBA, rows from the top, 4 * width * height floats; empty if it was not rendered.
 using Texels = std::vector<float>;
 
-// Of what the pictures of a RenderFile are the means.
+// Holds the sums whose means are the pictures of a RenderFile.
 struct RenderSums {
-    passes::ExactSums radiance;  // with squares where there is a variance
+    passes::ExactSums radiance;  // with squares if there is a variance
     passes::ExactSums albedo, normal;
     std::array<passes::ExactSums, passes::kPathPartCount> parts;
     std::array<passes::ExactSums, kBiasCount> removed;  // with squares
@@ -52,57 +52,57 @@ struct RenderSums {
 };
 
 struct RenderFile {
-    Extent2D size;    // pixels of the planes: those of the part that is rendered, RenderedPart
-    Texels radiance;  // mean of the samples; alpha: part of the pixel that is covered
-    Texels variance;  // unbiased variance of one sample, w without meaning
-    Texels albedo;    // w: covered part of the pixel; not stored
-    Texels normal;    // w without meaning
-    std::array<Texels, passes::kPathPartCount> parts;  // of the radiance, by PathPart; w is not stored
-    // By Bias: what second traces had more than their samples, mean and variance; w is not stored.
+    Extent2D size;                                     // in pixels, of the rendered part (RenderedPart)
+    Texels radiance;                                   // mean of the samples; alpha: coverage
+    Texels variance;                                   // unbiased variance of one sample; w is undefined
+    Texels albedo;                                     // w: coverage; not stored
+    Texels normal;                                     // w is undefined
+    std::array<Texels, passes::kPathPartCount> parts;  // parts of the radiance by PathPart; w is not stored
+    // By Bias: mean and variance of second trace minus sample; w is not stored.
     std::array<Texels, kBiasCount> removed, removedVariance;
-    uint32_t removedSamples = 0;      // that were traced twice
-    std::vector<Texels> lightGroups;  // by LightGroupNames of its settings; w is not stored
-    RenderSums sums;                  // w stored of the radiance alone
+    uint32_t removedSamples = 0;      // samples that were traced twice
+    std::vector<Texels> lightGroups;  // by LightGroupNames of the settings; w is not stored
+    RenderSums sums;                  // w is stored for the radiance only
     std::vector<float> depth;
     std::vector<uint32_t> instance;
     std::vector<uint32_t> material;
-    std::vector<float>
-        motion;  // x and y of each pixel: from when the shutter opens to when it closes, pixels
+    std::vector<float> motion;  // x and y per pixel: motion in pixels while the shutter is open
 
-    SampleRanges samples;  // of an adaptive render, as many as a pixel has on average, rounded down
-    std::optional<AdaptiveState> adaptive;  // of a render of PictureSettings::isAdaptive
-    // What a run to a relative error measured last: a resumed one goes on from it. None of merged renders.
+    SampleRanges samples;                   // adaptive: as many as the average per pixel, rounded down
+    std::optional<AdaptiveState> adaptive;  // set if PictureSettings::isAdaptive
+    // The last measurement of a run to a relative error, from which a resumed one continues. None for merged
+    // renders.
     std::optional<MeasuredError> measuredError;
     SettingTexts settings;
     std::string sceneFile;        // file name without folders
-    std::string sceneHash;        // of the scene's content; "": it had edits that were not saved
+    std::string sceneHash;        // hash of the scene's content; "": it had unsaved edits
     std::string environmentFile;  // "": no map
     std::string environmentHash;
-    std::string version;  // of the library
+    std::string version;  // version of the library
     std::string device;
     std::string driver;
 };
 
-// The picture of an AOV that is a mean over samples; nullptr for the others: depth and ids.
+// Returns the picture of an AOV that is a mean over samples; nullptr for depth and ids.
 RAYGRAPH_API Texels* MeanOf(RenderFile& render, Aov aov);
 RAYGRAPH_API const Texels* MeanOf(const RenderFile& render, Aov aov);
 
-// Its sums; nullptr likewise.
+// Returns the sums of an AOV; nullptr for depth and ids.
 RAYGRAPH_API passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
 RAYGRAPH_API const passes::ExactSums* SumsOf(const RenderSums& sums, Aov aov);
 
-// Of the sums that all means but `others` need, the first channel that is not there: "albedo.sum0.R"; empty:
-// they are there.
+// Returns the first missing channel of the sums that all means but `others` need: "albedo.sum0.R"; empty if
+// none is missing.
 RAYGRAPH_API std::string FirstMissingChannel(const RenderFile& render, const AovSet& others = {});
-// Behind it, where there are none at all.
+// Is appended to that if there are no sums at all.
 inline constexpr const char* kHalfHint = ", as in any file of half floats";
-// Whether they are there.
+// Returns whether no channel is missing.
 RAYGRAPH_API bool HasSums(const RenderFile& render, const AovSet& others = {});
 
-// The AOVs that it has.
+// Returns the AOVs of the render.
 RAYGRAPH_API AovSet AovsOf(const RenderFile& render);
 
-// Empties the other AOVs.
+// Clears all other AOVs.
 RAYGRAPH_API void KeepOnly(RenderFile& render, const AovSet& aovs);
 
 // The numbers of means and variances in a file; depth and ids are kept in full.
@@ -113,19 +113,19 @@ RAYGRAPH_API void KeepOnly(RenderFile& render, const AovSet& aovs);
     X(Of, Half, 1, "half", "no sums: it can be neither resumed nor merged")
 RAYGRAPH_CHOICE(ExrType, RAYGRAPH_EXR_TYPES)
 
-// An .exr, replaced as a whole or not at all. Error{Usage} for a render that could not be read back: without
-// samples or radiance, with planes of another size, with settings that no option takes. Error{Io}.
-// `log` is told how long it took, here and below.
+// Writes an .exr, which replaces an old file as a whole or not at all. Throws Error{Usage} for a render that
+// could not be read back (no samples or no radiance, planes of another size, settings that no option takes),
+// and Error{Io}. Messages to `log`, here and below, include the duration.
 RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render,
                                   const Log& log = {}, ExrType type = ExrType::Float);
 
-// Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
-// in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version,
-// as one with a setting that is not known here).
+// Throws Error{BadInput} that names the path for a file that cannot be read, is no EXR, or is no render of
+// this program in this format: a channel or an attribute is missing or malformed, or its version is older or
+// newer, as with an unknown setting.
 RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log = {});
 
-// "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in
-// one picture, apart from which samples they are; empty when they do belong together.
+// Returns the first reason for which samples of `a` and `b` do not belong in one picture, except for which
+// samples they are: "scene: cornell.gltf against box.gltf"; empty if they do.
 RAYGRAPH_API std::string FirstMismatch(const RenderFile& a, const RenderFile& b);
 
 }  // namespace raygraph::session

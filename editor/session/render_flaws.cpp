@@ -25,7 +25,7 @@ std::string FlawOf(const SampleRanges& samples) {
     return {};
 }
 
-// Of a plane that may be missing.
+// Checks a plane that may be missing.
 template <typename T>
 std::string FlawOf(const std::string& name, const std::vector<T>& plane, uint64_t size) {
     if (plane.empty() || plane.size() == size) return {};
@@ -42,7 +42,7 @@ std::string FlawOf(const std::string& name, const passes::ExactSums& sums, uint6
     return Text("its sums of {} are not of its pixels", name);
 }
 
-// All planes, each with its sums.
+// Checks all planes and their sums.
 std::string FlawOfPlanes(const RenderFile& render) {
     const uint64_t pixels = PixelCount(render.size), texels = 4 * pixels;
     std::string flaw;

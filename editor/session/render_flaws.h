@@ -1,4 +1,4 @@
-// What is wrong with a render that no reader of files has checked. For editor/session/ alone. Threads: pure
+// Finds flaws of a render that was not checked by reading a file. For editor/session/ alone. Threads: pure
 // functions.
 #pragma once
 
@@ -8,13 +8,15 @@
 
 namespace raygraph::session {
 
-// SettingError of kind Usage for settings whose texts could not be read back: of values that no option takes.
+// Throws SettingError of kind Usage for settings whose texts could not be read back: no option takes their
+// values.
 void RequireReadable(const PictureSettings& settings);
 
-// "it has no samples": the first thing for which a file of it could not be read back; empty when it could.
+// Returns the first reason for which its file could not be read back, e.g. "it has no samples"; empty if
+// there is none.
 std::string FirstFlaw(const RenderFile& render);
 
-// Of its counts of samples alone, if it is adaptive.
+// Checks the sample counts of an adaptive render alone.
 std::string FlawOfCounts(const RenderFile& render);
 
 }  // namespace raygraph::session

@@ -1,17 +1,17 @@
-// Sums of samples that several devices or files have, as one. Threads: pure functions.
+// Combines the sums of samples from several devices or files. Threads: pure functions.
 #pragma once
 
 #include "editor/session/render_file.h"
 
 namespace raygraph::session {
 
-// Adds to sums that may be of no part yet.
+// Adds to sums that may be empty.
 void Add(RenderSums& sums, RenderSums&& others);
 
-// Sets all means and variances to what the sums say; there are samples.
+// Sets all means and variances from the sums; there must be samples.
 void TakeMeans(RenderFile& render);
 
-// All sums, in one order for renders of the same settings; those that are not rendered are empty.
+// Returns all sums in an order that depends on the settings alone; those that are not rendered are empty.
 std::vector<passes::ExactSums*> AllOf(RenderSums& sums);
 
 }  // namespace raygraph::session

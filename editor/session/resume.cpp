@@ -18,7 +18,7 @@ std::string WhyNotResumable(const RenderFile& render) {
     if (render.variance.empty()) return "it has no channel variance.R";
     if (render.adaptive && render.adaptive->wanted.empty())
         return "it lacks what its pixels are still to get: there is no channel samples.wanted";
-    // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
+    // If albedo and normals are of the pixels' centers, a session traces those of the samples again
     const AovSet tracedAgain = render.adaptive ? AovSet{} : AovSet{Aov::Albedo, Aov::Normal};
     const std::string missing = FirstMissingChannel(render, tracedAgain);
     if (!missing.empty())

@@ -15,17 +15,17 @@ struct ResumedRender {
     RenderFile render;
 };
 
-// Why no render can go on with this one: "" where it is a path-traced render with variance, sums and one
-// unbroken range of samples, of a scene that is in a file, and its planes have its size.
+// Returns why the render cannot be resumed; "" for a path-traced render with variance, sums and one
+// contiguous range of samples, of a scene in a file, whose planes have its size.
 RAYGRAPH_API std::string WhyNotResumable(const RenderFile& render);
 
-// Error{BadInput} naming the path where there is such a reason.
+// Throws Error{BadInput} that names the path if it cannot be resumed.
 RAYGRAPH_API void RequireResumable(const ResumedRender& resumed);
 
-// Whether a run by this rule of samples and error would have nothing left to do.
+// Returns whether a run by this rule of samples and error would have nothing left to do.
 RAYGRAPH_API bool IsComplete(const RenderFile& render, const StopRule& rule);
 
-// Reads one, and requires the same.
+// Reads a render, and requires that it can be resumed.
 RAYGRAPH_API ResumedRender ReadResumedRender(const std::filesystem::path& path, const Log& log = {});
 
 }  // namespace raygraph::session

@@ -1,4 +1,4 @@
-// When a run of samples ends, and how it gets on. Threads: plain values.
+// Defines when a run of samples ends, and its progress. Threads: plain values.
 #pragma once
 
 #include <cstdint>
@@ -7,35 +7,35 @@
 
 namespace raygraph::session {
 
-// A run ends with the first of these; one of the first three is set.
+// A run ends with the first of these limits; one of the first three must be set.
 struct StopRule {
-    std::optional<uint32_t> samples;  // in the picture, with those of earlier runs
+    std::optional<uint32_t> samples;  // total of the picture, earlier runs included
     std::optional<double> seconds;    // of this run; at least one sample is rendered
-    // As of ImageStatistics; not before 64 samples. A picture that is black without any variance then has
-    // none to fall, and is done.
+    // See ImageStatistics; not before 64 samples. A picture that is black without any variance counts as done
+    // then.
     std::optional<double> relativeError;
-    std::function<bool()> isStopRequested;  // asked after each sample, see Session::Run; empty: never
-    // The same, to go on with another run: not asked before there is a sample of this one.
+    std::function<bool()> isStopRequested;  // called after each sample, see Session::Run; empty: never stops
+    // Ends the run so that another one can continue; called only after the run has a sample.
     std::function<bool()> isPauseRequested;
 };
 
-// While a run is going on.
+// Is the state of a run that is going on.
 struct ProgressState {
-    uint32_t samplesDone = 0;               // in the picture
+    uint32_t samplesDone = 0;               // of the picture
     std::optional<uint32_t> samplesWanted;  // none: until the time is up
-    double samplesPerSecond = 0.0;          // of all pixels; 0: not known yet
-    std::optional<double> relativeError;    // with variance: from time to time
-    std::optional<double> secondsLeft;      // until the first of the rule's limits, but for the error
-    // Before the first sample of a run, when nothing else but the wanted ones is known: of how many of the
+    double samplesPerSecond = 0.0;          // over all pixels; 0: not known yet
+    std::optional<double> relativeError;    // with variance, from time to time
+    std::optional<double> secondsLeft;      // until the first limit of the rule, except for the error
+    // Set before the first sample of a run, when all else but the wanted ones is unknown: of how many of
     // samplesDone, which were resumed, albedo and normals have been traced again (Session::Run).
     std::optional<uint32_t> samplesRestored;
 };
 
 struct RunSummary {
-    double seconds = 0.0;             // of sampling
-    double firstSampleSeconds = 0.0;  // of these, until the first was done, pipelines and uploads included
-    std::optional<double> samplesPerSecond;  // of all pixels, without the first; none for one sample
-    bool wasStopped = false;  // before the rule's samples or error, because it or a pause was requested
+    double seconds = 0.0;                    // time of sampling
+    double firstSampleSeconds = 0.0;         // part of it until the first sample, with pipelines and uploads
+    std::optional<double> samplesPerSecond;  // over all pixels, without the first sample; none for one sample
+    bool wasStopped = false;                 // ended early by isStopRequested or isPauseRequested
 };
 
 }  // namespace raygraph::session

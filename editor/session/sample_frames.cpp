@@ -14,7 +14,7 @@ namespace raygraph::session {
 
 namespace {
 
-// What pixels saw, from frame to frame.
+// Returns the persistent texture of the pixels' hits, from one frame to the next.
 TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) {
     return renderer.Persist("motion hits", {passes::RegionOf(settings).Extent(), Format::Rgba32Uint});
 }
@@ -100,7 +100,7 @@ Extent2D SampleFrames::Size() const {
 
 uint32_t SampleFrames::ChooseSamplesAtOnce() const {
     const passes::TraceSettings settings = m_scene.SettingsFor(0);
-    // What differs from sample to sample: the time, what is traced again, the length of all paths
+    // These differ between samples: the time, second traces, the length of all paths
     if (!TracesPaths() || m_scene.IsBlurred() || m_secondTraces.HasAny() ||
         settings.roulette.kind == Roulette::Frame)
         return 1;

@@ -23,17 +23,17 @@ namespace raygraph::session {
 struct FramePlan {
     View view = View::PathTraced;
     AovSet aovs;                            // additional outputs
-    uint32_t firstSample = 0;               // index of the picture's
+    uint32_t firstSample = 0;               // index of the picture's first sample
     uint32_t lightGroupCount = 0;           // rendered separately; 0: none
-    bool withVariance = false;              // of the radiance
-    bool isAdaptive = false;                // as PictureSettings', with variance
+    bool withVariance = false;              // variance of the radiance
+    bool isAdaptive = false;                // see PictureSettings; with variance
     bool withSums = false;                  // returns the sums of everything accumulated
-    uint32_t samplesAtOnce = 0;             // as SessionDesc's
+    uint32_t samplesAtOnce = 0;             // see SessionDesc
     passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
-    bool hasSharp = true;                   // depth, ids and motion, of those that are asked for
-    TracedAgain tracedAgain{};              // without which biases samples are traced again
-    const RenderFile* continues = nullptr;  // its samples come first; not kept
+    bool hasSharp = true;                   // renders depth, ids and motion if asked for
+    TracedAgain tracedAgain{};              // biases without which samples are traced again
+    const RenderFile* continues = nullptr;  // render that is continued; only used by the constructor
 };
 
 class SampleFrames {
@@ -41,51 +41,53 @@ class SampleFrames {
     // `scene` outlives the object.
     SampleFrames(DeviceScene& scene, const FramePlan& plan);
 
-    // How many samples a frame renders at most, a power of two: 1 where one keeps the device busy.
+    // Returns how many samples a frame renders at most, a power of two; 1 if one keeps the device busy.
     uint32_t SamplesAtOnce() const { return m_samplesAtOnce; }
     // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits
     // while as many frames are in flight as the device allows.
     void RenderSamples(SampleRange samples);
-    // Of an adaptive picture, instead: submits samples where they are needed, on the way to an average of
-    // `average` a pixel, up to `most` more than it has. After it, what the picture has is a function of its
-    // average.
+    // Is called for an adaptive picture instead: submits samples where they are needed, on the way to
+    // `average` samples per pixel, at most `most` more than it has. Then the state of the picture is a
+    // function of its average.
     void RenderWhereNeeded(uint32_t average, uint32_t most);
-    // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
-    // to be traced again, before the first RenderSamples.
+    // Returns how many continued samples still need their albedo and normals traced, which had no sums,
+    // before the first RenderSamples.
     uint32_t SamplesToRestore() const { return m_toRestore; }
-    // Submits the surfaces of the next of them; waits as RenderSamples.
+    // Submits the surfaces of the next such sample; waits as RenderSamples does.
     void RestoreSample();
-    // Samples in the picture, continued ones included: those that the device has finished, all submitted
-    // ones, and which these are. Of an adaptive picture on average over the pixels, rounded down.
+    // Return the samples in the picture, continued ones included: those that the device has finished, all
+    // submitted ones, and their ranges. For an adaptive picture they are averages per pixel, rounded down.
     uint32_t SamplesDone();
     uint32_t SamplesSubmitted() const { return m_submitted; }
     const SampleRanges& Samples() const { return m_samples; }
-    // Starts to estimate the error of what was submitted, which has samples, unless an estimate is under way.
+    // Starts to estimate the error of the submitted samples, of which there must be some, unless an estimate
+    // is pending.
     void MeasureError();
-    // The newest that has arrived; 0 of a black picture.
+    // Returns the newest estimate that has arrived; 0 for a black picture.
     const std::optional<MeasuredError>& NewestError();
-    // The same, of all samples, after waiting for it.
+    // Measures the error of all samples, and waits for it.
     MeasuredError MeasureErrorNow();
-    // Of the finished ones that this object rendered: those that were infinite or NaN, and are black.
+    // Returns how many finished samples of this object were infinite or NaN, and count as black.
     uint64_t NonFiniteSamples();
-    // Waits until the device has done what was submitted.
+    // Waits until the device has finished what was submitted.
     void WaitForSamples();
     Extent2D Size() const;  // of the picture
 
-    // Submits the reading back of what Take* return. More samples may follow.
+    // Submits the readback of what Take* return. More samples may follow.
     void FinishPicture();
-    // After FinishPicture, until the next sample.
+    // Returns true after FinishPicture, until the next sample.
     bool HasPicture() const { return m_hasPicture; }
     // After FinishPicture: fills the picture and its channels and samples, and waits for them. The rest of
     // the render is left as it is. Without a sample, sums are zero, and there are no means.
     void TakePicture(RenderFile& render) const;
-    // The tone-mapped picture, with the alpha of plan.tonemap, or the view as PaintView shows it, opaque.
+    // Returns the tone-mapped picture with the alpha of plan.tonemap, or the view as PaintView shows it,
+    // opaque.
     image::Image8 TakeDisplay() const;
-    // The same of other sums: those of `sampleCount` samples of several devices.
+    // Does so for the sums of `sampleCount` samples by several devices.
     image::Image8 DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount);
-    // Frees the memory of what was read back; then there is no picture, until it is finished again.
+    // Frees the memory of readbacks; there is no picture until the next FinishPicture.
     void DropPicture();
-    // The sums of the radiance alone, with squares; zeros without a sample.
+    // Returns the sums of the radiance alone, with squares; zeros without a sample.
     passes::ExactSums RadianceSums();
 
     // Rays of a path, on average over all that were rendered here; none without a path.
@@ -96,7 +98,7 @@ class SampleFrames {
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
-    // An accumulated picture; FinishPicture sets the readbacks.
+    // Is an accumulated picture; FinishPicture sets the readbacks.
     struct Accumulated {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;
@@ -104,41 +106,41 @@ class SampleFrames {
         passes::SumsReadback sums;
     };
     struct KeptPart {
-        size_t index;  // of the PathPart
+        size_t index;  // index of the PathPart
         Accumulated sum;
     };
     struct Measurement {
         uint32_t sampleCount = 0;
         Readback mean, variance;
-        std::vector<uint32_t> counts;  // of an adaptive picture
+        std::vector<uint32_t> counts;  // by pixel, for adaptive pictures
     };
 
     void RestoreFrom(const RenderFile& render);
     uint32_t ChooseSamplesAtOnce() const;
-    // Samples of the radiance, by the pipeline of all samples.
+    // Declares samples of the radiance, by the pipeline of all samples.
     passes::TraceIds DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings);
-    // Adds them, and what else comes of them.
+    // Adds the samples and their by-products.
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings);
-    // Of a view that shows no light.
+    // Declares a view that shows no light.
     void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings);
     // Adds surfaces to the means over the samples.
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast = true);
-    void TraceSharp();  // what is not blurred by motion, in frames of its own
+    void TraceSharp();  // depth, ids and motion, in frames of their own
     Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
-    // Samples as Trace gives them, and their texture.
+    // Accumulates samples of Trace, or of their texture.
     void KeepTraced(TextureId samples, const passes::TraceSettings& settings,
                     passes::Accumulation& accumulation, bool withVariance = false);
-    // Of all pixels; `isLast`: of the frame.
+    // Accumulates samples of all pixels; `isLast`: the last of the frame.
     void Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast = true);
-    // Surfaces, and what biases removed, of as many samples as all pixels have.
+    // Declares surfaces and removed light, which have as many samples as all pixels.
     void DeclareOfAllPixels(const SceneIds& ids);
     void CatchUpOfAllPixels();
     void RenderListed(uint32_t average);
-    // The counts of an adaptive picture, for Resolve.
+    // Declares the counts of an adaptive picture, for Resolve.
     std::optional<TextureId> DeclareCounts();
     passes::AccumulatedIds Resolve(const passes::Accumulation& accumulation, Extent2D extent,
                                    bool withVariance, const std::optional<TextureId>& counts);
-    // Returns the mean. Without counts: all pixels have as many samples.
+    // Returns the mean. Without counts, all pixels have equally many samples.
     TextureId ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts = {},
                        bool withVariance = false);
     TextureId DeclareDisplay(TextureId mean);
@@ -161,12 +163,12 @@ class SampleFrames {
     // Submitted samples that may not be done: the timeline's value when they are
     struct PendingSamples {
         uint64_t doneAt;
-        uint64_t count;  // of an adaptive picture those of all pixels together
+        uint64_t count;  // adaptive pictures: of all pixels together
     };
     std::deque<PendingSamples> m_pending;
 
-    std::unique_ptr<AdaptiveFrames> m_adaptive;  // of an adaptive picture
-    uint32_t m_ofAllPixels = 0;                  // samples whose surfaces it has
+    std::unique_ptr<AdaptiveFrames> m_adaptive;  // set for an adaptive picture
+    uint32_t m_ofAllPixels = 0;                  // samples with surfaces
 
     Accumulated m_radiance{"radiance"};  // or the view's values
     Accumulated m_albedo{"albedo"}, m_normal{"normal"};

@@ -46,7 +46,7 @@ void SampleFrames::DeclareOfAllPixels(const SceneIds& ids) {
     }
 }
 
-// Those that the last frames of samples left out.
+// Renders the surfaces that the last frames of samples left out.
 void SampleFrames::CatchUpOfAllPixels() {
     while (m_adaptive && m_ofAllPixels < m_adaptive->Counts().Least()) {
         m_renderer.BeginFrame();

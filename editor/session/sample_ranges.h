@@ -21,17 +21,18 @@ struct SampleRange {
 
 using SampleRanges = std::vector<SampleRange>;
 
-// Samples of all ranges.
+// Returns the number of samples in all ranges.
 RAYGRAPH_API uint64_t SampleCount(const SampleRanges& ranges);
 
-// "0-63", "0-63 128-191": first and last sample of each range.
+// Returns the first and last sample of each range: "0-63", "0-63 128-191".
 RAYGRAPH_API std::string ToText(const SampleRanges& ranges);
-// Reads ToText. Error{BadInput} when it is malformed, or the ranges are empty, unsorted or overlap.
+// Parses ToText's result. Throws Error{BadInput} for malformed text, or empty, unsorted or overlapping
+// ranges.
 RAYGRAPH_API SampleRanges ParseSampleRanges(std::string_view text);
 
-// True if both hold one sample.
+// Returns whether some sample is in both.
 RAYGRAPH_API bool Overlap(const SampleRanges& a, const SampleRanges& b);
-// Both, neighbors joined. They must not overlap.
+// Returns the union, with adjacent ranges joined. They must not overlap.
 RAYGRAPH_API SampleRanges Union(const SampleRanges& a, const SampleRanges& b);
 
 }  // namespace raygraph::session

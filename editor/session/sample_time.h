@@ -1,4 +1,4 @@
-// At which time of a shutter a sample sees the scene. Threads: pure functions, for any thread.
+// Chooses the time of a shutter at which a sample sees the scene. Threads: pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,10 @@
 
 namespace raygraph::session {
 
-// From 0, the shutter opens, to below 1, it closes: the same for all pixels of the sample. Times of each
-// aligned block of 2^k samples lie one in each of 2^k equal parts, at random places in them, so that any
-// number of samples has no bias, and their mean converges to the integral over the shutter.
+// Returns the position from 0, when the shutter opens, to below 1, when it closes. It is the same for all
+// pixels of the sample. Each aligned block of 2^k samples has one time in each of 2^k equal parts, at random
+// positions within them, so that any number of samples is unbiased, and their mean converges to the integral
+// over the shutter.
 //
 // The sequence of van der Corput, Owen-scrambled: each bit of the time is flipped by a hash of those above it
 // (Owen 1995, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences"). Dimensions of a pixel shuffle their

@@ -1,4 +1,4 @@
-// The animations of a scene on a device, shown at any time. For editor/session/ alone.
+// SceneMotion shows the animations of a scene on a device at any time. For editor/session/ alone.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,15 @@ namespace raygraph::session {
 
 class SceneMotion {
   public:
-    // From now on `scene` is one to be deformed (scene::DeformInstances). `clips`: which of its animations
-    // are shown, as of scene::FindClips.
+    // Prepares `scene` for deformation (scene::DeformInstances). `clips` selects its animations
+    // (scene::FindClips).
     SceneMotion(scene::SceneData& scene, std::string_view clips);
 
-    // Poses `gpu`, which has got that scene, as if it had been set at this time, whatever was shown before.
+    // Poses `gpu`, which has this scene, as if it had been set at this time, whatever was shown before.
     void StartAt(GpuScene& gpu, double seconds);
-    // Moves it on to another time. Returns whether a camera has changed.
+    // Moves it to another time. Returns whether a camera has changed.
     bool MoveTo(GpuScene& gpu, double seconds);
-    // Its cameras, as they are now.
+    // Returns the scene with its cameras as they are now.
     const scene::SceneData& Posed() const { return m_posed; }
 
   private:

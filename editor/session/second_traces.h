@@ -1,4 +1,4 @@
-// The second traces of a render's samples, each without one of its biases: see bias.h.
+// SecondTraces traces samples again, each time without one of the biases: see bias.h.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@
 
 namespace raygraph::session {
 
-// For which biases samples are traced again, by Bias.
+// Tells for each Bias whether samples are traced again.
 using TracedAgain = std::array<bool, kBiasCount>;
 
-// Nothing is ever traced for a bias that is off. `continues`: the render that is gone on with, or null. If
-// samples of it were traced twice, then nothing is traced for a bias that it lacks, either: what was removed
-// has one count of samples for all biases.
+// Biases that are off need no second traces. `continues` is the render that is continued, or null. If samples
+// of it were traced twice, biases that it lacks are not traced, either: removed light has one sample count
+// for all biases.
 TracedAgain BiasesTracedAgain(const passes::BiasSettings& biases, const RenderFile* continues);
 
 class SecondTraces {
@@ -24,18 +24,18 @@ class SecondTraces {
     explicit SecondTraces(const TracedAgain& biases);
 
     bool HasAny() const { return !m_kept.empty(); }
-    // In a frame of its own: continues from the sums in the file.
+    // Call it in a frame of its own: continues from the sums in the file.
     void Restore(Renderer& renderer, const RenderFile& render);
-    // In each frame: traces `sample` again for each bias, if it is due. It was traced with `settings`;
+    // Call it in each frame: traces `sample` again for each bias if it is due. It was traced with `settings`;
     // `trace` traces it with others.
     using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
     void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
                  const TraceSample& trace);
-    // In a frame without a sample: reads back what Take returns.
+    // Call it in a frame without a sample: reads back what Take returns.
     void ReadBack(Renderer& renderer, Extent2D extent);
-    // After it: fills what was removed, zeros if no sample was traced again.
+    // Call it next: fills in the removed light, zeros if no sample was traced again.
     void Take(RenderFile& render, bool withSums) const;
-    // Frees the memory of what was read back.
+    // Frees the memory of readbacks.
     void DropReadbacks();
 
   private:

@@ -121,7 +121,7 @@ struct Session::Impl {
         };
         return shared.RestoreSurfaces([&] { return rule.isStopRequested && rule.isStopRequested(); }, show);
     }
-    // As there are no more indices.
+    // Returns how many samples the picture can have, since indices have 32 bits.
     uint32_t MostSamples() const {
         const uint64_t indices = (uint64_t{1} << 32) - firstSample;
         return static_cast<uint32_t>(std::min<uint64_t>(indices, std::numeric_limits<uint32_t>::max()));

@@ -45,30 +45,30 @@ namespace raygraph::session {
 struct SessionDesc {
     PictureSettings settings;
     AovSet aovs;
-    uint32_t firstSample = 0;  // index: renders of disjoint ranges of samples can be merged
-    bool withVariance = true;  // of the radiance
+    uint32_t firstSample = 0;  // index; renders of disjoint ranges can be merged
+    bool withVariance = true;  // variance of the radiance
     bool withSums = true;      // without them the render can be neither resumed nor merged
     // A power of two up to 64: samples that a frame traces at once, where the picture allows several; 0: as
     // many as fill the device. Of no influence on the bits.
     uint32_t samplesAtOnce = 0;
-    passes::TonemapSettings tonemap{};       // of Session::Display
-    const ResumedRender* resumed = nullptr;  // its samples come first; not kept
-    TracingChoice tracing{};                 // other than Auto to measure one way against another
+    passes::TonemapSettings tonemap{};       // used by Session::Display
+    const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor
+    TracingChoice tracing{};                 // other than Auto for measurements
     // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
     // session of the same settings, first sample and AOVs, on devices of its own, and makes the same calls in
     // the same order; what says so below is for the root alone. `resumed` is given to the root.
     ProcessGroup* group = nullptr;
 };
 
-// What is another in the next picture.
+// Holds what differs in the next picture.
 struct NextPicture {
-    std::optional<double> at;                // of the scene's animations; none: the same
-    std::optional<std::string> camera;       // as PictureSettings::camera; none: the same
-    const ResumedRender* resumed = nullptr;  // as of SessionDesc
+    std::optional<double> at;                // time of the animations; none: unchanged
+    std::optional<std::string> camera;       // see PictureSettings::camera; none: unchanged
+    const ResumedRender* resumed = nullptr;  // see SessionDesc
 };
 
-// A render without samples: what is recorded beside its pictures. SettingError of kind Usage if the input is
-// another of its file's scenes than that of the settings, or shows another variant.
+// Returns a render without samples: what is recorded beside its pictures. Throws SettingError of kind Usage
+// if the input has another scene of its file, or another variant, than the settings.
 RAYGRAPH_API RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
                                        const rhi::DeviceInfo& device);
 
@@ -80,33 +80,33 @@ RAYGRAPH_API SessionDesc Resuming(const ResumedRender&& render) = delete;
 struct SessionResult {
     RenderFile render;
     ImageStatistics statistics;
-    std::map<Bias, RemovedLight> removed;  // of the biases that are on, where samples were traced twice
+    std::map<Bias, RemovedLight> removed;  // for biases that are on, if samples were traced twice
 };
 
 struct SessionStatistics {
     std::vector<PassTime> passes;  // over all frames of samples
     GpuSceneStatistics scene;
-    double pipelinesMs = 0.0;  // making them
+    double pipelinesMs = 0.0;  // time to make pipelines
 };
 
 class RAYGRAPH_API Session {
   public:
-    // Uploads the scene. `device` outlives the session. SettingError of kind Usage for a camera or group of
-    // lights that is not in the scene, for another of the file's scenes than was loaded, and for settings
-    // that no option takes, as they could not be read from a file; Error{Usage} for AOVs that a picture of
-    // these settings cannot have, and for sample indices beyond the last; Error{BadInput} if scene,
-    // environment or settings are not those of the resumed render, and as RequireResumable.
+    // Uploads the scene. `device` outlives the session. Throws SettingError of kind Usage for a missing
+    // camera or group of lights, for another scene of the file than was loaded, and for settings that no
+    // option takes, since a file with them could not be read; Error{Usage} for AOVs that a picture with these
+    // settings cannot have, and for sample indices beyond the last; Error{BadInput} if scene, environment or
+    // settings differ from those of the resumed render, and as RequireResumable does.
     Session(rhi::Device& device, SceneInput input, const SessionDesc& desc);
-    // The same on several devices, at least one; the scene is uploaded to each. What is of one device below
-    // is of the first. Devices of different kinds render the same picture, but not the same bits.
+    // Uploads the scene to each of several devices, at least one. What concerns one device below is of the
+    // first. Devices of different kinds render the same picture, but not the same bits.
     Session(std::span<rhi::Device* const> devices, SceneInput input, const SessionDesc& desc);
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    // Renders until the rule says so, and waits for the last sample. May be called again, to go on; but for
-    // a view without a mean over samples (passes::IsMeanMeaningful), which takes one sample, whatever the
-    // rule says, it may be called once. Several runs to one relative error end where one would.
+    // Renders until the rule is met, and waits for the last sample. It may be called again, to continue,
+    // except for a view without a mean over samples (passes::IsMeanMeaningful), which takes one sample,
+    // whatever the rule. Several runs to one relative error end where a single one would.
     //
     // `progress` is called on this thread: after each sample was submitted, and several times a second where
     // there are several devices. In a group the rule is the same everywhere, the root's time counts, it alone
@@ -122,25 +122,27 @@ class RAYGRAPH_API Session {
     // complete, ends at once, and the result is that of the samples that there are.
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
 
-    // Begins another picture, with the same settings else. What is on the devices stays, so this takes no
-    // longer than moving the scene does; the results of the last picture are gone. The bits are those of a
-    // session that began with it, but where a ray hits two surfaces at exactly the same distance.
-    // Error{Usage} for a time of a scene without one, and one that no setting can be; SettingError as of the
-    // constructor for a camera; as of the constructor for the resumed render. Then nothing changes.
+    // Begins another picture with otherwise equal settings. The scene stays on the devices, so this takes no
+    // longer than moving it; the results of the last picture are gone. The bits are those of a session that
+    // began with it, except where a ray hits two surfaces at exactly the same distance. Throws Error{Usage}
+    // for a time of a scene without one, and for an invalid time; SettingError as the constructor does for a
+    // camera; and as the constructor does for the resumed render. Then nothing changes.
     void StartPicture(const NextPicture& next);
-    // SettingError of kind Usage for a camera that is not in the scene.
+    // Throws SettingError of kind Usage for a camera that is not in the scene.
     void RequireCamera(const std::string& camera) const;
 
-    // Whether there is one: after a run that took a sample; in a group on the root.
+    // Returns whether a run has taken a sample; in a group, on the root only.
     bool HasResult() const;
-    // After such a run: all that was asked for. Copies it from the device, and waits for that.
+    // Call it after such a run: returns everything that was asked for. It copies this from the device, and
+    // waits.
     SessionResult Result() const;
-    // Tone-mapped, or the view as passes::PaintView shows it: sRGB. Opaque, unless the environment is hidden
-    // (PathSettings::isEnvironmentHidden): then alpha is coverage, and color that of what is covered.
+    // Returns the tone-mapped picture, or the view as passes::PaintView shows it, in sRGB. It is opaque
+    // unless the environment is hidden (PathSettings::isEnvironmentHidden): then alpha is coverage, and the
+    // color is that of the covered part.
     image::Image8 Display() const;
 
-    uint32_t SampleCount() const;  // in the picture, with resumed ones
-    // Of the samples that this session, or its group, rendered: infinite or NaN ones, which count as black.
+    uint32_t SampleCount() const;  // of the picture, resumed ones included
+    // Returns how many samples of this session, or its group, were infinite or NaN, and count as black.
     uint64_t NonFiniteSamples();
     SessionStatistics Statistics();
     // Rays of a path, on average over those that the first device has rendered; none without a path.

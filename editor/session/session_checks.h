@@ -1,4 +1,4 @@
-// What a session refuses before it begins. For editor/session/ alone. Threads: pure functions.
+// Checks what a session refuses before it begins. For editor/session/ alone. Threads: pure functions.
 #pragma once
 
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace raygraph::session {
 
-// Error{Usage}: "Session: " and why.
+// Throws Error{Usage}: "Session: " and the reason.
 [[noreturn]] void Refuse(const std::string& why);
 
-// Throws as the constructor of Session says, for what can be told without a scene.
+// Throws as the constructor of Session does, for what can be checked without a scene.
 void RequirePossible(const SessionDesc& desc);
 
-// The same, of a picture of that many devices.
+// Does so for an adaptive picture on so many devices.
 void RequireAdaptive(const SessionDesc& desc, size_t deviceCount);
 
-// The same for a resumed render, of a session whose render is `described`.
+// Does so for a resumed render in a session whose render is `described`.
 void RequireSame(const ResumedRender& resumed, const RenderFile& described);
 
-// For a run of a picture that has `before` samples from `firstSample` on.
+// Checks the rule of a run of a picture that has `before` samples from `firstSample` on.
 void RequireRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bool canEstimateError);
 
 }  // namespace raygraph::session

@@ -1,6 +1,6 @@
-// The settings that change a render's picture, each as one entry of a table. The table is what a command line
-// offers, what a render's file records and what a resumed or merged render is compared by: a setting that is
-// added to it is added to all three.
+// Lists the settings that change a render's picture, each as one entry of a table. Command lines offer this
+// table, files of renders record it, and resumed or merged renders are compared by it: a new entry is used by
+// all three.
 #pragma once
 
 #include <functional>
@@ -14,13 +14,14 @@
 namespace raygraph::session {
 
 struct PictureSetting {
-    const char* name;                                                  // option without dashes
-    const char* operand;                                               // "WxH"
-    std::string help;                                                  // "{}" stands for the default
-    std::function<void(PictureSettings&, std::string_view text)> set;  // Error{Usage} quoting the text
-    std::function<std::string(const PictureSettings&)> text;  // what `set` reads back to the same value
-    bool isList = false;                      // may be given several times: its texts are joined by ';'
-    std::vector<std::string_view> choices{};  // the names that it takes, if it takes names alone
+    const char* name;     // option without dashes
+    const char* operand;  // e.g. "WxH"
+    std::string help;     // "{}" is replaced by the default
+    std::function<void(PictureSettings&, std::string_view text)>
+        set;                                                  // throws Error{Usage} that quotes the text
+    std::function<std::string(const PictureSettings&)> text;  // `set` reads it back to the same value
+    bool isList = false;                                      // may be repeated: its texts are joined by ';'
+    std::vector<std::string_view> choices{};                  // accepted names, if only names are accepted
 
     std::string HelpWith(const PictureSettings& defaults) const;
 };

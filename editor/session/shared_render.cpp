@@ -21,8 +21,8 @@ namespace {
 constexpr double kBlockSeconds = 0.1, kBlockSecondsOfGroup = 1.0;
 constexpr std::chrono::microseconds kTick = std::chrono::milliseconds(20);
 
-// All devices have textures of the same detail: where no budget is given, that of the one with the least
-// memory.
+// Gives all devices textures of the same detail: without a budget, that of the device with the least memory
+// applies.
 PictureSettings Agreed(const PictureSettings& settings, std::span<rhi::Device* const> devices,
                        ProcessGroup* group) {
     PictureSettings agreed = settings;
@@ -90,7 +90,7 @@ void SharedRender::AgreeOnTraversal() {
 }
 
 std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
-    // What all have to know of a render that the root continues
+    // All processes need this of a render that the root continues
     struct {
         uint32_t sampleCount = 0;
         uint32_t tracedAgain = 0;    // a bit for each bias
@@ -114,7 +114,7 @@ std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
     if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&known, 1)));
     for (const Bias bias : kBiases)
         plan.tracedAgain[static_cast<size_t>(bias)] = (known.tracedAgain & bit(bias)) != 0;
-    if (!IsAlone()) plan.withSums = true;  // of which the picture is made
+    if (!IsAlone()) plan.withSums = true;  // the picture is made of the sums
     for (const auto& device : m_devices) {
         device->Begin(plan);
         plan.continues = nullptr;
@@ -131,7 +131,7 @@ std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
 void SharedRender::SetTime(double at) {
     for (const auto& device : m_devices) {
         device->Frames().WaitForSamples();
-        std::ignore = device->Frames().Times();  // of the last picture
+        std::ignore = device->Frames().Times();  // discards those of the last picture
         device->Scene().SetTime(at);
     }
 }

@@ -78,7 +78,7 @@ Squares PredictedSquares(Wide sum, float variance, uint32_t count) {
     const Squares spread = Product(variance, count - 1);
     const Wide magnitude = sum >> 127 != 0 ? Wide{0} - sum : sum;
     if (magnitude == 0) return spread;
-    // Its highest 64 bits are enough: they are all bits of a single sample
+    // The highest 64 bits suffice: they contain all bits of a single sample
     const auto high = static_cast<uint64_t>(magnitude >> 64);
     const int zeros =
         high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<uint64_t>(magnitude));
@@ -117,7 +117,7 @@ void SetLowWords(std::array<passes::ExactSums::Plane, passes::ExactSums::kPlanes
     for (size_t k = 0; k < planes.size(); ++k) planes[k][i] = static_cast<uint32_t>(value >> (32 * k));
 }
 
-// Where the words of a sum begin in kSumWords, and how many they are.
+// Gives the range of a sum's words in kSumWords.
 struct Words {
     size_t first, count;
 };

@@ -1,6 +1,7 @@
-// Exact sums as a file stores them. The file has mean and variance of the samples too, and from these its
-// reader predicts the sums up to the roundings of these floats. Stored is what a sum is beyond its
-// prediction, a signed integer of few bits, as zigzag code (0, -1, 1, -2, 2 are 0, 1, 2, 3, 4):
+// SumResiduals stores exact sums in a file. The file also has mean and variance of the samples, from which
+// its reader predicts the sums up to the rounding of these floats. Stored is the residual, the difference
+// between a sum and its prediction, a signed integer of few bits, as zigzag code (0, -1, 1, -2, 2 are 0, 1,
+// 2, 3, 4):
 //   sum:     mean * count
 //   squares: variance * (count - 1) + sum^2 / count
 // each in units of 2^-64, in integers alone, so that any machine predicts the same bits.
@@ -20,7 +21,7 @@
 
 namespace raygraph::session {
 
-// Which word of a pixel's sums, lowest first.
+// Selects a word of a pixel's sums, lowest first.
 struct SumWord {
     bool isOfSquares = false;
     size_t channel = 0, word = 0;
@@ -36,27 +37,28 @@ inline constexpr std::array<SumWord, kSumWordCount> kSumWords = [] {
     return words;
 }();
 
-// What the sums of a file are predicted from.
+// The sums of a file are predicted from these.
 struct SumPrediction {
-    std::span<const float> mean, variance;  // RGBA; a variance only where there are squares
-    std::span<const uint32_t> counts;       // of the samples of each pixel, or one for all
+    std::span<const float> mean, variance;  // RGBA; a variance only if there are squares
+    std::span<const uint32_t> counts;       // samples of each pixel, or one count for all
 };
 
 struct SumResiduals {
-    // By kSumWords, of all pixels. Empty: 0 for all, or not stored; the lowest words of what is stored never
-    // are.
+    // By kSumWords, for all pixels. Empty: 0 for all, or not stored; the lowest words of stored sums are
+    // never empty.
     std::array<LargeArray<uint32_t>, kSumWordCount> words;
-    uint64_t digest = 0;  // of the sums
+    uint64_t digest = 0;  // digest of the sums
 };
 
-// Of the first `channels` of them, in rows of `width` pixels. `seed` is part of the digest.
+// Computes residuals of the first `channels` of them, in rows of `width` pixels. `seed` is part of the
+// digest.
 SumResiduals ResidualsOf(const passes::ExactSums& sums, size_t channels, uint32_t width,
                          const SumPrediction& prediction, uint64_t seed);
 
-// Sums of which these are the residuals; with squares if the prediction has a variance. Empty words are 0.
+// Returns the sums of these residuals, with squares if the prediction has a variance. Empty words are 0.
 struct PredictedSums {
     passes::ExactSums sums;
-    uint64_t digest = 0;  // as of SumResiduals
+    uint64_t digest = 0;  // see SumResiduals
 };
 PredictedSums SumsOf(const std::array<std::span<const uint32_t>, kSumWordCount>& residuals, size_t channels,
                      uint32_t width, const SumPrediction& prediction, uint64_t seed);

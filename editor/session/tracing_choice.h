@@ -10,8 +10,8 @@
 
 namespace raygraph::session {
 
-// Of one picture on all its devices. It is no setting of the picture: all choices give one picture, but for
-// rounding.
+// Applies to a picture on all its devices. It is no setting of the picture: all choices give the same
+// picture, up to rounding.
 struct TracingChoice {
     Traversal traversal = Traversal::Auto;
     passes::IntegratorForm form = passes::IntegratorForm::Auto;
@@ -19,14 +19,14 @@ struct TracingChoice {
     bool operator==(const TracingChoice&) const = default;
 };
 
-// `asked`, with what it leaves open as is faster on the device (FasterTraversal, passes::FormOn). Threads:
-// that of the device's Renderers.
+// Returns `asked` with the faster choice on this device for what it leaves open (FasterTraversal,
+// passes::FormOn). Threads: that of the device's Renderers.
 RAYGRAPH_API TracingChoice ChooseTracing(rhi::Device& device, const TracingChoice& asked);
 
-// Of the passes of Trace in a frame, in any form: the sum of their medians.
+// Returns the sum of the medians of Trace's passes in a frame, in any form.
 RAYGRAPH_API double MsOfTrace(const PassTimes& times);
 
-// Says that own traversal was asked for and is not possible.
+// Warns that own traversal was asked for and is not possible.
 RAYGRAPH_API void WarnOfDriver(const Log& log, const std::string& whyNotOwn);
 
 }  // namespace raygraph::session

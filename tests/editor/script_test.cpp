@@ -263,7 +263,7 @@ TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
     Failure("scene /nowhere/at/all.gltf\n");
 }
 
-// As with a window, frames follow until none is needed.
+// Frames follow until none is needed, like those of a window.
 TEST_F(ScriptTest, PicturesOnTheirWayAreWrittenBeforeTheEditorCloses) {
     Play(OpenCornell());
     FrameInput input;

@@ -111,7 +111,7 @@ std::vector<Seed> ImageSeeds() {
                                   std::span(pattern.rgba).first(64))},
     };
     std::ranges::move(Ktx2Seeds(), std::back_inserter(seeds));
-    // The same PNG and JPEG files without their end markers
+    // These are the PNG and JPEG files without their end markers
     for (size_t i = 0, count = seeds.size(); i < count; ++i) {
         const bool isPng = seeds[i].name.ends_with(".png");
         if (!isPng && !seeds[i].name.ends_with(".jpg")) continue;

@@ -87,7 +87,7 @@ TEST(ImportMorph, AccessorsMayBeSparseAndQuantized) {
 }
 
 // Streams of nothing but zeros, which exporters write, take no memory.
-// As those of the base are not read without normals, which they are perpendicular to.
+// Tangents of the base are not read without normals either, since they are perpendicular to them.
 TEST(ImportMorph, TangentsWithoutNormalsAreNotRead) {
     GltfDocument document;
     Json& primitive = document.AddTriangle();

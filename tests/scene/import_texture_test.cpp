@@ -36,7 +36,7 @@ Bytes MakeWebp(uint32_t width, uint32_t height, const std::array<uint8_t, 4>& co
     for (const uint8_t symbol : {color[1], color[0], color[2], color[3], uint8_t{0}}) {
         put(1, 1);  // Simple code
         put(0, 1);  // One symbol
-        put(1, 1);  // Of eight bits
+        put(1, 1);  // It has eight bits
         put(symbol, 8);
     }
     Bytes bytes = ToBytes("RIFF");

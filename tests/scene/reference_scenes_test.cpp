@@ -321,7 +321,7 @@ TEST(MalformedScenes, LoadOrEndWithOneLineWithEverythingPlaced) {
     EXPECT_GT(refusedCount, 40u);
 }
 
-// What the corpus calls an error of displayed data must be refused or repaired, not passed on.
+// Errors of displayed data, as the corpus calls them, must be refused or repaired, not passed on.
 TEST(MalformedScenes, IndexBeyondTheVerticesIsNamed) {
     RAYGRAPH_SKIP_WITHOUT_ASSETS();
     const fs::path file =

@@ -240,7 +240,7 @@ TEST_F(MatchedMedia, FogUnderAPointLightIsTheIntegralAlongTheRay) {
     const vec3 light(0.5f, 1.0f, 2.5f);
     LightWithAPoint(light);
     ExpectMean(MeanRadiance(kAcross, 1u, 1u << 16), ScatteredOnce(kAcross, light, 8.0), "a ball of fog");
-    // The same path from the inside
+    // The ray may also start inside
     const Ray inside{.origin = vec3(0.2f, -0.5f, 0.1f), .direction = kAcross.direction};
     ExpectMean(MeanRadiance(inside, 1u, 1u << 16, EnterMedium(NoMedia(), 0u)),
                ScatteredOnce(inside, light, 4.0), "from within");

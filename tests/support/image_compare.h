@@ -40,7 +40,7 @@ struct Estimate {
 };
 
 struct ZTestSettings {
-    double significance = 0.01;  // Of the whole picture: how often a right picture is called wrong.
+    double significance = 0.01;  // probability that a correct picture is rejected
     double relativeFloor =
         1e-5;  // Standard errors are at least this times |reference|: rounding is no error.
     double absoluteFloor = 1e-12;  // And at least this.
@@ -55,10 +55,10 @@ struct ZTestResult {
     // to 1 - (1 - significance)^(1 / pixelCount) a pixel.
     double threshold = 0.0;
     size_t failedCount = 0;       // Pixels beyond the threshold.
-    double failedFraction = 0.0;  // Of all pixels.
+    double failedFraction = 0.0;  // fraction of all pixels
     double nominalFraction =
         0.0;                 // Pixels beyond the uncorrected level: about `significance` if all is right.
-    double greatestZ = 0.0;  // Of all |z|, and where.
+    double greatestZ = 0.0;  // largest |z|, and its pixel
     size_t greatestPixel = 0;
     // z of the sum over all pixels, which are taken to be independent: finds a small bias that no pixel
     // shows.

@@ -1,5 +1,5 @@
 // The samples of docs/scenes.md compile. The first names a file that is not there, so they do not run.
-#include "animation_headers.h"  // as they stand on the page, with what they have to be enough for
+#include "animation_headers.h"  // the includes of the page, which must suffice for its samples
 
 #include "renderer/scene/camera_view.h"
 
