@@ -1,4 +1,4 @@
-// raygraph bench
+// Implements `raygraph bench`.
 #include <nlohmann/json.hpp>
 
 #include "base/read_file.h"
@@ -150,7 +150,7 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
                  result.samplesPerSecond * 1e-6, result.samplesPerCpuSecond * 1e-6);
 }
 
-// Prints the line, and stores it where it is asked for.
+// Prints the line, and stores it if a file is given.
 ExitCode Deliver(const BenchArguments& arguments, const Json& json, ProgramLog& log) {
     const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     PrintLine(line);
@@ -199,7 +199,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     Json json = ResultJson(result, settings, used, input, device->Info());
     if (!arguments.isQuiet) PrintForPeople(result, device->Info());
     if (arguments.hasViewport) {
-        constexpr double kBudgetMs = 120.0;  // of the editor, while its user does nothing
+        constexpr double kBudgetMs = 120.0;  // the editor's budget while its user is idle
         const ViewportCosts costs = BenchViewport(
             scene, std::move(shown), settings, {arguments.frames, arguments.rounds, arguments.samplesAtOnce},
             result.cost, kBudgetMs, console.progress);

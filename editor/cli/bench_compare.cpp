@@ -52,8 +52,8 @@ RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& rati
     RelativeCost cost{.measure = std::move(measure), .median = Median(ratios), .standardError = 0.0};
     std::vector<double> deviations;
     for (const double ratio : ratios) deviations.push_back(std::abs(ratio - cost.median));
-    // Of normally distributed ratios: their deviation is 1.4826 times the median absolute one, and the error
-    // of a median sqrt(pi / 2) times that of a mean
+    // For normally distributed ratios, the deviation is 1.4826 times the median absolute one, and the error
+    // of a median is sqrt(pi / 2) times that of a mean
     cost.standardError = ratios.size() > 1 ? 1.4826 * Median(std::move(deviations)) * 1.2533 /
                                                  std::sqrt(static_cast<double>(ratios.size()))
                                            : std::numeric_limits<double>::infinity();
@@ -64,7 +64,7 @@ Json ToJson(const RelativeCost& cost) {
     return {{"limit_path_version", kLimitPathVersion},
             {"measure", cost.measure},
             {"median", cost.median},
-            {"standard_error", cost.standardError}};  // infinite: null
+            {"standard_error", cost.standardError}};  // infinity becomes null
 }
 
 double StandardErrorOf(const Json& cost) {
@@ -90,7 +90,7 @@ std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const s
     };
     try {
         RequireAlike(file, scene, "device", before.at("device"), now.at("device"));
-        // An option that one of the two programs does not know is none of this
+        // Options that only one of the two programs knows are not compared
         for (const auto& [name, value] : before.at("settings").items())
             if (now.at("settings").contains(name))
                 RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));

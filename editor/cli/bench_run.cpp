@@ -24,7 +24,7 @@ constexpr uint32_t kWarmUpFrames = 3;
 // Declares the passes of one frame and presents their result.
 using DeclareFrame = std::function<void(const SceneIds& ids, const passes::TraceSettings& settings)>;
 
-// Mean of a readback of floats.
+// Returns the mean of a readback of floats.
 double MeanOf(const Readback& readback) {
     const std::vector<float> values = WaitForValues<float>(readback);
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -34,7 +34,7 @@ class Bench {
   public:
     explicit Bench(DeviceScene& scene) : m_scene(scene), m_renderer(scene.GraphRenderer()) {}
 
-    // `count` frames of this kind, of `samples` each; returns with the device idle.
+    // Runs `count` frames of this kind with `samples` each; returns when the device is idle.
     void RunFrames(const DeclareFrame& declare, uint32_t count, uint32_t samples = 1) {
         uint64_t last = 0;
         for (uint32_t i = 0; i < count; ++i) {
@@ -49,7 +49,7 @@ class Bench {
         m_renderer.Device().WaitFor(last);
     }
 
-    // Until shaders are compiled, the scene is built, and caches are warm; times are thrown away.
+    // Runs frames until shaders are compiled, the scene is built, and caches are warm; discards the times.
     void WarmUp(const DeclareFrame& declare, uint32_t samples = 1) {
         RunFrames(declare, kWarmUpFrames, samples);
         for (uint32_t i = 0; i < kMaxFramesToSettle && !m_scene.Scene().IsSettled(); ++i)
@@ -57,8 +57,8 @@ class Bench {
         std::ignore = m_renderer.TakeTimings();
     }
 
-    // Of sample 0, so that what traces the same paths has the same count, whatever was rendered before.
-    // `countRays` adds the pass that counts and sets the texture of its counts.
+    // Counts the rays of sample 0, so that programs that trace the same paths have equal counts, whatever was
+    // rendered before. `countRays` adds the counting pass and sets the texture of its counts.
     double RaysPerSample(
         const std::function<void(const SceneIds&, const passes::TraceSettings&, TextureId&)>& countRays) {
         m_renderer.BeginFrame();
@@ -98,7 +98,7 @@ RecursionSpeed RecursionOf(const PassTimes& times) {
     return speed;
 }
 
-// GPU time of all that a frame does, the median of each pass.
+// Returns the GPU time of everything in a frame, by the median of each pass.
 double FrameMs(const PassTimes& times) {
     double sum = 0.0;
     for (const PassTime& pass : times.Summary()) sum += pass.gpuMsMedian;
@@ -144,8 +144,8 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     bench.WarmUp(picture, samples);
     for (const DeclareFrame& yardstick : yardsticks) bench.WarmUp(yardstick);
 
-    // On a CPU device the processor time of the process is the device's, and what else the machine does is
-    // not in it; a GPU has timestamps of its own.
+    // On a CPU device, the process's processor time is the device's, without other load on the machine; a GPU
+    // has timestamps.
     const bool isCpu = renderer.Device().Info().type == rhi::DeviceType::Cpu;
     std::vector<double> costs;
     PassTimes times, yardstickTimes;

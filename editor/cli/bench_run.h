@@ -12,47 +12,47 @@
 namespace raygraph::cli {
 
 struct BenchPlan {
-    uint32_t frames = 1;  // timed ones of each kind in a round
+    uint32_t frames = 1;  // timed frames of each kind per round
     uint32_t rounds = 1;
-    uint32_t samplesAtOnce = 0;  // of every pixel in a path-traced frame; 0: as a render does
+    uint32_t samplesAtOnce = 0;  // per pixel in a path-traced frame; 0: as a render does
 };
 
 struct TracingSpeed {
-    double gpuMsMedian = 0.0;    // of its pass
-    double raysPerSample = 0.0;  // mean over pixels of one sample
+    double gpuMsMedian = 0.0;    // of the pass
+    double raysPerSample = 0.0;  // mean over the pixels, for one sample
     double raysPerSecond = 0.0;
 };
 
-// The same paths by a loop in ray generation and by recursion from the closest hit (passes/recursion.h).
+// Compares the same paths by a loop in ray generation and by recursion from closest hit (passes/recursion.h).
 struct RecursionSpeed {
-    double loopMs = 0.0;  // GPU times, medians
-    // None: the device does not trace as deep.
+    double loopMs = 0.0;  // medians of GPU times
+    // None: the device cannot trace so deep.
     std::optional<double> recursiveMs;
-    std::optional<double> loopSpeedup;  // recursiveMs over loopMs
+    std::optional<double> loopSpeedup;  // recursiveMs / loopMs
 };
 
 struct BenchResult {
-    uint32_t frames = 0;                    // behind each median
-    uint32_t samplesAtOnce = 0;             // in each path-traced one
-    std::vector<session::PassTime> passes;  // of whole frames
-    TracingSpeed trace;                     // of one sample
+    uint32_t frames = 0;                    // timed for each median
+    uint32_t samplesAtOnce = 0;             // per path-traced frame
+    std::vector<session::PassTime> passes;  // passes of whole frames
+    TracingSpeed trace;                     // one sample
     TracingSpeed limit;                     // camera rays alone
-    TracingSpeed limitPath;                 // four cosine bounces more, no shading
-    double traceEfficiency = 0.0;           // rays per second of trace over those of limitPath
-    // By own traversal; none: the scene has no trees for it, or the driver's was asked for.
+    TracingSpeed limitPath;                 // four more cosine bounces, without shading
+    double traceEfficiency = 0.0;           // rays per second of trace, relative to limitPath
+    // Uses own traversal; none: the scene has no trees for it, or the driver was chosen.
     std::optional<TracingSpeed> limitPathOwn;
     std::optional<double> traceEfficiencyOwn;
-    RelativeCost cost;  // of whole path-traced frames, in frames of limitPath
+    RelativeCost cost;  // cost of whole path-traced frames relative to frames of limitPath
     RecursionSpeed recursion;
-    double secondsPerSample = 0.0;  // of whole path-traced frames, wall clock, mean
+    double secondsPerSample = 0.0;  // mean wall-clock time of whole path-traced frames
     double samplesPerSecond = 0.0;
-    // Over the processor time of the whole process: what a CPU driver achieves per core.
+    // Relative to the processor time of the whole process: what a CPU driver achieves per core.
     double samplesPerCpuSecond = 0.0;
 };
 
-// Rounds of frames of each kind in turn, so that other load on the machine affects all kinds alike; the first
-// frames of each kind warm up and are not counted. GPU times need a device with timestamps: Error{Vulkan}
-// without them.
+// Runs rounds of frames of each kind in turn, so that other load on the machine affects all kinds alike; the
+// first frames of each kind warm up and are not counted. GPU times need a device with timestamps: throws
+// Error{Vulkan} without them.
 BenchResult RunBench(session::DeviceScene& scene, const BenchPlan& plan, Progress& progress);
 
 }  // namespace raygraph::cli

@@ -17,7 +17,7 @@ using namespace session;  // NOLINT
 
 namespace {
 
-// Frames that trace samples; each call returns how many it has traced, with the device idle.
+// Runs frames that trace samples; each call returns how many it has traced, when the device is idle.
 class SampleSource {
   public:
     virtual ~SampleSource() = default;
@@ -36,7 +36,7 @@ class RenderSource : public SampleSource {
         passes::TraceSettings settings = m_scene.SettingsFor(m_next);
         settings.sampleCount = m_samples;
         const TextureId traced = passes::Trace(renderer, ids, settings).radiance;
-        // Without mean and variance, as all frames of a render but the last one
+        // No mean and no variance, as in all frames of a render but the last one
         renderer.Present(
             passes::Accumulate(renderer, traced, {.count = m_samples}, m_accumulation, true).sums[0]);
         renderer.Device().WaitFor(renderer.Execute());
@@ -79,7 +79,7 @@ struct Total {
     double samples = 0.0, frames = 0.0, cpuSeconds = 0.0, gpuMs = 0.0, wallMs = 0.0;
 };
 
-// Until there are as many samples more, at least.
+// Runs until at least so many more samples are traced.
 Total Run(SampleSource& source, uint32_t samples) {
     std::ignore = source.GraphRenderer().TakeTimings();
     Total total;

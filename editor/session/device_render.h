@@ -32,8 +32,8 @@ class DeviceRender {
 
     // Returns how many samples of the current picture one frame renders, a power of two.
     uint32_t SamplesAtOnce() const { return m_frames->SamplesAtOnce(); }
-    // Renders what `source` has for this device, and waits for the last sample. `isEstimating`: estimates the
-    // error from time to time. `afterSamples` is called after some were submitted.
+    // Renders the blocks of `source` for this device, and waits for the last sample. `isEstimating`:
+    // estimates the error from time to time. `afterSamples` is called after some were submitted.
     void RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
                       const std::function<void()>& afterSamples = {});
     // Is called for an adaptive picture instead: renders until it has the average, or until `afterFrames`

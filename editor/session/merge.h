@@ -19,13 +19,14 @@ struct NamedRender {
 // Adds one render after another, so that no more than two are in memory.
 class RAYGRAPH_API Merger {
   public:
-    // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment
-    // differ, or one has channels that the other lacks; naming the part when it lacks sums to add, or has
-    // planes of another size than its picture. After an error, it is as it was before the call.
+    // Throws Error{BadInput} that names two parts if their samples overlap, if their settings, scene or
+    // environment differ, or if one has channels that the other lacks; or that names the part if it lacks
+    // sums, or has planes of another size than its picture. After an error, the Merger is as it was before
+    // the call.
     void Add(NamedRender part);
-    // The render that has the samples of all parts, with the bits of one run that took all of them, in
+    // Returns the render with the samples of all parts. It has the bits of one run that took all of them, in
     // whatever order they were added. Depth, ids, device and driver are those of the part with the first
-    // samples. Error{Usage} without parts. It has none afterwards.
+    // samples. Throws Error{Usage} without parts. The Merger is empty afterwards.
     RenderFile Take();
 
   private:

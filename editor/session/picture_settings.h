@@ -58,8 +58,8 @@ struct PictureSettings {
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // factor on a map's radiance
     // Constant radiance if no map is given. None: the scene's own environment, the studio, or black.
     std::optional<std::array<float, 3>> background;
-    // Whether the studio is the environment: a session decides what Auto leaves open (default_light.h), and
-    // records that. Studio goes with no background and no map.
+    // Selects whether the studio is the environment: a session decides what Auto leaves open
+    // (default_light.h), and records its decision. Studio excludes a background and a map.
     DefaultLight light = DefaultLight::Auto;
     // If true, pixels get as many samples as the picture's error needs, instead of equally many
     // (adaptive_counts.h).
@@ -98,8 +98,8 @@ using SettingTexts = std::map<std::string, std::string, std::less<>>;
 // Returns every setting.
 RAYGRAPH_API SettingTexts Texts(const PictureSettings& settings);
 
-// `defaults`, overridden by the texts. SettingError of kind Usage for a text that is no value of its setting,
-// and for a crop that is not within the picture; a name that is of no setting is left alone.
+// Returns `defaults`, overridden by the texts. Throws SettingError of kind Usage for an invalid text, and for
+// a crop outside of the picture; names of other settings are ignored.
 RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& defaults = {});
 
 // Returns the first setting whose texts differ: "seed: 1 against 2"; empty if all agree. A setting that one

@@ -1,5 +1,5 @@
-// Processes that render one picture together, each on devices of its own: what a Session needs of them. The
-// component raygraph-mpi (editor/mpi) has the one that is made of MPI ranks. Threads: see ProcessGroup.
+// ProcessGroup connects processes that render one picture together, each on devices of its own. The component
+// raygraph-mpi (editor/mpi) implements it with MPI ranks. Threads: see ProcessGroup.
 #pragma once
 
 #include <cstddef>

@@ -9,7 +9,7 @@
 // where nothing is hit). Z and the ids are those of the ray through the pixel's center. Attributes: see
 // kAttribute* in the source.
 //
-// What is gone on with are exact sums of the samples (shaders/shared/exact_sums.h), stored as what they are
+// A render is resumed with exact sums of the samples (shaders/shared/exact_sums.h), stored as what they are
 // beyond mean and variance (sum_residuals.h), one channel (uint) a word, lowest first: sum0.R, squares0.B,
 // and with the others albedo.sum0.R, N.sum0.X, light.NAME.sum0.R, removed_max_depth.squares0.R and so on;
 // words above the first that are 0 everywhere are left out. A digest of all sums shows that no other program

@@ -1,5 +1,5 @@
-// What the file of a render calls its channels and attributes, for its reader and its writer. For
-// editor/session/ alone. Threads: pure functions, for any thread.
+// Names the channels and attributes in a render's file, for its reader and its writer. For editor/session/
+// alone. Threads: pure functions, for any thread.
 #pragma once
 
 #include <algorithm>

@@ -43,8 +43,8 @@ class SampleFrames {
 
     // Returns how many samples a frame renders at most, a power of two; 1 if one keeps the device busy.
     uint32_t SamplesAtOnce() const { return m_samplesAtOnce; }
-    // Submits these samples, which are not in the picture yet, at most SamplesAtOnce, in one frame; waits
-    // while as many frames are in flight as the device allows.
+    // Submits new samples of the picture, at most SamplesAtOnce, in one frame; waits while as many frames are
+    // in flight as the device allows.
     void RenderSamples(SampleRange samples);
     // Is called for an adaptive picture instead: submits samples where they are needed, on the way to
     // `average` samples per pixel, at most `most` more than it has. Then the state of the picture is a
@@ -77,8 +77,8 @@ class SampleFrames {
     void FinishPicture();
     // Returns true after FinishPicture, until the next sample.
     bool HasPicture() const { return m_hasPicture; }
-    // After FinishPicture: fills the picture and its channels and samples, and waits for them. The rest of
-    // the render is left as it is. Without a sample, sums are zero, and there are no means.
+    // Call it after FinishPicture: fills in the picture, its channels and samples, and waits for them. The
+    // rest of the render is kept. Without a sample, sums are zero, and there are no means.
     void TakePicture(RenderFile& render) const;
     // Returns the tone-mapped picture with the alpha of plan.tonemap, or the view as PaintView shows it,
     // opaque.

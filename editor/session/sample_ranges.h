@@ -1,5 +1,6 @@
-// Which samples a render holds: disjoint, sorted ranges of sample indices. Samples are functions of their
-// index, so a sample must not be counted twice. Threads: plain values and pure functions, for any thread.
+// SampleRanges holds the samples of a render: disjoint, sorted ranges of sample indices. Samples are
+// functions of their index, so none must be counted twice. Threads: plain values and pure functions, for any
+// thread.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// What a picture is rendered of: a scene and an environment, with hashes of them, by which resuming and
-// merging see that they are still the same. Threads: plain values and functions of files, for any thread.
+// SceneInput is what a picture is rendered of: a scene and an environment. Resuming and merging compare their
+// hashes. Threads: plain values and functions of files, for any thread.
 #pragma once
 
 #include <filesystem>
@@ -42,8 +42,8 @@ struct SceneInput {
 };
 
 struct InputOptions {
-    // Which of the file's scenes, by name or index; "": the default. That of the picture's settings: any
-    // other is refused when the input is rendered.
+    // Selects a scene of the file by name or index; "": the default. It must be the scene in the picture's
+    // settings: an input with another one is refused when it is rendered.
     std::string scene;
     std::string variant;      // of materials, by name or index; "": none; must equal the settings', too
     bool isAnimated = false;  // loads animations, for settings with a time

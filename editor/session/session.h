@@ -48,15 +48,15 @@ struct SessionDesc {
     uint32_t firstSample = 0;  // index; renders of disjoint ranges can be merged
     bool withVariance = true;  // variance of the radiance
     bool withSums = true;      // without them the render can be neither resumed nor merged
-    // A power of two up to 64: samples that a frame traces at once, where the picture allows several; 0: as
-    // many as fill the device. Of no influence on the bits.
+    // Samples that a frame traces at once if the picture allows several: a power of two up to 64; 0: as many
+    // as fill the device. It does not affect the bits.
     uint32_t samplesAtOnce = 0;
     passes::TonemapSettings tonemap{};       // used by Session::Display
     const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor
     TracingChoice tracing{};                 // other than Auto for measurements
     // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
-    // session of the same settings, first sample and AOVs, on devices of its own, and makes the same calls in
-    // the same order; what says so below is for the root alone. `resumed` is given to the root.
+    // session with the same settings, first sample and AOVs, on devices of its own, and makes the same calls
+    // in the same order; some functions below are for the root alone. Only the root gets `resumed`.
     ProcessGroup* group = nullptr;
 };
 
@@ -72,8 +72,9 @@ struct NextPicture {
 RAYGRAPH_API RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
                                        const rhi::DeviceInfo& device);
 
-// With its settings, AOVs and samples; it outlives the constructor of the session, so it is no temporary one.
-// The scene to load is settings.scene, in settings.variant. Errors as of RequireResumable.
+// Returns a description with the render's settings, AOVs and samples. The render must outlive the session's
+// constructor, so it must not be a temporary. Load settings.scene in settings.variant. Throws as
+// RequireResumable does.
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender& render);
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender&& render) = delete;
 

@@ -1,5 +1,5 @@
-// Who traces a picture's rays, and in which form of the integrator: by rules, unless a measurement wants it
-// otherwise. Threads: pure functions, but for ChooseTracing.
+// TracingChoice selects who traces a picture's rays, and the form of the integrator: by rules, unless a
+// measurement wants otherwise. Threads: pure functions, except for ChooseTracing.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// A whole picture as numbers: requested from a viewport, answered by a later frame, without waiting.
-// Threads: that of the viewport.
+// Capture is a whole picture as numbers: requested from a viewport, answered by a later frame, without
+// waiting. Threads: that of the viewport.
 #pragma once
 
 #include <cstdint>
@@ -18,35 +18,35 @@
 
 namespace raygraph::viewport {
 
-// Rows from the top. Texels of four floats: RGBA, linear.
+// Rows are from the top. Texels have four floats: RGBA, linear.
 struct CaptureResult {
     Extent2D extent;
-    bool isRaster = false;     // else path-traced
-    uint32_t sampleCount = 0;  // of every pixel
-    // Of the captured frame
+    bool isRaster = false;     // false: path-traced
+    uint32_t sampleCount = 0;  // per pixel
+    // The fields below are those of the captured frame
     scene::CameraView camera;
     LensSettings lens;
     PathSettings paths;
     passes::RasterSettings raster;
     EnvironmentSettings environment;  // GpuScene::ShownEnvironment
-    passes::ExactSums sums;           // of the samples, with squares: another renderer may go on with them
+    passes::ExactSums sums;           // of the samples, with squares; another renderer can continue from them
     std::vector<float> mean;          // w: coverage
     std::vector<float> variance;      // of one sample; w is undefined
     // The surface at the center of each pixel (passes::PrimaryHits).
     std::vector<float> albedo;       // w is undefined
     std::vector<float> normal;       // world space; w is undefined
-    std::vector<float> depth;        // one a pixel, meters along the camera's forward; infinite: nothing
-    std::vector<uint32_t> instance;  // one a pixel; 0xFFFFFFFF: nothing
+    std::vector<float> depth;        // per pixel, in meters along the camera's forward; infinite: nothing
+    std::vector<uint32_t> instance;  // per pixel; 0xFFFFFFFF: nothing
     std::vector<uint32_t> material;
 };
 
-// Answered by the first frame that shows light and ends with a whole sample.
+// The first frame that shows light and ends with a whole sample answers.
 using Capture = Pending<CaptureResult>;
 
 class RAYGRAPH_API CaptureRequests {
   public:
     Capture Request() { return m_captures.Ask({}); }
-    // What the open frame shows, with what it adds.
+    // Describes what the open frame shows, with what it adds.
     struct Shown {
         passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;
@@ -57,7 +57,7 @@ class RAYGRAPH_API CaptureRequests {
         passes::RasterSettings raster;
         EnvironmentSettings environment;
     };
-    // Answers the pending requests, if that is a whole number of samples.
+    // Answers the pending requests if the number of samples is whole.
     void Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                  const Shown& shown);
 

@@ -34,7 +34,7 @@ CompareView::Key CompareView::KeyOf(const Renderer& renderer, const ShowSettings
             .coarseness = pictures.coarseness,
             .resetCount = pictures.resetCount,
             .extent = renderer.Desc(pictures.pathTraced).extent};
-    // What the map does not depend on
+    // The map does not depend on these
     key.show.wipePosition = key.show.maxError = 0.0f;
     if (show.view != View::Flip) {
         key.show.tonemap = {};

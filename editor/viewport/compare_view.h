@@ -1,4 +1,4 @@
-// CompareView: the views that compare two pictures, and statistics of their difference.
+// CompareView declares the views that compare two pictures, and computes statistics of their difference.
 #pragma once
 
 #include <deque>
@@ -13,7 +13,7 @@ class CompareView {
   public:
     explicit CompareView(std::string name) : m_name(std::move(name)) {}
 
-    // The two pictures, of one extent, and their sample counts.
+    // Holds the two pictures, of one extent, and their sample counts.
     struct Pictures {
         TextureId pathTraced, raster;                // radiance, rgba32f
         TextureId pathTracedDisplay, rasterDisplay;  // as shown, rgba8
@@ -21,14 +21,14 @@ class CompareView {
         uint32_t coarseness = 0;
         uint64_t resetCount = 0;
     };
-    // Display values of one of the views that show both. An error map is recomputed when a sample has been
-    // completed or a setting has changed, and reused until then.
+    // Returns display values of one of the views that show both. An error map is recomputed when a sample has
+    // been completed or a setting has changed, and reused until then.
     TextureId Declare(Renderer& renderer, const ShowSettings& show, const Pictures& pictures);
     std::optional<CompareNumbers> Numbers();
     void Forget(Renderer& renderer) { renderer.Forget(MapName()); }
 
   private:
-    // The inputs of a map.
+    // Holds the inputs of a map.
     struct Key {
         ShowSettings show;
         uint32_t pathTracedSamples = 0, rasterSamples = 0, coarseness = 0;

@@ -1,5 +1,5 @@
-// The remaining noise of a picture: requested from a viewport, answered by a later frame, without waiting.
-// Threads: that of the viewport.
+// ErrorEstimate is the remaining noise of a picture: requested from a viewport, answered by a later frame,
+// without waiting. Threads: that of the viewport.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct ErrorEstimate {
     std::optional<double> relativeError;
 };
 
-// Answered by the first frame that is declared after it and shows the path-traced view.
+// The first frame that is declared after it and shows the path-traced view answers.
 using ErrorRequest = Pending<ErrorEstimate>;
 
 class RAYGRAPH_API ErrorRequests {

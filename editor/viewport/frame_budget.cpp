@@ -7,9 +7,9 @@ namespace raygraph::viewport {
 
 namespace {
 
-// Of the limit: the rest is a reserve for unforeseen work.
+// This fraction of the limit is used; the rest is a reserve for unforeseen work.
 constexpr double kAim = 0.7;
-// At least this share of the limit is for tracing, whatever the rest takes: otherwise no sample would ever
+// This fraction of the limit is always for tracing, whatever the rest takes: otherwise no sample would ever
 // be completed.
 constexpr double kMinShare = 0.25;
 constexpr uint64_t kGrowth = 4;

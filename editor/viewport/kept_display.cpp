@@ -16,7 +16,7 @@ std::vector<Region> DoneBy(const passes::TileCursor& cursor, Extent2D extent) {
     return regions;
 }
 
-// Of a display, the pixels that lie in these texels of a coarser picture.
+// Returns the display's pixels that lie in these texels of a coarser picture.
 Region Scaled(const Region& texels, Extent2D from, Extent2D to) {
     const auto scaled = [](uint32_t edge, uint32_t length, uint32_t toLength) {
         return static_cast<uint32_t>((uint64_t{edge} * toLength + length - 1) / length);

@@ -1,4 +1,4 @@
-// KeptDisplay: a tone-mapped picture, kept over frames: a frame tone-maps only what it has changed.
+// KeptDisplay is a tone-mapped picture that is kept over frames: a frame tone-maps only what it has changed.
 #pragma once
 
 #include <optional>
@@ -14,31 +14,32 @@ class KeptDisplay {
   public:
     explicit KeptDisplay(std::string name) : m_name(std::move(name)) {}
 
-    // An accumulated picture in the open frame.
+    // Is an accumulated picture in the open frame.
     struct Source {
-        TextureId mean;                                // rgba32f, of the picture's extent
-        passes::Accumulation::Progress before, after;  // of `mean`: submitted, and with this frame
-        std::vector<passes::Region> tiles;             // that this frame adds, in order
+        TextureId mean;  // rgba32f, of the picture's extent
+        passes::Accumulation::Progress before,
+            after;                          // progress of `mean`: as submitted, and with this frame
+        std::vector<passes::Region> tiles;  // added by this frame, in order
         uint64_t resetCount = 0;
-        // Shown for pixels without a sample: a whole picture, coarser by that factor. Only before the
-        // first sample.
+        // Is shown for pixels without a sample: a whole picture, coarser by baseScale. Only before the first
+        // sample.
         TextureId base;
         uint32_t baseScale = 1;
-        // The next finer picture, of which this frame has added that tile; invalid: none.
+        // The next finer picture, of which this frame has added finerTile; invalid: none.
         TextureId finer;
         passes::Region finerTile{};
-        bool isPreview = false;  // the base is shown whatever the samples are
+        bool isPreview = false;  // `base` is shown whatever the samples are
     };
-    // Declares the passes that bring the picture up to date, possibly none. rgba8.
+    // Declares the passes that update the picture, possibly none. Returns an rgba8 texture.
     TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap);
-    // Whether DeclareLast returns a picture of that extent.
+    // Returns whether DeclareLast returns a picture of that extent.
     bool HasLast(Renderer& renderer, Extent2D extent) const;
-    // As the last submitted frame left it; an invalid id if none has made it.
+    // Returns the picture of the last submitted frame; an invalid id if there is none.
     TextureId DeclareLast(Renderer& renderer) const;
     void Forget(Renderer& renderer) { renderer.Forget(m_name); }
 
   private:
-    // The inputs of the texture.
+    // Holds the inputs of the texture.
     struct Key {
         Extent2D extent;
         passes::TonemapSettings tonemap;

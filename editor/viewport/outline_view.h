@@ -1,4 +1,4 @@
-// OutlineView: the outline of the selection, kept over frames: it is recomputed when it may have moved.
+// OutlineView is the outline of the selection, kept over frames: it is recomputed when it may have moved.
 #pragma once
 
 #include <optional>
@@ -17,17 +17,17 @@ class OutlineView {
     void SetInstances(std::vector<uint32_t> instances);
     bool IsEmpty() const { return m_instances.empty(); }
 
-    // A new picture: `picture` with the outline on it. `camera` is that of `settings`; `isMoving`: the
-    // outline may be coarse, a later frame computes the fine one.
+    // Returns a new picture: `picture` with the outline on it. `camera` is that of `settings`; if `isMoving`,
+    // the outline may be coarse, and a later frame computes the fine one.
     TextureId Declare(Renderer& renderer, const SceneIds& scene, const SceneRevisions& revisions,
                       const scene::CameraView& camera, passes::TraceSettings settings,
                       const OutlineSettings& look, bool isMoving, TextureId picture);
-    // The stored outline belongs to another scene.
+    // Discards the stored outline, which belongs to another scene.
     void Invalidate() { m_made.reset(); }
     void Forget(Renderer& renderer) { renderer.Forget(m_name); }
 
   private:
-    // The inputs of the outline.
+    // Holds the inputs of the outline.
     struct Key {
         SceneRevisions revisions;
         scene::CameraView camera;
@@ -43,7 +43,7 @@ class OutlineView {
 
     std::string m_name;
     std::vector<uint32_t> m_instances;
-    uint64_t m_selection = 0;  // counts SetInstances that changed them
+    uint64_t m_selection = 0;  // number of SetInstances that changed the selection
     std::optional<Made> m_made;
 };
 

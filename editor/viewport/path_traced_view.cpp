@@ -186,7 +186,7 @@ PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const Sce
     while (PixelsOf(coarse.extent) > kPreviewPixels) coarse.extent = ExtentAt(extent, ids.baseScale *= 2);
     const PassId first = renderer.NextPass();
     ids.radiance = ids.base = passes::Preview(renderer, scene, coarse, preview.gain);
-    // With samples nothing has changed since they were shown: the picture is right
+    // If there are samples, nothing has changed since they were shown: the picture is valid
     m_isPreviewThere = renderer.PreparePipelines(first, renderer.NextPass());
     ids.isHeld = preview.canHold && (!m_isPreviewThere || m_full.SampleCount() > 0);
     if (ids.baseScale > 1) ids.radiance = passes::Upscale(renderer, ids.base, extent);

@@ -1,5 +1,5 @@
-// PathTracedView: the path-traced picture of a viewport: samples, tiles of a sample, and coarser pictures
-// before the first sample.
+// PathTracedView declares the path-traced picture of a viewport: samples, tiles of a sample, and coarser
+// pictures before the first sample.
 #pragma once
 
 #include <deque>
@@ -26,14 +26,14 @@ class PathTracedView {
         // The coarse picture to which this frame adds a tile without completing it.
         TextureId finer;
         passes::Region finerTile{};
-        bool isPreview = false;  // `base` is one; none of the samples is shown
-        bool isHeld = false;     // the same, but the preview is not there: the last picture stays
+        bool isPreview = false;  // `base` is a preview; none of the samples is shown
+        bool isHeld = false;     // likewise, but the preview is not ready: the last picture stays
     };
-    // How a frame is shown that cannot wait for pipelines (PreparingView::Preview).
+    // Tells how to show a frame that must not wait for pipelines (PreparingView::Preview).
     struct PreviewSettings {
         bool isOn = false;
-        bool canHold = false;  // there is a last picture
-        float gain = 1.0f;     // as of passes::Preview
+        bool canHold = false;  // a last picture exists
+        float gain = 1.0f;     // see passes::Preview
     };
     // Declares the tracing of a frame, and returns what to show. All of it is culled, and adds nothing,
     // unless one of the ids is used for something shown. `settings.extent` is not empty.
@@ -45,36 +45,36 @@ class PathTracedView {
     void Forget(Renderer& renderer);
 
     const passes::Accumulation& Samples() const { return m_full; }
-    // Of submitted frames: the factor by which the shown picture is coarser. 1: every pixel has a sample; 0:
-    // there is no picture yet.
+    // Returns the factor by which the shown picture of submitted frames is coarser. 1: every pixel has a
+    // sample; 0: there is no picture yet.
     uint32_t Coarseness() const;
-    // The tiles that the last declared frame traces, if it is executed.
+    // Is a tile that the last declared frame traces, if it is executed.
     struct Tile {
-        uint32_t height = 0;  // of the picture that the tile belongs to
+        uint32_t height = 0;  // of the picture to which the tile belongs
         passes::Region region;
-        bool isOfSample = true;    // not of a coarser picture
-        uint32_t sampleCount = 1;  // of each pixel
-        PassId first, end;         // of the passes that trace it
+        bool isOfSample = true;    // false: of a coarser picture
+        uint32_t sampleCount = 1;  // per pixel
+        PassId first, end;         // passes that trace it: from `first` to before `end`
     };
     const std::vector<Tile>& DeclaredTiles() const { return m_tiles; }
-    // Those of the accumulation itself.
+    // Returns the tiles of the accumulation itself.
     std::vector<passes::Region> TilesOfSamples() const;
 
   private:
-    // One sample of the picture at a lower resolution.
+    // Is one sample of the picture at a lower resolution.
     struct Level {
         uint32_t scale;
         passes::Accumulation sample;
     };
-    // Levels a picture needs: the coarsest has at most FrameBudget::kFirstPixels pixels.
+    // Returns how many levels a picture needs: the coarsest has at most FrameBudget::kFirstPixels pixels.
     size_t LevelCount(Extent2D extent) const;
     static Extent2D ExtentAt(Extent2D extent, uint32_t scale);
 
-    // Several samples only of the whole picture.
+    // Traces a tile; several samples at once only for the whole picture.
     passes::AccumulatedIds DeclareTile(Renderer& renderer, const SceneIds& scene,
                                        passes::TraceSettings settings, const passes::Region& region,
                                        uint32_t sampleCount, passes::Accumulation& into, bool withVariance);
-    // `mostSamples`: of a frame.
+    // `mostSamples` is the limit of a frame.
     Ids DeclareTraced(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                       const FrameBudget& budget, uint32_t mostSamples, uint32_t endSample);
     Ids DeclareSamples(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
@@ -83,11 +83,11 @@ class PathTracedView {
                            const FrameBudget& budget);
     Ids DeclarePreview(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                        const PreviewSettings& preview);
-    // The finest complete level, or none.
+    // Returns the finest complete level; null: none.
     Level* Finest(Extent2D extent);
-    // The next finer one; null: it is the full picture.
+    // Returns the next finer level; null: it is the full picture.
     Level* FinerThan(const Level& level);
-    // The first level to trace: the finest that fits the budget, else the coarsest; null: the full
+    // Returns the first level to trace: the finest that fits the budget, else the coarsest; null: the full
     // picture fits.
     Level* FirstToTrace(Extent2D extent, const FrameBudget& budget);
 
@@ -95,7 +95,7 @@ class PathTracedView {
     std::deque<Level> m_levels;  // scales 2, 4, 8, ...; never moved: frames refer to them
     std::vector<Tile> m_tiles;
     TracePrograms m_programs;
-    bool m_isPreviewThere = false;  // its pipelines are
+    bool m_isPreviewThere = false;  // the preview's pipelines exist
 };
 
 }  // namespace raygraph::viewport

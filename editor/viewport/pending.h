@@ -1,5 +1,6 @@
-// Requests to a viewport that a later frame answers: asking and polling never wait for the device.
-// Threads: that of the viewport; a request that is ready may be moved to another, which takes the result.
+// Pending is a request to a viewport that a later frame answers: asking and polling never wait for the
+// device. Threads: that of the viewport; a request that is ready may be moved to another thread, which takes
+// the result.
 #pragma once
 
 #include <algorithm>
@@ -13,18 +14,18 @@
 
 namespace raygraph::viewport {
 
-// A request; copies share its answer. If the frame that answers is dropped, the next one answers. A request
-// that is unanswered when the viewport is destroyed never becomes ready.
+// Is a request, whose copies share its answer. If the frame that answers is dropped, the next one answers. A
+// request that is unanswered when the viewport is destroyed never becomes ready.
 template <typename Answer>
 class Pending {
   public:
-    // A submitted frame has answered: later changes do not affect the result.
+    // Returns whether a submitted frame has answered: later changes do not affect the result.
     bool IsTaken() const { return m_state && m_state->isTaken; }
-    // The device has finished that frame.
+    // Returns whether the device has finished that frame.
     bool IsReady() const {
         return IsTaken() && std::ranges::all_of(m_state->reply.readbacks, &Readback::IsReady);
     }
-    // Error{Usage} when not ready.
+    // Throws Error{Usage} if it is not ready.
     Answer Result() const {
         if (!IsReady()) throw Error(ErrorKind::Usage, "Pending::Result: the answer is not there yet");
         return m_state->reply.finish();
@@ -34,8 +35,8 @@ class Pending {
     template <typename, typename>
     friend class Questions;
     struct Reply {
-        std::vector<Readback> readbacks;  // to wait for
-        std::function<Answer()> finish;   // called when they are ready
+        std::vector<Readback> readbacks;  // to be waited for
+        std::function<Answer()> finish;   // called once these are ready
     };
     struct State {
         bool isTaken = false;
@@ -44,7 +45,7 @@ class Pending {
     std::shared_ptr<State> m_state;
 };
 
-// Requests that are not answered yet. Subject: what a request is about.
+// Holds the requests that are not answered yet. `Subject` is what a request is about.
 template <typename Answer, typename Subject>
 class Questions {
   public:
@@ -60,7 +61,7 @@ class Questions {
         std::erase_if(m_open, [](const auto& open) { return open.second->isTaken; });
         return !m_open.empty();
     }
-    // The open frame answers all of them: `reply` declares what answers one, given its subject.
+    // Makes the open frame answer all requests: `reply` declares the answer for a subject.
     template <typename MakeReply>
     void AnswerAll(Renderer& renderer, MakeReply&& reply) {
         if (!HasOpen()) return;

@@ -28,7 +28,7 @@ PickResult PickOf(glm::uvec2 pixel, const glm::uvec4& ids, const glm::vec4& posi
             .depth = position.w};
 }
 
-// What was read of a view in a pixel, on its way.
+// Holds the readback of a view's pixel.
 struct Probed {
     Readback texels;
     uint32_t sampleCount = 0;

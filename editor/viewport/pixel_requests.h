@@ -1,5 +1,5 @@
-// Requests about a pixel, answered by a later frame. Requesting and polling never wait for the device.
-// Threads: that of the viewport.
+// PixelRequests are requests about a pixel, answered by a later frame. Requesting and polling never wait for
+// the device. Threads: that of the viewport.
 #pragma once
 
 #include <cstdint>
@@ -14,47 +14,47 @@
 
 namespace raygraph::viewport {
 
-// The surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
+// Is the surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
 struct PickResult {
     glm::uvec2 pixel{0};
     bool isHit = false;      // the other fields are valid
-    uint32_t instance = 0;   // of the scene
-    uint32_t primitive = 0;  // triangle of the file's primitive
+    uint32_t instance = 0;   // index in the scene
+    uint32_t primitive = 0;  // triangle in the file's primitive
     uint32_t material = 0;
-    uint32_t geometry = 0;     // primitive of a mesh, numbered over the scene
+    uint32_t geometry = 0;     // index of the mesh's primitive in the scene
     glm::vec3 position{0.0f};  // world space
     glm::vec3 normal{0.0f};    // world space, shading normal
     float depth = 0.0f;        // meters along the camera's forward
 };
 
-// The mean of a view in a pixel.
+// Is the mean of a view in a pixel.
 struct PixelValue {
     glm::vec3 radiance{0.0f};  // linear, W/(sr m^2)
-    float coverage = 0.0f;     // share of the samples that hit a surface
+    float coverage = 0.0f;     // fraction of the samples that hit a surface
     uint32_t sampleCount = 0;  // of this pixel
-    // Of the mean, per channel; infinite below two samples.
+    // of the mean, per channel; infinite below two samples
     glm::vec3 standardError{0.0f};
 };
 struct InspectResult {
     glm::uvec2 pixel{0};
-    // Of the views that the answering frame showed. None for a view without a sample.
+    // Values of the views in the answering frame; none for a view without a sample.
     std::optional<PixelValue> pathTraced, raster;
 };
 
-// Answered by the first frame that is declared after it.
+// The first frame that is declared after it answers.
 using Pick = Pending<PickResult>;
 using Inspection = Pending<InspectResult>;
 
-// The pending requests of a viewport. A pixel outside a later, smaller size is answered without a hit or
-// a value.
+// Holds the pending requests of a viewport. A pixel outside a later, smaller size is answered without a hit
+// or a value.
 class RAYGRAPH_API PixelRequests {
   public:
     Pick RequestPick(glm::uvec2 pixel) { return m_picks.Ask(pixel); }
     Inspection RequestInspection(glm::uvec2 pixel) { return m_inspections.Ask(pixel); }
 
-    // Declare the passes that answer the pending requests. `settings` is of the picture.
+    // Declares the passes that answer the pending requests. `settings` is the picture's.
     void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
-    // A shown view: its accumulation, including what the open frame adds to it.
+    // Is the accumulation of a shown view, with what the open frame adds to it.
     struct Shown {
         passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;

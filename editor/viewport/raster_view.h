@@ -1,4 +1,4 @@
-// RasterView: the raster picture of a viewport, a mean over jittered samples.
+// RasterView declares the raster picture of a viewport, a mean over jittered samples.
 #pragma once
 
 #include <memory>
@@ -18,20 +18,20 @@ class RasterView {
     struct Ids {
         TextureId radiance;              // rgba32f, the picture to show, in its full extent
         passes::AccumulatedIds samples;  // undefined before the first one
-        TextureId base;                  // shown until then, coarser by that factor
+        TextureId base;                  // shown until the first sample; coarser by baseScale
         uint32_t baseScale = 1;
-        // What takes time by the pixels of the base: the passes from the first on, before the second.
+        // The passes whose time depends on the pixels of `base`: from firstDrawing to before endDrawing.
         PassId firstDrawing, endDrawing;
     };
-    // As PathTracedView::Declare. `scale` above 1: one coarser picture instead of a sample; else a sample,
-    // until there are maxSamples (0: unlimited).
+    // See PathTracedView::Declare. `scale` above 1 draws one coarser picture instead of a sample; else a
+    // sample is added until there are maxSamples (0: unlimited).
     Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                 const passes::RasterSettings& raster, uint32_t maxSamples, uint32_t scale);
     void Reset(passes::ResetCause cause) {
         m_samples.Reset(cause);
         m_coarse.Reset(cause);
     }
-    // The next frame shows another scene: discards the filtered environment. Between frames.
+    // Discards the filtered environment, since the next frame shows another scene. Call it between frames.
     void ForgetEnvironment(Renderer& renderer);
     void Forget(Renderer& renderer);
 
@@ -42,7 +42,7 @@ class RasterView {
     std::string m_name;
     uint32_t m_wantedSamples = 0;
     passes::Accumulation m_samples;
-    passes::Accumulation m_coarse;  // one sample
+    passes::Accumulation m_coarse;  // has one sample
     passes::FilteredEnvironment m_environment;
 };
 

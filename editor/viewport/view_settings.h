@@ -1,4 +1,4 @@
-// What a Viewport shows, and how. Threads: plain values and pure functions, for any thread.
+// Defines what a Viewport shows, and how. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -32,22 +32,22 @@ RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWPORT_VIEWS)
 inline constexpr auto kViewCount = static_cast<uint32_t>(Texts(View{}).size());
 RAYGRAPH_API bool ShowsPathTraced(View view);
 RAYGRAPH_API bool ShowsRaster(View view);
-// Whether the view has statistics (Viewport::Numbers).
+// Returns whether the view has statistics (Viewport::Numbers).
 RAYGRAPH_API bool IsMeasured(View view);
 
-// How the picture is shown. No setting here ever restarts accumulation.
+// Tells how the picture is shown. No setting here ever restarts accumulation.
 struct ShowSettings {
     View view = View::PathTraced;
-    float wipePosition = 0.5f;          // share of the width that is path-traced; clamped to [0, 1]
-    passes::TonemapSettings tonemap{};  // the picture is opaque, whatever these say
+    float wipePosition = 0.5f;          // fraction of the width that is path-traced; clamped to [0, 1]
+    passes::TonemapSettings tonemap{};  // the picture is opaque, whatever they say
     passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
     float maxError = 1.0f;                         // relative error at the end of the color map; above 0
-    float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400
+    float pixelsPerDegree = 67.0206433f;  // of the screen as seen by the user, for View::Flip; 1 to 400
 
     bool operator==(const ShowSettings&) const = default;
 };
 
-// The outline of the selection (Viewport::DeclareOutline).
+// Styles the outline of the selection (Viewport::DeclareOutline).
 struct OutlineSettings {
     glm::vec3 color{1.0f, 0.62f, 0.2f};  // display values
     float width = 2.0f;                  // pixels, above 0, at most 8
@@ -58,36 +58,37 @@ struct OutlineSettings {
 using passes::LensSettings;
 using passes::PathSettings;  // a change restarts accumulation, with ResetCause::Settings
 
-// What is shown instead of the path-traced picture while the camera moves.
+// Selects what is shown instead of the path-traced picture while the camera moves.
 enum class MotionView : uint8_t {
     PathTraced,  // as fine as the budget allows
     Raster,
 };
 
-// What a frame shows as path-traced while the pipelines for that are made, which may take seconds.
+// Selects what a frame shows as path-traced while the pipelines for that are made, which may take seconds.
 enum class PreparingView : uint8_t {
-    PathTraced,  // its samples: Renderer::Execute waits for the pipelines
-    // Nothing waits. Until they are there, what is shown stays as it is or becomes a preview: surfaces lit
-    // from the camera (passes/preview.h), of which no sample counts (ViewportProgress::isPreview). A program
-    // that the frame before used goes on being used for a scene that needs less than it can.
+    PathTraced,  // samples: Renderer::Execute waits for the pipelines
+    // Nothing waits. Until the pipelines are ready, the picture stays as it is or becomes a preview: surfaces
+    // lit from the camera (passes/preview.h), which counts as no sample (ViewportProgress::isPreview). The
+    // program of the frame before stays in use for a scene that needs fewer features.
     Preview,
 };
 
-// How much work is done in a frame. A change does not restart accumulation.
+// Limits the work of a frame. A change does not restart accumulation.
 struct BudgetSettings {
-    // Milliseconds of the device that a frame may take, 0: no limit. With a limit, a sample that takes
-    // longer is split into tiles, after coarser pictures that fit. Learned from GPU times: without
-    // them (RendererDesc::gpuTimes, or a device without timestamps) a frame traces
-    // FrameBudget::kFirstPixels pixels.
+    // Milliseconds of device time that a frame may take; 0: no limit. With a limit, a sample that takes
+    // longer is split into tiles, after coarser pictures that fit. It needs GPU times: without them
+    // (RendererDesc::gpuTimes, or a device without timestamps) a frame traces FrameBudget::kFirstPixels
+    // pixels.
     double frameMs = 0.0;
-    // Samples of the path-traced view, at most, as the limit allows. 0: where there is a limit, as many as
-    // fit it while nothing changes; else one.
+    // Most samples of the path-traced view per frame, as the limit allows. 0: with a limit, as many as fit it
+    // while nothing changes; else one.
     uint32_t samplesPerFrame = 0;
-    uint32_t maxSamples = 0;         // the path-traced view stops there; 0: never
-    uint32_t maxRasterSamples = 64;  // likewise; of jittered pictures, which smooth edges
+    uint32_t maxSamples = 0;  // the path-traced view stops there; 0: never
+    uint32_t maxRasterSamples =
+        64;  // the raster view stops there; 0: never. Its pictures are jittered, which smooths edges
     MotionView whileMoving = MotionView::PathTraced;
     PreparingView whilePreparing = PreparingView::PathTraced;
-    double settleMs = 150.0;  // how long after a change the picture counts as changing
+    double settleMs = 150.0;  // in milliseconds: after a change, the picture counts as changing for so long
 
     bool operator==(const BudgetSettings&) const = default;
 };

@@ -1,4 +1,4 @@
-// Viewport: one view of a scene in a host's window or panel. Its inputs are a size, a camera and view
+// Viewport is one view of a scene in a host's window or panel. Its inputs are a size, a camera and view
 // settings, its output is a picture. It needs no window, and it submits nothing by itself: the host drives
 // the frame.
 //
@@ -45,28 +45,29 @@
 namespace raygraph::viewport {
 
 struct ViewportDesc {
-    std::string name = "viewport";  // of its persistent textures; unique among viewports of the Renderer
+    std::string name =
+        "viewport";  // prefix of its persistent textures; unique among the Renderer's viewports
     Extent2D size{};
 };
 
-// Progress of the shown picture, as of the submitted frames.
+// Is the progress of the shown picture in submitted frames.
 struct ViewportProgress {
-    uint32_t pathTracedSamples = 0;  // of every pixel
-    double pathTracedShare = 0.0;    // share of the pixels that have the next sample already
+    uint32_t pathTracedSamples = 0;  // per pixel
+    double pathTracedShare = 0.0;    // fraction of the pixels that already have the next sample
     uint32_t rasterSamples = 0;
-    // Where the raster view stops: one sample if it takes longer than the budget; 0: never.
+    // The raster view stops there: one sample if it takes longer than the budget; 0: never.
     uint32_t rasterSamplesWanted = 0;
-    // The factor by which the path-traced picture is coarser, in pixels along an edge: 1 once every pixel has
-    // a sample, 0 while there is no picture.
+    // Factor by which the path-traced picture is coarser, in pixels along an edge: 1 once every pixel has a
+    // sample, 0 while there is no picture.
     uint32_t coarseness = 0;
-    // Of the frame declared last: what is shown as path-traced has no samples of the scene as it is now,
+    // If true, the path-traced picture of the last declared frame has no samples of the present scene,
     // because pipelines are being made (PreparingView).
     bool isPreview = false;
 };
 
-// The difference between the raster and the path-traced picture, at these sample counts.
+// Is the difference between the raster and the path-traced picture, at these sample counts.
 struct CompareNumbers {
-    View view = View::Flip;  // Difference: of the luminance; RelativeError; Flip
+    View view = View::Flip;  // Difference (of the luminance), RelativeError or Flip
     passes::MapNumbers numbers{};
     uint32_t pathTracedSamples = 0;
     uint32_t rasterSamples = 0;
@@ -80,25 +81,25 @@ class RAYGRAPH_API Viewport {
     Viewport& operator=(const Viewport&) = delete;
 
     // --- What to show ---
-    // Pixels. Any size is legal; one without area shows nothing and keeps what has been accumulated.
+    // In pixels. Any size is legal; one without area shows nothing and keeps what has been accumulated.
     void SetSize(Extent2D size);
     Extent2D Size() const;
-    // The aspect ratio is that of the size, whatever the view says.
+    // The aspect ratio is that of the size; the camera's is ignored.
     void SetCamera(const scene::CameraView& camera, const LensSettings& lens = {});
     const scene::CameraView& Camera() const;
-    // Another scene, of the same Renderer: ResetCause::Geometry. Edits of the scene itself are noticed.
+    // Shows another scene of the same Renderer: ResetCause::Geometry. Edits of the scene itself are noticed.
     void SetScene(GpuScene& scene);
     GpuScene& Scene() const;
 
     void SetShow(const ShowSettings& settings);
     const ShowSettings& Show() const;
-    void SetView(View view);  // of the ShowSettings
+    void SetView(View view);  // sets ShowSettings::view
     void SetPaths(const PathSettings& settings);
     const PathSettings& Paths() const;
-    // Settings of the raster view; only that view restarts.
+    // Sets the raster view; only that view restarts.
     void SetRaster(const passes::RasterSettings& settings);
     const passes::RasterSettings& Raster() const;
-    // Indices of the scene's instances; others are ignored.
+    // Takes indices of the scene's instances; others are ignored.
     void SetOutlined(std::vector<uint32_t> instances);
     void SetOutline(const OutlineSettings& settings);
     const OutlineSettings& Outline() const;
@@ -106,44 +107,44 @@ class RAYGRAPH_API Viewport {
     const BudgetSettings& Budget() const;
 
     // --- Frames ---
-    // Within an open frame, once: declares the scene's passes and the viewport's. Returns the picture, rgba8
-    // of the viewport's size, display-encoded and opaque; an invalid id for a size without area. Read-only
-    // for the host: it may be reused in later frames.
+    // Call it once within an open frame: declares the scene's passes and the viewport's. Returns the picture,
+    // rgba8 of the viewport's size, display-encoded and opaque; an invalid id for a size without area. It is
+    // read-only for the host, since later frames may reuse it.
     TextureId Declare();
-    // For a scene that several viewports show: `ids` are from its Declare in this frame. The host calls its
-    // SetViewpoint then.
+    // Declares a scene that several viewports show: `ids` are from its Declare in this frame. The host calls
+    // the scene's SetViewpoint then.
     TextureId Declare(const SceneIds& ids);
-    // After Declare, in the same frame: a new picture: `picture`, which Declare returned, with an outline
-    // around the visible part of the outlined instances. The picture that Declare returned, which can be
-    // saved, and accumulation stay without it. Costs nothing, and returns `picture`, while nothing is
-    // outlined, in View::SideBySide, and for an invalid id. The outline is recomputed when camera, scene or
-    // selection have changed, at a lower resolution while they change, and otherwise reused.
+    // Call it after Declare, in the same frame: returns a new picture, `picture` of Declare with an outline
+    // around the visible part of the outlined instances. The picture of Declare, which can be saved, and the
+    // accumulation have no outline. It costs nothing, and returns `picture`, if nothing is outlined, in
+    // View::SideBySide, and for an invalid id. The outline is recomputed when camera, scene or selection have
+    // changed, at a lower resolution while they change, and otherwise reused.
     TextureId DeclareOutline(TextureId picture);
     // In an open frame without Declare: the picture of an earlier frame, of the size that it had then; an
     // invalid id if there is none. Of views that show both kinds of picture, or surfaces, one of them.
     TextureId DeclareKept();
-    // A frame of this viewport alone: begins, declares, presents and executes it. Returns the timeline value
-    // that completes it, 0 for a size without area.
+    // Renders a frame of this viewport alone: begins, declares, presents and executes it. Returns the
+    // timeline value that completes it, 0 for a size without area.
     uint64_t RenderFrame();
 
     // --- Questions about a pixel; neither waits ---
-    // Error{Usage} outside of the size.
+    // Throws Error{Usage} outside of the size.
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);
-    // The radiance of the raster view if that is shown, else of the path-traced one, with the surface data of
-    // its pixels. Not answered while View::Surface or a size without area is shown.
+    // Requests the radiance of the raster view if that is shown, else of the path-traced one, with the
+    // surface data of its pixels. Not answered while View::Surface or a size without area is shown.
     Capture RequestCapture();
-    // Of the path-traced view, once it is shown and every pixel has a sample.
+    // Requests the error of the path-traced view; answered once it is shown and every pixel has a sample.
     ErrorRequest RequestError();
 
     // --- What happened ---
     ViewportProgress Progress() const;
-    // How often the path-traced accumulation was restarted, by cause. Several changes of one kind between two
-    // frames count as one restart.
+    // Returns how often the path-traced accumulation was restarted by the cause. Several changes of one kind
+    // between two frames count as one restart.
     uint32_t ResetCount(passes::ResetCause cause) const;
-    // Of the newest finished frame that showed a view with IsMeasured; none before.
+    // Returns the numbers of the newest finished frame that showed a view with IsMeasured; none before.
     std::optional<CompareNumbers> Numbers();
-    // GPU milliseconds of the last measured frame of this viewport, all its passes; 0 before.
+    // Returns the GPU milliseconds of this viewport's last measured frame, all its passes; 0 before.
     double LastFrameMs() const;
 
   private:

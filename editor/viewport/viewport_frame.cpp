@@ -1,4 +1,4 @@
-// What a Viewport does in a frame.
+// Declares the frames of a Viewport.
 #include <algorithm>
 #include <cmath>
 
@@ -31,7 +31,7 @@ void Viewport::Impl::NoteChanges() {
                   .paths = paths,
                   .rasterSettings = rasterSettings,
                   .size = size};
-    now.camera.aspect = 1.0f;  // that of the size counts
+    now.camera.aspect = 1.0f;  // the aspect ratio of the size applies
     if (drawnFrom) {
         const DrawnFrom& before = *drawnFrom;
         const bool isOther = before.scene != now.scene;
@@ -85,7 +85,7 @@ void Viewport::Impl::LearnFromTimings() {
         tracing += ms;
         budget.LearnTile(tile.height, tile.region, ms / tile.sampleCount);
     }
-    // Without it the view was culled
+    // Without tracing time, the view was culled
     if (tracing > 0.0) budget.LearnOverhead(lastFrameMs - tracing);
 }
 
@@ -214,7 +214,7 @@ TextureId Viewport::Impl::DeclareOutline(TextureId picture) {
     if (declaredIn.expired())
         throw MakeError(ErrorKind::Usage, "Viewport \"{}\": DeclareOutline comes after Declare", name);
     const bool isMoving = budget.IsLimited() && IsRecent(changedAt);
-    // Of the frame: setters may have been called since Declare
+    // These are the frame's: setters may have been called since Declare
     return outline.Declare(renderer, declaredScene, drawnFrom->revisions, drawnFrom->camera, declaredSettings,
                            outlineSettings, isMoving, picture);
 }

@@ -1,4 +1,4 @@
-// The private state of a Viewport. Only for the sources of this folder.
+// Holds the private state of a Viewport. Only for the sources of this folder.
 #pragma once
 
 #include <chrono>
@@ -26,12 +26,12 @@ struct Viewport::Impl {
     void Restart(passes::ResetCause cause);
     // Updates the budget's estimates with the times of earlier frames.
     void LearnFromTimings();
-    // The view of this frame: while the camera moves, not the requested one.
+    // Returns the view of this frame, which is not the requested one while the camera moves.
     View ShownView() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
     TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
-    // Everything that the picture depends on, as of the last declared frame.
+    // Holds everything that the picture depends on, in the last declared frame.
     struct DrawnFrom {
         const GpuScene* scene = nullptr;
         SceneRevisions revisions;
@@ -43,8 +43,8 @@ struct Viewport::Impl {
     };
     struct TimedFrame {
         uint64_t frame = 0;
-        uint64_t rasterPixels = 0;                // 0: not only the raster view is shown
-        PassId firstDrawing, endDrawing;          // of them
+        uint64_t rasterPixels = 0;                // 0: the raster view is not shown alone
+        PassId firstDrawing, endDrawing;          // passes that draw these pixels
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
     Renderer& renderer;
@@ -69,15 +69,15 @@ struct Viewport::Impl {
     CaptureRequests captures;
     ErrorRequests errors;
     std::optional<DrawnFrom> drawnFrom;
-    std::optional<Clock::time_point> movedAt;    // the camera
-    std::optional<Clock::time_point> changedAt;  // anything
+    std::optional<Clock::time_point> movedAt;    // last change of the camera
+    std::optional<Clock::time_point> changedAt;  // last change of anything
     std::weak_ptr<const void> declaredIn;
-    // Of that frame
+    // These are of the last declared frame
     SceneIds declaredScene;
     passes::TraceSettings declaredSettings;
-    std::deque<TimedFrame> timedFrames;  // submitted, without times so far
+    std::deque<TimedFrame> timedFrames;  // submitted frames whose times are pending
     double lastFrameMs = 0.0;
-    bool isPreview = false;  // of the last declared one
+    bool isPreview = false;  // of the last declared frame
 };
 
 }  // namespace raygraph::viewport

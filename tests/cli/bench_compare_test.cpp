@@ -34,7 +34,7 @@ TEST(BenchCompare, OneRoundTellsNothingOfItsNoise) {
     EXPECT_EQ(cost.standardError, std::numeric_limits<double>::infinity());
     Json now = Result("a.gltf", 2.0, 0.0);
     now["cost"] = ToJson(cost);
-    // As it is stored: JSON has no infinity
+    // The stored run has null, since JSON has no infinity
     const BenchChange change = Compare(Result("a.gltf", 1.0, 0.0), Json::parse(now.dump()));
     EXPECT_FALSE(change.IsWorse());
     EXPECT_TRUE(change.IsUncertain());
