@@ -197,7 +197,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     if (std::ranges::any_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Png; }))
         display = m_session.Display();
     const bool hasNewSamples = samples > samplesBefore;
-    // What can be gone on with comes first.
+    // The render that can be resumed comes first.
     std::ranges::stable_sort(pictures, {}, [&](const OutputFile& picture) {
         if (picture.path == resumed) return 0;
         return picture.kind == OutputKind::Exr ? 1 : 2;

@@ -1,4 +1,4 @@
-// What SampleFrames measures: the error of the picture.
+// Measures the error of the picture for SampleFrames.
 #include "base/check.h"
 #include "editor/session/error_goal.h"
 #include "editor/session/sample_frames.h"

@@ -16,10 +16,9 @@ class KeptDisplay {
 
     // Is an accumulated picture in the open frame.
     struct Source {
-        TextureId mean;  // rgba32f, of the picture's extent
-        passes::Accumulation::Progress before,
-            after;                          // progress of `mean`: as submitted, and with this frame
-        std::vector<passes::Region> tiles;  // added by this frame, in order
+        TextureId mean;                                // rgba32f, of the picture's extent
+        passes::Accumulation::Progress before, after;  // of `mean`: submitted; with this frame
+        std::vector<passes::Region> tiles;             // added by this frame, in order
         uint64_t resetCount = 0;
         // Is shown for pixels without a sample: a whole picture, coarser by baseScale. Only before the first
         // sample.

@@ -120,8 +120,9 @@ class RAYGRAPH_API Viewport {
     // View::SideBySide, and for an invalid id. The outline is recomputed when camera, scene or selection have
     // changed, at a lower resolution while they change, and otherwise reused.
     TextureId DeclareOutline(TextureId picture);
-    // In an open frame without Declare: the picture of an earlier frame, of the size that it had then; an
-    // invalid id if there is none. Of views that show both kinds of picture, or surfaces, one of them.
+    // Call it in an open frame without Declare: returns the picture of an earlier frame, in the size that it
+    // had then; an invalid id if there is none. If the view shows both kinds of picture, or surfaces, it
+    // returns one of them.
     TextureId DeclareKept();
     // Renders a frame of this viewport alone: begins, declares, presents and executes it. Returns the
     // timeline value that completes it, 0 for a size without area.

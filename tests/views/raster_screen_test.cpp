@@ -157,8 +157,8 @@ TEST_F(RasterScreen, ClearGlassShowsWhatIsBehindItInItsColor) {
     EXPECT_EQ(Draw(ViewOfWindow(), 1, without).At(22, 32).y, 0.0f) << "the environment is black";
 }
 
-// What comes straight through is in the picture of what is behind; what the wall sends through diffusely is not. Half
-// of the pane lets it through by either extension.
+// Straight transmission is in the picture of what is behind; the wall's light that the pane transmits diffusely
+// is not. Half of the pane lets it through by either extension.
 TEST_F(RasterScreen, GlassThatAlsoTransmitsDiffuselyIsLitByTheWallBehindIt) {
     for (const bool scatters : {false, true}) {
         scene::SceneData window = Window(0.0f);
