@@ -184,7 +184,7 @@ class RAYGRAPH_API GpuScene {
     bool TakesTrees() const;
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
-    // which are floats, is near there or at the scene's nearest place (docs/large-coordinates.md). Costs
+    // which are floats, is near there or at the scene's nearest place (docs/scenes.md). Costs
     // nothing while that is within 128 m of the origin. Beyond, the origin moves: the TLAS is rebuilt and
     // lights are placed again, and Revisions stay. Up to 1024 m that takes eight such calls in a row, so that
     // alternating viewpoints leave it as it is; the first call for a scene needs no others. Without a
