@@ -33,11 +33,11 @@ enum class ResetCause : uint8_t {
 RAYGRAPH_API const char* Name(ResetCause cause);
 
 // The state of one accumulation between frames. One object per accumulated image; `name` keys the persistent
-// textures. Count and resets follow the frames that were submitted: an Accumulate that is culled, or whose
-// frame is dropped, adds nothing and resets nothing.
+// textures. A pass takes effect when its frame is submitted: one that is culled, or whose frame is dropped,
+// adds nothing and resets nothing. Reset takes effect at once.
 //
-// A sample may be added in tiles: then pixels above the cursor are a sample ahead of those below, each a mean
-// over its own samples, and SampleCount is of the samples that are complete.
+// A sample may be added in tiles: then the pixels before the cursor have one sample more than SampleCount
+// says, and each pixel's mean is over its own samples.
 class RAYGRAPH_API Accumulation {
   public:
     explicit Accumulation(std::string name) : m_name(std::move(name)) {}
@@ -79,8 +79,8 @@ class RAYGRAPH_API Accumulation {
     std::array<uint32_t, static_cast<size_t>(ResetCause::Count)> m_resets{};
 };
 
-// The layout of several samples in a texture: rows of `height`, one sample below the other; where the texture
-// has tiles of samples below each other, as TraceIds::lightGroups, in each of them.
+// How samples are stacked in a texture: `count` blocks of `height` rows each, in every tile if the texture
+// has several (TraceIds::lightGroups).
 struct SampleRows {
     uint32_t count = 1;
     uint32_t height = 0;  // 0: all rows of the picture
@@ -90,7 +90,8 @@ struct AccumulatedIds {
     TextureId mean;  // rgba32f
     // rgba32f, the unbiased variance of one sample, 0 below two. Only Resolve makes it, on request.
     TextureId variance;
-    // rgba32ui, the planes of ExactSums. Presenting one of them keeps the samples without the cost of a mean.
+    // rgba32ui, the planes of ExactSums. To go on accumulating without computing a mean, present one of
+    // these.
     std::array<TextureId, ExactSums::kPlanes> sums, squares;
 };
 
@@ -107,10 +108,10 @@ struct AccumulatedIds {
                                                      const SampleRows& rows, Accumulation& accumulation,
                                                      bool withVariance = false);
 
-// Where not all pixels have as many samples: adds those of the pixels of a list, `count` of each below each
-// other, to a picture of that size; both in tiles, as TraceIds::lightGroups, if the texture is larger than
-// the list's. The first ones are of all pixels. The accumulation counts those alone; Resolve is told how many
-// samples there are. Has no mean.
+// Adds `count` stacked samples to each pixel of a list; the other pixels of the picture keep theirs. The
+// first call must list every pixel. Only calls that list every pixel raise SampleCount: Resolve is told the
+// counts of the pixels. Does not update the mean. If `samples` is larger than the list's samples, it holds
+// several tiles (TraceIds::lightGroups), each of which is accumulated.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples,
                                                            uint32_t count, const ListedPixels& pixels,
                                                            Extent2D picture, Accumulation& accumulation,
@@ -119,8 +120,8 @@ struct AccumulatedIds {
 struct NotedIds {
     TextureId variance, mean;
 };
-// For the listed pixels that have `sampleCount` samples, where sampleIndex is the next: writes the variance
-// of one sample and the mean, each the sum of R, G and B.
+// For the listed pixels whose next sample has the index `sampleIndex`, and which have `sampleCount` samples:
+// writes the variance of one sample and the mean, each summed over R, G and B.
 [[nodiscard]] RAYGRAPH_API NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation,
                                                 const ListedPixels& pixels, uint32_t sampleIndex,
                                                 uint32_t sampleCount, NotedIds noted);
@@ -138,7 +139,7 @@ struct NotedIds {
                                                Extent2D extent, bool withVariance);
 
 // The stored state without a new sample, with mean and variance of all samples in it, including what the open
-// frame has declared so far. At least one, and no tile of another.
+// frame has declared so far. There must be at least one complete sample and no partial one.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance);
 

@@ -8,15 +8,16 @@
 
 namespace raygraph::passes {
 
-// An element of the buffer: zeros for a pixel without samples, and no variance below two samples.
+// An element of the buffer: zeros for a pixel without samples; the variance is 0 below two samples.
 struct ProbedTexels {
     glm::vec4 mean;
     glm::vec4 variance;
 };
 
-// One ProbedTexels for each of `grid` pixels that are spread evenly over `region`, row by row, from the sums
-// of samples that were accumulated with variance. `progress` is that of the samples. Error{Usage} for a
-// region that is not within the picture, and for a grid of more pixels than the region has.
+// Returns a ProbedTexels for one pixel of each cell of a `grid` over `region`, row by row, at a quasi-random
+// place in the cell, from the sums of samples that were accumulated with variance. `progress` is that of the
+// samples. Error{Usage} for a region that is not within the picture, and for a grid that is empty, wider or
+// higher than the region.
 [[nodiscard]] RAYGRAPH_API BufferId Probe(Renderer& renderer, const AccumulatedIds& samples,
                                           const Accumulation::Progress& progress, const Region& region,
                                           Extent2D grid = {1, 1});

@@ -113,12 +113,12 @@ struct TraceSettings : PathSettings {
     // Only for Trace: samples these pixels instead of all, each from its own index + sampleIndex on. The
     // outputs have the extent of the list.
     ListedPixels pixels{};
-    // Only for Trace, to measure one against another: all give one picture, but for rounding. Traversal::Own
-    // counts where the scene has trees (GpuSceneDesc::traversal), and Auto takes them there.
+    // Only for Trace, for measurements: the picture is the same up to rounding. Traversal::Own is ignored if
+    // the scene has no trees (GpuSceneDesc::traversal); Auto takes them if it has.
     Traversal traversal = Traversal::Auto;
     IntegratorForm form = IntegratorForm::Auto;
 
-    bool operator==(const TraceSettings&) const = delete;  // would be that of the paths alone
+    bool operator==(const TraceSettings&) const = delete;  // would ignore the members of TraceSettings
 };
 
 // Parts of the radiance, by the path that the light took: how often it was scattered, and which lobe
@@ -163,8 +163,8 @@ struct TraceCounts {
     uint64_t Rays() const { return rayWords[0] + (uint64_t{rayWords[1]} << 32); }
 };
 
-// Where there are several samples, each texture has the rows of one below those of the one before; of the
-// light groups each tile has.
+// With several samples, a texture stacks them: sample i begins at row i * height. In lightGroups each tile is
+// stacked so.
 struct TraceIds {
     // rgba32f, linear, finite; alpha 1 where the camera ray hit a surface, 0 where it escaped
     TextureId radiance;
@@ -176,10 +176,10 @@ struct TraceIds {
 
 // The samples of every pixel: the radiance, and the requested other outputs. A function of only (scene,
 // settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
-// several. Several keep a device busy that one does not fill, and wait for the longest path once. Unbiased
-// but for settings.biases. Ray counts of pixels are taken by the loop, and are those of any form.
-// Error{Usage} for them beside another output, for several samples, or pixels of a list, that share
-// Roulette::Frame, which draws the length of all paths of one, and for a region outside the picture.
+// several. Several at once fill a large device better. Unbiased but for settings.biases. Ray counts of pixels
+// are taken by IntegratorForm::Loop; the wavefront traces the same rays. Error{Usage}: ray counts together
+// with another output; a sampleCount of 0; Roulette::Frame, which draws one length for all paths of a sample,
+// with several samples or a list of pixels; roulette.survival outside (0, 1]; a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 

@@ -1,10 +1,10 @@
-// SpecializedShaders: what SpecializeSpirv made (rhi/shader_specializer.h), kept on disk, because a large
-// shader takes up to a second; in memory only as long as somebody makes a pipeline of it.
+// SpecializedShaders keeps what SpecializeSpirv makes (rhi/shader_specializer.h) on disk, because
+// specializing a large shader takes up to a second, and in memory only while a caller holds the words.
 //
-// A file a module, "shaders/<key>.spv" in the folder of the pipeline cache. The key is a hash of module,
-// values and the specializer's version; the file says its key, size and checksum, and one that is damaged or
-// of another key is made again. The files that were not used for longest are removed beyond 64 MiB. Processes
-// may share the folder. Threads: any. For rhi/ alone.
+// There is one file per module and values, "shaders/<key>.spv" in the folder of the pipeline cache, named by
+// the first half of a 128-bit hash of the module, the values and the specializer's version. Its header holds
+// the hash, size and checksum; a file that is damaged or of another hash is made again. Beyond 64 MiB the
+// least recently used files are removed. Processes may share the folder. Threads: any. For rhi/ alone.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,9 @@ class SpecializedShaders {
     // (SpecializerVersion); if it is empty, no shader is specialized.
     SpecializedShaders(const std::filesystem::path& folder, Log log, std::string version);
 
-    // Null: the module has none of the values, or nothing is made of it; then it is used as it is. While one
-    // thread makes a shader, others that want the same wait for it. Throws std::bad_alloc alone.
+    // Returns null if the module has none of the values, if it cannot be specialized, or if there is no
+    // version: it is then used as it is. While one thread makes a shader, others that want the same wait for
+    // it. Throws std::bad_alloc alone.
     Words Find(std::span<const uint32_t> spirv, std::span<const SpecializationValue> values);
 
   private:

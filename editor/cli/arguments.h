@@ -132,7 +132,7 @@ struct EditArguments : OutputArguments {
 // studio would change the picture of stored results.
 PictureSettings BenchDefaults();
 
-// Is a text for stdout (--help, --version), after which the program ends.
+// A text for stdout (--help, --version), after which the program ends.
 struct ShowText {
     std::string text;
 };

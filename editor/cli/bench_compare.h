@@ -13,7 +13,7 @@ namespace raygraph::cli {
 // The ratios refer to this version of passes::LimitKind::Path. Runs of different versions cannot be compared.
 inline constexpr int kLimitPathVersion = 1;
 
-// Is the cost of a path-traced frame relative to limit_path in the same round, over all rounds.
+// The cost of a path-traced frame relative to limit_path in the same round, over all rounds.
 struct RelativeCost {
     std::string measure;         // "cpu seconds" of the process on a CPU device, else "gpu timestamps"
     double median = 0.0;         // median of the rounds' ratios

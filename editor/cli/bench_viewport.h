@@ -8,7 +8,7 @@
 
 namespace raygraph::cli {
 
-// Is the cost of one sample of every pixel, with everything else in its frames, as means over all rounds.
+// The cost of one sample of every pixel, with everything else in its frames, as means over all rounds.
 struct SampleCost {
     double cpuSeconds = 0.0;  // processor time of the process
     double gpuMs = 0.0;       // sum of all passes; 0 without timestamps

@@ -27,12 +27,13 @@ class Rendering {
     Rendering(const RenderArguments& arguments, const RenderJob& job, std::span<rhi::Device* const> devices,
               Session& session, os::SignalWatch& signals, Console& console, ProcessGroup* group);
 
-    // The picture that the session has begun, until it is complete or the program is asked to end. Its files
-    // are written, each on its own, in a group by the root: first the one that can be gone on with, at the
-    // end the report, last devices and pipes, to which no checkpoint is written. One that cannot be written
-    // is said, and is part of Result(). `giveBack`, of the last picture, ends the session and its devices. It
-    // is called on another thread while the files are written, which need neither, and has returned when the
-    // call does. It is not called where a report or a group needs them longer.
+    // Renders the picture that the session has begun until it is complete or the program is asked to end,
+    // then writes its files (in a group, the root does): first the resumable .exr, then other pictures, the
+    // report, and last devices and pipes. Checkpoints write neither the report nor devices and pipes. A file
+    // that cannot be written is logged, does not stop the others, and sets Result(). `giveBack`, for the last
+    // picture, destroys the session and its devices: it runs on another thread while the files are written,
+    // and has returned when this call does. It is not called with a report, in a group, or if nothing is
+    // written.
     void RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack = {});
 
     // Returns whether the program was asked to end; the picture may be complete even so.

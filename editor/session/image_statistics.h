@@ -17,7 +17,7 @@ struct ImageStatistics {
     std::optional<double> relativeError;
 };
 
-// Is a picture's relative error at a number of samples.
+// A picture's relative error at a number of samples.
 struct MeasuredError {
     uint32_t samples = 0;
     std::optional<double> relativeError;  // see ImageStatistics

@@ -19,7 +19,7 @@ struct StopRule {
     std::function<bool()> isPauseRequested;
 };
 
-// Is the state of a run that is going on.
+// The state of a run that is going on.
 struct ProgressState {
     uint32_t samplesDone = 0;               // of the picture
     std::optional<uint32_t> samplesWanted;  // none: until the time is up

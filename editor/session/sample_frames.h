@@ -98,7 +98,7 @@ class SampleFrames {
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
-    // Is an accumulated picture; FinishPicture sets the readbacks.
+    // An accumulated picture; FinishPicture sets the readbacks.
     struct Accumulated {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;

@@ -21,7 +21,7 @@ struct ErrorEstimate {
     std::optional<double> relativeError;
 };
 
-// The first frame that is declared after it and shows the path-traced view answers.
+// Answered by the first frame declared after it that shows the path-traced view with a complete sample.
 using ErrorRequest = Pending<ErrorEstimate>;
 
 class RAYGRAPH_API ErrorRequests {

@@ -14,7 +14,7 @@ class KeptDisplay {
   public:
     explicit KeptDisplay(std::string name) : m_name(std::move(name)) {}
 
-    // Is an accumulated picture in the open frame.
+    // An accumulated picture in the open frame.
     struct Source {
         TextureId mean;                                // rgba32f, of the picture's extent
         passes::Accumulation::Progress before, after;  // of `mean`: submitted; with this frame

@@ -48,7 +48,7 @@ class PathTracedView {
     // Returns the factor by which the shown picture of submitted frames is coarser. 1: every pixel has a
     // sample; 0: there is no picture yet.
     uint32_t Coarseness() const;
-    // Is a tile that the last declared frame traces, if it is executed.
+    // A tile that the last declared frame traces, if it is executed.
     struct Tile {
         uint32_t height = 0;  // of the picture to which the tile belongs
         passes::Region region;
@@ -61,7 +61,7 @@ class PathTracedView {
     std::vector<passes::Region> TilesOfSamples() const;
 
   private:
-    // Is one sample of the picture at a lower resolution.
+    // One sample of the picture at a lower resolution.
     struct Level {
         uint32_t scale;
         passes::Accumulation sample;

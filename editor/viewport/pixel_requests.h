@@ -14,7 +14,7 @@
 
 namespace raygraph::viewport {
 
-// Is the surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
+// The surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
 struct PickResult {
     glm::uvec2 pixel{0};
     bool isHit = false;      // the other fields are valid
@@ -27,7 +27,7 @@ struct PickResult {
     float depth = 0.0f;        // meters along the camera's forward
 };
 
-// Is the mean of a view in a pixel.
+// The mean of a view in a pixel.
 struct PixelValue {
     glm::vec3 radiance{0.0f};  // linear, W/(sr m^2)
     float coverage = 0.0f;     // fraction of the samples that hit a surface
@@ -54,7 +54,7 @@ class RAYGRAPH_API PixelRequests {
 
     // Declares the passes that answer the pending requests. `settings` is the picture's.
     void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
-    // Is the accumulation of a shown view, with what the open frame adds to it.
+    // The accumulation of a shown view, with what the open frame adds to it.
     struct Shown {
         passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;

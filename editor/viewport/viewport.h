@@ -50,7 +50,7 @@ struct ViewportDesc {
     Extent2D size{};
 };
 
-// Is the progress of the shown picture in submitted frames.
+// The progress of the shown picture in submitted frames.
 struct ViewportProgress {
     uint32_t pathTracedSamples = 0;  // per pixel
     double pathTracedShare = 0.0;    // fraction of the pixels that already have the next sample
@@ -65,7 +65,7 @@ struct ViewportProgress {
     bool isPreview = false;
 };
 
-// Is the difference between the raster and the path-traced picture, at these sample counts.
+// The difference between the raster and the path-traced picture, at these sample counts.
 struct CompareNumbers {
     View view = View::Flip;  // Difference (of the luminance), RelativeError or Flip
     passes::MapNumbers numbers{};

@@ -42,7 +42,7 @@ struct HostSemaphores {
     std::vector<rhi::SemaphoreUse> signal;
 };
 
-// Is an image that the host owns. The image outlives the frames that show in it, and so does this object,
+// An image that the host owns. The image outlives the frames that show in it, and so does this object,
 // which tracks the layout from frame to frame. Threads: that of the Renderer.
 class RAYGRAPH_API HostImage {
   public:

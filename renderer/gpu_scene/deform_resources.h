@@ -1,6 +1,6 @@
-// What SetScene creates on the device for what deforms: with each such group's streams, those that move its
-// vertices; and for each deformed copy of a mesh (deform_plan.h) groups of its own, whose positions, normals
-// and tangents are in memory of its own and whose other streams are those of the mesh.
+// Resources of skinned and morphed meshes, created by SetScene. A group that may deform stores joints,
+// weights and morph targets beside its vertex streams. Each deformed copy of a mesh (deform_plan.h) has
+// groups with positions, normals and tangents of their own; all other streams are shared with the mesh.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct SceneContext;
 // A group as the file has it.
 struct BaseShape {
     struct Part {
-        gpu::DeformRecord record{};                // without the results, and what depends on the copy
+        gpu::DeformRecord record{};                // without output addresses and fields of a copy
         uint64_t targets = StreamPacker::kAbsent;  // offset of its DeformTarget[]
         uint32_t firstVertex = 0;                  // in the group
     };
@@ -33,9 +33,9 @@ struct BaseShape {
 
 // Whether joints or targets move some vertex.
 bool MayDeform(std::span<scene::Primitive* const> primitives);
-// Appends what moves the vertices of a primitive. Until PlaceBase addresses are offsets.
+// Appends joints, weights and targets of the primitive. Address fields hold offsets until PlaceBase.
 void PackMovers(const scene::Primitive& primitive, StreamPacker& packer, BaseShape& base);
-// From offsets to addresses; `geometry` and `positions` still have offsets.
+// Turns the part's offsets into addresses. `geometry` and `positions` must still hold offsets.
 void PlaceBase(BaseShape::Part& part, const gpu::GeometryRecord& geometry, uint64_t positions,
                uint64_t firstVertex, VkDeviceAddress start, StreamPacker& packer);
 
@@ -44,7 +44,7 @@ struct DeformedGroup {
     OutlinePose pose;    // as the joints and weights are now
     RefitQuality quality;
     bool isRefitDue = false;    // the vertices have changed since the BLAS was built or refitted
-    bool isRebuildDue = false;  // refits have decayed
+    bool isRebuildDue = false;  // refits have degraded the BLAS
 };
 
 struct DeformedMesh {
@@ -54,9 +54,9 @@ struct DeformedMesh {
     uint32_t firstWeight = 0, weightCount = 0;
     uint32_t firstRecord = 0, recordCount = 0;  // into DeformResources::records
     std::vector<DeformedGroup> groups;
-    bool isPoseOld = false;    // joints or weights have changed since the host followed
-    bool isDeformDue = false;  // or since the device has, which has records to follow by
-    bool isWeightsDue = true;  // weights have since they were uploaded
+    bool isPoseOld = false;    // joints or weights changed, and Follow has not run since
+    bool isDeformDue = false;  // Follow has run, and the device has yet to deform the vertices
+    bool isWeightsDue = true;  // the weights have yet to be uploaded
 };
 
 struct SkinMatrices {
@@ -99,8 +99,8 @@ struct MeshUse {
     uint32_t treeThreads = 0;  // that build it; 0: as many as the machine has cores
 };
 
-// Appends the copies of the plan to the meshes of the scene, which are all there and numbered as in it; with
-// memory, records and BLASes.
+// Appends the plan's copies to `geometry`, which must hold all meshes of the scene in their order, and
+// creates their buffers, records and BLASes.
 void AddDeformedCopies(SceneContext& context, const scene::SceneData& scene, const DeformPlan& plan,
                        SceneGeometry& geometry);
 

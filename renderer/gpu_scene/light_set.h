@@ -1,7 +1,8 @@
 // LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built.
-// What moves, goes, or shines more or less, is updated in place: its record, its leaf of the light tree and
-// the nodes above; alias tables only where powers changed. The tables are built again when emission changed,
-// lights were added, or most have been removed; when the origin moves, all lights are translated.
+// Moving, hiding or removing a light, or changing a punctual light, updates its record, its leaf of the light
+// tree and the nodes above in place; alias tables only if powers changed. All tables are built again when the
+// emission of a material changes, lights are added, or most have been removed. When the origin moves, all
+// lights are translated.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +26,7 @@
 
 namespace raygraph {
 
-// Where a punctual light comes from: a host's must have a direction, a node may be scaled to nothing.
+// Who placed a punctual light: a host's transform is checked to have a direction, a node's may be degenerate.
 enum class LightPlace : uint8_t { OfHost, OfNode };
 
 struct LightStatistics {
@@ -48,23 +49,23 @@ class LightSet {
     // The emitters of a group that had none; `variants` are what they may become.
     void AddGroup(uint32_t group, std::vector<Emitter> emitters, std::span<const EmitterVariant> variants,
                   bool isDeformed);
-    void RemoveGroup(uint32_t group) noexcept;  // that is not placed
-    // Of that index, in place of one that was removed or past the last one.
+    void RemoveGroup(uint32_t group) noexcept;  // requires that no placement of it is left
+    // Adds a material at that index, which is free or one past the last.
     void AddMaterial(uint32_t material, const glm::vec3& radiance);
-    // A placement of a group of that InstanceRecord; a group without emitters is none. The transform and
-    // visibility are the instance's, of all its placements.
+    // Adds the placement of a group by that InstanceRecord, if the group has emitters. The transform and the
+    // visibility are those of the instance, the same for all its placements.
     void AddPlacement(uint32_t record, uint32_t instance, uint32_t group, const glm::mat4x3& objectToWorld,
                       bool isVisible);
-    // All of the instance. Throws nothing after ReserveRemoval of it.
+    // Removes all placements of the instance. Throws nothing after ReserveRemoval of it.
     void RemovePlacements(uint32_t instance);
     void ReserveRemoval(uint32_t instance);
-    // The index is that of a light that was removed, if there is one. Errors as SetPunctual.
+    // Returns the light's index; indices of removed lights are used again. Errors as SetPunctual.
     uint32_t AddPunctual(const scene::Light& values, bool isVisible, LightPlace place = LightPlace::OfHost);
-    void RemovePunctual(uint32_t light);  // it stays as one that does not shine
+    void RemovePunctual(uint32_t light);  // its slot stays, dark, until it is used again
 
     // Indices are those of the scene, and in range. Transforms of instances are from the scene's origin;
     // those of punctual lights in the world.
-    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);  // of an emitter
+    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);  // requires IsEmitter
     bool IsEmitter(uint32_t instance) const {
         return instance < m_firstPlacement.size() && m_firstPlacement[instance] != kNone;
     }
@@ -108,11 +109,11 @@ class LightSet {
 
     bool HasInfiniteLight() const;
     bool AreMostRemoved() const;
-    // Of a placement, as the lights are numbered now.
+    // Returns how many light records a placement of the group takes.
     uint32_t LightsOfOne(uint32_t group) const {
         return m_scene.isShared[group] ? 1u : static_cast<uint32_t>(m_scene.groups[group].size());
     }
-    // Of the rule Always, tables are those of a set that had no others before.
+    // LightRule::Decay keeps groups shared once they are; Always decides anew.
     bool StaysShared() const { return m_rule == LightRule::Decay; }
     void SetPunctual(uint32_t light, scene::Light&& inWorld, scene::Light&& fromOrigin);
     // The values in the world, and from the origin.
@@ -130,7 +131,7 @@ class LightSet {
                bool isVisible);
     void ToRest(std::vector<uint32_t>& groups, uint32_t index);
     void DropRemoved();
-    // Numbers all lights again.
+    // Numbers all lights again if that is due.
     void Number();
     // A table of lights or nodes.
     struct Records {
@@ -164,11 +165,11 @@ class LightSet {
     uint64_t m_numberedLights = 0;  // of all placements, removed ones included, when they were numbered
 
     LightTable m_table;
-    LightEdits m_edits;  // but for what the lists have
+    LightEdits m_edits;  // edits that the lists below do not hold
     ChangeList m_changedPlacements, m_changedPunctual;
     bool m_isNumberingDue = true;
-    bool m_areNumbersNew = true;            // the instances do not know them
-    std::vector<uint32_t> m_newPlacements;  // of otherwise the same numbers, likewise
+    bool m_areNumbersNew = true;            // all instances have yet to be told their lights
+    std::vector<uint32_t> m_newPlacements;  // only the instances of these have, as they took free lights
     bool m_isAliasUploadDue = true;
     bool m_isMeshAliasUploadDue = true;
     LightStatistics m_statistics;

@@ -13,22 +13,22 @@
 
 namespace raygraph {
 
-// A triangle that a BLAS is built of counts as much of a frame's budget as so many bytes that are copied.
+// Cost of a triangle whose BLAS is built, in copied bytes of a frame's budget.
 inline constexpr uint64_t kTriangleCost = 64;
 
 class MeshUpload {
   public:
-    // Refers to all of them. `materials` are the numbers on the device of the meshes' materials, which those
-    // of a mesh have before it is complete; empty: they are as the meshes have them.
+    // Keeps references to all arguments. `materials` maps a material index of the meshes to its index on the
+    // device; the entries that a mesh uses must be set before the last Make for it. Empty: the indices stay.
     MeshUpload(SceneContext& context, rhi::Uploader& uploader, std::span<PackedMesh> meshes,
                std::span<const uint32_t> materials = {});
 
-    // Goes on with the mesh, while no other one is on its way, and copies at most `budget` bytes, which it
-    // counts down, with kTriangleCost for each triangle that is built. True: everything has been copied.
-    // Where Make may not wait for the device, it returns false instead. Each group is disposed of after its
-    // upload. Its BLAS is added to the builder.
+    // Continues copying the mesh; one mesh is finished before the next is begun. Subtracts from `budget` the
+    // copied bytes and kTriangleCost for each triangle. Returns true when the mesh is complete, false if the
+    // budget is used up or, with mayWait false, if it would have to wait for the device. Adds the BLAS of
+    // each group to the builder and frees its host memory.
     bool Make(uint32_t mesh, uint64_t& budget, bool mayWait = true);
-    // The groups of the mesh that has been made.
+    // Returns the groups of the mesh that is complete.
     std::vector<GroupResources> Take() { return std::exchange(m_groups, {}); }
     // Bytes that all meshes together have to copy, and have copied.
     uint64_t Bytes() const { return m_bytes; }
@@ -42,9 +42,9 @@ class MeshUpload {
     std::span<PackedMesh> m_meshes;
     std::span<const uint32_t> m_materials;
     uint64_t m_bytes = 0, m_copiedBytes = 0;
-    std::vector<GroupResources> m_groups;  // of the mesh on its way: those that are there
-    rhi::Buffer m_streams;                 // of its next one, once that is begun
-    uint64_t m_offset = 0;                 // bytes of them that have been copied
+    std::vector<GroupResources> m_groups;  // the finished groups of the current mesh
+    rhi::Buffer m_streams;                 // streams of its next group, once begun
+    uint64_t m_offset = 0;                 // bytes of m_streams that have been copied
 };
 
 }  // namespace raygraph

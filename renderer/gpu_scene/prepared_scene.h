@@ -20,14 +20,14 @@ namespace raygraph {
 struct SceneContent;  // renderer/gpu_scene/scene_content.h
 
 struct PrepareSettings {
-    uint32_t maxThreads = 0;  // that end before it returns; 0: one a core
+    uint32_t maxThreads = 0;  // worker threads, which end before it returns; 0: one per core
     // Meshes of more triangles than this, or of more than every device has memory for in one piece, become
     // several structures side by side, split in space. Small ones let a scene that streams build a little in
     // each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
-    // For own traversal. True: the trees of meshes are built here where there are more triangles than one
-    // tree takes (kMaxLevelTriangles); those of fewer GpuScene builds, if it comes to need them. False: the
-    // scene can have none, as for a GpuScene that does not take trees (GpuScene::TakesTrees).
+    // For own traversal. True: a scene of more than kMaxLevelTriangles triangles gets a tree per mesh here;
+    // GpuScene builds the one tree of a smaller scene when it needs it. False: this scene cannot use own
+    // traversal, as for a GpuScene without trees (GpuScene::TakesTrees).
     bool makesTrees = true;
     // For DefaultLight::Auto. True: HasOwnLight measures whether the scene lights itself, which builds trees
     // over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
@@ -36,22 +36,23 @@ struct PrepareSettings {
 
 class RAYGRAPH_API PreparedScene {
   public:
-    // Consumes the data, but for an Error{Usage}, for what scene::Check refuses: that leaves it as it is.
-    // Error{OutOfMemory} leaves data without meshes.
+    // Consumes the data. Error{Usage}, if scene::Check refuses it: the data is unchanged. Error{OutOfMemory}:
+    // the data may have lost its meshes, and is not to be used again.
     explicit PreparedScene(scene::SceneData&& data, const PrepareSettings& settings = {});
     ~PreparedScene();
     PreparedScene(PreparedScene&& other) noexcept;
     PreparedScene& operator=(PreparedScene&& other) noexcept;
 
-    // The data without what has been consumed: vertices, and after an upload images.
+    // Returns the scene without its vertices and, once a SetScene has failed, possibly without images. Not to
+    // be called once GpuScene has taken this object.
     const scene::SceneData& Data() const;
-    // Of all streams.
+    // Returns the bytes of all vertex and index streams.
     uint64_t GeometryBytes() const;
 
   private:
     friend class GpuScene;
     friend class SceneStreams;
-    // For a call of GpuScene, which begins the lines of Errors.
+    // `call` is the function of GpuScene that messages of Errors name.
     PreparedScene(scene::SceneData&& data, const PrepareSettings& settings, const char* call);
     void Make(scene::SceneData&& data, const PrepareSettings& settings);
     std::unique_ptr<SceneContent> m_content;

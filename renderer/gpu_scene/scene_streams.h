@@ -47,7 +47,7 @@ class SceneStreams {
         MeshUpload meshes;
         std::vector<bool> isVisible;  // by node
         bool isStreamed = false;      // never waits for the device
-        // Indices in the part of what is brought next.
+        // The next item of each kind, by its index in the part.
         uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;
 
         // Of streams and texels.
@@ -69,12 +69,12 @@ class SceneStreams {
     void End(Parts::iterator part);
 
     SceneContext& m_context;
-    Parts m_parts;                                            // by age; the first one is copied
-    mutable std::list<std::weak_ptr<SceneUpload>> m_uploads;  // likewise; they precede parts
+    Parts m_parts;                                            // oldest first; the first is being copied
+    mutable std::list<std::weak_ptr<SceneUpload>> m_uploads;  // oldest first; they precede parts
     std::optional<rhi::Uploader> m_uploader;
     std::list<TextureUpload> m_ended;  // textures of ended streams that the device still works on
     uint32_t m_lastOwner = kOwnedByScene;
-    uint64_t m_endedBytes = 0;  // of parts that are complete, since something streams
+    uint64_t m_endedBytes = 0;  // of parts completed since m_parts was last empty
 };
 
 }  // namespace raygraph

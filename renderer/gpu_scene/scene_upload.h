@@ -11,16 +11,16 @@ namespace raygraph {
 
 struct SceneContent;  // renderer/gpu_scene/scene_content.h
 
-// What GpuScene::Upload begins. Without its owner, copying stops, and what has been copied is freed.
+// GpuScene::Upload begins one. Destroying it stops the upload and frees what was copied.
 class RAYGRAPH_API SceneUpload {
   public:
     ~SceneUpload();
     SceneUpload(const SceneUpload&) = delete;
     SceneUpload& operator=(const SceneUpload&) = delete;
 
-    // Everything has been copied, or cannot be: GpuScene::SetScene has nothing to wait for, or throws.
+    // Returns whether GpuScene::SetScene has little left to do, or will throw what ended the upload.
     bool IsReady() const;
-    float Fraction() const;  // from 0 to 1: of the bytes
+    float Fraction() const;  // copied bytes over all bytes, 0 to 1
 
   private:
     friend class GpuScene;

@@ -16,7 +16,7 @@ namespace raygraph {
 
 class SceneUpload::Impl {
   public:
-    // Refers to all of them. Plans textures.
+    // Keeps references to all arguments. Plans textures.
     Impl(SceneContext& context, rhi::Uploader& uploader, SceneContent& content);
 
     // Goes on, and counts down the budget, as TextureUpload and MeshUpload do. True: textures and meshes are
@@ -25,8 +25,8 @@ class SceneUpload::Impl {
     bool IsDone() const { return m_hasMaterials && m_mesh == m_content.meshes.size(); }
     // Copies all that Continue has left, and flushes.
     void Complete();
-    // The same without flushing, and makes the objects of the scene with the context's uploader, which the
-    // caller flushes; if that is not its own, the upload has to be done.
+    // Copies what is left and creates the scene's objects, without flushing: the caller flushes
+    // context.uploader. If this upload uses another uploader, IsDone() must be true.
     std::unique_ptr<SceneObjects> Finish();
 
     // Bytes of streams and texels.

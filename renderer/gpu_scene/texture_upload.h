@@ -29,19 +29,19 @@ class TextureUpload {
     ~TextureUpload();
     TextureUpload(TextureUpload&& other) noexcept;
 
-    // Goes on with the texture, or with one that it depends on, and copies at most about `budget` bytes,
-    // which it counts down. True: it is there; where levels are made, that has been submitted. The device has
-    // two images to work on at most: Make waits for it, or if it may not returns false. Frees each image
-    // after its last use.
+    // Continues with the texture, or with one that it depends on, and copies about `budget` bytes at most,
+    // which it subtracts. Returns true once the texture is complete, the making of its mip levels at least
+    // submitted. At most two images are in work on the device: then Make waits, or returns false if it may
+    // not. Frees each image after its last use.
     bool Make(uint32_t texture, uint64_t& budget, bool mayWait = true);
-    // Whether the device still works on what has been submitted: the destructor waits for that.
+    // Returns whether the device still makes mip levels; the destructor waits for that.
     bool IsBusy() const;
-    // Of a texture that is there.
+    // Requires that the texture is complete.
     SceneTexture Get(uint32_t texture) const;
     // Bytes that all textures together have to copy, and have copied.
     uint64_t Bytes() const;
     uint64_t CopiedBytes() const;
-    // What those that are not there yet will take on the device.
+    // Returns the bytes that incomplete textures will take on the device.
     uint64_t BytesToCome() const;
     // Says that images were made smaller, if any were.
     const std::string& Reduction() const;
