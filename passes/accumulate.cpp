@@ -266,7 +266,8 @@ ExactSums SumsReadback::Values() const {
     std::vector<std::future<ExactSums::Plane>> sums, squares;
     const auto take = [](const Readback& from) {
         from.Wait();
-        return std::async(std::launch::async, [from] { return ValuesOf<uint32_t, ExactSums::Plane>(from); });
+        return std::async(std::launch::async | std::launch::deferred,
+                          [from] { return ValuesOf<uint32_t, ExactSums::Plane>(from); });
     };
     for (const Readback& from : m_sums) sums.push_back(take(from));
     for (size_t k = 0; k < m_squares.size() && m_hasSquares; ++k) squares.push_back(take(m_squares[k]));

@@ -168,8 +168,8 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (pictures.Current().camera) settings.camera = *pictures.Current().camera;
 
     // A driver takes a third of a second to make a device, longer than most scenes take to load
-    std::future<std::vector<std::unique_ptr<rhi::Device>>> opening =
-        std::async(std::launch::async, [&] { return OpenDevices(arguments, group, log); });
+    std::future<std::vector<std::unique_ptr<rhi::Device>>> opening = std::async(
+        std::launch::async | std::launch::deferred, [&] { return OpenDevices(arguments, group, log); });
     Progress& progress = console.progress;
     std::optional<image::ExrThreads> threads(std::in_place);
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,

@@ -1,6 +1,7 @@
 #include "editor/cli/rendering.h"
 
 #include <algorithm>
+#include <system_error>
 #include <thread>
 
 #include "base/atomic_file.h"
@@ -222,9 +223,16 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         });
     }
     {
-        // Drivers take a tenth of a second to free a device. A report asks it, and a group is left together
+        // Drivers take a tenth of a second to free a device, which counts after a short render alone: a crash
+        // of one must not cost a long one its files. A report still asks the device, and a group is left
+        // together.
+        constexpr double kShortSeconds = 10.0;
         std::jthread givingBack;
-        if (giveBack && m_arguments.report.empty() && m_group == nullptr) givingBack = std::jthread(giveBack);
+        if (giveBack && m_arguments.report.empty() && m_group == nullptr && run.seconds < kShortSeconds) try {
+                givingBack = std::jthread(giveBack);
+            } catch (const std::system_error&) {
+                // There is no thread to be had: all is freed at the end
+            }
         const image::ExrThreads threads;
         outputs.WriteAll();
     }
