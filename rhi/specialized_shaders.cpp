@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 
 // A scene's pipelines are a few hundred kilobytes to a megabyte.
 constexpr uint64_t kMaxFolderBytes = uint64_t{64} << 20;
+constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{16} << 20;
 constexpr std::string_view kSuffix = ".spv";
 
@@ -79,6 +80,8 @@ SpecializedShaders::Words SpecializedShaders::Find(std::span<const uint32_t> spi
         words = std::make_shared<const std::vector<uint32_t>>(std::move(made));
     }
     shader.words = words;
+    if (m_folder.empty() && (m_keptBytes += words->size() * sizeof(uint32_t)) <= kMaxKeptBytes)
+        shader.kept = words;
     return words;
 }
 

@@ -1,5 +1,6 @@
 // SpecializedShaders keeps what SpecializeSpirv makes (rhi/shader_specializer.h) on disk, because
 // specializing a large shader takes up to a second, and in memory only while a caller holds the words.
+// Without a folder, up to 64 MiB stay in memory.
 //
 // There is one file per module and values, "shaders/<key>.spv" in the folder of the pipeline cache, named by
 // the first half of a 128-bit hash of the module, the values and the specializer's version. Its header holds
@@ -7,6 +8,7 @@
 // least recently used files are removed. Processes may share the folder. Threads: any. For rhi/ alone.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -49,9 +51,11 @@ class SpecializedShaders {
     struct Shader {
         std::mutex mutex;  // held while it is made
         std::weak_ptr<const std::vector<uint32_t>> words;
+        Words kept;  // the same, where no folder holds them
     };
     std::mutex m_mutex;  // of the map
     std::map<Key, Shader> m_shaders;
+    std::atomic<uint64_t> m_keptBytes = 0;
 };
 
 }  // namespace raygraph::rhi

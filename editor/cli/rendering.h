@@ -32,8 +32,8 @@ class Rendering {
     // report, and last devices and pipes. Checkpoints write neither the report nor devices and pipes. A file
     // that cannot be written is logged, does not stop the others, and sets Result(). `giveBack`, for the last
     // picture, destroys the session and its devices: it runs on another thread while the files are written,
-    // and has returned when this call does. It is not called with a report, in a group, or if nothing is
-    // written.
+    // and has returned when this call does. It is not called with a report, in a group, after ten seconds
+    // of rendering or more, or if nothing is written.
     void RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack = {});
 
     // Returns whether the program was asked to end; the picture may be complete even so.

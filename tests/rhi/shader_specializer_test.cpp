@@ -224,7 +224,7 @@ TEST_F(SpecializedShadersTest, AreMadeOnce) {
 }
 
 TEST_F(SpecializedShadersTest, ThreadsThatMissAtOnceGetTheSame) {
-    SpecializedShaders shaders({}, log.Listener(), SpecializerVersion());
+    SpecializedShaders shaders = Open();
     std::array<SpecializedShaders::Words, 8> found;
     {
         std::vector<std::jthread> threads;
@@ -234,10 +234,17 @@ TEST_F(SpecializedShadersTest, ThreadsThatMissAtOnceGetTheSame) {
     ASSERT_TRUE(found[0]);
     EXPECT_EQ(*found[0], expected);
     for (const SpecializedShaders::Words& words : found) EXPECT_EQ(words, found[0]);
-    // Nobody else keeps them
+    // The file is enough
     const std::weak_ptr<const Words> kept = found[0];
     found = {};
     EXPECT_TRUE(kept.expired());
+}
+
+TEST_F(SpecializedShadersTest, StayInMemoryWithoutAFolder) {
+    SpecializedShaders shaders({}, log.Listener(), SpecializerVersion());
+    const std::weak_ptr<const Words> kept = shaders.Find(FeaturesShader(), values);
+    ASSERT_FALSE(kept.expired());
+    EXPECT_EQ(shaders.Find(FeaturesShader(), values), kept.lock());
 }
 
 TEST_F(SpecializedShadersTest, FilesAreReadByTheNext) {
