@@ -22,10 +22,6 @@ Json Number(float value) {
     return Json(std::stod(session::ToText(value)));
 }
 
-Json Vector(const glm::vec3& v) {
-    return {Number(v.x), Number(v.y), Number(v.z)};
-}
-
 Json ValueJson(bool value) {
     return value;
 }
@@ -69,7 +65,7 @@ Json CameraJson(const scene::Camera& camera) {
         json["height_m"] = Number(2.0f * camera.yMag);
     else
         json["fov_degrees"] = Number(glm::degrees(camera.yFov));
-    json["eye"] = Vector(camera.cameraToWorld[3]);
+    json["eye"] = ValueJson(camera.cameraToWorld[3]);
     json["option"] = session::CameraText(scene::ViewOf(camera, 1.0f));
     json["fields"] =
         FieldsJson(camera, [&](const auto& visit) { scene::ForEachCameraField(camera.projection, visit); });
@@ -87,7 +83,7 @@ Json LightJson(const scene::Light& light, const std::vector<scene::LightProfile>
     }
     if (light.type == scene::LightType::Spot)
         json["cone_degrees"] = Number(2.0f * glm::degrees(light.outerConeAngle));
-    json["color"] = Vector(light.color);
+    json["color"] = ValueJson(light.color);
     json["fields"] = FieldsJson(light, [&](const auto& visit) { scene::ForEachLightField(light, visit); });
     return json;
 }
@@ -95,9 +91,9 @@ Json LightJson(const scene::Light& light, const std::vector<scene::LightProfile>
 Json MaterialJson(const scene::Material& material) {
     return {
         {"name", material.name},
-        {"base_color", Vector(material.baseColorFactor)},
+        {"base_color", ValueJson(glm::vec3(material.baseColorFactor))},
         {"has_base_color_texture", material.baseColorTexture.IsPresent()},
-        {"emits", Vector(material.EmittedRadiance())},
+        {"emits", ValueJson(material.EmittedRadiance())},
         {"has_emissive_texture", material.emissiveTexture.IsPresent()},
         {"alpha", Name(material.alphaMode)},
         {"fields", FieldsJson(material, [&](const auto& visit) { scene::ForEachFieldOf(material, visit); })}};
@@ -134,7 +130,7 @@ std::string SceneJson(const session::SceneInput& input) {
     json["image_bytes"] = statistics.imageBytes;
     json["bounds_m"] = nullptr;
     if (!scene.bounds.IsEmpty())
-        json["bounds_m"] = {{"min", Vector(scene.bounds.min)}, {"max", Vector(scene.bounds.max)}};
+        json["bounds_m"] = {{"min", ValueJson(scene.bounds.min)}, {"max", ValueJson(scene.bounds.max)}};
     json["environment"] = nullptr;
     if (const scene::EnvironmentLight& light = scene.environment; light.IsPresent())
         json["environment"] = {{"name", light.name}, {"face_size", light.faceSize}};

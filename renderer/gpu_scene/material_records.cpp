@@ -36,7 +36,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.scattering = values.Scattering();
     record.scatterAnisotropy = values.ScatteringMeanCosine();
     if (values.BoundsMedium() || values.transmissionFactor == 0.0f) record.scatterStrength = 0.0f;
-    // Of the two extensions by which a sheet scatters, the later one replaces the other
+    // KHR_materials_scatter replaces KHR_materials_diffuse_transmission on a sheet that has both.
     if (record.scatterStrength > 0.0f) record.diffuseTransmission = 0.0f;
     const bool scattersAll =
         record.scatterStrength >= 1.0f && record.scatterStrengthTexture == gpu::kNoTexture;

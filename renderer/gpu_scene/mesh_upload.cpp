@@ -87,7 +87,7 @@ bool MeshUpload::Make(uint32_t mesh, uint64_t& budget, bool mayWait) {
     return true;
 }
 
-// Of a group whose streams have been copied.
+// Requires that the streams of the group have been copied.
 GroupResources MeshUpload::Finish(PackedGroup& group, const PackedMesh& mesh) {
     RenumberMaterials(group, m_materials);
     GroupResources result;

@@ -50,7 +50,7 @@ class SceneStreams {
         // The next item of each kind, by its index in the part.
         uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;
 
-        // Of streams and texels.
+        // These count bytes of streams and texels.
         uint64_t Bytes() const { return textures.Bytes() + meshes.Bytes(); }
         uint64_t CopiedBytes() const { return textures.CopiedBytes() + meshes.CopiedBytes(); }
     };

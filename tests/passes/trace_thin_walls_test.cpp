@@ -147,7 +147,7 @@ TEST_F(TraceThinWalls, Trace_PartlyTransmissivePaneWithAlphaIsDimmedByAll) {
     pane.metallicFactor = 0.2f;
     pane.alphaMode = scene::AlphaMode::Blend;
     pane.baseColorFactor.a = 0.6f;
-    // What it scatters of that is lost to a shadow ray
+    // A shadow ray loses the part that the sheet scatters.
     for (const float strength : {0.0f, 0.25f}) {
         pane.scatterStrengthFactor = strength;
         SetFloorUnder({0.5f}, Sun(3.0f), pane);
