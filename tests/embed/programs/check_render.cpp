@@ -1,4 +1,4 @@
-// check SCENE PICTURE: checks that the picture is the render that docs/embed.md promises, and that sessions
+// check_render SCENE PICTURE: checks that the picture is what examples/4_offline_render.cpp renders, and that sessions
 // of a host can resume it. Exits with 1 and one line if not.
 #include <algorithm>
 #include <cstdio>
@@ -140,7 +140,7 @@ int main(int argc, char** argv) {
         Refuse(*device, argv[1]);
         return 0;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "check: %s\n", error.what());
+        std::fprintf(stderr, "check_render: %s\n", error.what());
         return 1;
     }
 }

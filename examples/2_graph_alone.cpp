@@ -1,6 +1,5 @@
-// Runs frames of passes of its own, without scenes and pictures: it doubles numbers on the device.
+// Runs a frame with a pass of its own, without scenes and pictures: it doubles numbers on the device.
 #include <cstdio>
-#include <exception>
 
 #include "renderer/graph/readback_values.h"
 #include "renderer/graph/renderer.h"
@@ -30,19 +29,14 @@ std::vector<uint32_t> Doubled(Renderer& renderer) {
         [](CommandList& commands) { commands.Dispatch(1, 1, 1); });
     const Readback readback = renderer.ReadBack(numbers);
     renderer.Execute();
-    readback.Wait();
-    return ValuesOf<uint32_t>(readback);
+    return WaitForValues<uint32_t>(readback);
 }
 
 }  // namespace
 
 int main() {
-    try {
-        const auto device = rhi::Device::Create();
-        Renderer renderer(*device);
-        return Doubled(renderer) == std::vector<uint32_t>{0, 2, 4, 6, 8, 10, 12, 14} ? 0 : 1;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "%s\n", error.what());
-        return 1;
-    }
+    const auto device = rhi::Device::Create();
+    Renderer renderer(*device);
+    for (const uint32_t number : Doubled(renderer)) std::printf("%u ", number);
+    std::puts("");
 }

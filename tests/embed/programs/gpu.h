@@ -1,24 +1,20 @@
-// Gpu is what a host engine has before it embeds anything: a Vulkan device, images in its memory, and
-// submissions that take turns with those of others on one timeline.
+// Gpu is what a host engine has before it embeds anything: a Vulkan device, images and vertices in its memory,
+// and submissions that take turns with those of others on one timeline.
 #pragma once
-
-#include <vulkan/vulkan.h>
 
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <string>
-#include <vector>
+
+#include "3_host.h"
 
 using Texel = std::array<uint8_t, 4>;
 
-class Gpu {
+class Gpu : public Host {
   public:
     Gpu();
     ~Gpu();
-    Gpu(const Gpu&) = delete;
-    Gpu& operator=(const Gpu&) = delete;
 
     // Makes an rgba8 image to be copied, cleared, and read by shaders; it lives as long as this object.
     VkImage MakePicture(VkExtent2D extent);
@@ -32,13 +28,9 @@ class Gpu {
     // Returns the texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them.
     std::vector<Texel> Read(VkImage picture, VkExtent2D extent);
 
-    VkInstance instance = VK_NULL_HANDLE;
-    VkPhysicalDevice physicalDevice = VK_NULL_HANDLE;
-    VkDevice device = VK_NULL_HANDLE;
-    VkQueue queue = VK_NULL_HANDLE;
-    uint32_t queueFamily = 0;
-    std::vector<std::string> deviceExtensions;
     std::mutex queueLock;  // guards all submissions
+    std::mutex messageLock;
+    std::vector<std::string> messages;  // of the library
 
     // The next submission waits for `turn`, and signals the value after it.
     VkSemaphore timeline = VK_NULL_HANDLE;
@@ -50,8 +42,6 @@ class Gpu {
         VkBuffer buffer = VK_NULL_HANDLE;
         VkDeviceMemory memory = VK_NULL_HANDLE;
     };
-    VkDeviceMemory Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties,
-                            VkMemoryAllocateFlags flags = 0);
     // Submits what `record` records when its turn comes, and waits for it.
     void Run(const std::function<void(VkCommandBuffer)>& record);
 

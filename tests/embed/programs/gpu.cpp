@@ -1,58 +1,8 @@
 #include "gpu.h"
 
 #include <cstring>
-#include <stdexcept>
-
-#include "rhi/device_requirements.h"
-
-namespace {
-
-void Require(VkResult result, const char* call) {
-    if (result != VK_SUCCESS) throw std::runtime_error(std::string("host: ") + call + " failed");
-}
-
-}  // namespace
 
 Gpu::Gpu() {
-    VkApplicationInfo application{};
-    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
-    application.apiVersion = raygraph::rhi::Requirements().apiVersion;
-    VkInstanceCreateInfo instanceInfo{};
-    instanceInfo.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-    instanceInfo.pApplicationInfo = &application;
-    Require(vkCreateInstance(&instanceInfo, nullptr, &instance), "vkCreateInstance");
-
-    uint32_t count = 0;
-    vkEnumeratePhysicalDevices(instance, &count, nullptr);
-    std::vector<VkPhysicalDevice> devices(count);
-    vkEnumeratePhysicalDevices(instance, &count, devices.data());
-    for (const VkPhysicalDevice candidate : devices) {
-        if (!raygraph::rhi::RefusalsOf(candidate, vkGetInstanceProcAddr, instance).empty()) continue;
-        physicalDevice = candidate;
-        break;
-    }
-    if (!physicalDevice) throw std::runtime_error("host: no device meets Raygraph's requirements");
-
-    queueFamily = raygraph::rhi::QueueFamilyFor(physicalDevice, vkGetInstanceProcAddr, instance).value();
-    const auto features = raygraph::rhi::FeaturesFor(physicalDevice, vkGetInstanceProcAddr, instance);
-    const auto extensions = raygraph::rhi::ExtensionsFor(physicalDevice, vkGetInstanceProcAddr, instance);
-    deviceExtensions.assign(extensions.begin(), extensions.end());
-    const float priority = 1.0f;
-    VkDeviceQueueCreateInfo queueInfo{};
-    queueInfo.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queueInfo.queueFamilyIndex = queueFamily;
-    queueInfo.queueCount = 1;
-    queueInfo.pQueuePriorities = &priority;
-    VkDeviceCreateInfo deviceInfo{};
-    deviceInfo.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    deviceInfo.pNext = features.Root();
-    deviceInfo.queueCreateInfoCount = 1;
-    deviceInfo.pQueueCreateInfos = &queueInfo;
-    deviceInfo.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
-    deviceInfo.ppEnabledExtensionNames = extensions.data();
-    Require(vkCreateDevice(physicalDevice, &deviceInfo, nullptr, &device), "vkCreateDevice");
-    vkGetDeviceQueue(device, queueFamily, 0, &queue);
-
     VkSemaphoreTypeCreateInfo type{};
     type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
@@ -67,59 +17,19 @@ Gpu::Gpu() {
 }
 
 Gpu::~Gpu() {
-    if (device) {
-        vkDeviceWaitIdle(device);
-        for (const Owned& owned : m_owned) {
-            vkDestroyImage(device, owned.image, nullptr);
-            vkDestroyBuffer(device, owned.buffer, nullptr);
-            vkFreeMemory(device, owned.memory, nullptr);
-        }
-        vkDestroyCommandPool(device, m_pool, nullptr);
-        vkDestroySemaphore(device, timeline, nullptr);
-        vkDestroyDevice(device, nullptr);
+    vkDeviceWaitIdle(device);
+    for (const Owned& owned : m_owned) {
+        vkDestroyImage(device, owned.image, nullptr);
+        vkDestroyBuffer(device, owned.buffer, nullptr);
+        vkFreeMemory(device, owned.memory, nullptr);
     }
-    if (instance) vkDestroyInstance(instance, nullptr);
-}
-
-VkDeviceMemory Gpu::Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties,
-                             VkMemoryAllocateFlags flags) {
-    VkPhysicalDeviceMemoryProperties memory{};
-    vkGetPhysicalDeviceMemoryProperties(physicalDevice, &memory);
-    for (uint32_t type = 0; type < memory.memoryTypeCount; ++type) {
-        if ((requirements.memoryTypeBits >> type & 1u) == 0) continue;
-        if ((memory.memoryTypes[type].propertyFlags & properties) != properties) continue;
-        VkMemoryAllocateFlagsInfo flagsInfo{};
-        flagsInfo.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
-        flagsInfo.flags = flags;
-        VkMemoryAllocateInfo info{};
-        info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-        info.pNext = &flagsInfo;
-        info.allocationSize = requirements.size;
-        info.memoryTypeIndex = type;
-        VkDeviceMemory result = VK_NULL_HANDLE;
-        Require(vkAllocateMemory(device, &info, nullptr, &result), "vkAllocateMemory");
-        return result;
-    }
-    throw std::runtime_error("host: no memory of the kind wanted");
+    vkDestroyCommandPool(device, m_pool, nullptr);
+    vkDestroySemaphore(device, timeline, nullptr);
 }
 
 VkImage Gpu::MakePicture(VkExtent2D extent) {
-    VkImageCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
-    info.imageType = VK_IMAGE_TYPE_2D;
-    info.format = VK_FORMAT_R8G8B8A8_UNORM;
-    info.extent = {extent.width, extent.height, 1};
-    info.mipLevels = 1;
-    info.arrayLayers = 1;
-    info.samples = VK_SAMPLE_COUNT_1_BIT;
-    info.usage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
-                 VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
     Owned& picture = m_owned.emplace_back();
-    Require(vkCreateImage(device, &info, nullptr, &picture.image), "vkCreateImage");
-    VkMemoryRequirements requirements{};
-    vkGetImageMemoryRequirements(device, picture.image, &requirements);
-    picture.memory = Allocate(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    Require(vkBindImageMemory(device, picture.image, picture.memory, 0), "vkBindImageMemory");
+    picture.image = MakeImage(extent, picture.memory);
     return picture.image;
 }
 
@@ -223,7 +133,7 @@ std::vector<Texel> Gpu::Read(VkImage picture, VkExtent2D extent) {
     VkMemoryRequirements requirements{};
     vkGetBufferMemoryRequirements(device, buffer, &requirements);
     const VkDeviceMemory memory =
-        Allocate(requirements, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+        Allocate(requirements, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, 0);
     Require(vkBindBufferMemory(device, buffer, memory, 0), "vkBindBufferMemory");
     Run([&](VkCommandBuffer commands) {
         VkBufferImageCopy region{};

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# no_codecs.sh PROGRAM: fails and names them, if the program is linked with libraries of picture files, or if code that
-# reads pictures or scenes is in it.
+# no_codecs.sh PROGRAM: runs a program of the current folder. Fails and names the reason if it is linked with libraries of picture
+# files, or if code that reads pictures or scenes is in it.
 set -euo pipefail
 
 libraries=$(readelf --dynamic --wide "$1" | grep NEEDED)
@@ -14,3 +14,4 @@ if grep -m 5 -E 'raygraph::(scene|image)::|tinygltf|png_read' <<<"$symbols"; the
     echo "$1 has these in it" >&2
     exit 1
 fi
+"./$1"
