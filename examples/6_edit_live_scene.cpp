@@ -1,4 +1,5 @@
-// edit_live_scene ROOM ADDED PICTURE.png: moves a thing of the scene that is shown, and streams another file into it.
+// edit_live_scene ROOM ADDED PICTURE.png: moves a block of the scene that is shown, and streams another file
+// into it.
 #include <cstdio>
 #include <future>
 
