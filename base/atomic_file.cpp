@@ -6,9 +6,7 @@
 #include <optional>
 
 #include "base/check.h"
-#include "base/os/file.h"
-#include "base/os/last_error.h"
-#include "base/os/new_file.h"
+#include "base/os.h"
 #include "base/path_text.h"
 #include "base/text.h"
 
@@ -18,11 +16,11 @@ namespace {
 constexpr int kMaxLinkCount = 40;  // Linux follows as many.
 
 // The name cannot be given to a new file, which says nothing of what is written to the old one.
-bool IsOfTheName(const std::error_code& error) {
-    constexpr std::array kOfTheName{std::errc::permission_denied, std::errc::operation_not_permitted,
-                                    std::errc::read_only_file_system, std::errc::device_or_resource_busy,
-                                    std::errc::cross_device_link};
-    return std::ranges::any_of(kOfTheName, [&](std::errc each) { return error == each; });
+bool IsNameError(const std::error_code& error) {
+    constexpr std::array kNameErrors{std::errc::permission_denied, std::errc::operation_not_permitted,
+                                     std::errc::read_only_file_system, std::errc::device_or_resource_busy,
+                                     std::errc::cross_device_link};
+    return std::ranges::any_of(kNameErrors, [&](std::errc each) { return error == each; });
 }
 
 }  // namespace
@@ -33,8 +31,8 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : m_given(target), m
     m_isInPlace = IsStream(m_target);
     if (!m_isInPlace) {
         FollowLinks();
-        OpenToReplace();
-    } else if (const std::error_code refusal = os::RefusalToWrite(m_target)) {
+        OpenReplacement();
+    } else if (const std::error_code refusal = os::CheckOverwritable(m_target)) {
         Fail("cannot write", refusal);
     }
     if (m_file) return;
@@ -64,7 +62,7 @@ void AtomicFile::FollowLinks() {
 }
 
 // Leaves m_file null where the folder takes no new file, and the old one is to be written in place.
-void AtomicFile::OpenToReplace() {
+void AtomicFile::OpenReplacement() {
     std::error_code error;
     const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
     const bool isThere = std::filesystem::exists(existing);
@@ -77,12 +75,12 @@ void AtomicFile::OpenToReplace() {
     const auto permissions = isThere ? std::optional(existing.permissions()) : std::nullopt;
     auto file = std::make_unique<os::NewFile>(m_target.parent_path(), permissions, error);
     const char* const what = error ? "cannot create a file in its folder" : "cannot replace";
-    const std::error_code refusal = error || !isThere ? error : os::RefusalToReplace(m_target);
+    const std::error_code refusal = error || !isThere ? error : os::CheckReplaceable(m_target);
     if (!error) m_file = std::move(file);
     if (!refusal) return;
-    if (!isThere || !IsOfTheName(refusal) || os::RefusalToWrite(m_target)) Fail(what, refusal);
+    if (!isThere || !IsNameError(refusal) || os::CheckOverwritable(m_target)) Fail(what, refusal);
     m_isInPlace = true;
-    m_whyInPlace = refusal.message();
+    m_inPlaceReason = refusal.message();
 }
 
 std::string AtomicFile::Name() const {
@@ -131,24 +129,24 @@ void AtomicFile::Commit() {
     if (!m_isInPlace) {
         m_file->Publish(m_target.filename(), error);
         // The constructor has asked, but not every system knows.
-        m_isInPlace = IsOfTheName(error);
+        m_isInPlace = IsNameError(error);
         if (error && !m_isInPlace) Fail("cannot replace", error);
     }
     auto oldContent = os::OldContent::Kept;
     if (m_isInPlace) oldContent = m_file->CopyTo(m_target, error);
     if (oldContent == os::OldContent::Lost)
-        throw TornFile(ErrorKind::Io,
-                       Text("{}: cannot write: {}; its old content is lost", Name(), error.message()));
+        throw IncompleteFile(ErrorKind::Io,
+                             Text("{}: cannot write: {}; its old content is lost", Name(), error.message()));
     if (error == std::errc::timed_out && IsStream(m_target))
         throw MakeError(ErrorKind::Io, "{}: cannot write: nobody reads the pipe", Name());
     if (error) Fail("cannot write", error);
     m_file.reset();
 }
 
-std::string InPlaceNote(const std::filesystem::path& target) {
+std::string InPlaceWarning(const std::filesystem::path& target) {
     const AtomicFile probe(target);  // It is dropped without Commit.
-    if (probe.WhyInPlace().empty()) return {};
-    return Text("written in place, because it cannot be replaced: {}", probe.WhyInPlace());
+    if (probe.InPlaceReason().empty()) return {};
+    return Text("written in place, because it cannot be replaced: {}", probe.InPlaceReason());
 }
 
 }  // namespace raygraph

@@ -20,9 +20,9 @@ namespace os {
 class NewFile;
 }
 
-// A write in place (AtomicFile::WhyInPlace) has failed in its midst: a part of the content has taken the
+// A write in place (AtomicFile::InPlaceReason) has failed in its midst: a part of the content has taken the
 // place of the old content.
-class RAYGRAPH_API TornFile : public Error {
+class RAYGRAPH_API IncompleteFile : public Error {
   public:
     using Error::Error;
 };
@@ -32,10 +32,10 @@ class RAYGRAPH_API TornFile : public Error {
 // that is a symbolic link is followed; an existing target's permissions are kept.
 //
 // The constructor fails where Commit() would, but for a disk that is full by then: one that only makes sure
-// of that leaves no trace. A target that cannot be replaced but written to (WhyInPlace) is written in place
-// by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for the
-// reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the target,
-// the link to it if that was given, and the system's reason. One object is for one thread at a time.
+// of that leaves no trace. A target that cannot be replaced but written to (InPlaceReason) is written in
+// place by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for
+// the reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the
+// target, the link to it if that was given, and the system's reason. One object is for one thread at a time.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -46,8 +46,8 @@ class RAYGRAPH_API AtomicFile {
     // Returns the reason for which a regular file is not replaced as a whole, such as that it is mounted by
     // itself; "" means that it is. Commit() then overwrites it, once there is room for the whole: a full disk
     // leaves the old content. A crash within that leaves a part, and so does a disk that fails, which is a
-    // TornFile.
-    const std::string& WhyInPlace() const { return m_whyInPlace; }
+    // IncompleteFile.
+    const std::string& InPlaceReason() const { return m_inPlaceReason; }
 
     // Returns whether it is a device or a pipe, which gets content after content: it is never replaced, and
     // keeps nothing.
@@ -67,7 +67,7 @@ class RAYGRAPH_API AtomicFile {
     [[noreturn]] void Fail(const char* what, const std::error_code& error) const;
     [[noreturn]] void FailToWrite(const std::error_code& error);
     void FollowLinks();
-    void OpenToReplace();
+    void OpenReplacement();
 
     // "given", or "given, a link to target", as messages name it.
     std::string Name() const;
@@ -76,11 +76,11 @@ class RAYGRAPH_API AtomicFile {
     std::unique_ptr<os::NewFile> m_file;  // It is null after Commit.
     bool m_isInPlace = false;
     std::error_code m_writeError;  // The reason of the first write that failed.
-    std::string m_whyInPlace;
+    std::string m_inPlaceReason;
 };
 
 // Throws what the constructor of AtomicFile would for this target. Else, says of a file that would not be
 // replaced as a whole that it is "written in place", and why, or is "". Leaves no trace.
-RAYGRAPH_API std::string InPlaceNote(const std::filesystem::path& target);
+RAYGRAPH_API std::string InPlaceWarning(const std::filesystem::path& target);
 
 }  // namespace raygraph

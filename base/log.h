@@ -64,9 +64,9 @@ class RAYGRAPH_API Log {
 
     // Returns whether messages of the level are wanted. Ask before building a text: if nobody listens, that
     // costs one comparison.
-    bool Listens(LogLevel level) const noexcept { return level >= m_least && level < LogLevel::Off; }
+    bool IsEnabled(LogLevel level) const noexcept { return level >= m_least && level < LogLevel::Off; }
     void Send(LogLevel level, std::string_view category, std::string_view text) const noexcept {
-        if (!Listens(level)) return;
+        if (!IsEnabled(level)) return;
         try {
             m_callback({level, category, text});
         } catch (...) {

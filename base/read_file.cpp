@@ -4,7 +4,7 @@
 #include <optional>
 #include <system_error>
 
-#include "base/os/file.h"
+#include "base/os.h"
 #include "base/path_text.h"
 #include "base/text.h"
 

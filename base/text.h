@@ -29,7 +29,7 @@ Error MakeError(ErrorKind kind, fmt::format_string<Values...> format, Values&&..
 template <typename... Values>
 void Say(const Log& log, LogLevel level, std::string_view category, fmt::format_string<Values...> format,
          Values&&... values) noexcept {
-    if (!log.Listens(level)) return;
+    if (!log.IsEnabled(level)) return;
     try {
         log.Send(level, category, fmt::format(format, std::forward<Values>(values)...));
     } catch (...) {

@@ -6,6 +6,7 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 
 function(_raygraph_flags target)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ${RAYGRAPH_UNITY} UNITY_BUILD_BATCH_SIZE 10)
     target_compile_options(${target} PRIVATE
         -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror
         -Wno-missing-field-initializers  # a Desc names the fields that differ from their defaults

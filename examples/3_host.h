@@ -38,8 +38,8 @@ struct Host {
 
     void MakeDevice(const std::vector<VkPhysicalDevice>& candidates) {
         namespace rhi = raygraph::rhi;
-        for (VkPhysicalDevice candidate : candidates)  // RefusalsOf says why not, a line each
-            if (!physicalDevice && rhi::RefusalsOf(candidate, vkGetInstanceProcAddr, instance).empty())
+        for (VkPhysicalDevice candidate : candidates)  // UnmetRequirements says why not, a line each
+            if (!physicalDevice && rhi::UnmetRequirements(candidate, vkGetInstanceProcAddr, instance).empty())
                 physicalDevice = candidate;
         if (!physicalDevice) throw std::runtime_error("host: no device traces rays");
 

@@ -7,7 +7,7 @@
 #include "editor/viewport/viewport.h"
 #include "editor/viewport/vulkan_interop.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "rhi/readback.h"
 
 using namespace raygraph;  // NOLINT: an example

@@ -7,8 +7,8 @@
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/camera_view.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/camera_view.h"
 #include "sharpen.h"
 
 using namespace raygraph;  // NOLINT: an example

@@ -6,7 +6,7 @@
 #include "editor/viewport/viewport.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 
 using namespace raygraph;  // NOLINT: an example
 

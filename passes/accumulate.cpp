@@ -55,7 +55,7 @@ class AccumulationStep {
     uint32_t SampleCount() const { return m_sampleCount; }
 
     // `isLost`: the persistent textures have no contents.
-    void StartAnewIfNeeded(bool isLost) {
+    void ResetIfNeeded(bool isLost) {
         if (m_after.progress.IsAtStart()) return;
         if (m_after.hasVariance && !m_before.hasVariance)
             m_cause = ResetCause::Settings;
@@ -207,8 +207,8 @@ AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent
 
 namespace {
 
-AccumulatedIds KeptWithVariance(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
-                                bool withVariance) {
+AccumulatedIds PersistWithVariance(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
+                                   bool withVariance) {
     AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
     if (withVariance)
         ids.variance =
@@ -220,14 +220,14 @@ AccumulatedIds KeptWithVariance(Renderer& renderer, const Accumulation& accumula
 
 AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
                        bool withVariance) {
-    AccumulatedIds ids = KeptWithVariance(renderer, accumulation, extent, withVariance);
+    AccumulatedIds ids = PersistWithVariance(renderer, accumulation, extent, withVariance);
     DeclareMean(renderer, WholeOf(extent), accumulation.Declared().sampleCount, ids);
     return ids;
 }
 
 AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, TextureId counts,
                        Extent2D extent, bool withVariance) {
-    AccumulatedIds ids = KeptWithVariance(renderer, accumulation, extent, withVariance);
+    AccumulatedIds ids = PersistWithVariance(renderer, accumulation, extent, withVariance);
     struct Constants {
         uint32_t offset[2];
         uint32_t extent[2];
@@ -288,8 +288,7 @@ AccumulatedIds AccumulateRows(Renderer& renderer, TextureId tile, const SampleRo
                               const Region& region, Accumulation& accumulation, bool withVariance) {
     AccumulatedIds ids = Kept(renderer, accumulation, picture, withVariance);
     AccumulationStep step(renderer, accumulation, picture, withVariance);
-    step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]) ||
-                           (withVariance && renderer.IsFresh(ids.squares[0])));
+    step.ResetIfNeeded(renderer.IsFresh(ids.sums[0]) || (withVariance && renderer.IsFresh(ids.squares[0])));
     step.TakeTile(region, rows.count);
     DeclareSums(renderer, tile, rows, region, step, ids);
     DeclareMean(renderer, region, step.SampleCount() + rows.count, ids);
@@ -339,7 +338,7 @@ AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples, uint32_t 
     const bool isAll = pixels.count == uint64_t{picture.width} * picture.height;
     AccumulatedIds ids = Kept(renderer, accumulation, whole, withVariance);
     AccumulationStep step(renderer, accumulation, whole, withVariance);
-    step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]));
+    step.ResetIfNeeded(renderer.IsFresh(ids.sums[0]));
     const bool isFirst = step.TakeListed(isAll ? count : 0);
     if (isFirst && !isAll)
         throw MakeError(ErrorKind::Usage,
@@ -377,15 +376,15 @@ AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples, uint32_t 
     return ids;
 }
 
-NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation, const ListedPixels& pixels,
-                     uint32_t sampleIndex, uint32_t sampleCount, NotedIds noted) {
+VarianceIds RecordVariance(Renderer& renderer, const Accumulation& accumulation, const ListedPixels& pixels,
+                           uint32_t sampleIndex, uint32_t sampleCount, VarianceIds noted) {
     const AccumulatedIds ids = Kept(renderer, accumulation, renderer.Desc(noted.variance).extent, true);
     struct Constants {
         uint32_t list[2];
         uint32_t listCount, sampleIndex, sampleCount;
     };
     renderer.AddPass(
-        "NoteSamples", PassKind::Compute,
+        "RecordVariance", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("post/note_samples.comp");
             pass.ReadsByAddress(pixels.list);

@@ -116,15 +116,15 @@ struct AccumulatedIds {
                                                            uint32_t count, const ListedPixels& pixels,
                                                            Extent2D picture, Accumulation& accumulation,
                                                            bool withVariance = false);
-// Two r32f textures of the picture's extent, for NoteSamples.
-struct NotedIds {
+// Two r32f textures of the picture's extent, for RecordVariance.
+struct VarianceIds {
     TextureId variance, mean;
 };
 // For the listed pixels whose next sample has the index `sampleIndex`, and which have `sampleCount` samples:
 // writes the variance of one sample and the mean, each summed over R, G and B.
-[[nodiscard]] RAYGRAPH_API NotedIds NoteSamples(Renderer& renderer, const Accumulation& accumulation,
-                                                const ListedPixels& pixels, uint32_t sampleIndex,
-                                                uint32_t sampleCount, NotedIds noted);
+[[nodiscard]] RAYGRAPH_API VarianceIds RecordVariance(Renderer& renderer, const Accumulation& accumulation,
+                                                      const ListedPixels& pixels, uint32_t sampleIndex,
+                                                      uint32_t sampleCount, VarianceIds noted);
 
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are

@@ -8,7 +8,7 @@
 namespace raygraph::passes {
 
 TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float position) {
-    const Extent2D extent = RequireAlike(renderer, "Wipe", left, right, Format::Rgba8Unorm);
+    const Extent2D extent = RequireComparable(renderer, "Wipe", left, right, Format::Rgba8Unorm);
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
     struct Constants {
         int32_t column;
@@ -32,7 +32,7 @@ TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float positi
 }
 
 TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right) {
-    const Extent2D extent = RequireAlike(renderer, "SideBySide", left, right, Format::Rgba8Unorm);
+    const Extent2D extent = RequireComparable(renderer, "SideBySide", left, right, Format::Rgba8Unorm);
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
     renderer.AddPass(
         "SideBySide", PassKind::Compute,

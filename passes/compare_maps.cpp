@@ -32,7 +32,7 @@ void RequireNumbers(const Renderer& renderer, const char* pass, TextureId values
 }  // namespace
 
 DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b) {
-    const Extent2D extent = RequireAlike(renderer, "Difference", a, b, Format::Rgba32Float);
+    const Extent2D extent = RequireComparable(renderer, "Difference", a, b, Format::Rgba32Float);
     DifferenceIds ids{renderer.CreateTexture("difference", {extent, Format::Rgba32Float}),
                       renderer.CreateTexture("luminance", {extent, Format::R32Float})};
     renderer.AddPass(
@@ -49,7 +49,8 @@ DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b) {
 }
 
 TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test, float minimum) {
-    const Extent2D extent = RequireAlike(renderer, "RelativeError", reference, test, Format::Rgba32Float);
+    const Extent2D extent =
+        RequireComparable(renderer, "RelativeError", reference, test, Format::Rgba32Float);
     TextureId error = renderer.CreateTexture("relativeError", {extent, Format::R32Float});
     renderer.AddPass(
         "RelativeError", PassKind::Compute,

@@ -62,7 +62,7 @@ glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex) {
     return {place(0.75487766624669276), place(0.56984029099805327)};
 }
 
-glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent) {
+glm::vec2 ClipOffset(const glm::vec2& filmOffset, Extent2D extent) {
     return 2.0f * (glm::vec2(0.5f) - filmOffset) / glm::vec2(extent.width, extent.height);
 }
 

@@ -43,6 +43,6 @@ uint32_t GroupsFor(uint32_t count);
 // The position in each pixel that a sample draws, from its upper left corner: the center is (0.5, 0.5).
 glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex);
 // The shift in clip units that moves this position to the pixel's center, where it is drawn.
-glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent);
+glm::vec2 ClipOffset(const glm::vec2& filmOffset, Extent2D extent);
 
 }  // namespace raygraph::passes

@@ -14,7 +14,7 @@ namespace {
 
 static_assert(ExactSums::kPlanes == gpu::kSumWords && ExactSums::kPlanes + 1 == gpu::kSquareWords);
 
-void RequireAlike(size_t pixels, size_t otherPixels, bool isAlike) {
+void RequireComparable(size_t pixels, size_t otherPixels, bool isAlike) {
     if (pixels != otherPixels || !isAlike)
         throw MakeError(ErrorKind::Usage, "exact sums: {} pixels to add to {}{}", otherPixels, pixels,
                         (isAlike ? "" : ", and the squares of one side alone"));
@@ -49,7 +49,7 @@ ExactSums MakeExactSums(size_t pixelCount, bool withSquares) {
 }
 
 void AddSample(ExactSums& sums, std::span<const float> rgba) {
-    RequireAlike(sums.PixelCount(), rgba.size() / 4, true);
+    RequireComparable(sums.PixelCount(), rgba.size() / 4, true);
     for (size_t i = 0; i < rgba.size(); ++i) {
         const gpu::ExactValue value = gpu::ExactSample(std::bit_cast<uint32_t>(rgba[i]));
         const gpu::ExactWords words = gpu::WordsOf(value);
@@ -64,7 +64,7 @@ void AddSample(ExactSums& sums, std::span<const float> rgba) {
 }
 
 void AddSums(ExactSums& sums, const ExactSums& others) {
-    RequireAlike(sums.PixelCount(), others.PixelCount(), sums.HasSquares() == others.HasSquares());
+    RequireComparable(sums.PixelCount(), others.PixelCount(), sums.HasSquares() == others.HasSquares());
     InParts(sums.PixelCount(), [&](size_t first, size_t end) {
         for (size_t i = 4 * first; i < 4 * end; ++i) {
             uint32_t carry = 0;

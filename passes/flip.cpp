@@ -133,19 +133,20 @@ Filtered FilterColumns(Renderer& renderer, const FilteredRows& rows, const gpu::
 }  // namespace
 
 TextureId Flip(Renderer& renderer, TextureId reference, TextureId test, const FlipSettings& settings) {
-    const Extent2D extent = RequireAlike(renderer, "Flip", reference, test, Format::Rgba8Unorm);
+    const Extent2D extent = RequireComparable(renderer, "Flip", reference, test, Format::Rgba8Unorm);
     const gpu::FlipKernels kernels = KernelsFor(settings.pixelsPerDegree);
-    const Filtered ofReference = FilterColumns(renderer, FilterRows(renderer, reference, kernels), kernels);
-    const Filtered ofTest = FilterColumns(renderer, FilterRows(renderer, test, kernels), kernels);
+    const Filtered filteredReference =
+        FilterColumns(renderer, FilterRows(renderer, reference, kernels), kernels);
+    const Filtered filteredTest = FilterColumns(renderer, FilterRows(renderer, test, kernels), kernels);
     TextureId error = renderer.CreateTexture("flip", {extent, Format::R32Float});
     renderer.AddPass(
         "FlipCompare", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("post/flip_compare.comp");
-            pass.Reads("referenceLabAndEdge", ofReference.labAndEdge);
-            pass.Reads("referencePoint", ofReference.point);
-            pass.Reads("testLabAndEdge", ofTest.labAndEdge);
-            pass.Reads("testPoint", ofTest.point);
+            pass.Reads("referenceLabAndEdge", filteredReference.labAndEdge);
+            pass.Reads("referencePoint", filteredReference.point);
+            pass.Reads("testLabAndEdge", filteredTest.labAndEdge);
+            pass.Reads("testPoint", filteredTest.point);
             error = pass.Writes("error", error);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });

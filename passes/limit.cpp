@@ -6,7 +6,7 @@ namespace raygraph::passes {
 
 TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, LimitKind kind,
                 TextureId* rayCounts) {
-    const bool isPath = kind != LimitKind::CameraRays, isOwn = kind == LimitKind::OwnPath;
+    const bool isPath = kind != LimitKind::CameraRays, isOwn = kind == LimitKind::SoftwarePath;
     TextureId result = renderer.CreateTexture("limit", {settings.extent, Format::R32Float});
     if (rayCounts)
         *rayCounts = renderer.CreateTexture("limit.rayCounts", {settings.extent, Format::R32Float});
@@ -25,7 +25,7 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
             if (isOwn) {
                 SpecializeFeatures(pass, {});
-                BindOwnTracing(pass, scene, ParametersFor(scene, settings));
+                BindSoftwareTracing(pass, scene, ParametersFor(scene, settings));
                 pass.Reads("geometries", scene.geometries);  // by the text of alpha tests, which never runs
                 BindMaterials(pass, scene);
             } else {

@@ -9,9 +9,9 @@
 namespace raygraph::passes {
 
 enum class LimitKind : uint8_t {
-    CameraRays,  // Trace's camera rays in the same TLAS, one value written
-    Path,        // the same with four cosine bounces, no shading
-    OwnPath,     // the same by the scene's own trees, which it must have: SceneIds::wideNodes
+    CameraRays,    // Trace's camera rays in the same TLAS, one value written
+    Path,          // the same with four cosine bounces, no shading
+    SoftwarePath,  // the same by the scene's own trees, which it must have: SceneIds::wideNodes
 };
 
 // Returns r32f, whose values have no meaning. `rayCounts` as in Trace.

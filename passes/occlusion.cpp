@@ -7,7 +7,7 @@ namespace raygraph::passes {
 
 TextureId Occlusion(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                     const RasterVisibility& seen) {
-    TextureId share = renderer.CreateTexture("openShare", {settings.extent, Format::R32Float});
+    TextureId share = renderer.CreateTexture("ambientVisibility", {settings.extent, Format::R32Float});
     renderer.AddPass(
         "Occlusion", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -17,7 +17,7 @@ TextureId Occlusion(Renderer& renderer, const SceneIds& scene, const TraceSettin
             pass.Reads("depths", seen.depth,
                        {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            share = pass.Writes("openShare", share);
+            share = pass.Writes("ambientVisibility", share);
         },
         [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
     return share;

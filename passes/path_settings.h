@@ -4,7 +4,7 @@
 
 #include "base/api.h"
 #include "passes/trace.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::passes {
 

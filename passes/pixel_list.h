@@ -19,7 +19,7 @@ struct ListedPixels {
     uint32_t count = 0;    // pixels; texels behind them are of none, and are not traced
     Extent2D extent;       // extent of a sample of these pixels in the outputs of Trace
 
-    bool IsGiven() const { return count > 0; }
+    bool HasPixels() const { return count > 0; }
     uint32_t AddressLow() const { return static_cast<uint32_t>(address); }
     uint32_t AddressHigh() const { return static_cast<uint32_t>(address >> 32); }
 };

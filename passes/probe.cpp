@@ -16,7 +16,7 @@ BufferId Probe(Renderer& renderer, const AccumulatedIds& samples, const Accumula
     };
     const TileCursor& cursor = progress.cursor;
     BufferId texels =
-        renderer.CreateBuffer("probed", {.size = uint64_t{grid.width} * grid.height * sizeof(ProbedTexels)});
+        renderer.CreateBuffer("probed", {.size = uint64_t{grid.width} * grid.height * sizeof(ProbedPixel)});
     renderer.AddPass(
         "Probe", PassKind::Compute,
         [&](PassBuilder& pass) {

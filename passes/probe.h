@@ -9,12 +9,12 @@
 namespace raygraph::passes {
 
 // An element of the buffer: zeros for a pixel without samples; the variance is 0 below two samples.
-struct ProbedTexels {
+struct ProbedPixel {
     glm::vec4 mean;
     glm::vec4 variance;
 };
 
-// Returns a ProbedTexels for one pixel of each cell of a `grid` over `region`, row by row, at a quasi-random
+// Returns a ProbedPixel for one pixel of each cell of a `grid` over `region`, row by row, at a quasi-random
 // place in the cell, from the sums of samples that were accumulated with variance. `progress` is that of the
 // samples. Error{Usage} for a region that is not within the picture, and for a grid that is empty, wider or
 // higher than the region.

@@ -15,7 +15,7 @@ bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene, Extent2D
 
 RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                                 FilmPosition film, Rasterizer rasterizer) {
-    RequireWhole(settings, "DrawVisibility");
+    RequireFullFrame(settings, "DrawVisibility");
     if (!CanRasterize(renderer, scene, settings.extent)) rasterizer = Rasterizer::Device;
     if (rasterizer == Rasterizer::Device) RequireIndirectDraws(renderer, "DrawVisibility");
     RasterVisibility seen{
@@ -24,7 +24,7 @@ RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const
         .filmOffset = FilmOffset(film, settings.sampleIndex),
         .rasterizer = rasterizer,
     };
-    const glm::vec2 shift = ShiftOf(seen.filmOffset, settings.extent);
+    const glm::vec2 shift = ClipOffset(seen.filmOffset, settings.extent);
     const DrawList list = ListDraws(renderer, scene, RasterParameters(scene, settings), shift);
     seen.drawCommands = list.commands;
     seen.visiblePlacements = list.visiblePlacements;

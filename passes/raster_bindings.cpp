@@ -57,22 +57,22 @@ void DrawTriangles(Renderer& renderer, const SceneIds& scene, const TraceSetting
                    RasterVisibility& seen, GlassDrawn glass) {
     if (seen.rasterizer == Rasterizer::Compute) return RasterizeHits(renderer, scene, settings, seen, glass);
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
-    const glm::vec2 shift = ShiftOf(seen.filmOffset, settings.extent);
+    const glm::vec2 shift = ClipOffset(seen.filmOffset, settings.extent);
     const DrawList list{seen.drawCommands, seen.visiblePlacements};
-    const bool isWithoutGlass = glass == GlassDrawn::No;
+    const bool skipsGlass = glass == GlassDrawn::No;
     bool isFirst = true;
     for (const DrawClass& drawn : ClassesOf(scene)) {
         // Without any draw, the first pass still clears
         if (drawn.range.count == 0 && (DrawCount(scene) > 0 || !isFirst)) continue;
         renderer.AddPass(
-            std::string(isWithoutGlass ? "DrawBehind" : "Draw") + drawn.name, PassKind::Raster,
+            std::string(skipsGlass ? "DrawBehind" : "Draw") + drawn.name, PassKind::Raster,
             [&](PassBuilder& pass) {
-                pass.Vertex(isWithoutGlass ? "raster/visibility_opaque.vert" : "raster/visibility.vert");
+                pass.Vertex(skipsGlass ? "raster/visibility_opaque.vert" : "raster/visibility.vert");
                 pass.Fragment(drawn.isTested ? "raster/visibility_tested.frag" : "raster/visibility.frag");
                 pass.Raster({.cull = drawn.isCulled ? rhi::CullMode::Back : rhi::CullMode::None,
                              .depthCompare = rhi::DepthCompare::Greater});
                 BindDrawing(pass, scene, parameters, list, drawn.isTested, settings.sampler);
-                if (isWithoutGlass && !drawn.isTested) {
+                if (skipsGlass && !drawn.isTested) {
                     pass.Reads("geometries", scene.geometries);
                     pass.Reads("materials", scene.materials);
                 }

@@ -27,7 +27,7 @@ struct Shading {
     TextureId filteredEnvironment;
     RasterShadows shadows = RasterShadows::Off;
     ShadowMapIds maps;
-    TextureId openShare;
+    TextureId ambientVisibility;
     TextureId behind, behindBlurred, behindDepth;
     bool hasTextureLevels = false;
 };
@@ -38,7 +38,7 @@ void BindShading(PassBuilder& pass, const SceneIds& scene, const Shading& shadin
     };
     const rhi::SamplerDesc nearest{.magFilter = kNearest, .minFilter = kNearest};
     const rhi::SamplerDesc linear{.addressU = kClamp, .addressV = kClamp};
-    sampled("openShare", shading.openShare, nearest);
+    sampled("ambientVisibility", shading.ambientVisibility, nearest);
     sampled("behind", shading.behind, linear);
     sampled("behindBlurred", shading.behindBlurred, linear);
     sampled("behindDepth", shading.behindDepth, nearest);
@@ -67,7 +67,7 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
                                                                 : "raster/shade.comp");
             pass.Uniform("parameters", RasterParameters(scene, settings));
         }
-        uint32_t options = shading.openShare.IsValid() ? gpu::kShadeOcclusion : 0u;
+        uint32_t options = shading.ambientVisibility.IsValid() ? gpu::kShadeOcclusion : 0u;
         if (shading.behind.IsValid()) options |= gpu::kShadeBehind;
         BindPixelSurfaces(pass, scene, seen, {.option = options, .shadowTiles = shading.maps.tilesPerSide});
         BindShading(pass, scene, shading);
@@ -89,7 +89,7 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
 TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       const RasterVisibility& seen, FilteredEnvironment& environment,
                       const RasterSettings& raster) {
-    RequireWhole(settings, "RasterShade");
+    RequireFullFrame(settings, "RasterShade");
     Shading shading;
     shading.filteredEnvironment = FilterEnvironment(renderer, scene, environment);
     shading.shadows = ShadowsFor(scene, raster.shadows);
@@ -100,13 +100,13 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
     const bool hasOcclusion = raster.hasOcclusion && hasDepth && scene.lightSet.hasEnvironment != 0u;
     if (raster.hasTransmission && hasDepth && ProgramFeatures(scene, settings).Has(kTraceGlass)) {
         const RasterVisibility behind = DrawBehindGlass(renderer, scene, settings, seen);
-        Shading ofBehind = shading;
-        if (hasOcclusion) ofBehind.openShare = Occlusion(renderer, scene, settings, behind);
-        shading.behind = ShadePixels(renderer, scene, settings, behind, ofBehind, "ShadeBehind");
+        Shading behindShading = shading;
+        if (hasOcclusion) behindShading.ambientVisibility = Occlusion(renderer, scene, settings, behind);
+        shading.behind = ShadePixels(renderer, scene, settings, behind, behindShading, "ShadeBehind");
         shading.behindBlurred = BlurLevels(renderer, shading.behind);
         shading.behindDepth = behind.depth;
     }
-    if (hasOcclusion) shading.openShare = Occlusion(renderer, scene, settings, seen);
+    if (hasOcclusion) shading.ambientVisibility = Occlusion(renderer, scene, settings, seen);
     return ShadePixels(renderer, scene, settings, seen, shading, "RasterShade");
 }
 

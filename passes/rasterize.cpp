@@ -89,7 +89,7 @@ void RasterizeHits(Renderer& renderer, const SceneIds& scene, const TraceSetting
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
     ChunkIds ids = NumberChunks(renderer, scene, seen, settings.extent);
     RasterizeConstants constants{
-        ShiftOf(seen.filmOffset, settings.extent), settings.extent, DrawCount(scene), {}};
+        ClipOffset(seen.filmOffset, settings.extent), settings.extent, DrawCount(scene), {}};
     for (size_t kind = 0; kind < kDrawKindCount; ++kind)
         constants.firstOfKind[kind] = scene.drawsOfKind[kind].first;
     const bool hasTested = constants.firstOfKind[2] < constants.drawCount;

@@ -4,7 +4,8 @@
 
 namespace raygraph::passes {
 
-Extent2D RequireAlike(const Renderer& renderer, const char* pass, TextureId a, TextureId b, Format format) {
+Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId a, TextureId b,
+                           Format format) {
     const GraphTextureDesc first = renderer.Desc(a), second = renderer.Desc(b);
     const auto text = [](const GraphTextureDesc& desc) {
         return Text("{}x{} {}", desc.extent.width, desc.extent.height, rhi::Name(desc.format));

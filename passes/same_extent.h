@@ -7,7 +7,7 @@
 namespace raygraph::passes {
 
 // The extent of both. Error{Usage} naming the pass unless both have that format and one extent.
-RAYGRAPH_API Extent2D RequireAlike(const Renderer& renderer, const char* pass, TextureId a, TextureId b,
-                                   Format format);
+RAYGRAPH_API Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId a, TextureId b,
+                                        Format format);
 
 }  // namespace raygraph::passes

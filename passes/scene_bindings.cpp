@@ -71,7 +71,7 @@ void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, TraceFea
 // Returns the camera relative to the scene's origin, as the device has it.
 gpu::CameraRecord FromSceneOrigin(gpu::CameraRecord camera, const glm::dvec3& sceneOrigin) {
     camera.origin = EyeOf(camera) - sceneOrigin;
-    camera.originRest = glm::vec3(0.0f);
+    camera.originResidual = glm::vec3(0.0f);
     return camera;
 }
 
@@ -86,10 +86,10 @@ Region RegionOf(const TraceSettings& settings) {
 }
 
 Extent2D TracedExtent(const TraceSettings& settings) {
-    return settings.pixels.IsGiven() ? settings.pixels.extent : RegionOf(settings).Extent();
+    return settings.pixels.HasPixels() ? settings.pixels.extent : RegionOf(settings).Extent();
 }
 
-void RequireWhole(const TraceSettings& settings, const char* pass) {
+void RequireFullFrame(const TraceSettings& settings, const char* pass) {
     if (!(RegionOf(settings) == WholeOf(settings.extent)))
         throw MakeError(ErrorKind::Usage, "{}: a part of a picture; it draws whole ones", pass);
 }
@@ -137,11 +137,11 @@ void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     BindHits(pass, scene, RayType::Shadow, areTested ? tested : kOpaqueShadow);
 }
 
-bool TracesItself(const SceneIds& scene, const TraceSettings& settings) {
+bool UsesSoftwareTraversal(const SceneIds& scene, const TraceSettings& settings) {
     return settings.traversal != Traversal::Driver && scene.wideNodes.IsValid();
 }
 
-void BindOwnTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
+void BindSoftwareTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
     pass.Reads("wideNodes", scene.wideNodes);
     pass.Reads("wideTriangles", scene.wideTriangles);
     pass.Reads("wideInstances", scene.wideInstances);
@@ -156,7 +156,7 @@ void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& 
                              features.Has(kTraceLightSampling) &&
                              !features.Has(kTraceThinWalls | kTraceMatchedMedia);
     pass.Specialize("kLoopOptions", hasOneTrace ? kLoopOneTrace : 0u);
-    if (!hasOneTrace && !TracesItself(scene, settings)) BindShadowRays(pass, scene);
+    if (!hasOneTrace && !UsesSoftwareTraversal(scene, settings)) BindShadowRays(pass, scene);
 }
 
 void BindInstances(PassBuilder& pass, const SceneIds& scene) {
@@ -205,7 +205,7 @@ TraceFeatures ProgramFeatures(const SceneIds& scene, const TraceSettings& settin
     TraceFeatures features = scene.features & ~Unused(scene, settings);
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
     if (settings.isEnvironmentHidden) features |= kTraceHiddenEnvironment;
-    if (settings.pixels.IsGiven()) features |= kTracePixelList;
+    if (settings.pixels.HasPixels()) features |= kTracePixelList;
     return features;
 }
 
@@ -219,7 +219,7 @@ void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettin
     SpecializeModels(pass, settings, ProgramFeatures(scene, settings));
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));
-    if (settings.pixels.IsGiven()) pass.ReadsByAddress(settings.pixels.list);
+    if (settings.pixels.HasPixels()) pass.ReadsByAddress(settings.pixels.list);
 }
 
 }  // namespace raygraph::passes

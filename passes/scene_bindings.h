@@ -13,7 +13,7 @@ RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
 // Returns the extent of the texels that a sample takes in the outputs of Trace.
 RAYGRAPH_API Extent2D TracedExtent(const TraceSettings& settings);
 // Throws Error{Usage} naming the pass if the settings are for a part of the picture.
-RAYGRAPH_API void RequireWhole(const TraceSettings& settings, const char* pass);
+RAYGRAPH_API void RequireFullFrame(const TraceSettings& settings, const char* pass);
 
 // The parameter block of a camera-ray pass.
 RAYGRAPH_API gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
@@ -30,11 +30,11 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 // primitives, BindGeometry and BindMaterials are needed too.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Returns whether Trace's rays traverse the scene's own trees.
-RAYGRAPH_API bool TracesItself(const SceneIds& scene, const TraceSettings& settings);
+RAYGRAPH_API bool UsesSoftwareTraversal(const SceneIds& scene, const TraceSettings& settings);
 // Binds trees and parameters in place of both, for a compute pass that defines OWN_TRAVERSAL
 // (shaders/scene/trace_rays.glsl). Needs BindGeometry and BindMaterials.
-RAYGRAPH_API void BindOwnTracing(PassBuilder& pass, const SceneIds& scene,
-                                 const gpu::TraceParameters& parameters);
+RAYGRAPH_API void BindSoftwareTracing(PassBuilder& pass, const SceneIds& scene,
+                                      const gpu::TraceParameters& parameters);
 // Binds what the integrator's loop needs to trace shadow rays, in addition to BindTracing and
 // SpecializeTrace. On a CPU device, where no walls and media let light through, this adds no shader.
 RAYGRAPH_API void BindLoopRays(PassBuilder& pass, const rhi::Device& device, const SceneIds& scene,

@@ -7,7 +7,7 @@
 #include "base/text.h"
 #include "passes/scene_bindings.h"
 #include "passes/wavefront.h"
-#include "renderer/gpu_scene/texture_upload.h"
+#include "renderer/gpu_scene/materials/texture_upload.h"
 
 namespace raygraph::passes {
 
@@ -42,11 +42,11 @@ BufferId PixelQueue(Renderer& renderer) {
 
 }  // namespace
 
-IntegratorForm FormOn(const rhi::Device& device) {
+IntegratorForm DefaultForm(const rhi::Device& device) {
     return device.Info().type == rhi::DeviceType::Cpu ? IntegratorForm::Loop : IntegratorForm::Wavefront;
 }
 
-bool IsOfTrace(std::string_view pass) {
+bool IsTracePass(std::string_view pass) {
     return pass == "Trace" || pass.starts_with("Wave");
 }
 
@@ -56,7 +56,7 @@ Extent2D LightGroupTiles(uint32_t groupCount) {
     return {columns, (groupCount + columns - 1) / columns};
 }
 
-uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings, uint32_t tileRows) {
+uint32_t PreferredBatchSize(const rhi::Device& device, const TraceSettings& settings, uint32_t tileRows) {
     constexpr uint64_t kPaths = uint64_t{1} << 24, kBytesOfPath = 512;
     if (device.Info().type == rhi::DeviceType::Cpu || settings.roulette.kind == Roulette::Frame) return 1;
     const Region region = RegionOf(settings);
@@ -69,7 +69,7 @@ uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
 
 uint64_t PathCount(const TraceSettings& settings) {
     const uint64_t pixels =
-        settings.pixels.IsGiven() ? settings.pixels.count : RegionOf(settings).PixelCount();
+        settings.pixels.HasPixels() ? settings.pixels.count : RegionOf(settings).PixelCount();
     return pixels * settings.sampleCount;
 }
 
@@ -83,7 +83,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     if (settings.sampleCount == 0 || (settings.sampleCount > 1 && settings.roulette.kind == Roulette::Frame))
         throw MakeError(ErrorKind::Usage, "Trace: sampleCount is {}, must be {}", settings.sampleCount,
                         settings.sampleCount == 0 ? "at least 1" : "1 with Roulette::Frame");
-    if (settings.pixels.IsGiven() && settings.roulette.kind == Roulette::Frame)
+    if (settings.pixels.HasPixels() && settings.roulette.kind == Roulette::Frame)
         throw Error(ErrorKind::Usage,
                     "Trace: pixels have samples of their own, and Roulette::Frame one length of all paths");
     Extent2D traced = TracedExtent(settings);
@@ -97,10 +97,10 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         const Extent2D extent{tiles.width * traced.width, tiles.height * traced.height};
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
-    const bool isOwn = TracesItself(scene, settings);
+    const bool isOwn = UsesSoftwareTraversal(scene, settings);
     ids.counts = PixelQueue(renderer);
     const IntegratorForm form =
-        settings.form == IntegratorForm::Auto ? FormOn(renderer.Device()) : settings.form;
+        settings.form == IntegratorForm::Auto ? DefaultForm(renderer.Device()) : settings.form;
     if (form == IntegratorForm::Wavefront && !outputs.rayCounts)
         return TraceWavefront(renderer, scene, settings, outputs, ids);
     renderer.AddPass(
@@ -112,7 +112,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                 pass.RayGen(LoopOf(outputs, ".rgen"));
             SpecializeTrace(pass, scene, settings);
             if (isOwn)
-                BindOwnTracing(pass, scene, ParametersFor(scene, settings));
+                BindSoftwareTracing(pass, scene, ParametersFor(scene, settings));
             else
                 BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindLoopRays(pass, renderer.Device(), scene, settings);

@@ -72,7 +72,7 @@ struct RAYGRAPH_API BiasSettings {
 
 // The form in which the integrator runs on the device. The choice is one of speed: on a device that rounds
 // alike in both, such as Mesa's CPU driver, the bits are the same.
-//   Auto:      the faster one, by the kind of device alone (FormOn)
+//   Auto:      the faster one, by the kind of device alone (DefaultForm)
 //   Loop:      an invocation traces and shades one path after the other, each to its end
 //   Wavefront: kernels that trace or shade do the same step of all paths
 #define RAYGRAPH_INTEGRATOR_FORMS(X, Of) \
@@ -83,7 +83,7 @@ RAYGRAPH_CHOICE(IntegratorForm, RAYGRAPH_INTEGRATOR_FORMS)
 
 // The form that is faster on a device (docs/performance.md): the loop on a CPU, the wavefront on a GPU. It
 // depends neither on scene nor settings, so that all parts of a picture have the bits of the whole.
-RAYGRAPH_API IntegratorForm FormOn(const rhi::Device& device);
+RAYGRAPH_API IntegratorForm DefaultForm(const rhi::Device& device);
 
 // Options of path tracing: everything that decides the samples of a picture except its camera and extent.
 struct PathSettings {
@@ -190,11 +190,11 @@ RAYGRAPH_API uint64_t PathCount(const TraceSettings& settings);
 // that the wait for the longest of them hardly counts, as far as an eighth of its memory holds them; on a CPU
 // one sample of few pixels is enough work. `tileRows`: of the light groups, if they are asked for
 // (LightGroupTiles).
-RAYGRAPH_API uint32_t SamplesAtOnce(const rhi::Device& device, const TraceSettings& settings,
-                                    uint32_t tileRows = 1);
+RAYGRAPH_API uint32_t PreferredBatchSize(const rhi::Device& device, const TraceSettings& settings,
+                                         uint32_t tileRows = 1);
 
 // Returns whether a pass of that name is one of Trace, in any form.
-RAYGRAPH_API bool IsOfTrace(std::string_view pass);
+RAYGRAPH_API bool IsTracePass(std::string_view pass);
 
 // The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per pixel.
 struct PrimaryHitIds {

@@ -11,7 +11,7 @@ bool ShowsSurface(View view) {
     return !ShowsLight(view) && view != View::Overdraw && view != View::RayCost;
 }
 
-bool IsMeanMeaningful(View view) {
+bool IsAverageable(View view) {
     return view != View::Depth && view != View::Instance && view != View::Material;
 }
 

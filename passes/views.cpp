@@ -37,8 +37,8 @@ BufferId ValueRange(Renderer& renderer, TextureId values) {
 TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       const RasterVisibility& seen, View view) {
     if (!ShowsSurface(view)) Refuse("SurfaceView", view);
-    const Extent2D seenExtent = RegionOf(settings).Extent();
-    TextureId values = renderer.CreateTexture("surfaceView", {seenExtent, Format::Rgba32Float});
+    const Extent2D visibleExtent = RegionOf(settings).Extent();
+    TextureId values = renderer.CreateTexture("surfaceView", {visibleExtent, Format::Rgba32Float});
     renderer.AddPass(
         "SurfaceView", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -47,17 +47,17 @@ TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSett
             BindPixelSurfaces(pass, scene, seen, {.option = static_cast<uint32_t>(view)});
             values = pass.Writes("values", values);
         },
-        [extent = seenExtent](CommandList& commands) { commands.DispatchOver(extent); });
+        [extent = visibleExtent](CommandList& commands) { commands.DispatchOver(extent); });
     return values;
 }
 
 TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                    FilmPosition film) {
     RequireIndirectDraws(renderer, "Overdraw");
-    RequireWhole(settings, "Overdraw");
+    RequireFullFrame(settings, "Overdraw");
     TextureId counts = renderer.CreateTexture("overdraw", {settings.extent, Format::R16Float});
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
-    const glm::vec2 shift = ShiftOf(FilmOffset(film, settings.sampleIndex), settings.extent);
+    const glm::vec2 shift = ClipOffset(FilmOffset(film, settings.sampleIndex), settings.extent);
     const DrawList list = ListDraws(renderer, scene, parameters, shift);
     bool isFirst = true;
     for (const DrawClass& drawn : ClassesOf(scene)) {
@@ -98,12 +98,12 @@ TextureId SpreadCounts(Renderer& renderer, TextureId counts) {
 }
 
 TextureId ViewValues(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, View view,
-                     FilmPosition film, SurfacesBy surfaces) {
+                     FilmPosition film, SurfaceSource surfaces) {
     if (view == View::RayCost)
         return SpreadCounts(renderer, Trace(renderer, scene, settings, {.rayCounts = true}).rayCounts);
     if (view == View::Overdraw) return Overdraw(renderer, scene, settings, film);
     if (!ShowsSurface(view)) Refuse("ViewValues", view);
-    const auto visibility = surfaces == SurfacesBy::Rays ? TraceVisibility : AnyVisibility;
+    const auto visibility = surfaces == SurfaceSource::Rays ? TraceVisibility : AnyVisibility;
     return SurfaceView(renderer, scene, settings, visibility(renderer, scene, settings, film), view);
 }
 

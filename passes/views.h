@@ -15,9 +15,9 @@ namespace raygraph::passes {
 
 inline constexpr size_t kViewCount = Texts(View{}).size();
 
-RAYGRAPH_API bool ShowsLight(View view);        // radiance, for Tonemap; the others are values, for PaintView
-RAYGRAPH_API bool ShowsSurface(View view);      // made by SurfaceView
-RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: false for ids and distances
+RAYGRAPH_API bool ShowsLight(View view);     // radiance, for Tonemap; the others are values, for PaintView
+RAYGRAPH_API bool ShowsSurface(View view);   // made by SurfaceView
+RAYGRAPH_API bool IsAverageable(View view);  // over samples: false for ids and distances
 
 // Returns the view's values, rgba32f: one number three times, a color or a vector (shaders/shared/views.h).
 // Alpha is 1 on a surface; all channels are 0 where there is none. A mean over jittered samples keeps that
@@ -37,7 +37,7 @@ RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: false for ids a
 [[nodiscard]] RAYGRAPH_API TextureId SpreadCounts(Renderer& renderer, TextureId counts);
 
 // The method that finds the surfaces of a view. Where several coincide, either may be visible.
-enum class SurfacesBy : uint8_t {
+enum class SurfaceSource : uint8_t {
     Rays,     // as those of the path-traced picture
     Drawing,  // AnyVisibility: fast
 };
@@ -46,7 +46,7 @@ enum class SurfacesBy : uint8_t {
 // Error{Usage} for a view of light.
 [[nodiscard]] RAYGRAPH_API TextureId ViewValues(Renderer& renderer, const SceneIds& scene,
                                                 const TraceSettings& settings, View view, FilmPosition film,
-                                                SurfacesBy surfaces);
+                                                SurfaceSource surfaces);
 
 // Maps values to display colors: rgba8, opaque, sRGB.
 //   Albedo, Emissive       sRGB-encoded, cut at 1

@@ -42,7 +42,7 @@ class Wavefront {
           m_outputs(outputs),
           m_features(ProgramFeatures(scene, settings)),
           m_rows{m_features, outputs.parts},
-          m_isOwn(TracesItself(scene, settings)),
+          m_isOwn(UsesSoftwareTraversal(scene, settings)),
           m_extent(renderer.Desc(ids.radiance).extent),
           m_ids(ids) {
         const uint64_t pixels = uint64_t{m_extent.width} * m_extent.height;
@@ -123,7 +123,7 @@ class Wavefront {
     }
     void BindRays(PassBuilder& pass, bool areShadowRaysToo) const {
         const gpu::TraceParameters parameters = ParametersFor(m_scene, m_settings);
-        if (m_isOwn) return BindOwnTracing(pass, m_scene, parameters);
+        if (m_isOwn) return BindSoftwareTracing(pass, m_scene, parameters);
         BindTracing(pass, m_scene, parameters, AlphaTest::On);
         if (areShadowRaysToo) BindShadowRays(pass, m_scene);
     }

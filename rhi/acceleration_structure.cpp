@@ -23,7 +23,7 @@ AccelerationStructure::AccelerationStructure(Device& device, const std::string& 
                                                      &m_structure),
                  name + ": vkCreateAccelerationStructureKHR");
     device.SetName(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reinterpret_cast<uint64_t>(m_structure), name);
-    AskForAddress();
+    RequestAddress();
 }
 
 AccelerationStructure AccelerationStructure::Wrap(Device& device, VkAccelerationStructureKHR structure) {
@@ -31,11 +31,11 @@ AccelerationStructure AccelerationStructure::Wrap(Device& device, VkAcceleration
     wrapped.m_device = &device;
     wrapped.m_structure = structure;
     wrapped.m_isOwned = false;
-    wrapped.AskForAddress();
+    wrapped.RequestAddress();
     return wrapped;
 }
 
-void AccelerationStructure::AskForAddress() {
+void AccelerationStructure::RequestAddress() {
     VkAccelerationStructureDeviceAddressInfoKHR ask{};
     ask.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR;
     ask.accelerationStructure = m_structure;

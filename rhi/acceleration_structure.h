@@ -33,7 +33,7 @@ class RAYGRAPH_API AccelerationStructure {
 
   private:
     void Release() noexcept;
-    void AskForAddress();
+    void RequestAddress();
     Device* m_device = nullptr;
     Buffer m_storage;
     bool m_isOwned = true;
@@ -57,8 +57,8 @@ struct TriangleGeometry {
     uint32_t vertexCount = 0;      // every index is below it
     VkDeviceAddress indices = 0;   // address of the first index, a multiple of 4
     uint32_t triangleCount = 0;
-    bool isOpaque = true;       // opaque geometry never runs an any-hit shader
-    bool isAnyHitOnce = false;  // no ray runs it more than once on a triangle
+    bool isOpaque = true;            // opaque geometry never runs an any-hit shader
+    bool noDuplicateAnyHit = false;  // no ray runs it more than once on a triangle
 };
 
 // Boxes for an intersection shader: tightly packed VkAabbPositionsKHR (float min[3], max[3]).
@@ -66,7 +66,7 @@ struct AabbGeometry {
     VkDeviceAddress boxes = 0;  // a multiple of 8
     uint32_t boxCount = 0;
     bool isOpaque = true;
-    bool isAnyHitOnce = false;  // no ray runs it more than once for a reported hit
+    bool noDuplicateAnyHit = false;  // no ray runs it more than once for a reported hit
 };
 
 // Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements;

@@ -38,10 +38,10 @@ struct BlasBuilder::Impl {
     // Builds or updates of one call, before their batches are known.
     struct Steps {
         std::vector<std::unique_ptr<BlasGeometry>> geometries;
-        std::vector<uint64_t> scratchShares;
+        std::vector<uint64_t> scratchSizes;
 
-        BlasGeometry& Add(std::unique_ptr<BlasGeometry> geometry, uint64_t scratchShare) {
-            scratchShares.push_back(scratchShare);
+        BlasGeometry& Add(std::unique_ptr<BlasGeometry> geometry, uint64_t scratchSize) {
+            scratchSizes.push_back(scratchSize);
             return *geometries.emplace_back(std::move(geometry));
         }
     };
@@ -51,10 +51,10 @@ struct BlasBuilder::Impl {
         std::erase_if(deforming, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
         if (deforming.empty()) refitScratch = {};
     }
-    uint64_t RefitShare(const Blas& blas, bool rebuilds) const {
-        return ScratchShare(device, rebuilds ? blas.m_buildScratch : blas.m_updateScratch);
+    uint64_t RefitScratchSize(const Blas& blas, bool rebuilds) const {
+        return AlignedScratchSize(device, rebuilds ? blas.m_buildScratch : blas.m_updateScratch);
     }
-    void NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
+    void MarkBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
     void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
                        const BuildScratch& scratch);
 
@@ -82,7 +82,7 @@ void BlasBuilder::Impl::RecordBatches(CommandList& commands, Steps& steps, const
         for (size_t i = batch.first; i < batch.end; ++i) {
             const VkDeviceAddress address = scratch.Address() + plan.offsets[i];
             RG_CHECK_EQ(address % device.Info().scratchAlignment, 0u);
-            RG_CHECK_LE(plan.offsets[i] + steps.scratchShares[i], scratch.Bytes());
+            RG_CHECK_LE(plan.offsets[i] + steps.scratchSizes[i], scratch.Bytes());
             steps.geometries[i]->Info().scratchData.deviceAddress = address;
             infos.push_back(steps.geometries[i]->Info());
             ranges.push_back(steps.geometries[i]->Ranges());
@@ -110,7 +110,7 @@ std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
     Trim();
     std::erase_if(added, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
     std::vector<std::shared_ptr<Blas>> due;
-    std::vector<uint64_t> scratchShares, updateShares;
+    std::vector<uint64_t> scratchSizes, updateSizes;
     uint64_t largestRebuild = 0;
     for (const std::weak_ptr<Blas>& entry : added) {
         const std::shared_ptr<Blas> blas = entry.lock();
@@ -124,22 +124,22 @@ std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
                 AccelerationStructure(device, blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                                       sizes.accelerationStructureSize);
         }
-        scratchShares.push_back(ScratchShare(device, blas->m_buildScratch));
+        scratchSizes.push_back(AlignedScratchSize(device, blas->m_buildScratch));
         if (blas->Kind() == BlasKind::Deforming) {
-            updateShares.push_back(RefitShare(*blas, false));
-            largestRebuild = std::max(largestRebuild, RefitShare(*blas, true));
+            updateSizes.push_back(RefitScratchSize(*blas, false));
+            largestRebuild = std::max(largestRebuild, RefitScratchSize(*blas, true));
         }
         due.push_back(blas);
     }
     if (due.empty()) return due;
-    const BatchPlan plan = PlanBatches(scratchShares, desc.scratchBudget);
+    const BatchPlan plan = PlanBatches(scratchSizes, desc.scratchBudget);
     // Twice of before, where many are added one by one
     if (buildScratch.Address() == 0 || buildScratch.Bytes() < plan.scratchBytes)
         buildScratch =
             BuildScratch(device, desc.name,
                          std::max(plan.scratchBytes, std::min(2 * buildScratch.Bytes(), desc.scratchBudget)));
     const uint64_t refitBytes =
-        std::max(PlanBatches(updateShares, desc.scratchBudget).scratchBytes, largestRebuild);
+        std::max(PlanBatches(updateSizes, desc.scratchBudget).scratchBytes, largestRebuild);
     if (refitScratch.Bytes() < refitBytes)
         refitScratch = BuildScratch(device, desc.name + " refit", refitBytes);
     return due;
@@ -164,10 +164,10 @@ void BlasBuilder::RecordBuilds(CommandList& commands) {
     for (const std::shared_ptr<Blas>& blas : due) {
         auto geometry = std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags);
         geometry->Info().dstAccelerationStructure = blas->m_reserved.Handle();
-        steps.Add(std::move(geometry), ScratchShare(impl.device, blas->m_buildScratch));
+        steps.Add(std::move(geometry), AlignedScratchSize(impl.device, blas->m_buildScratch));
         if (blas->Kind() == BlasKind::Static) queries.push_back({blas, blas->m_reserved.Handle()});
     }
-    const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
+    const BatchPlan plan = PlanBatches(steps.scratchSizes, impl.desc.scratchBudget);
     const VkQueryPool pool = impl.compaction.CreatePool(queries.size());
 
     impl.RecordBatches(commands, steps, plan, impl.buildScratch);
@@ -183,7 +183,7 @@ void BlasBuilder::RecordBuilds(CommandList& commands) {
     commands.OnSubmitted([owner, added, batchCount = static_cast<uint32_t>(plan.batches.size())] {
         const std::shared_ptr<Impl> known = owner.lock();
         if (!known) return;
-        known->NoteBuilt(added, batchCount);
+        known->MarkBuilt(added, batchCount);
         if (known->added.empty()) known->buildScratch = {};
     });
     commands.OnDropped([owner, added, pool] {
@@ -195,17 +195,17 @@ void BlasBuilder::RecordBuilds(CommandList& commands) {
             }
         const std::shared_ptr<Impl> known = owner.lock();
         if (!known) return;
-        known->compaction.GiveUp(pool);
+        known->compaction.Abandon(pool);
         known->added.insert(known->added.begin(), added.begin(), added.end());
     });
 }
 
-void BlasBuilder::Impl::NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount) {
+void BlasBuilder::Impl::MarkBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount) {
     buildCount += static_cast<uint32_t>(blases.size());
     batchCount += newBatchCount;
     std::erase_if(built, [](const auto& blas) { return blas.expired(); });
     built.insert(built.end(), blases.begin(), blases.end());
-    if (!device.Log().Listens(LogLevel::Debug)) return;
+    if (!device.Log().IsEnabled(LogLevel::Debug)) return;
     uint64_t bytes = 0;
     for (const std::weak_ptr<Blas>& entry : blases)
         if (const std::shared_ptr<Blas> blas = entry.lock()) bytes += blas->BytesBuilt();
@@ -235,7 +235,7 @@ void BlasBuilder::RecordCompaction(CommandList& commands) {
         ++ready.blas->m_version;
     }
     commands.OnSubmitted([&device = impl.device, slice] {
-        if (!device.Log().Listens(LogLevel::Debug)) return;
+        if (!device.Log().IsEnabled(LogLevel::Debug)) return;
         uint64_t before = 0, after = 0;
         for (const Compaction::Ready& ready : *slice) {
             before += ready.structure.Bytes();
@@ -250,7 +250,7 @@ void BlasBuilder::RecordCompaction(CommandList& commands) {
             ready.blas->m_isCompacted = false;
             ++ready.blas->m_version;
         }
-        if (const std::shared_ptr<Impl> known = owner.lock()) known->compaction.PutBack(*slice);
+        if (const std::shared_ptr<Impl> known = owner.lock()) known->compaction.Requeue(*slice);
     });
 }
 
@@ -274,7 +274,7 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
     for (const RefitRequest& request : requests) {
         auto& info = steps
                          .Add(std::make_unique<BlasGeometry>(DescOf(request), request.blas->m_flags),
-                              impl.RefitShare(*request.blas, request.rebuilds))
+                              impl.RefitScratchSize(*request.blas, request.rebuilds))
                          .Info();
         info.dstAccelerationStructure = request.blas->Handle();
         if (request.rebuilds) {
@@ -284,7 +284,7 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
         info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
         info.srcAccelerationStructure = request.blas->Handle();
     }
-    const BatchPlan plan = PlanBatches(steps.scratchShares, impl.refitScratch.Bytes());
+    const BatchPlan plan = PlanBatches(steps.scratchSizes, impl.refitScratch.Bytes());
     impl.RecordBatches(commands, steps, plan, impl.refitScratch);
     const uint32_t refitCount = static_cast<uint32_t>(requests.size()) - rebuildCount;
     commands.OnSubmitted([owner = std::weak_ptr<Impl>(m_impl), refitCount, rebuildCount] {
@@ -311,7 +311,7 @@ CompactionStatistics BlasBuilder::Statistics() const {
     statistics.refitCount = impl.refitCount;
     statistics.rebuildCount = impl.rebuildCount;
     statistics.isOff = impl.compaction.IsOff();
-    statistics.whyOff = impl.compaction.WhyOff();
+    statistics.disabledReason = impl.compaction.DisabledReason();
     return statistics;
 }
 

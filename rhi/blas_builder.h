@@ -48,7 +48,7 @@ struct CompactionStatistics {
     uint32_t refitCount = 0;      // updates submitted so far
     uint32_t rebuildCount = 0;    // rebuilds of Deforming ones in place, submitted so far
     bool isOff = false;
-    std::string whyOff;  // one line; empty while it is on
+    std::string disabledReason;  // one line; empty while it is on
 };
 
 class RAYGRAPH_API BlasBuilder {

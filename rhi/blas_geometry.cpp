@@ -30,10 +30,10 @@ void CheckAddress(const BlasDesc& desc, const std::string& what, VkDeviceAddress
     if (address % alignment != 0) Fail(desc, "{} is not a multiple of {}", what, alignment);
 }
 
-VkGeometryFlagsKHR FlagsOf(bool isOpaque, bool isAnyHitOnce) {
+VkGeometryFlagsKHR FlagsOf(bool isOpaque, bool noDuplicateAnyHit) {
     VkGeometryFlagsKHR flags = 0;
     if (isOpaque) flags |= VK_GEOMETRY_OPAQUE_BIT_KHR;
-    if (isAnyHitOnce) flags |= VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR;
+    if (noDuplicateAnyHit) flags |= VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR;
     return flags;
 }
 
@@ -76,13 +76,14 @@ void CheckUpdatable(const BlasDesc& built, const BlasDesc& next) {
         CheckSame(built, name + ".triangleCount", a.triangleCount, b.triangleCount);
         CheckSame(built, name + ".vertexCount", a.vertexCount, b.vertexCount);
         CheckSame(built, name + ".isOpaque", a.isOpaque, b.isOpaque);
-        CheckSame(built, name + ".isAnyHitOnce", a.isAnyHitOnce, b.isAnyHitOnce);
+        CheckSame(built, name + ".noDuplicateAnyHit", a.noDuplicateAnyHit, b.noDuplicateAnyHit);
     }
     for (size_t i = 0; i < built.aabbs.size(); ++i) {
         const std::string name = At("aabbs", i);
         CheckSame(built, name + ".boxCount", built.aabbs[i].boxCount, next.aabbs[i].boxCount);
         CheckSame(built, name + ".isOpaque", built.aabbs[i].isOpaque, next.aabbs[i].isOpaque);
-        CheckSame(built, name + ".isAnyHitOnce", built.aabbs[i].isAnyHitOnce, next.aabbs[i].isAnyHitOnce);
+        CheckSame(built, name + ".noDuplicateAnyHit", built.aabbs[i].noDuplicateAnyHit,
+                  next.aabbs[i].noDuplicateAnyHit);
     }
 }
 
@@ -91,7 +92,7 @@ BlasGeometry::BlasGeometry(const BlasDesc& desc, VkBuildAccelerationStructureFla
         VkAccelerationStructureGeometryKHR geometry{};
         geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         geometry.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
-        geometry.flags = FlagsOf(source.isOpaque, source.isAnyHitOnce);
+        geometry.flags = FlagsOf(source.isOpaque, source.noDuplicateAnyHit);
         auto& triangles = geometry.geometry.triangles;
         triangles.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
         triangles.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
@@ -107,7 +108,7 @@ BlasGeometry::BlasGeometry(const BlasDesc& desc, VkBuildAccelerationStructureFla
         VkAccelerationStructureGeometryKHR geometry{};
         geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-        geometry.flags = FlagsOf(source.isOpaque, source.isAnyHitOnce);
+        geometry.flags = FlagsOf(source.isOpaque, source.noDuplicateAnyHit);
         auto& aabbs = geometry.geometry.aabbs;
         aabbs.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR;
         aabbs.data.deviceAddress = source.boxes;

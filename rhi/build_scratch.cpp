@@ -20,18 +20,18 @@ BuildScratch::BuildScratch(Device& device, const std::string& name, uint64_t byt
     RG_CHECK_LE(m_address + bytes, m_buffer.Address() + m_buffer.Size());
 }
 
-uint64_t ScratchShare(const Device& device, uint64_t bytes) {
+uint64_t AlignedScratchSize(const Device& device, uint64_t bytes) {
     return AlignUp(bytes, device.Info().scratchAlignment);
 }
 
-BatchPlan PlanBatches(std::span<const uint64_t> scratchShares, uint64_t budget) {
+BatchPlan PlanBatches(std::span<const uint64_t> scratchSizes, uint64_t budget) {
     BatchPlan plan;
-    for (size_t first = 0; first < scratchShares.size();) {
+    for (size_t first = 0; first < scratchSizes.size();) {
         size_t end = first;
         uint64_t bytes = 0;
-        while (end < scratchShares.size() && (end == first || bytes + scratchShares[end] <= budget)) {
+        while (end < scratchSizes.size() && (end == first || bytes + scratchSizes[end] <= budget)) {
             plan.offsets.push_back(bytes);
-            bytes += scratchShares[end++];
+            bytes += scratchSizes[end++];
         }
         plan.batches.push_back({first, end});
         plan.scratchBytes = std::max(plan.scratchBytes, bytes);

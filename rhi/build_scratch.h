@@ -31,7 +31,7 @@ class BuildScratch {
 
 // Returns the bytes of scratch that one build uses of a shared buffer, rounded up so that the next one starts
 // aligned.
-uint64_t ScratchShare(const Device& device, uint64_t bytes);
+uint64_t AlignedScratchSize(const Device& device, uint64_t bytes);
 
 // Builds split into batches that run one after the other in the same scratch memory.
 struct BatchPlan {
@@ -47,7 +47,7 @@ struct BatchPlan {
 };
 
 // Splits builds in order into batches, each with as many builds as fit the budget, at least one. Pure.
-BatchPlan PlanBatches(std::span<const uint64_t> scratchShares, uint64_t budget);
+BatchPlan PlanBatches(std::span<const uint64_t> scratchSizes, uint64_t budget);
 
 // Orders builds, copies and size queries of acceleration structures after those recorded or submitted before.
 void BarrierBetweenBuilds(CommandList& commands);

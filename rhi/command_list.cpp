@@ -41,7 +41,7 @@ std::string TextOf(const Texture& texture) {
 }
 
 // "mip level 2 of 2", "layer 6 of 6"; empty: the texture has both.
-std::string MissingPlace(const Texture& texture, uint32_t mipLevel, uint32_t layer) {
+std::string MissingSubresource(const Texture& texture, uint32_t mipLevel, uint32_t layer) {
     const TextureDesc& desc = texture.Desc();
     if (mipLevel >= desc.mipLevels) return Text("mip level {} of {}", mipLevel, desc.mipLevels);
     return layer >= desc.layers ? Text("layer {} of {}", layer, desc.layers) : std::string();
@@ -54,7 +54,7 @@ void CheckBufferCopy(const char* call, const Buffer& buffer, uint64_t offset, co
         throw MakeError(ErrorKind::Usage, "{}: buffer '{}' ({} bytes) and texture {}: {}", call,
                         buffer.Desc().name, buffer.Size(), TextOf(texture), why);
     };
-    const std::string missing = MissingPlace(texture, mipLevel, layer);
+    const std::string missing = MissingSubresource(texture, mipLevel, layer);
     if (!missing.empty()) fail(missing);
     const Extent2D extent = MipExtent(texture.Extent(), mipLevel);
     if (firstRow > extent.height || rowCount > extent.height - firstRow)
@@ -309,7 +309,7 @@ void CommandList::CopyToBuffer(const Texture& source, const Buffer& target, uint
 void CommandList::CopyTexture(const Texture& source, const Place& from, const Texture& target,
                               const Place& to) {
     for (const auto& [texture, place] : {std::pair(&source, &from), std::pair(&target, &to)}) {
-        const std::string missing = MissingPlace(*texture, place->level, place->layer);
+        const std::string missing = MissingSubresource(*texture, place->level, place->layer);
         if (!missing.empty())
             throw MakeError(ErrorKind::Usage, "CopyTexture: from {} to {}: {} of '{}'", TextOf(source),
                             TextOf(target), missing, texture->Desc().name);
@@ -367,7 +367,7 @@ void CommandList::Fill(const Buffer& target, uint32_t value, uint64_t offset, ui
 void CommandList::Clear(const Texture& texture, const float (&rgba)[4], const Subresources& part) {
     const TextureDesc& desc = texture.Desc();
     const Subresources resolved = Resolved(part, desc.mipLevels, desc.layers);
-    const std::string missing = MissingText(resolved, desc.mipLevels, desc.layers);
+    const std::string missing = DescribeMissing(resolved, desc.mipLevels, desc.layers);
     if (!missing.empty()) throw MakeError(ErrorKind::Usage, "Clear: {}: {}", TextOf(texture), missing);
     VkClearColorValue value{};
     std::copy_n(rgba, 4, value.float32);

@@ -13,7 +13,7 @@ namespace raygraph::rhi {
 
 Compaction::Compaction(Device& device, const BlasBuilderDesc& desc)
     : m_device(device), m_budget(desc.compactionBudget) {
-    if (!desc.compacts) m_whyOff = "not asked for";
+    if (!desc.compacts) m_disabledReason = "not asked for";
 }
 
 Compaction::~Compaction() {
@@ -55,7 +55,7 @@ void Compaction::RecordQueries(CommandList& commands, VkQueryPool pool, std::spa
     m_waiting.push_back(std::move(batch));
 }
 
-void Compaction::GiveUp(VkQueryPool pool) {
+void Compaction::Abandon(VkQueryPool pool) {
     const auto batch =
         std::find_if(m_waiting.begin(), m_waiting.end(), [&](const Batch& b) { return b.pool == pool; });
     if (batch == m_waiting.end()) return;
@@ -74,7 +74,7 @@ bool Compaction::Poll() {
         Judge(batch);
         if (!IsOff())
             std::copy_if(batch.entries.begin(), batch.entries.end(), std::back_inserter(m_ready),
-                         [&](const Entry& entry) { return IsWorthIt(entry); });
+                         [&](const Entry& entry) { return IsWorthCompacting(entry); });
         Release(batch);
         m_waiting.erase(m_waiting.begin() + static_cast<std::ptrdiff_t>(i));
     }
@@ -84,7 +84,7 @@ bool Compaction::Poll() {
     return !m_slice.empty();
 }
 
-bool Compaction::IsWorthIt(const Entry& entry) const {
+bool Compaction::IsWorthCompacting(const Entry& entry) const {
     const std::shared_ptr<Blas> blas = entry.blas.lock();
     return blas && entry.bytes < blas->BytesBuilt();
 }
@@ -151,9 +151,10 @@ void Compaction::Judge(const Batch& batch) {
     if (built == 0) return;  // all of them dropped: the next batch decides
     m_isJudged = true;
     if (compacted < built - built / 2000) return;  // below 1.000 when written with three decimals
-    m_whyOff =
+    m_disabledReason =
         Text("{} gains nothing by it: {} bytes after, {} before", m_device.Info().name, compacted, built);
-    Say(m_device.Log(), LogLevel::Info, log_category::kGeometry, "BLAS compaction is off: {}", m_whyOff);
+    Say(m_device.Log(), LogLevel::Info, log_category::kGeometry, "BLAS compaction is off: {}",
+        m_disabledReason);
 }
 
 std::vector<Compaction::Ready> Compaction::TakeSlice() {
@@ -165,7 +166,7 @@ std::vector<Compaction::Ready> Compaction::TakeSlice() {
     return slice;
 }
 
-void Compaction::PutBack(std::span<const Ready> slice) {
+void Compaction::Requeue(std::span<const Ready> slice) {
     for (const Ready& ready : slice) m_ready.push_back({ready.blas, ready.structure.Bytes()});
 }
 

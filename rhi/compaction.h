@@ -36,17 +36,17 @@ class Compaction {
     // Takes ownership of the pool; does nothing with a null one.
     void RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries);
     // The list with these queries will not be executed.
-    void GiveUp(VkQueryPool pool);
+    void Abandon(VkQueryPool pool);
 
     // Returns true if TakeSlice has something.
     bool Poll();
     // Returns BLASes whose size has arrived, whose compaction is worthwhile, and for which there is memory
     // and budget; those dropped meanwhile are left out.
     std::vector<Ready> TakeSlice();
-    void PutBack(std::span<const Ready> slice);
+    void Requeue(std::span<const Ready> slice);
 
-    bool IsOff() const { return !m_whyOff.empty(); }
-    const std::string& WhyOff() const { return m_whyOff; }
+    bool IsOff() const { return !m_disabledReason.empty(); }
+    const std::string& DisabledReason() const { return m_disabledReason; }
     uint32_t PendingCount() const;
 
   private:
@@ -67,14 +67,14 @@ class Compaction {
     };
     bool ReadSizes(Batch& batch);
     void Judge(const Batch& batch);
-    bool IsWorthIt(const Entry& entry) const;
+    bool IsWorthCompacting(const Entry& entry) const;
     void ReserveSlice();
     void Release(Batch& batch);
 
     Device& m_device;
     uint64_t m_budget = 0;
     bool m_isJudged = false;
-    std::string m_whyOff;
+    std::string m_disabledReason;
     std::vector<Batch> m_waiting;
     std::vector<Entry> m_ready;
     std::vector<Reserved> m_slice;  // the next copies

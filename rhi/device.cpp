@@ -24,7 +24,7 @@ ErrorKind KindOfCreationError(VkResult result) {
 }
 
 void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
-                        std::optional<std::chrono::milliseconds> wantedHangLimit) {
+                        std::optional<std::chrono::milliseconds> requestedHangLimit) {
     const auto check = [&](VkResult result, const char* what) {
         if (result != VK_SUCCESS)
             throw Error(KindOfCreationError(result),
@@ -32,8 +32,8 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     };
     vk = LoadDeviceFunctions(instanceFunctions.vkGetDeviceProcAddr, device, hasDebugUtils);
     info = ReadDeviceInfo(instanceFunctions, physicalDevice, queueFamily, optional);
-    hangLimit = wantedHangLimit.value_or(info.type == DeviceType::Cpu ? std::chrono::milliseconds(0)
-                                                                      : kDefaultHangLimit);
+    hangLimit = requestedHangLimit.value_or(info.type == DeviceType::Cpu ? std::chrono::milliseconds(0)
+                                                                         : kDefaultHangLimit);
 
     VmaVulkanFunctions functions{};
     functions.vkGetInstanceProcAddr = getInstanceProcAddr;
@@ -62,7 +62,7 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     const raygraph::Log& log = messages.Messages();
     Say(log, LogLevel::Info, log_category::kDevice, "device '{}': {}, {}, Vulkan {}.{}", name, info.name,
         info.driver, VK_API_VERSION_MAJOR(info.apiVersion), VK_API_VERSION_MINOR(info.apiVersion));
-    if (const std::string lacks = LackingFeatures(info.optional); !lacks.empty())
+    if (const std::string lacks = MissingFeatures(info.optional); !lacks.empty())
         Say(log, LogLevel::Debug, log_category::kDevice, "device '{}' lacks {}", name, lacks);
     PipelineCacheFile::Loaded cached;
     if (savesPipelineCache) {
@@ -99,14 +99,14 @@ VkResult Device::Impl::Await(uint64_t value) noexcept {
         static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(hangLimit).count());
     constexpr uint64_t kMillisecond = 1'000'000;
     uint64_t before = 0;
-    VkResult result = AskCompleted(before);
+    VkResult result = QueryCompleted(before);
     while (result == VK_SUCCESS) {
-        result = vk.vkWaitSemaphores(device, &wait, hangsAt.load() == before ? kMillisecond : limit);
+        result = vk.vkWaitSemaphores(device, &wait, hungValue.load() == before ? kMillisecond : limit);
         if (result != VK_TIMEOUT) return result;
         uint64_t completed = 0;
-        result = AskCompleted(completed);
+        result = QueryCompleted(completed);
         if (result == VK_SUCCESS && completed == before) {
-            hangsAt = completed;
+            hungValue = completed;
             return VK_TIMEOUT;
         }
         before = completed;  // slow, but it does not hang
@@ -304,7 +304,7 @@ std::optional<double> Device::Measured(std::string_view name) const {
     return m_impl->measurements.Find(name);
 }
 
-void Device::RememberMeasured(std::string_view name, double value) {
+void Device::StoreMeasurement(std::string_view name, double value) {
     m_impl->measurements.Remember(name, value);
 }
 

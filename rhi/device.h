@@ -271,7 +271,7 @@ class RAYGRAPH_API Device {
     // Numbers that were measured on this device and driver, by name: those of this process, and those of
     // earlier ones where the pipeline cache is kept. A name has neither a tab nor a line break.
     std::optional<double> Measured(std::string_view name) const;
-    void RememberMeasured(std::string_view name, double value);
+    void StoreMeasurement(std::string_view name, double value);
 
     // The layout of set 1 (bindless textures), which all pipelines share: see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();
@@ -296,7 +296,7 @@ class RAYGRAPH_API Device {
     // memory.
     void RequireMemory(const std::string& subject, uint64_t bytes);
     void CheckMemory(VkResult result, const std::string& subject);
-    void NoteMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);
+    void TrackMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);
     void Recycle(CommandList& commands, uint64_t value) noexcept;
     explicit Device(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

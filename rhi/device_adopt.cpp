@@ -27,7 +27,7 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
         throw MakeError(ErrorKind::Usage, "{}: lockQueue and unlockQueue are given both or neither", subject);
 
     std::vector<std::string> refusals =
-        RefusalsOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance);
+        UnmetRequirements(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance);
     for (const ExtensionRequirement& extension : Requirements().extensions)
         if (extension.isRequired && std::find(desc.enabledExtensions.begin(), desc.enabledExtensions.end(),
                                               extension.name) == desc.enabledExtensions.end())

@@ -20,7 +20,7 @@ namespace raygraph::rhi {
 DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
                           const OptionalFeatures& optional);
 // Returns the features that a device does not have, or was adopted without: "ray query, wireframe".
-std::string LackingFeatures(const OptionalFeatures& features);
+std::string MissingFeatures(const OptionalFeatures& features);
 // Returns name, driver, type and refusals of an enumerated device.
 DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                       VkInstance instance);
@@ -83,7 +83,7 @@ struct Device::Impl {
     // Makes a working device of the handles: functions, allocator, timeline, pipeline cache. May throw;
     // Close() then frees what was created.
     void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
-              std::optional<std::chrono::milliseconds> wantedHangLimit);
+              std::optional<std::chrono::milliseconds> requestedHangLimit);
     // Frees everything of a device that is idle or lost, and in the created case the device and the instance.
     // Never throws.
     void Close() noexcept;
@@ -93,7 +93,7 @@ struct Device::Impl {
     // once if the timeline has not advanced since another wait found the device to hang.
     VkResult Await(uint64_t value) noexcept;
     // The timeline's current value.
-    VkResult AskCompleted(uint64_t& value) noexcept;
+    VkResult QueryCompleted(uint64_t& value) noexcept;
     uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
                          std::span<const SemaphoreUse> signals);
     // Ends the delivery of validation messages.
@@ -127,9 +127,9 @@ struct Device::Impl {
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
-    std::atomic<uint64_t> lastCompleted{0};       // the value at the last query
-    std::chrono::milliseconds hangLimit{0};       // 0: none
-    std::atomic<uint64_t> hangsAt{~uint64_t{0}};  // the timeline's value when a wait found it to hang
+    std::atomic<uint64_t> lastCompleted{0};         // the value at the last query
+    std::chrono::milliseconds hangLimit{0};         // 0: none
+    std::atomic<uint64_t> hungValue{~uint64_t{0}};  // the timeline's value when a wait found it to hang
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;

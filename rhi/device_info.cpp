@@ -32,7 +32,7 @@ std::string DriverText(const VkPhysicalDeviceDriverProperties& driver) {
 
 }  // namespace
 
-std::string LackingFeatures(const OptionalFeatures& features) {
+std::string MissingFeatures(const OptionalFeatures& features) {
     std::string text;
     const auto add = [&](bool isThere, const char* name) {
         if (!isThere) text += (text.empty() ? "" : ", ") + std::string(name);
@@ -115,7 +115,7 @@ DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstance
     report.driver = DriverText(chain.Get<VkPhysicalDeviceDriverProperties>());
     report.type = TypeOf(properties.deviceType);
     report.apiVersion = properties.apiVersion;
-    report.refusals = RefusalsOf(device, loader, instance);
+    report.refusals = UnmetRequirements(device, loader, instance);
     return report;
 }
 

@@ -54,7 +54,7 @@ void Device::CheckMemory(VkResult result, const std::string& subject) {
     // Drivers return various errors for allocations on a lost device, and the allocator treats each as
     // full memory.
     uint64_t completed = 0;
-    if (m_impl->AskCompleted(completed) == VK_ERROR_DEVICE_LOST) Check(VK_ERROR_DEVICE_LOST, subject);
+    if (m_impl->QueryCompleted(completed) == VK_ERROR_DEVICE_LOST) Check(VK_ERROR_DEVICE_LOST, subject);
     std::string text;
     for (const MemoryHeap& heap : MemoryHeaps())
         if (heap.isDeviceLocal)
@@ -63,7 +63,7 @@ void Device::CheckMemory(VkResult result, const std::string& subject) {
     Check(result, subject + text + (text.empty() ? "" : ")"));
 }
 
-void Device::NoteMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice) {
+void Device::TrackMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice) {
     VmaAllocationInfo allocated{};
     vmaGetAllocationInfo(Allocator(), allocation, &allocated);
     m_impl->memory.Add(allocated.size);

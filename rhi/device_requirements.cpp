@@ -11,7 +11,6 @@
 #include "rhi/property_chain.h"
 
 namespace raygraph::rhi {
-namespace {
 
 // Every feature structure that is read.
 struct FeatureStructs {
@@ -29,6 +28,8 @@ struct FeatureStructs {
     VkPhysicalDeviceRayTracingPositionFetchFeaturesKHR positionFetch{};
 #endif
 };
+
+namespace {
 
 struct FeatureEntry {
     FeatureRequirement requirement;
@@ -201,7 +202,7 @@ const std::array kLimits{
                [](auto&, auto&, auto&, auto& tracing) { return uint64_t{tracing.maxRayRecursionDepth}; }},
 };
 
-constexpr std::array kFormats{
+constexpr std::array kFormatRequirements{
     FormatRequirement{"linear filtering of rgba32f", VK_FORMAT_R32G32B32A32_SFLOAT,
                       VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT,
                       "environment maps, whose radiance exceeds what 16 bits hold"},
@@ -289,7 +290,7 @@ class Probe {
 
     std::vector<std::string> FormatRefusals() const {
         std::vector<std::string> refusals;
-        for (const FormatRequirement& requirement : kFormats) {
+        for (const FormatRequirement& requirement : kFormatRequirements) {
             VkFormatProperties2 properties{VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2, nullptr, {}};
             m_vk.vkGetPhysicalDeviceFormatProperties2(m_device, requirement.format, &properties);
             const VkFormatFeatureFlags has = properties.formatProperties.optimalTilingFeatures;
@@ -335,7 +336,7 @@ const RequirementList& Requirements() {
         }
         for (const ExtensionEntry& entry : kExtensions) list.extensions.push_back(entry.requirement);
         for (const LimitEntry& entry : kLimits) list.limits.push_back(entry.requirement);
-        list.formats.assign(kFormats.begin(), kFormats.end());
+        list.formats.assign(kFormatRequirements.begin(), kFormatRequirements.end());
         return list;
     }();
     return kList;
@@ -416,8 +417,8 @@ OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& ena
     return features;
 }
 
-std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                    VkInstance instance) {
+std::vector<std::string> UnmetRequirements(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                           VkInstance instance) {
     const Probe probe(device, loader, instance);
     const uint32_t version = probe.ApiVersion();
     const auto text = [](uint32_t v) {

@@ -108,7 +108,8 @@ RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, std::span<cons
 // Turns off capabilities that are off in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& enabled);
 // Returns every reason for which `device` cannot be used, one line each; empty: it can be used.
-RAYGRAPH_API std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                                 VkInstance instance);
+RAYGRAPH_API std::vector<std::string> UnmetRequirements(VkPhysicalDevice device,
+                                                        PFN_vkGetInstanceProcAddr loader,
+                                                        VkInstance instance);
 
 }  // namespace raygraph::rhi

@@ -201,7 +201,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     buffer.m_allocation = allocation;
     buffer.m_device = this;
     buffer.m_mapped = static_cast<std::byte*>(allocated.pMappedData);
-    NoteMemory(buffer.m_allocation, Describe(desc), desc.memory == MemoryKind::Device);
+    TrackMemory(buffer.m_allocation, Describe(desc), desc.memory == MemoryKind::Device);
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
 }
@@ -285,7 +285,7 @@ Texture Device::CreateTexture(const TextureDesc& desc) {
     texture.m_image = image;
     texture.m_allocation = allocation;
     texture.m_device = this;
-    NoteMemory(texture.m_allocation, Describe(desc), true);
+    TrackMemory(texture.m_allocation, Describe(desc), true);
     Finish(texture);
     return texture;
 }
@@ -389,7 +389,7 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     // The block has one memory type from here on: resources that are bound to it must be able to use that
     // one.
     block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};
-    NoteMemory(block.m_allocation, subject, true);
+    TrackMemory(block.m_allocation, subject, true);
     return block;
 }
 

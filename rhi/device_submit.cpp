@@ -134,7 +134,7 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
     // The commands have been submitted: an Error here would tell the caller that they have not. The next wait
     // reports a device that does not respond.
     uint64_t completed = 0;
-    if (m_impl->AskCompleted(completed) == VK_SUCCESS) m_impl->retired.Collect(completed);
+    if (m_impl->QueryCompleted(completed) == VK_SUCCESS) m_impl->retired.Collect(completed);
     return value;
 }
 
@@ -148,7 +148,7 @@ uint64_t Device::Forward(std::span<const SemaphoreUse> waits, std::span<const Se
     return m_impl->SubmitBatch(*this, VK_NULL_HANDLE, atAllStages(waits), atAllStages(signals));
 }
 
-VkResult Device::Impl::AskCompleted(uint64_t& value) noexcept {
+VkResult Device::Impl::QueryCompleted(uint64_t& value) noexcept {
     const VkResult result = vk.vkGetSemaphoreCounterValue(device, timeline, &value);
     if (result != VK_SUCCESS) return result;
     uint64_t known = lastCompleted.load();
@@ -159,7 +159,7 @@ VkResult Device::Impl::AskCompleted(uint64_t& value) noexcept {
 
 uint64_t Device::CompletedValue() const {
     uint64_t value = 0;
-    Check(m_impl->AskCompleted(value), "vkGetSemaphoreCounterValue");
+    Check(m_impl->QueryCompleted(value), "vkGetSemaphoreCounterValue");
     return value;
 }
 

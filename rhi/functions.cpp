@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "base/os/dynamic_library.h"
+#include "base/os.h"
 #include "base/text.h"
 
 namespace raygraph::rhi {

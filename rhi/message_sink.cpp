@@ -22,7 +22,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Receive(VkDebugUtilsMessageSeverityFlagBitsEXT se
 
 void MessageSink::SendValidation(LogLevel level, std::string_view id, std::string_view text) noexcept {
     m_validationCount.fetch_add(1, std::memory_order_relaxed);
-    if (!m_log.Listens(level)) return;
+    if (!m_log.IsEnabled(level)) return;
     // Most layers put the identifier into the text.
     if (id.empty() || text.find(id) != std::string_view::npos)
         m_log.Send(level, log_category::kValidation, text);

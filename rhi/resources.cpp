@@ -59,7 +59,7 @@ VkImageView Texture::View(const Subresources& asked, ImageShape shape) const {
         throw MakeError(ErrorKind::Usage, "texture '{}' ({}x{} {}): a view as {}: {}", m_desc.name,
                         m_desc.extent.width, m_desc.extent.height, Name(m_desc.format), Name(shape), why);
     };
-    const std::string missing = MissingText(part, m_desc.mipLevels, m_desc.layers);
+    const std::string missing = DescribeMissing(part, m_desc.mipLevels, m_desc.layers);
     if (!missing.empty()) fail(missing);
     const bool isCube = part.layerCount == 6 && m_desc.extent.width == m_desc.extent.height;
     if (shape == ImageShape::Plain && part.layerCount != 1)

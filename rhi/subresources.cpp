@@ -42,7 +42,7 @@ Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers
             .layerCount = count(part.layer, part.layerCount, layers)};
 }
 
-std::string MissingText(const Subresources& part, uint32_t levels, uint32_t layers) {
+std::string DescribeMissing(const Subresources& part, uint32_t levels, uint32_t layers) {
     std::string missing = MissingOf("level", part.level, part.levelCount, levels);
     return missing.empty() ? MissingOf("layer", part.layer, part.layerCount, layers) : missing;
 }

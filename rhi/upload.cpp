@@ -97,7 +97,7 @@ bool Uploader::IsChunkFree(const Chunk& chunk) const {
     return chunk.until <= m_device.CompletedValue();
 }
 
-bool Uploader::WouldWait() const {
+bool Uploader::WouldBlock() const {
     if (m_isRecording) return false;
     if (m_ahead.valid()) return m_ahead.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
     if (m_chunks.size() < m_desc.chunkCount) return false;

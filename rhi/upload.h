@@ -69,7 +69,7 @@ class RAYGRAPH_API Uploader {
 
     // Returns whether an upload would begin by waiting now, for the device or for memory that is allocated
     // ahead: after a Flush, one of up to a chunk's bytes waits at no other place.
-    bool WouldWait() const;
+    bool WouldBlock() const;
 
     // Submits the recorded copies. Returns the timeline value at which all uploads so far have arrived.
     uint64_t Flush();

@@ -47,15 +47,15 @@ constexpr ActionRow kActions[] = {
 };
 // clang-format on
 
-constexpr bool IsEveryActionInItsPlace() {
+constexpr bool AreActionsInOrder() {
     size_t place = 0;
     for (const ActionRow& row : kActions)
         if (row.action != static_cast<Action>(place++)) return false;
     return place == static_cast<size_t>(Action::Count);
 }
-static_assert(IsEveryActionInItsPlace(), "each action needs its row, in the order of the enumerators");
+static_assert(AreActionsInOrder(), "each action needs its row, in the order of the enumerators");
 
-constexpr bool IsEachPanelInTheMenu() {
+constexpr bool HasMenuItemPerPanel() {
     size_t panels = 0;
     for (const ActionRow& row : kActions) panels += row.menu == Menu::PanelMenu && row.panel != nullptr;
     for (const PanelName& panel : kPanels) {
@@ -65,9 +65,9 @@ constexpr bool IsEachPanelInTheMenu() {
     }
     return panels == std::size(kPanels);
 }
-static_assert(IsEachPanelInTheMenu(), "each panel needs one action, in the menu of panels");
+static_assert(HasMenuItemPerPanel(), "each panel needs one action, in the menu of panels");
 
-constexpr bool HasEachKeyOnce() {
+constexpr bool HasUniqueKeys() {
     for (const ActionRow& a : kActions)
         for (const ActionRow& b : kActions)
             for (const auto& key : a.keys)
@@ -75,7 +75,7 @@ constexpr bool HasEachKeyOnce() {
                     if (&key != &other && key && key == other) return false;
     return true;
 }
-static_assert(HasEachKeyOnce(), "a key asks for two actions");
+static_assert(HasUniqueKeys(), "a key asks for two actions");
 
 // Gestures are done with the mouse, or with keys that are held or come in rows.
 constexpr std::pair<const char*, const char*> kGestures[] = {

@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::editor {
 

@@ -6,9 +6,9 @@
 #include "base/overloaded.h"
 #include "base/path_text.h"
 #include "base/text.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/save_gltf.h"
-#include "renderer/scene/variants.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/variants.h"
 
 namespace raygraph::editor {
 
@@ -113,14 +113,14 @@ scene::Bounds Document::BoundsOf(uint32_t node) const {
     return bounds;
 }
 
-bool Document::IsPlacedByJoints(uint32_t node) const {
+bool Document::IsPlacedBySkin(uint32_t node) const {
     const Placed& placed = m_placed.at(node);
     return placed.instanceCount > 0 && scene::HasSkin(m_scene, m_scene.instances[placed.firstInstance]) &&
            m_children[node].empty() && placed.light == scene::kNone && placed.camera == scene::kNone;
 }
 
 bool Document::ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu) {
-    if (!m_isDeviceBehind && std::ranges::equal(clips, m_clips)) return false;
+    if (!m_isDeviceStale && std::ranges::equal(clips, m_clips)) return false;
     const scene::Pose& pose = m_evaluator.Evaluate(m_scene, clips);  // may throw
     m_clips.assign(clips.begin(), clips.end());
     Push(m_applier.Apply(m_scene, pose), gpu);
@@ -128,9 +128,9 @@ bool Document::ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu) 
 }
 
 void Document::Apply(const Edit& edit, GpuScene& gpu) {
-    const Edit wanted = OfRest(edit);
+    const Edit wanted = ToRestEdit(edit);
     const Edit before = Current(wanted);
-    if (const TransformEdit* const moved = std::get_if<TransformEdit>(&edit)) RequirePlace(*moved);
+    if (const TransformEdit* const moved = std::get_if<TransformEdit>(&edit)) RequireValidPlacement(*moved);
     Put(wanted, gpu);
     try {
         RequireShown(edit);
@@ -161,7 +161,7 @@ void Document::Save(const std::filesystem::path& to) {
     m_saved = m_done;
 }
 
-std::filesystem::path Document::SaveBeside() const {
+std::filesystem::path Document::SaveRecoveryCopy() const {
     const std::string name = m_file.stem().string() + "-recovered", extension = m_file.extension().string();
     const auto isThere = [](const std::filesystem::path& file) {
         std::error_code unknown;

@@ -17,10 +17,10 @@
 
 #include "editor/app/file_content.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
-#include "renderer/scene/scene_data.h"
-#include "renderer/scene/transform_parts.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/geometry/transform_parts.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::editor {
 
@@ -81,7 +81,7 @@ class Document {
     // Returns whether the node and all its ancestors are visible.
     bool IsVisible(uint32_t node) const { return m_applier.IsNodeVisible(node); }
     // Returns whether joints alone place the node's meshes, so that its own transform has no effect.
-    bool IsPlacedByJoints(uint32_t node) const;
+    bool IsPlacedBySkin(uint32_t node) const;
     // Returns the world-space bounds of a node and its descendants.
     scene::Bounds BoundsOf(uint32_t node) const;
     // Returns the instances of the node and of its descendants.
@@ -112,7 +112,7 @@ class Document {
     void Save(const std::filesystem::path& to);
     // Writes the file with its edits to a new one beside it, NAME-recovered.gltf or .glb, and returns the
     // path of that. The document stays as it is. Throws what SaveGltf throws.
-    std::filesystem::path SaveBeside() const;
+    std::filesystem::path SaveRecoveryCopy() const;
     // Identifies the content of the file, if the open scene equals it. The hash is unknown after edits were
     // saved. Know stores the hash, unless the file has changed since.
     FileContent Content() const;
@@ -129,16 +129,16 @@ class Document {
         uint32_t InstanceEnd() const { return firstInstance + instanceCount; }
     };
     // Returns whether a clip that is shown has a channel for the property.
-    bool IsDriven(scene::AnimatedProperty property, uint32_t object) const;
+    bool IsAnimated(scene::AnimatedProperty property, uint32_t object) const;
     // Returns the edit of rest values after which the values of `shown` are what is shown.
-    Edit OfRest(const Edit& shown) const;
-    Edit OfRest(const TransformEdit& shown) const;
+    Edit ToRestEdit(const Edit& shown) const;
+    Edit ToRestEdit(const TransformEdit& shown) const;
     Edit Current(const Edit& of) const;
     // Throws if an animation overrides the value that was edited.
     void RequireShown(const Edit& edit) const;
     // Throws if the node would lose its area where it or a descendant places a mesh, or its inverse where one
     // places a light.
-    void RequirePlace(const TransformEdit& edit) const;
+    void RequireValidPlacement(const TransformEdit& edit) const;
     // Makes an edit of rest values, here and on the device. On an error nothing has changed.
     void Put(const Edit& edit, GpuScene& gpu);
     void Set(const Edit& edit);                    // sets the rest values here
@@ -155,7 +155,7 @@ class Document {
     scene::PoseEvaluator m_evaluator{m_scene};
     scene::PoseApplier m_applier{m_scene};
     std::vector<scene::ClipState> m_clips;
-    bool m_isDeviceBehind = false;  // some changes are not on the device yet
+    bool m_isDeviceStale = false;  // some changes are not on the device yet
     scene::SceneStatistics m_statistics;
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;

@@ -7,10 +7,10 @@
 #include "base/overloaded.h"
 #include "base/text.h"
 #include "editor/app/document.h"
-#include "renderer/scene/check.h"
-#include "renderer/scene/flat_transform.h"
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/scene/model/check.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
 namespace raygraph::editor {
 
@@ -23,7 +23,7 @@ void RequireIndex(const char* what, uint32_t index, size_t count) {
 }
 
 // Copies to `rest` the parts in which `wanted` differs from `shown`.
-void TakeChanges(const scene::TextureRef& shown, const scene::TextureRef& wanted, scene::TextureRef& rest) {
+void CopyChanges(const scene::TextureRef& shown, const scene::TextureRef& wanted, scene::TextureRef& rest) {
     if (wanted.texture != shown.texture) rest.texture = wanted.texture;
     if (wanted.texCoord != shown.texCoord) rest.texCoord = wanted.texCoord;
     scene::ForEachTransformField([&](const auto& field) {
@@ -32,17 +32,17 @@ void TakeChanges(const scene::TextureRef& shown, const scene::TextureRef& wanted
     });
 }
 template <typename T>
-void TakeChanges(const T& shown, const T& wanted, T& rest) {
+void CopyChanges(const T& shown, const T& wanted, T& rest) {
     if (wanted != shown) rest = wanted;
 }
 
-[[noreturn]] void RefuseAnimated() {
+[[noreturn]] void RejectAnimated() {
     throw Error(ErrorKind::Usage, "an animation changes this: it can be edited in the rest pose");
 }
 
 }  // namespace
 
-bool Document::IsDriven(scene::AnimatedProperty property, uint32_t object) const {
+bool Document::IsAnimated(scene::AnimatedProperty property, uint32_t object) const {
     const auto isIt = [&](const scene::AnimationChannel& channel) {
         return channel.target.property == property && channel.target.object == object;
     };
@@ -51,7 +51,7 @@ bool Document::IsDriven(scene::AnimatedProperty property, uint32_t object) const
     });
 }
 
-Edit Document::OfRest(const TransformEdit& shown) const {
+Edit Document::ToRestEdit(const TransformEdit& shown) const {
     RequireIndex("node", shown.node, m_scene.nodes.size());
     for (int column = 0; column < 4; ++column)
         for (int row = 0; row < 3; ++row)
@@ -60,27 +60,27 @@ Edit Document::OfRest(const TransformEdit& shown) const {
     const scene::Node& node = m_scene.nodes[shown.node];
     const bool isTurned = shown.rest == glm::vec3(0.0f) && shown.local[3] == node.LocalTransform()[3];
     const glm::vec3 rest =
-        isTurned ? node.translationRest : shown.rest;  // keep the residual when only the rotation changed
+        isTurned ? node.translationResidual : shown.rest;  // keep the residual when only the rotation changed
     if (!m_isNodeAnimated[shown.node]) return TransformEdit{shown.node, shown.local, rest};
     const std::optional<scene::TransformParts> wanted = scene::PartsOf(shown.local, node);
     if (!wanted) throw Error(ErrorKind::Usage, "what an animation moves can neither be flat nor sheared");
     const scene::Node& own = m_rest.nodes[shown.node];
-    PartsEdit edit{shown.node, {own.translation, own.rotation, own.scale}, own.translationRest};
+    PartsEdit edit{shown.node, {own.translation, own.rotation, own.scale}, own.translationResidual};
     const auto take = [&](scene::AnimatedProperty property, const auto& before, const auto& after, auto& to) {
         if (after == before) return;
-        if (IsDriven(property, shown.node)) RefuseAnimated();
+        if (IsAnimated(property, shown.node)) RejectAnimated();
         to = after;
     };
     using Property = scene::AnimatedProperty;
     take(Property::Translation, node.translation, wanted->translation, edit.parts.translation);
-    take(Property::Translation, node.translationRest, rest, edit.rest);
+    take(Property::Translation, node.translationResidual, rest, edit.rest);
     take(Property::Rotation, node.rotation, wanted->rotation, edit.parts.rotation);
     take(Property::Scale, node.scale, wanted->scale, edit.parts.scale);
     return edit;
 }
 
-Edit Document::OfRest(const Edit& shown) const {
-    return std::visit(Overloaded{[&](const TransformEdit& e) { return OfRest(e); },
+Edit Document::ToRestEdit(const Edit& shown) const {
+    return std::visit(Overloaded{[&](const TransformEdit& e) { return ToRestEdit(e); },
                                  [&](const PartsEdit& e) -> Edit { return e; },
                                  [&](const VisibilityEdit& e) -> Edit {
                                      RequireIndex("node", e.node, m_scene.nodes.size());
@@ -90,7 +90,7 @@ Edit Document::OfRest(const Edit& shown) const {
                                      RequireIndex("material", e.material, m_scene.materials.size());
                                      MaterialEdit edit{e.material, Rest().materials[e.material]};
                                      scene::ForEachMaterialField([&](const auto& field) {
-                                         TakeChanges(m_scene.materials[e.material].*field.member,
+                                         CopyChanges(m_scene.materials[e.material].*field.member,
                                                      e.values.*field.member, edit.values.*field.member);
                                      });
                                      scene::Check(edit.values, Text("material {}", e.material));
@@ -100,7 +100,7 @@ Edit Document::OfRest(const Edit& shown) const {
                                      RequireIndex("light", e.light, m_scene.lights.size());
                                      LightEdit edit{e.light, Rest().lights[e.light]};
                                      scene::ForEachLightField(edit.values, [&](const auto& field) {
-                                         TakeChanges(m_scene.lights[e.light].*field.member,
+                                         CopyChanges(m_scene.lights[e.light].*field.member,
                                                      e.values.*field.member, edit.values.*field.member);
                                      });
                                      scene::Check(edit.values, Text("light {}", e.light));
@@ -111,27 +111,28 @@ Edit Document::OfRest(const Edit& shown) const {
 
 Edit Document::Current(const Edit& of) const {
     const scene::SceneData& rest = Rest();
-    return std::visit(
-        Overloaded{
-            [&](const TransformEdit& e) -> Edit {
-                const scene::Node& node = rest.nodes.at(e.node);
-                return TransformEdit{e.node, node.LocalTransform(), node.translationRest};
-            },
-            [&](const PartsEdit& e) -> Edit {
-                const scene::Node& node = rest.nodes.at(e.node);
-                return PartsEdit{e.node, {node.translation, node.rotation, node.scale}, node.translationRest};
-            },
-            [&](const VisibilityEdit& e) -> Edit {
-                return VisibilityEdit{e.node, rest.nodes.at(e.node).isVisible};
-            },
-            [&](const MaterialEdit& e) -> Edit {
-                return MaterialEdit{e.material, rest.materials.at(e.material)};
-            },
-            [&](const LightEdit& e) -> Edit {
-                return LightEdit{e.light, rest.lights.at(e.light)};
-            },
-        },
-        of);
+    return std::visit(Overloaded{
+                          [&](const TransformEdit& e) -> Edit {
+                              const scene::Node& node = rest.nodes.at(e.node);
+                              return TransformEdit{e.node, node.LocalTransform(), node.translationResidual};
+                          },
+                          [&](const PartsEdit& e) -> Edit {
+                              const scene::Node& node = rest.nodes.at(e.node);
+                              return PartsEdit{e.node,
+                                               {node.translation, node.rotation, node.scale},
+                                               node.translationResidual};
+                          },
+                          [&](const VisibilityEdit& e) -> Edit {
+                              return VisibilityEdit{e.node, rest.nodes.at(e.node).isVisible};
+                          },
+                          [&](const MaterialEdit& e) -> Edit {
+                              return MaterialEdit{e.material, rest.materials.at(e.material)};
+                          },
+                          [&](const LightEdit& e) -> Edit {
+                              return LightEdit{e.light, rest.lights.at(e.light)};
+                          },
+                      },
+                      of);
 }
 
 void Document::Set(const Edit& edit) {
@@ -139,12 +140,12 @@ void Document::Set(const Edit& edit) {
         std::visit(Overloaded{
                        [&](const TransformEdit& e) {
                            scene.nodes[e.node].matrix = e.local;
-                           scene.nodes[e.node].translationRest = e.rest;
+                           scene.nodes[e.node].translationResidual = e.rest;
                        },
                        [&](const PartsEdit& e) {
                            scene::Node& node = scene.nodes[e.node];
                            node.translation = e.parts.translation;
-                           node.translationRest = e.rest;
+                           node.translationResidual = e.rest;
                            node.rotation = e.parts.rotation;
                            node.scale = e.parts.scale;
                        },
@@ -185,12 +186,12 @@ void Document::Follow(const Edit& edit, GpuScene& gpu) {
 }
 
 void Document::Push(const scene::PoseChanges& changes, GpuScene& gpu) {
-    const bool wasBehind = std::exchange(m_isDeviceBehind, true);
+    const bool wasBehind = std::exchange(m_isDeviceStale, true);
     if (wasBehind)
         gpu.SetPose(m_scene, m_applier);
     else
         gpu.SetPose(m_scene, m_applier, changes);
-    m_isDeviceBehind = false;
+    m_isDeviceStale = false;
 }
 
 void Document::Put(const Edit& edit, GpuScene& gpu) {
@@ -226,10 +227,10 @@ void Document::RequireShown(const Edit& edit) const {
                    },
                },
                edit);
-    if (!isShown) RefuseAnimated();
+    if (!isShown) RejectAnimated();
 }
 
-void Document::RequirePlace(const TransformEdit& edit) const {
+void Document::RequireValidPlacement(const TransformEdit& edit) const {
     const scene::PlacedTransform before{WorldTransform(edit.node)};
     const bool hadInverse = scene::CanInvert(before.matrix);
     const bool hadArea = scene::WithThickness(before, {}).has_value();

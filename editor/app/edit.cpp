@@ -6,7 +6,7 @@
 #include "editor/app/script.h"
 #include "editor/app/settings.h"
 #include "editor/app/window.h"
-#include "editor/session/scene_input.h"
+#include "editor/session/settings/scene_input.h"
 #include "rhi/swapchain.h"
 
 namespace raygraph::editor {
@@ -70,13 +70,13 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     viewport::BudgetSettings budget = editor.Work().view.Budget();
     budget.whilePreparing = viewport::PreparingView::Preview;
     editor.Work().view.SetBudget(budget);
-    editor.Work().hasLongFrames = true;
-    if (!config.empty()) editor.UseConfig(config);
+    editor.Work().allowsLongFrames = true;
+    if (!config.empty()) editor.SetConfigFolder(config);
     Begin(editor.Work(), options);
     RunFrames(editor, screen,
               {.poll = [&](double seconds) { return window.Poll(seconds); },
                .setTitle = [&](const std::string& title) { window.SetTitle(title); }});
-    editor.KeepSettings();
+    editor.StoreSettings();
 }
 
 std::string TitleOf(const Document& document) {
@@ -85,10 +85,10 @@ std::string TitleOf(const Document& document) {
 }
 
 // Returns where unsaved edits were written, for the end of a message.
-std::string AfterRescue(const Document& document) {
+std::string RecoveryMessage(const Document& document) {
     if (!document.IsEdited()) return "";
     try {
-        return "; unsaved edits are in " + document.SaveBeside().string();
+        return "; unsaved edits are in " + document.SaveRecoveryCopy().string();
     } catch (const std::exception& error) {
         return Text("; unsaved edits are lost: {}", error.what());
     }
@@ -111,7 +111,7 @@ void RunFrames(Editor& editor, Screen& screen, const FrameSource& window) {
             }
         });
     } catch (const Error& error) {
-        throw Error(error.Kind(), error.what() + AfterRescue(editor.Work().document), error.Result());
+        throw Error(error.Kind(), error.what() + RecoveryMessage(editor.Work().document), error.Result());
     }
 }
 

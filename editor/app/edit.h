@@ -11,7 +11,7 @@
 #include "editor/app/editor.h"
 #include "editor/app/log_history.h"
 #include "editor/viewport/view_settings.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/geometry/round_primitives.h"
 #include "rhi/device.h"
 
 namespace raygraph::editor {
@@ -43,7 +43,7 @@ struct FrameSource {
 };
 // Runs frames until the user quits; events are taken while the device is busy. An Error of a frame (a lost
 // device, exhausted memory) ends the loop; unsaved edits are then written beside the scene's file
-// (Document::SaveBeside), and the Error says so.
+// (Document::SaveRecoveryCopy), and the Error says so.
 void RunFrames(Editor& editor, Screen& screen, const FrameSource& window);
 
 // Runs until the user quits or the script ends. Throws Error{NoDevice} without a display or a device, and

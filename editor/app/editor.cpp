@@ -59,7 +59,7 @@ void Editor::ChooseBudget(const FrameInput& input) {
     m_idleSeconds = input.IsActiveSince(m_lastInput) ? 0.0f : m_idleSeconds + input.seconds;
     m_lastInput = input;
     viewport::BudgetSettings budget = m_work.view.Budget();
-    const bool isLong = m_work.hasLongFrames && m_idleSeconds > kIdleSeconds;
+    const bool isLong = m_work.allowsLongFrames && m_idleSeconds > kIdleSeconds;
     budget.frameMs = m_work.frameMs * (isLong ? kIdleFactor : 1.0);
     m_work.view.SetBudget(budget);
 }
@@ -68,22 +68,22 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     FrameInput ignored;
     ignored.extent = given.extent;
     ignored.scale = given.scale;
-    const FrameInput& input = m_isLeaving ? ignored : given;
+    const FrameInput& input = m_isQuitting ? ignored : given;
     m_work.renderer.ForgetPipelines(kPipelineLifetime);
-    if (m_isReloading && !m_isLeaving && !m_work.renderer.IsPreparingPipelines()) ReloadShaders();
+    if (m_isReloading && !m_isQuitting && !m_work.renderer.IsPreparingPipelines()) ReloadShaders();
     FinishLoading();
     for (const std::filesystem::path& file : input.dropped) Open(file);
-    TakePick();
+    ApplyPick();
     FinishSaving();
     m_work.Observe();
     if (input.isClosing) Leave();
-    if (input.extent.IsEmpty()) return !m_isLeaving || IsStillSaving(false);
+    if (input.extent.IsEmpty()) return !m_isQuitting || IsSaving(false);
     const auto points = [&](uint32_t pixels) {
         return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
     };
     m_windowSize = {points(input.extent.width), points(input.extent.height)};
     ChooseBudget(input);
-    m_work.Animate(IsTimeHeld() ? 0.0 : double{input.seconds});
+    m_work.Animate(IsPlaybackPaused() ? 0.0 : double{input.seconds});
     const Stopwatch watch;
     m_ui.Begin(input);
     Keys(input);
@@ -92,10 +92,10 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     m_ui.End();
     m_work.uiMs = watch.Milliseconds();
     const bool hasDrawn = Draw(screen, input);
-    return !m_isLeaving || IsStillSaving(hasDrawn);
+    return !m_isQuitting || IsSaving(hasDrawn);
 }
 
-bool Editor::IsTimeHeld() const {
+bool Editor::IsPlaybackPaused() const {
     const bool isTakingPictures = m_work.view.Show().view != viewport::View::Surface;
     return m_gizmo.IsHeld() ||
            (isTakingPictures && std::ranges::any_of(m_savingRenders, std::not_fn(&SavingRender::isTaken)));
@@ -122,12 +122,12 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     return !m_isPreparing;
 }
 
-void Editor::DrawKept(Screen& screen, const FrameInput& input) {
+void Editor::DrawLastPicture(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
     renderer.BeginFrame();
     if (m_work.IsLoading()) static_cast<void>(m_work.gpu.Declare(renderer));  // declares the copies
     if (const std::optional<TextureId> target = screen.Begin(renderer, input.extent))
-        screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareKept()));
+        screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareLastPicture()));
     else
         renderer.DropFrame();
 }
@@ -150,17 +150,17 @@ bool Editor::Draw(Screen& screen, const FrameInput& input) {
         const bool isDrawn = !m_isAwaiting && DrawFrame(screen, input);
         if (m_isAwaiting || m_isPreparing) {
             drop();
-            DrawKept(screen, input);
+            DrawLastPicture(screen, input);
         }
         if (!isDrawn) return false;
-        NoteCaptured();
+        HandleCaptures();
         m_work.hasDrawn = true;
         m_droppedFrame.clear();
         return true;
     } catch (const Error& error) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
         m_frameError = error.what();
-        m_work.RefuseAgain(m_frameError, m_droppedFrame, log_category::kGraph);
+        m_work.ReportErrorOnce(m_frameError, m_droppedFrame, log_category::kGraph);
         drop();
         return false;
     }
@@ -303,7 +303,7 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
         ImGui::SetCursorPos({8.0f, 8.0f});
         GizmoButtons(m_work);
     }
-    m_isOverView = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered();
+    m_isViewHovered = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered();
     if (const std::optional<SceneLoader::Progress> progress = m_work.LoadProgress()) {
         ImGui::SetCursorPos({0.5f * width - 160.0f, 0.5f * height});
         ImGui::ProgressBar(progress->fraction, {320.0f, 0.0f}, progress->stage.c_str());

@@ -35,9 +35,9 @@ class Editor {
     // minimized, or shows no picture) are given up, which the message reports. After the user has quit, input
     // is ignored.
     bool Frame(const FrameInput& input, Screen& screen);
-    bool IsLeaving() const { return m_isLeaving; }
+    bool IsQuitting() const { return m_isQuitting; }
     // Returns whether the question about unsaved edits is open. Opening and quitting wait for the answer.
-    bool IsAsking() const { return m_unsaved.IsAsking(); }
+    bool IsPrompting() const { return m_unsaved.IsPrompting(); }
     // Opens a scene or an environment map (Workspace::Open); for a scene it first asks about unsaved edits.
     void Open(const std::filesystem::path& file);
     // Returns the position of the picture's upper left corner in the window, in pixels, in the last frame.
@@ -53,11 +53,11 @@ class Editor {
     // Saves the shown picture as .png, or its linear data with AOVs as .exr. Another thread writes it while
     // frames go on; the message reports the result.
     void SavePicture(const std::filesystem::path& file);
-    // Reads the settings from a folder, and stores them there from then on (KeepSettings). If they cannot be
+    // Reads the settings from a folder, and stores them there from then on (StoreSettings). If they cannot be
     // read, only the message changes. Without this call nothing is stored.
-    void UseConfig(const std::filesystem::path& folder);
+    void SetConfigFolder(const std::filesystem::path& folder);
     // Writes the settings if they have changed; the message reports a failure.
-    void KeepSettings();
+    void StoreSettings();
     // Saves the open scene with its edits as .gltf or .glb before it returns. The new file is the open one
     // then.
     bool SaveScene(const std::filesystem::path& file) { return m_work.SaveScene(file); }
@@ -68,9 +68,9 @@ class Editor {
     void BuildUi(const FrameInput& input);
     void MenuEntries(Menu menu);
     void MenuBar();
-    void AskToOpen();
-    void AskToSavePicture();
-    void AskToSaveScene();
+    void ShowOpenDialog();
+    void ShowSavePictureDialog();
+    void ShowSaveSceneDialog();
     float LowerPanels(float left, float right, float bottom);
     float TimelineStrip(float left, float right, float bottom);
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
@@ -83,43 +83,43 @@ class Editor {
     void Keys(const FrameInput& input);
     void Mouse(const FrameInput& input);
     void Fly(const FrameInput& input);
-    void TakePick();
+    void ApplyPick();
     // Returns false if there is no frame.
     bool Draw(Screen& screen, const FrameInput& input);
     bool DrawFrame(Screen& screen, const FrameInput& input);
     // Draws the panels around the picture that the viewport drew last.
-    void DrawKept(Screen& screen, const FrameInput& input);
-    void NoteCaptured();
+    void DrawLastPicture(Screen& screen, const FrameInput& input);
+    void HandleCaptures();
     // Returns whether animations are paused because a handle is held or a picture is about to be taken.
-    bool IsTimeHeld() const;
+    bool IsPlaybackPaused() const;
     // Hands readbacks that have arrived to the worker, and reports those that it has written.
     void FinishSaving();
     void WriteBeside(Worker::Task write);
-    void NoteSaved(std::string text);
+    void ReportSaved(std::string text);
     // After the frame of a user who is quitting: returns whether a picture is still to be written.
-    bool IsStillSaving(bool hasDrawn);
+    bool IsSaving(bool hasDrawn);
     void Leave();
     // Calls `then` if there are no unsaved edits, else once the user has saved or discarded them. The
     // question names `loss` as the reason for which they would be lost: "closing the editor".
-    void BeforeLoss(const std::string& loss, std::function<void()> then);
+    void ConfirmDiscard(const std::string& loss, std::function<void()> then);
     void FinishLoading();
     // Gives frames more time once nobody waits for the next one.
     void ChooseBudget(const FrameInput& input);
 
     Workspace m_work;
     Ui m_ui;
-    bool m_isLeaving = false;
+    bool m_isQuitting = false;
     std::filesystem::path m_config;  // "": nothing is stored
     Settings m_kept;                 // as stored in the file
     Extent2D m_windowSize{};         // points, in the last frame
     PathDialog m_dialog;
     UnsavedDialog m_unsaved;
     std::optional<LoadedScene> m_loaded;  // waits for an answer
-    uint64_t m_changesToLose = 0;         // Document::ChangeCount when the user agreed to lose the edits
+    uint64_t m_discardedChanges = 0;      // Document::ChangeCount when the user agreed to lose the edits
     // position of the picture's corner in the window, pixels, in the last frame
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
-    bool m_isOverView = false;
+    bool m_isViewHovered = false;
     bool m_isPreparing = false;  // pipelines of the picture are being created
     bool m_isReloading = false;  // shader reload waits until no pipeline is being created
     // true while the first scene is loaded: the empty scene is not worth the creation of its pipelines

@@ -34,11 +34,11 @@ void Editor::Do(Action action) {
     if (bool Panels::*const panel = Row(action).panel) m_work.panels.*panel ^= true;
     switch (action) {
         case Action::Open:
-            return AskToOpen();
+            return ShowOpenDialog();
         case Action::SaveScene:
-            return AskToSaveScene();
+            return ShowSaveSceneDialog();
         case Action::SavePicture:
-            return AskToSavePicture();
+            return ShowSavePictureDialog();
         case Action::Screenshot:
             return SavePicture("raygraph.png");
         case Action::Quit:
@@ -162,14 +162,14 @@ void Editor::Fly(const FrameInput& input) {
 void Editor::Mouse(const FrameInput& input) {
     const glm::vec2 moved = (input.mouse - std::exchange(m_lastMouse, input.mouse)) / input.scale;
     const Extent2D size = m_work.view.Size();
-    const bool mayTake = m_isOverView && !m_drag && !input.IsDown(MouseButton::Right);
+    const bool mayTake = m_isViewHovered && !m_drag && !input.IsDown(MouseButton::Right);
     m_gizmo.Update(m_work, input, (input.mouse - glm::vec2(m_viewOrigin)) / input.scale,
                    glm::vec2(size.width, size.height) / input.scale, mayTake);
     if (m_gizmo.IsHeld()) return;
     if (!m_drag) {
-        if (m_isOverView && input.wheel != 0.0f) m_work.camera.Dolly(input.wheel);
+        if (m_isViewHovered && input.wheel != 0.0f) m_work.camera.Dolly(input.wheel);
         for (const MouseButton button : {MouseButton::Left, MouseButton::Right, MouseButton::Middle})
-            if (m_isOverView && input.IsDown(button) && !m_drag) {
+            if (m_isViewHovered && input.IsDown(button) && !m_drag) {
                 m_drag = button;
                 m_pressedAt = input.mouse;
                 m_hasMoved = false;
@@ -200,7 +200,7 @@ void Editor::Mouse(const FrameInput& input) {
     }
 }
 
-void Editor::TakePick() {
+void Editor::ApplyPick() {
     if (!m_isPicking || !m_pick.IsReady()) return;
     m_isPicking = false;
     const viewport::PickResult result = m_pick.Result();

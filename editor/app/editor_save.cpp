@@ -28,13 +28,13 @@ image::Image8 ToImage(const Readback& texels, bool isSwapped) {
 
 // Returns what the message about a saved file adds to its name. Throws as AtomicFile does.
 std::string NoteFor(const std::filesystem::path& file) {
-    const std::string note = InPlaceNote(file);
+    const std::string note = InPlaceWarning(file);
     return note.empty() ? note : ", " + note;
 }
 
 }  // namespace
 
-void Editor::BeforeLoss(const std::string& loss, std::function<void()> then) {
+void Editor::ConfirmDiscard(const std::string& loss, std::function<void()> then) {
     if (!m_work.document.IsEdited()) {
         then();
         return;
@@ -54,33 +54,33 @@ void Editor::Open(const std::filesystem::path& file) {
     if (Workspace::IsEnvironment(file))
         m_work.Open(file);
     else
-        BeforeLoss(Text("opening {}", file), [this, file] {
-            if (!m_work.loader.IsLoading()) m_changesToLose = m_work.document.ChangeCount();
+        ConfirmDiscard(Text("opening {}", file), [this, file] {
+            if (!m_work.loader.IsLoading()) m_discardedChanges = m_work.document.ChangeCount();
             m_work.Open(file);
         });
 }
 
 void Editor::FinishLoading() {
     if (std::optional<LoadedScene> loaded = m_work.FinishLoading()) m_loaded = std::move(loaded);
-    if (!m_loaded || IsAsking() || m_isLeaving) return;
+    if (!m_loaded || IsPrompting() || m_isQuitting) return;
     const auto loaded = std::make_shared<LoadedScene>(std::move(*m_loaded));
     m_loaded.reset();
     const auto show = [this, loaded] {
         if (!m_work.Show(std::move(*loaded))) return;
         m_isPicking = false;  // the pick's scene is gone
-        KeepSettings();       // stores the file in the list of recent ones
+        StoreSettings();      // stores the file in the list of recent ones
     };
-    if (m_work.document.ChangeCount() == m_changesToLose)
+    if (m_work.document.ChangeCount() == m_discardedChanges)
         show();
     else  // edited since Open asked
-        BeforeLoss(Text("opening {}", loaded->document.File()), show);
+        ConfirmDiscard(Text("opening {}", loaded->document.File()), show);
 }
 
 void Editor::Leave() {
-    BeforeLoss("closing the editor", [this] { m_isLeaving = true; });
+    ConfirmDiscard("closing the editor", [this] { m_isQuitting = true; });
 }
 
-void Editor::AskToOpen() {
+void Editor::ShowOpenDialog() {
     m_dialog.Ask("Open a scene",
                  "glTF file (.gltf or .glb), or an environment map (.hdr or .exr); both may be dropped onto "
                  "the window",
@@ -88,21 +88,21 @@ void Editor::AskToOpen() {
                  [this](const std::filesystem::path& file) { Open(file); });
 }
 
-void Editor::AskToSavePicture() {
+void Editor::ShowSavePictureDialog() {
     const std::string name = m_work.document.File().stem().string();
     m_dialog.Ask("Save the picture", "As shown: .png. Linear, with variance and AOVs: .exr",
                  PathDialog::For::Writing, (name.empty() ? "raygraph" : name) + ".png",
                  [this](const std::filesystem::path& file) { SavePicture(file); });
 }
 
-void Editor::AskToSaveScene() {
+void Editor::ShowSaveSceneDialog() {
     if (m_work.document.File().empty()) return;
     std::filesystem::path suggestion = m_work.document.File();
     m_dialog.Ask("Save the scene", "With all edits: .gltf or .glb", PathDialog::For::Writing, suggestion,
                  [this](const std::filesystem::path& file) { SaveScene(file); });
 }
 
-void Editor::UseConfig(const std::filesystem::path& folder) {
+void Editor::SetConfigFolder(const std::filesystem::path& folder) {
     m_config = folder;
     std::string message;
     m_kept = ReadSettings(folder, message);
@@ -110,7 +110,7 @@ void Editor::UseConfig(const std::filesystem::path& folder) {
     if (!message.empty()) m_work.Refuse(message);
 }
 
-void Editor::KeepSettings() {
+void Editor::StoreSettings() {
     if (m_config.empty()) return;
     Settings settings = m_work.Kept();
     settings.window = m_windowSize.IsEmpty() ? m_kept.window : m_windowSize;
@@ -143,7 +143,7 @@ void Editor::SavePicture(const std::filesystem::path& file) {
     }
 }
 
-bool Editor::IsStillSaving(bool hasDrawn) {
+bool Editor::IsSaving(bool hasDrawn) {
     const auto giveUp = [&](const std::filesystem::path& file) {
         if (!file.empty())
             m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file));
@@ -160,7 +160,7 @@ bool Editor::IsStillSaving(bool hasDrawn) {
     return !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy();
 }
 
-void Editor::NoteCaptured() {
+void Editor::HandleCaptures() {
     for (SavingRender& saving : m_savingRenders) {
         if (saving.isTaken || !saving.capture.IsTaken()) continue;
         saving.isTaken = true;
@@ -174,7 +174,7 @@ void Editor::WriteBeside(Worker::Task write) {
     m_worker.Add(std::move(write), [this](const std::string& why) { m_work.Refuse(why); });
 }
 
-void Editor::NoteSaved(std::string text) {
+void Editor::ReportSaved(std::string text) {
     ++m_savedCount;
     m_work.Say(std::move(text));
 }
@@ -186,7 +186,7 @@ void Editor::FinishSaving() {
         WriteBeside([this, saving]() -> Worker::Finish {
             const std::string note = NoteFor(saving.file);
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            return [this, text = Text("saved {}{}", saving.file, note)] { NoteSaved(text); };
+            return [this, text = Text("saved {}{}", saving.file, note)] { ReportSaved(text); };
         });
         return true;
     });
@@ -206,7 +206,7 @@ void Editor::FinishSaving() {
                         text = Text("saved {}, {}{}", saving.file,
                                     Counted(SampleCount(render.samples), "sample"), note)] {
                     m_work.document.Know(content);
-                    NoteSaved(text);
+                    ReportSaved(text);
                 };
             });
         return true;

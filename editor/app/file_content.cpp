@@ -1,9 +1,9 @@
 #include "editor/app/file_content.h"
 
 #include "base/error.h"
-#include "editor/session/content_hash.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/variants.h"
+#include "editor/session/file/content_hash.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/variants.h"
 
 namespace raygraph::editor {
 

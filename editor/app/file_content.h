@@ -7,8 +7,8 @@
 #include <string>
 
 #include "base/log.h"
-#include "renderer/scene/round_primitives.h"
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::editor {
 

@@ -17,16 +17,16 @@ constexpr float kMinScale = 0.01f;
 constexpr int kRingParts = 64;
 
 // Returns the two other axes.
-glm::ivec2 OthersOf(int axis) {
+glm::ivec2 OtherAxes(int axis) {
     return {(axis + 1) % 3, (axis + 2) % 3};
 }
 
-float Stepped(float value, float step) {
+float SnapToStep(float value, float step) {
     return std::round(value / step) * step;
 }
 
 glm::vec3 Normal(const GizmoFrame& frame, int axis) {
-    const glm::ivec2 others = OthersOf(axis);
+    const glm::ivec2 others = OtherAxes(axis);
     return glm::normalize(glm::cross(frame.axes[others.x], frame.axes[others.y]));
 }
 
@@ -93,14 +93,14 @@ glm::vec3 PictureMap::ToEye(const glm::vec3& point) const {
     return glm::normalize(m_view.eye - glm::dvec3(point));
 }
 
-std::optional<float> NearestAlong(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray) {
+std::optional<float> ClosestPointOnAxis(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray) {
     const glm::vec3 apart = origin - ray.origin;
     const float cosine = glm::dot(axis, ray.direction), denominator = 1.0f - cosine * cosine;
     if (denominator < 1e-5f) return std::nullopt;
     return (cosine * glm::dot(ray.direction, apart) - glm::dot(axis, apart)) / denominator;
 }
 
-std::optional<glm::vec3> MeetPlane(const glm::vec3& origin, const glm::vec3& normal, const Ray& ray) {
+std::optional<glm::vec3> IntersectPlane(const glm::vec3& origin, const glm::vec3& normal, const Ray& ray) {
     const float slope = glm::dot(normal, ray.direction);
     if (std::abs(slope) < 1e-4f) return std::nullopt;
     const float t = glm::dot(normal, origin - ray.origin) / slope;
@@ -177,7 +177,7 @@ std::vector<GizmoShape> ShapesOf(const GizmoFrame& frame, GizmoTool tool, const 
         return shapes;
     }
     for (int i = 0; i < 3; ++i) {
-        const glm::ivec2 others = OthersOf(i);
+        const glm::ivec2 others = OtherAxes(i);
         if (std::abs(glm::dot(Normal(frame, i), toEye)) < kMinSine) continue;
         const glm::vec3 a = frame.axes[others.x] * frame.size, b = frame.axes[others.y] * frame.size;
         add(static_cast<GizmoHandle>(3 + i), true,
@@ -217,16 +217,16 @@ GizmoDrag::GizmoDrag(GizmoTool tool, GizmoHandle handle, const GizmoFrame& frame
         // The point under the cursor lies on the half of the ring that faces the eye
         const glm::vec3 across = glm::normalize(glm::cross(Axis(), m_toEye));
         const glm::vec3 front = glm::normalize(glm::cross(across, Axis()));
-        const float along = NearestAlong(frame.origin, across, ray).value_or(0.0f) / frame.size;
+        const float along = ClosestPointOnAxis(frame.origin, across, ray).value_or(0.0f) / frame.size;
         const float cosine = std::clamp(along, -1.0f, 1.0f);
         const glm::vec3 arm = cosine * across + std::sqrt(1.0f - cosine * cosine) * front;
         m_tangent = glm::cross(Axis(), arm);
         m_start = frame.origin + frame.size * arm;
-        if (const std::optional<float> at = NearestAlong(*m_start, *m_tangent, ray))
+        if (const std::optional<float> at = ClosestPointOnAxis(*m_start, *m_tangent, ray))
             m_start = *m_start + *at * *m_tangent;
         return;
     }
-    m_start = Grasped(ray);
+    m_start = GrabPoint(ray);
 }
 
 glm::vec3 GizmoDrag::Axis() const {
@@ -238,29 +238,29 @@ glm::vec3 GizmoDrag::Axis() const {
 
 // Returns the intersection of the ray with the handle's plane, or the point of the handle's line nearest to
 // it.
-std::optional<glm::vec3> GizmoDrag::Grasped(const Ray& ray) const {
+std::optional<glm::vec3> GizmoDrag::GrabPoint(const Ray& ray) const {
     if (m_tool == GizmoTool::Rotate || m_handle >= GizmoHandle::PlaneX)
-        return MeetPlane(m_frame.origin, Axis(), ray);
-    const std::optional<float> along = NearestAlong(m_frame.origin, Axis(), ray);
+        return IntersectPlane(m_frame.origin, Axis(), ray);
+    const std::optional<float> along = ClosestPointOnAxis(m_frame.origin, Axis(), ray);
     if (!along) return std::nullopt;
     return m_frame.origin + *along * Axis();
 }
 
 glm::mat4 GizmoDrag::Moved(const Ray& ray, bool isSnapping) const {
-    const std::optional<glm::vec3> now = Grasped(ray);
+    const std::optional<glm::vec3> now = GrabPoint(ray);
     if (!now) return glm::mat4(1.0f);
     glm::vec3 way = *now - *m_start;
     if (isSnapping) {
         const float step = std::pow(10.0f, std::floor(std::log10(m_frame.size)));
         if (m_handle < GizmoHandle::PlaneX) {
-            way = Stepped(glm::dot(way, Axis()), step) * Axis();
+            way = SnapToStep(glm::dot(way, Axis()), step) * Axis();
         } else {
             const bool isWhole = m_handle == GizmoHandle::Whole;
-            const glm::ivec2 others = OthersOf(AxisOf(m_handle) % 3);
+            const glm::ivec2 others = OtherAxes(AxisOf(m_handle) % 3);
             const glm::vec3 a = isWhole ? m_right : m_frame.axes[others.x];
             // This axis is perpendicular to `a` within the plane, even if the node shears
             const glm::vec3 b = isWhole ? m_up : glm::normalize(glm::cross(Axis(), a));
-            way = Stepped(glm::dot(way, a), step) * a + Stepped(glm::dot(way, b), step) * b;
+            way = SnapToStep(glm::dot(way, a), step) * a + SnapToStep(glm::dot(way, b), step) * b;
         }
     }
     return glm::translate(glm::mat4(1.0f), way);
@@ -270,21 +270,21 @@ glm::mat4 GizmoDrag::Turned(const Ray& ray, bool isSnapping) const {
     const glm::vec3 axis = Axis();
     float angle = 0.0f;
     if (m_tangent) {
-        const std::optional<float> along = NearestAlong(*m_start, *m_tangent, ray);
+        const std::optional<float> along = ClosestPointOnAxis(*m_start, *m_tangent, ray);
         if (!along) return glm::mat4(1.0f);
         angle = *along / m_frame.size;
     } else {
-        const std::optional<glm::vec3> now = Grasped(ray);
+        const std::optional<glm::vec3> now = GrabPoint(ray);
         if (!now) return glm::mat4(1.0f);
         const glm::vec3 from = *m_start - m_frame.origin, to = *now - m_frame.origin;
         angle = std::atan2(glm::dot(axis, glm::cross(from, to)), glm::dot(from, to));
     }
-    if (isSnapping) angle = Stepped(angle, glm::radians(15.0f));
+    if (isSnapping) angle = SnapToStep(angle, glm::radians(15.0f));
     return About(m_frame.origin, glm::rotate(glm::mat4(1.0f), angle, axis));
 }
 
 glm::mat4 GizmoDrag::Scaled(const Ray& ray, bool isSnapping) const {
-    const std::optional<glm::vec3> now = Grasped(ray);
+    const std::optional<glm::vec3> now = GrabPoint(ray);
     if (!now) return glm::mat4(1.0f);
     const glm::vec3 from = *m_start - m_frame.origin, to = *now - m_frame.origin;
     const int axis = AxisOf(m_handle);
@@ -297,7 +297,7 @@ glm::mat4 GizmoDrag::Scaled(const Ray& ray, bool isSnapping) const {
         if (!(before > 0.0f)) return glm::mat4(1.0f);
         factor = glm::dot(to, from) / before;
     }
-    if (isSnapping) factor = Stepped(factor, 0.1f);
+    if (isSnapping) factor = SnapToStep(factor, 0.1f);
     factor = std::max(factor, kMinScale);
     glm::vec3 factors(factor);
     if (m_handle < GizmoHandle::PlaneX) (factors = glm::vec3(1.0f))[axis] = factor;
@@ -321,8 +321,8 @@ glm::mat4 GizmoDrag::Change(const Ray& ray, bool isSnapping) const {
     return glm::mat4(1.0f);
 }
 
-std::optional<glm::mat4x3> LocalAfter(const glm::mat4& change, const glm::mat4x3& parentToWorld,
-                                      const glm::mat4x3& local) {
+std::optional<glm::mat4x3> ApplyToLocal(const glm::mat4& change, const glm::mat4x3& parentToWorld,
+                                        const glm::mat4x3& local) {
     const glm::mat4 parent(parentToWorld);
     if (!std::isnormal(glm::determinant(glm::mat3(parentToWorld)))) return std::nullopt;
     return glm::mat4x3(glm::inverse(parent) * change * parent * glm::mat4(local));

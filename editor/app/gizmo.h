@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 #include "shaders/shared/choice.h"
 
 namespace raygraph::editor {
@@ -49,9 +49,9 @@ class PictureMap {
 
 // Returns the distance from `origin` along the unit `axis` to its point nearest to the ray; nullopt if they
 // are parallel.
-std::optional<float> NearestAlong(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray);
+std::optional<float> ClosestPointOnAxis(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray);
 // Returns the intersection of the ray with the plane; nullopt if they are parallel, or the ray leads away.
-std::optional<glm::vec3> MeetPlane(const glm::vec3& origin, const glm::vec3& normal, const Ray& ray);
+std::optional<glm::vec3> IntersectPlane(const glm::vec3& origin, const glm::vec3& normal, const Ray& ray);
 
 // X, Y and Z act along, about or across an axis; PlaneX acts in the plane with normal x. Whole acts in the
 // plane of the picture, about the line of sight, or on all axes alike.
@@ -102,7 +102,7 @@ class GizmoDrag {
     glm::mat4 Turned(const Ray& ray, bool isSnapping) const;
     glm::mat4 Scaled(const Ray& ray, bool isSnapping) const;
     glm::vec3 Axis() const;
-    std::optional<glm::vec3> Grasped(const Ray& ray) const;
+    std::optional<glm::vec3> GrabPoint(const Ray& ray) const;
 
     GizmoTool m_tool;
     GizmoHandle m_handle;
@@ -114,9 +114,9 @@ class GizmoDrag {
 
 // Returns the local transform of a node that `change` moves in the world. `parentToWorld` is the identity for
 // a root. Nothing if the parent has no inverse.
-std::optional<glm::mat4x3> LocalAfter(const glm::mat4& change, const glm::mat4x3& parentToWorld,
-                                      const glm::mat4x3& local);
-// Returns `after` without the rounding of LocalAfter in what the tool does not change, which is taken from
+std::optional<glm::mat4x3> ApplyToLocal(const glm::mat4& change, const glm::mat4x3& parentToWorld,
+                                        const glm::mat4x3& local);
+// Returns `after` without the rounding of ApplyToLocal in what the tool does not change, which is taken from
 // `before`: the axes for Move, the translation for rotating or scaling about the node's origin.
 glm::mat4x3 WithoutRounding(GizmoTool tool, bool isAboutOrigin, const glm::mat4x3& before,
                             const glm::mat4x3& after);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "editor/app/actions.h"
-#include "renderer/scene/flat_transform.h"
+#include "renderer/scene/geometry/flat_transform.h"
 
 namespace raygraph::editor {
 
@@ -70,7 +70,7 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
 std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
     if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
     const uint32_t node = *work.selectedNode;
-    if (work.document.IsPlacedByJoints(node)) return std::nullopt;
+    if (work.document.IsPlacedBySkin(node)) return std::nullopt;
     const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
     std::optional<glm::vec3> pivot;
     if (m_drag && m_drag->node == node) {
@@ -103,7 +103,7 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
     if (m_drag) {
         m_over = m_drag->drag.Handle();
         const glm::mat4 change = m_drag->drag.Change(map.RayAt(mouse), input.isControl);
-        std::optional<glm::mat4x3> local = LocalAfter(change, m_drag->parentToWorld, m_drag->local);
+        std::optional<glm::mat4x3> local = ApplyToLocal(change, m_drag->parentToWorld, m_drag->local);
         if (!local) return;
         local = WithoutRounding(m_drag->tool, m_drag->isAboutOrigin, m_drag->local, *local);
         if (*local != work.document.LocalTransform(m_drag->node))

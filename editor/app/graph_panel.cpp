@@ -14,7 +14,7 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr ImU32 kText = IM_COL32(225, 225, 230, 255), kFaintText = IM_COL32(128, 128, 134, 255);
+constexpr ImU32 kText = IM_COL32(225, 225, 230, 255), kTranslucentText = IM_COL32(128, 128, 134, 255);
 constexpr ImU32 kTimeText = IM_COL32(190, 190, 196, 255);
 constexpr ImU32 kBarrierRing = IM_COL32(240, 160, 60, 255);
 constexpr ImU32 kWhite = IM_COL32(255, 255, 255, 255);
@@ -32,7 +32,7 @@ ImU32 ColorOf(PassKind kind) {
         case PassKind::AccelerationStructure:
             return IM_COL32(104, 58, 96, 255);
     }
-    return kFaintText;
+    return kTranslucentText;
 }
 
 ImU32 ColorOf(Origin origin) {
@@ -44,10 +44,10 @@ ImU32 ColorOf(Origin origin) {
         case Origin::Imported:
             return IM_COL32(120, 180, 120, 255);
     }
-    return kFaintText;
+    return kTranslucentText;
 }
 
-ImU32 Faint(ImU32 color) {
+ImU32 Translucent(ImU32 color) {
     return (color & 0x00FFFFFFu) | 0x50000000u;
 }
 
@@ -130,13 +130,13 @@ class Drawing {
         const bool isUsed = std::ranges::any_of(
             lane.marks, [&](const GraphMark& mark) { return !m_layout.boxes[mark.box].isCulled; });
         ImU32 color = ColorOf(resource.origin);
-        if (isDim || !isUsed) color = Faint(color);
+        if (isDim || !isUsed) color = Translucent(color);
         const float y = GraphLayout::RowCenter(lane.row);
         const float from = m_layout.CenterOf(lane.marks.front().box);
         const float to = m_layout.CenterOf(lane.marks.back().box);
         m_list.AddLine(At(from, y), At(std::max(to, from + 6.0f), y), color,
                        m_hoveredLane == &lane ? 3.0f : 1.5f);
-        m_list.AddText(At(from + 10.0f, y - 15.0f), isDim || !isUsed ? kFaintText : kText,
+        m_list.AddText(At(from + 10.0f, y - 15.0f), isDim || !isUsed ? kTranslucentText : kText,
                        resource.name.c_str());
         for (const GraphMark& mark : lane.marks) {
             const ImVec2 center = At(m_layout.CenterOf(mark.box), y);
@@ -150,7 +150,7 @@ class Drawing {
                 if (!mark.isWritten) m_list.AddCircleFilled(center, 2.2f, IM_COL32(28, 28, 32, 255));
             }
             if (!mark.barriers.empty())
-                m_list.AddCircle(center, 6.5f, isDim ? Faint(kBarrierRing) : kBarrierRing, 0, 1.2f);
+                m_list.AddCircle(center, 6.5f, isDim ? Translucent(kBarrierRing) : kBarrierRing, 0, 1.2f);
         }
     }
 
@@ -160,14 +160,16 @@ class Drawing {
         const ImVec2 from = At(box.x, 0.0f), to = At(box.x + GraphLayout::kBoxWidth, GraphLayout::kBoxHeight);
         const ImU32 color = box.isCulled ? IM_COL32(44, 44, 47, 255) : ColorOf(pass.kind);
         m_list.AddRectFilled(from, to, color, 3.0f);
-        m_list.AddRect(from, to, m_hoveredBox == index ? kWhite : Faint(kWhite), 3.0f);
+        m_list.AddRect(from, to, m_hoveredBox == index ? kWhite : Translucent(kWhite), 3.0f);
         m_list.PushClipRect(from, {to.x - 3.0f, to.y}, true);
-        m_list.AddText({from.x + 6.0f, from.y + 3.0f}, box.isCulled ? kFaintText : kText, pass.name.c_str());
+        m_list.AddText({from.x + 6.0f, from.y + 3.0f}, box.isCulled ? kTranslucentText : kText,
+                       pass.name.c_str());
         const auto time = m_times.find(box.pass);
         const std::string text = box.isCulled            ? "culled"
                                  : time == m_times.end() ? "-"
                                                          : Text("{:.3f} ms", time->second);
-        m_list.AddText({from.x + 6.0f, from.y + 20.0f}, box.isCulled ? kFaintText : kTimeText, text.c_str());
+        m_list.AddText({from.x + 6.0f, from.y + 20.0f}, box.isCulled ? kTranslucentText : kTimeText,
+                       text.c_str());
         m_list.PopClipRect();
     }
 
@@ -175,7 +177,7 @@ class Drawing {
         const GraphPass& pass = m_graph.passes[box.pass];
         ImGui::BeginTooltip();
         ImGui::Text("%s (%s)", pass.name.c_str(), Name(pass.kind));
-        if (box.isCulled) ImGui::TextDisabled("culled: %s", WhyCulled(m_graph, m_plan, box.pass).c_str());
+        if (box.isCulled) ImGui::TextDisabled("culled: %s", CullReason(m_graph, m_plan, box.pass).c_str());
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = m_graph.uses[u];
             const char* verb = !Writes(use.access)         ? "reads"

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "base/text.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
 namespace raygraph::editor {
 

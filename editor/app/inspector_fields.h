@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "renderer/scene/fields.h"
+#include "renderer/scene/model/fields.h"
 
 namespace raygraph::editor {
 

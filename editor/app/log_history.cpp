@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/os/process.h"
+#include "base/os.h"
 #include "base/text.h"
 
 namespace raygraph::editor {

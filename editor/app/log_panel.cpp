@@ -111,9 +111,9 @@ void LogPanel(Workspace& work) {
         std::vector<const LogEntry*> shown;
         for (const LogEntry& entry : entries)
             if (filter.Lets(entry)) shown.push_back(&entry);
-        Rows(shown, revision != work.logSeen);
+        Rows(shown, revision != work.shownLogRevision);
     });
-    work.logSeen = revision;
+    work.shownLogRevision = revision;
 }
 
 }  // namespace raygraph::editor

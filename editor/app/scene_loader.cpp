@@ -4,11 +4,11 @@
 #include <tuple>
 #include <utility>
 
-#include "editor/session/content_hash.h"
-#include "renderer/scene/camera_view.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/variants.h"
+#include "editor/session/file/content_hash.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/camera_view.h"
+#include "renderer/scene/model/variants.h"
 
 namespace raygraph::editor {
 
@@ -39,8 +39,9 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
             Document document(file, data, stamp, std::move(hash), root);
-            m_result = LoadedScene{std::move(document),
-                                   PreparedScene(std::move(data), {.makesTrees = m_makesTrees}), camera};
+            m_result =
+                LoadedScene{std::move(document),
+                            PreparedScene(std::move(data), {.buildsWideBvhs = m_buildsWideBvhs}), camera};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

@@ -13,9 +13,9 @@
 
 #include "base/log.h"
 #include "editor/app/document.h"
-#include "renderer/gpu_scene/prepared_scene.h"
-#include "renderer/gpu_scene/scene_upload.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/gpu_scene/streaming/prepared_scene.h"
+#include "renderer/gpu_scene/streaming/scene_upload.h"
+#include "renderer/scene/geometry/round_primitives.h"
 
 namespace raygraph::editor {
 
@@ -35,10 +35,10 @@ using LoadResult = std::variant<LoadedScene, LoadFailure>;
 // Threads: main thread only.
 class SceneLoader {
   public:
-    // `makesTrees` is GpuScene::TakesTrees of the GpuScene that will show the scene. `log` gets messages
-    // about loads.
-    explicit SceneLoader(bool makesTrees = true, Log log = {})
-        : m_makesTrees(makesTrees), m_log(std::move(log)) {}
+    // `buildsWideBvhs` is GpuScene::UsesWideBvhs of the GpuScene that will show the scene. `log` gets
+    // messages about loads.
+    explicit SceneLoader(bool buildsWideBvhs = true, Log log = {})
+        : m_buildsWideBvhs(buildsWideBvhs), m_log(std::move(log)) {}
     ~SceneLoader();  // waits for the current load
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
@@ -59,7 +59,7 @@ class SceneLoader {
     std::optional<LoadResult> Take();
 
   private:
-    bool m_makesTrees;
+    bool m_buildsWideBvhs;
     Log m_log;
     std::thread m_thread;
     std::atomic<bool> m_isDone{false};

@@ -12,8 +12,8 @@
 #include "editor/app/inspector_fields.h"
 #include "editor/app/panels.h"
 #include "editor/app/placement.h"
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
 namespace raygraph::editor {
 
@@ -50,7 +50,7 @@ void NodeRow(Workspace& work, const Hierarchy::Row& row) {
 }
 
 // Ends a step of the history when the user releases the item.
-void SettleAfterItem(Workspace& work) {
+void EndStepAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
 }
 
@@ -164,7 +164,7 @@ bool Widget(const char* label, scene::AlphaMode& value, const scene::MaterialFie
 }
 
 // Makes the next widget leave room for its label; short labels form a column.
-void LeaveRoomFor(const std::string& label) {
+void ReserveLabelWidth(const std::string& label) {
     constexpr float kColumn = 90.0f, kGap = 8.0f;
     ImGui::SetNextItemWidth(-std::max(kColumn, ImGui::CalcTextSize(label.c_str()).x + kGap));
 }
@@ -173,11 +173,11 @@ void LeaveRoomFor(const std::string& label) {
 template <typename Value, typename Field>
 bool Edits(Workspace& work, Value& value, const Field& field, std::string_view unit) {
     const std::string label = LabelOf(field.name);
-    LeaveRoomFor(label);
+    ReserveLabelWidth(label);
     ImGui::BeginGroup();
     const bool isEdited = Widget(label.c_str(), value, field, unit);
     ImGui::EndGroup();
-    SettleAfterItem(work);
+    EndStepAfterItem(work);
     return isEdited;
 }
 
@@ -271,7 +271,7 @@ void InspectorPanel(Workspace& work) {
     ImGui::TextUnformatted(NameOf(scene, node).c_str());
     VisibilityField(work, node);
     ImGui::PushItemWidth(-90.0f);
-    if (work.document.IsPlacedByJoints(node))
+    if (work.document.IsPlacedBySkin(node))
         ImGui::TextDisabled("moves with its joints");
     else
         TransformFields(work, node);

@@ -37,7 +37,7 @@ class WindowScreen final : public Screen {
     }
     void End(Renderer& renderer, TextureId drawn) override { m_frame.End(renderer, drawn); }
     bool TryEnd(Renderer& renderer, TextureId drawn) override { return m_frame.TryEnd(renderer, drawn); }
-    bool IsReady(const Renderer& renderer) override { return m_frame.ShowDrawn() && !renderer.WouldWait(); }
+    bool IsReady(const Renderer& renderer) override { return m_frame.ShowDrawn() && !renderer.WouldBlock(); }
 
   private:
     SwapchainFrame m_frame;

@@ -6,8 +6,8 @@
 #include "base/overloaded.h"
 #include "base/read_file.h"
 #include "base/text.h"
-#include "renderer/scene/still_scene.h"
-#include "renderer/scene/variants.h"
+#include "renderer/scene/gltf/still_scene.h"
+#include "renderer/scene/model/variants.h"
 
 namespace raygraph::editor {
 
@@ -16,10 +16,10 @@ namespace {
 constexpr int kDragSteps = 8;
 constexpr std::string_view kNoVariant = "none";
 constexpr std::chrono::seconds kMaxWait{300};
-constexpr uint64_t kMaxBytes = 1 << 20;
+constexpr uint64_t kMaxScriptBytes = 1 << 20;
 
 std::string TextOf(const std::filesystem::path& file) {
-    const std::vector<std::byte> bytes = ReadFile(file, kMaxBytes);
+    const std::vector<std::byte> bytes = ReadFile(file, kMaxScriptBytes);
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
@@ -41,7 +41,7 @@ Script::Script(const std::filesystem::path& file)
 }
 
 void Script::Fail(const ScriptLine& line, const std::string& why) const {
-    FailLine(m_file.string(), line.number, line.text, why);
+    ThrowLineError(m_file.string(), line.number, line.text, why);
 }
 
 void Script::Frame(Editor& editor, Screen& screen) {
@@ -76,7 +76,7 @@ void Script::Play(Editor& editor, Screen& screen) {
             Fail(line, error.what());
         }
     }
-    editor.KeepSettings();
+    editor.StoreSettings();
 }
 
 void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
@@ -146,7 +146,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                            frame();
                        }
                    },
-                   [&](const TurnWheel& command) {
+                   [&](const ScrollWheel& command) {
                        m_input.wheel = command.notches;
                        frame();
                    },
@@ -154,7 +154,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        m_input.text = command.text;
                        frame();
                    },
-                   [&](const PassFrames& command) {
+                   [&](const AdvanceFrames& command) {
                        for (uint32_t i = 0; i < command.count; ++i) frame();
                    },
                    [&](const WaitUntilDone&) { until("done", [&] { return !editor.IsBusy(); }); },
@@ -173,7 +173,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                    },
                    [&](const SetBudget& command) { editor.Work().frameMs = command.frameMs; },
                    [&](const UseConfigFolder& command) {
-                       editor.UseConfig(command.folder);
+                       editor.SetConfigFolder(command.folder);
                        frame();
                    },
                    [&](const SaveSceneFile& command) {
@@ -262,9 +262,9 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
         case Of::Playing:
             return requireAnswer(timeline.IsPlaying());
         case Of::Asking:
-            return requireAnswer(editor.IsAsking());
+            return requireAnswer(editor.IsPrompting());
         case Of::Leaving:
-            return requireAnswer(editor.IsLeaving());
+            return requireAnswer(editor.IsQuitting());
         case Of::SamplesBelow:
             return require(samples < expected.number, std::to_string(samples));
         case Of::SamplesAbove:

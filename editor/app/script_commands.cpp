@@ -105,9 +105,9 @@ class LineReader {
         if (verb == "release") return HoldButton{ButtonOf(Word(1)), false, true, false};
         if (verb == "click") return HoldButton{ButtonOf(Word(1)), true, true, false};
         if (verb == "drag") return HoldButton{ButtonOf(Word(1)), true, true, true, Place(Word(2), Word(3))};
-        if (verb == "wheel") return TurnWheel{Number(Word(1), -1e3f, 1e3f)};
+        if (verb == "wheel") return ScrollWheel{Number(Word(1), -1e3f, 1e3f)};
         if (verb == "text") return TypeText{CodePoints(Rest(1))};
-        if (verb == "frames") return PassFrames{Count(Word(1))};
+        if (verb == "frames") return AdvanceFrames{Count(Word(1))};
         if (verb == "wait") return WaitUntilDone{};
         if (verb == "samples") return WaitForSamples{Count(Word(1))};
         if (verb == "window" || verb == "picture") return SaveShown{Rest(1), verb == "window"};
@@ -163,7 +163,7 @@ class LineReader {
 
 }  // namespace
 
-void FailLine(const std::string& name, uint32_t number, std::string_view text, std::string_view why) {
+void ThrowLineError(const std::string& name, uint32_t number, std::string_view text, std::string_view why) {
     throw MakeError(ErrorKind::BadInput, "{}:{}: {}: {}", name, number, Printable(text), why);
 }
 
@@ -180,11 +180,11 @@ std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& na
         const LineReader reader(words);
         const std::string whole = reader.Rest(0);
         if (Printable(whole, whole.size()) != whole)
-            FailLine(name, number, whole, "has control characters, or bytes that are no UTF-8");
+            ThrowLineError(name, number, whole, "has control characters, or bytes that are no UTF-8");
         try {
             lines.push_back({number, whole, reader.Read()});
         } catch (const Error& error) {
-            FailLine(name, number, whole, error.what());
+            ThrowLineError(name, number, whole, error.what());
         }
     }
     return lines;

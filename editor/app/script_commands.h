@@ -39,13 +39,13 @@ struct HoldButton {
     bool isDragged;     // moves by `way` in between
     glm::vec2 way{0.0f};
 };
-struct TurnWheel {
+struct ScrollWheel {
     float notches;
 };
 struct TypeText {
     std::u32string text;
 };
-struct PassFrames {
+struct AdvanceFrames {
     uint32_t count;
 };
 struct WaitUntilDone {};
@@ -104,10 +104,11 @@ struct Expectation {
     viewport::View view = viewport::View::PathTraced;
 };
 
-using ScriptCommand = std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton,
-                                   TurnWheel, TypeText, PassFrames, WaitUntilDone, WaitForSamples, SaveShown,
-                                   SetBudget, UseConfigFolder, SaveSceneFile, ShowView, ShowVariant, PlayFor,
-                                   ShowTime, StopPlaying, ChooseClips, SetBaseColor, Expectation>;
+using ScriptCommand =
+    std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
+                 TypeText, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
+                 UseConfigFolder, SaveSceneFile, ShowView, ShowVariant, PlayFor, ShowTime, StopPlaying,
+                 ChooseClips, SetBaseColor, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;
@@ -119,7 +120,7 @@ struct ScriptLine {
 std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name);
 
 // Throws Error{BadInput} that names the line.
-[[noreturn]] void FailLine(const std::string& name, uint32_t number, std::string_view text,
-                           std::string_view why);
+[[noreturn]] void ThrowLineError(const std::string& name, uint32_t number, std::string_view text,
+                                 std::string_view why);
 
 }  // namespace raygraph::editor

@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kFile = "editor.json";
-constexpr uintmax_t kMaxBytes = 1 << 20;
+constexpr uintmax_t kMaxSettingsBytes = 1 << 20;
 
 constexpr Range kWindowRange{320.0f, 16384.0f};
 
@@ -143,7 +143,7 @@ std::string WithoutCode(std::string what) {
 
 }  // namespace
 
-void Settings::NoteOpened(const std::filesystem::path& file) {
+void Settings::AddRecentFile(const std::filesystem::path& file) {
     std::error_code error;
     const std::filesystem::path whole = std::filesystem::absolute(file, error).lexically_normal();
     std::erase(recent, whole);
@@ -165,7 +165,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
     std::error_code error;
     if (!std::filesystem::exists(file, error)) return {};
     try {
-        if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) > kMaxBytes)
+        if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) > kMaxSettingsBytes)
             throw Error(ErrorKind::BadInput, "is no file of settings");
         std::ifstream stream(file, std::ios::binary);
         std::ostringstream text;

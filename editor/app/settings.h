@@ -56,7 +56,7 @@ struct Settings {
 
     static constexpr size_t kMaxRecent = 10;
     // Moves a file to the front of `recent`.
-    void NoteOpened(const std::filesystem::path& file);
+    void AddRecentFile(const std::filesystem::path& file);
     bool operator==(const Settings&) const = default;
 };
 

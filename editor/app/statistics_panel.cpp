@@ -37,7 +37,7 @@ void SampleRows(Workspace& work) {
             Text("{:.2f} Msamples/s, {:.2f} a pixel", *rate * size.width * size.height * 1e-6, *rate));
     else
         Row("speed", "-");
-    const viewport::ErrorEstimate& error = work.estimate;
+    const viewport::NoiseEstimate& error = work.estimate;
     if (!error.relativeError) {
         Row("error", "-");
         return;
@@ -124,7 +124,7 @@ void Legend(const std::vector<FrameHistory::Pass>& passes) {
 }
 
 // Returns the smallest of 1, 2, 5, 10, ... that is not below `value`.
-float NiceTop(float value) {
+float AxisMaximum(float value) {
     float top = 0.1f;
     for (int i = 0; top < value && i < 30; ++i) top *= i % 3 == 1 ? 2.5f : 2.0f;
     return top;
@@ -141,7 +141,7 @@ void Times(const Workspace& work) {
     std::vector<float> sorted = gpu;
     std::ranges::sort(sorted);
     const float most = sorted[(sorted.size() - 1) * 97 / 100];
-    Chart(passes, history.Count(), NiceTop(most), {ImGui::GetContentRegionAvail().x, 84.0f});
+    Chart(passes, history.Count(), AxisMaximum(most), {ImGui::GetContentRegionAvail().x, 84.0f});
     Legend(passes);
 }
 

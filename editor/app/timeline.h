@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "editor/app/settings.h"
-#include "renderer/scene/pose.h"
+#include "renderer/scene/animation/pose.h"
 
 namespace raygraph::editor {
 

@@ -16,7 +16,7 @@ void UnsavedDialog::Ask(std::string question, std::function<void(Answer)> use) {
 
 void UnsavedDialog::Draw(const FrameInput& input) {
     constexpr const char* kTitle = "Unsaved edits";
-    if (!IsAsking()) return;
+    if (!IsPrompting()) return;
     const bool isNew = std::exchange(m_isNew, false);
     // Reopen the popup if another dialog has closed it
     if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);

@@ -15,7 +15,7 @@ class UnsavedDialog {
     // replaces an open question. Draw passes the answer to `use`. `question` names the file that would be
     // written.
     void Ask(std::string question, std::function<void(Answer)> use);
-    bool IsAsking() const { return static_cast<bool>(m_use); }
+    bool IsPrompting() const { return static_cast<bool>(m_use); }
     void Draw(const FrameInput& input);
 
   private:

@@ -85,12 +85,12 @@ void SettingsPanel(Workspace& work) {
     }
     constexpr float kOff = -std::numeric_limits<float>::infinity();
     passes::RasterSettings raster = work.view.Raster();
-    bool hasLevels = paths.biases.textureLod > kOff;
-    if (ImGui::Checkbox("mip levels", &hasLevels)) {
-        paths.biases.textureLod = hasLevels ? 0.0f : kOff;
-        raster.hasTextureLevels = hasLevels;
+    bool makesMipLevels = paths.biases.textureLod > kOff;
+    if (ImGui::Checkbox("mip levels", &makesMipLevels)) {
+        paths.biases.textureLod = makesMipLevels ? 0.0f : kOff;
+        raster.hasTextureLevels = makesMipLevels;
     }
-    if (hasLevels)
+    if (makesMipLevels)
         ImGui::SliderFloat("level", &paths.biases.textureLod, -4.0f, 4.0f, "%+.1f",
                            ImGuiSliderFlags_AlwaysClamp);
     if (!(paths == work.view.Paths())) work.view.SetPaths(paths);

@@ -8,9 +8,9 @@
 #include "base/extension.h"
 #include "base/path_text.h"
 #include "base/text.h"
-#include "editor/session/content_hash.h"
-#include "renderer/scene/still_scene.h"
-#include "renderer/scene/variants.h"
+#include "editor/session/file/content_hash.h"
+#include "renderer/scene/gltf/still_scene.h"
+#include "renderer/scene/model/variants.h"
 
 namespace raygraph::editor {
 
@@ -45,7 +45,7 @@ void Workspace::Refuse(const std::string& why, std::string_view category) {
     device.Log().Send(LogLevel::Warning, category, why);
 }
 
-void Workspace::RefuseAgain(const std::string& why, std::string& last, std::string_view category) {
+void Workspace::ReportErrorOnce(const std::string& why, std::string& last, std::string_view category) {
     if (why == last)
         Say(why);
     else
@@ -57,7 +57,7 @@ void Workspace::Apply(const Edit& edit) {
         document.Apply(edit, gpu);
         m_refusedEdit.clear();
     } catch (const std::exception& error) {
-        RefuseAgain(error.what(), m_refusedEdit);
+        ReportErrorOnce(error.what(), m_refusedEdit);
     }
 }
 
@@ -82,15 +82,15 @@ void Workspace::Redo() {
 bool Workspace::SaveScene(const std::filesystem::path& file) {
     return Try([&] {
         document.Save(file);
-        NoteOpened(file);
+        AddRecentFile(file);
         Say(Text("saved {}", file));
     });
 }
 
-void Workspace::NoteOpened(const std::filesystem::path& file) {
+void Workspace::AddRecentFile(const std::filesystem::path& file) {
     Settings settings;
     settings.recent = std::move(recent);
-    settings.NoteOpened(file);
+    settings.AddRecentFile(file);
     recent = std::move(settings.recent);
 }
 
@@ -99,7 +99,7 @@ void Workspace::Observe() {
     const double now =
         std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     const viewport::ViewportProgress progress = view.Progress();
-    sampleRate.Note(now, progress.pathTracedSamples + progress.pathTracedShare);
+    sampleRate.Note(now, progress.pathTracedSamples + progress.pathTracedFraction);
     if (estimate.sampleCount > progress.pathTracedSamples + 1)
         estimate = {};  // the estimate is of a picture that is gone
     if (m_errorRequest && m_errorRequest->IsReady()) {
@@ -107,9 +107,9 @@ void Workspace::Observe() {
         m_errorRequest.reset();
     }
     // An estimate costs little, but not nothing
-    if (!panels.statistics || m_errorRequest || now - m_errorAsked < 0.5) return;
-    m_errorRequest = view.RequestError();
-    m_errorAsked = now;
+    if (!panels.statistics || m_errorRequest || now - m_errorRequestTime < 0.5) return;
+    m_errorRequest = view.RequestNoise();
+    m_errorRequestTime = now;
 }
 
 void Workspace::Take(const Settings& settings) {
@@ -204,8 +204,8 @@ std::optional<LoadedScene> Workspace::FinishLoading() {
             Refuse(failure->message);
         } else {
             m_arriving = std::get<LoadedScene>(std::move(*result));
-            if (!TryFor(m_arriving->document,
-                        [&] { m_arriving->upload = gpu.Upload(std::move(m_arriving->scene)); }))
+            if (!TryWithDocument(m_arriving->document,
+                                 [&] { m_arriving->upload = gpu.Upload(std::move(m_arriving->scene)); }))
                 m_arriving.reset();
         }
     }
@@ -215,7 +215,7 @@ std::optional<LoadedScene> Workspace::FinishLoading() {
 }
 
 // Returns false if `run` throws an Error, which is then reported with the name of the document's file.
-bool Workspace::TryFor(const Document& of, const std::function<void()>& run) {
+bool Workspace::TryWithDocument(const Document& of, const std::function<void()>& run) {
     try {
         run();
         return true;
@@ -226,10 +226,10 @@ bool Workspace::TryFor(const Document& of, const std::function<void()>& run) {
 }
 
 bool Workspace::Show(LoadedScene loaded) {
-    if (!TryFor(loaded.document, [&] { gpu.SetScene(*loaded.upload); })) return false;
+    if (!TryWithDocument(loaded.document, [&] { gpu.SetScene(*loaded.upload); })) return false;
     document = std::move(loaded.document);
     timeline = Timeline(document.Scene());
-    NoteOpened(document.File());
+    AddRecentFile(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());
     nodeToReveal.reset();
     Select(std::nullopt);
@@ -252,19 +252,19 @@ float Workspace::Aspect() const {
     return size.IsEmpty() ? 1.0f : static_cast<float>(size.width) / static_cast<float>(size.height);
 }
 
-void Workspace::LookFrom(const scene::CameraView& place) {
+void Workspace::SetCameraView(const scene::CameraView& place) {
     const scene::Bounds& bounds = document.Scene().bounds;
     const float distance =
         bounds.IsEmpty() ? 1.0f : glm::dot(bounds.Center() - glm::vec3(place.eye), place.forward);
     camera.Set(place, distance > 0.0f ? distance : std::max(bounds.Radius(), 0.01f));
-    m_lookedThrough.reset();
+    m_chosenCamera.reset();
 }
 
 void Workspace::UseCamera(std::optional<uint32_t> index) {
     const scene::SceneData& scene = document.Scene();
-    LookFrom(index ? scene::ViewOf(scene.cameras.at(*index), Aspect())
-                   : scene::ViewOfBounds(scene.bounds, Aspect()));
-    if (index) m_lookedThrough = {*index, camera.View()};
+    SetCameraView(index ? scene::ViewOf(scene.cameras.at(*index), Aspect())
+                        : scene::ViewOfBounds(scene.bounds, Aspect()));
+    if (index) m_chosenCamera = {*index, camera.View()};
 }
 
 void Workspace::UseCamera(const std::string& choice) {
@@ -274,7 +274,7 @@ void Workspace::UseCamera(const std::string& choice) {
     else if (choice.empty())
         UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
     else
-        LookFrom(scene::ChooseView(scene, choice, Aspect()));
+        SetCameraView(scene::ChooseView(scene, choice, Aspect()));
 }
 
 void Workspace::Animate(double seconds) {
@@ -284,10 +284,10 @@ void Workspace::Animate(double seconds) {
         m_refusedPose.clear();
     } catch (const std::exception& error) {
         timeline.Pause();
-        RefuseAgain(error.what(), m_refusedPose);
+        ReportErrorOnce(error.what(), m_refusedPose);
         return;
     }
-    if (m_lookedThrough && m_lookedThrough->view == camera.View()) UseCamera(m_lookedThrough->camera);
+    if (m_chosenCamera && m_chosenCamera->view == camera.View()) UseCamera(m_chosenCamera->camera);
 }
 
 void Workspace::FrameSelection() {

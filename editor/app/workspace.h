@@ -21,7 +21,7 @@
 #include "editor/app/scene_loader.h"
 #include "editor/app/settings.h"
 #include "editor/app/timeline.h"
-#include "editor/session/scene_input.h"
+#include "editor/session/settings/scene_input.h"
 #include "editor/viewport/viewport.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
@@ -45,7 +45,7 @@ class Workspace {
           renderer(of, {.shaderRoot = shaders}),
           gpu(renderer, {.textureLevels = true, .textureBudget = textureBudget}),
           view(renderer, gpu),
-          loader(gpu.TakesTrees(), of.Log()) {
+          loader(gpu.UsesWideBvhs(), of.Log()) {
         view.SetBudget({.frameMs = frameMs, .whileMoving = viewport::MotionView::PathTraced});
         viewport::PathSettings paths;
         paths.biases.textureLod = 0.0f;
@@ -55,7 +55,7 @@ class Workspace {
 
     // This is BudgetSettings::frameMs of the viewport while the user does something.
     double frameMs = 30.0;
-    bool hasLongFrames = false;  // longer frames while the user is idle, as in a window
+    bool allowsLongFrames = false;  // longer frames while the user is idle, as in a window
 
     // Returns whether the extension is .hdr or .exr; any other file is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);
@@ -116,13 +116,13 @@ class Workspace {
     void Refuse(const std::string& why, std::string_view category = log_category::kScene);
     // Refuses what may recur every frame: it is logged only if it differs from `last`, the previous reason.
     // The owner of `last` clears it when all is well.
-    void RefuseAgain(const std::string& why, std::string& last,
-                     std::string_view category = log_category::kScene);
+    void ReportErrorOnce(const std::string& why, std::string& last,
+                         std::string_view category = log_category::kScene);
 
     rhi::Device& device;
     std::shared_ptr<LogHistory> log;  // never null
     LogFilter logFilter;
-    uint64_t logSeen = 0;  // LogHistory::Revision when it was shown last
+    uint64_t shownLogRevision = 0;  // LogHistory::Revision when it was shown last
     bool hasShaderSources;
     Renderer renderer;
     GpuScene gpu;
@@ -143,7 +143,7 @@ class Workspace {
     GizmoPivot pivot = GizmoPivot::Middle;
     FrameHistory history;
     SampleRate sampleRate;
-    viewport::ErrorEstimate estimate;
+    viewport::NoiseEstimate estimate;
     bool hasDrawn = false;       // a frame was drawn, so that there is a plan
     double uiMs = 0.0;           // host time of the last frame's panels
     float targetPercent = 1.0f;  // target error of the picture, in percent
@@ -153,13 +153,13 @@ class Workspace {
     std::string message;                        // newest message, one line
 
   private:
-    void NoteOpened(const std::filesystem::path& file);
+    void AddRecentFile(const std::filesystem::path& file);
     float Aspect() const;  // of the picture
-    void LookFrom(const scene::CameraView& place);
+    void SetCameraView(const scene::CameraView& place);
 
     void OpenEnvironment(const std::filesystem::path& file);
     void FinishLoadingEnvironment();
-    bool TryFor(const Document& of, const std::function<void()>& run);
+    bool TryWithDocument(const Document& of, const std::function<void()>& run);
 
     std::optional<LoadedScene> m_arriving;  // frames are copying it to the device
 
@@ -174,15 +174,15 @@ class Workspace {
     std::filesystem::path m_environmentFile, m_loadingEnvironment;
     std::string m_environmentHash;
     std::future<LoadedEnvironment> m_environment;  // being loaded
-    std::optional<viewport::ErrorRequest> m_errorRequest;
-    double m_errorAsked = 0.0;  // time of the last request, in seconds
-    std::string m_refusedEdit;  // why the last edit was refused; "": it was not
-    std::string m_refusedPose;  // why the last pose was refused; "": it was not
-    struct LookedThrough {
+    std::optional<viewport::NoiseRequest> m_errorRequest;
+    double m_errorRequestTime = 0.0;  // time of the last request, in seconds
+    std::string m_refusedEdit;        // why the last edit was refused; "": it was not
+    std::string m_refusedPose;        // why the last pose was refused; "": it was not
+    struct ChosenCamera {
         uint32_t camera = 0;
         scene::CameraView view;
     };
-    std::optional<LookedThrough> m_lookedThrough;  // camera that UseCamera was given last
+    std::optional<ChosenCamera> m_chosenCamera;  // camera that UseCamera was given last
     template <typename Change>
     bool Try(Change&& change);  // returns false if the change was refused; the message says why
 };

@@ -4,7 +4,7 @@
 
 #include "base/text.h"
 #include "editor/cli/bias_text.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
 

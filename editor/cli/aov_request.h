@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "editor/session/aovs.h"
+#include "editor/session/settings/aovs.h"
 
 namespace raygraph::cli {
 

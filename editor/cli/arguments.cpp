@@ -13,7 +13,7 @@
 #include "editor/cli/options.h"
 #include "editor/cli/suggestion.h"
 #include "editor/cli/version.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
 
@@ -37,7 +37,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
               [&](const std::string& text) { arguments.rounds = ParseCount(text, 1, 1000); });
     AddOption(*bench, "--samples-at-once", "N",
               "Samples of every pixel in a frame, as many as a render takes unless given",
-              [&](const std::string& text) { arguments.samplesAtOnce = ParseCount(text, 1, 64); });
+              [&](const std::string& text) { arguments.batchSize = ParseCount(text, 1, 64); });
     bench->add_flag("--viewport", arguments.hasViewport,
                     "Also time what a host's viewport gets: the cost of a sample, without a budget and with "
                     "that of the editor, against the frames of a render");
@@ -194,7 +194,7 @@ std::string OneLine(std::string text) {
 
 // Describes the first word that the program does not know, with a suggestion; describes the error if every
 // word is known.
-std::string DescribeMistake(CLI::App& app, const CLI::ParseError& error) {
+std::string DescribeUsageError(CLI::App& app, const CLI::ParseError& error) {
     const ProgramText program = TextsOf(app);
     const std::vector<CLI::App*> chosen = app.get_subcommands();
     std::vector<std::string> known;
@@ -271,13 +271,13 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion&) {
         return ShowText{app.version() + "\n"};
     } catch (const CLI::ParseError& error) {
-        Refuse(DescribeMistake(app, error));
+        Refuse(DescribeUsageError(app, error));
     }
     if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
     if (*man) return ShowText{ManPage(TextsOf(app))};
     if (*render) {
         CheckRender(renderArguments);
-        TakeShard(renderArguments);
+        ApplyShard(renderArguments);
         return renderArguments;
     }
     if (*bench) {

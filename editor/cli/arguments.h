@@ -14,9 +14,9 @@
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
 #include "editor/cli/shard.h"
-#include "editor/session/picture_settings.h"
-#include "editor/session/render_file.h"
-#include "editor/session/tracing_choice.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/settings/picture_settings.h"
+#include "editor/session/settings/tracing_choice.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -61,7 +61,7 @@ struct RenderArguments : OutputArguments {
 
 // Returns why there is nothing to render: a shard beyond the last sample or frame is empty. "" if there is
 // something.
-std::string WhyNothingToRender(const RenderArguments& arguments);
+std::string NothingToRenderReason(const RenderArguments& arguments);
 
 // Returns how a .png shows the picture, with defaults for what is not given. Its white point is not set if it
 // depends on the scene (see DisplayFor).
@@ -76,8 +76,8 @@ struct BenchArguments : OutputArguments {
     std::filesystem::path environment;
     uint32_t frames = 8;  // timed frames of each kind per round
     uint32_t rounds = 5;
-    uint32_t samplesAtOnce = 0;  // per frame; 0: as many as a render takes
-    bool hasViewport = false;    // also times a host's viewport
+    uint32_t batchSize = 0;    // per frame; 0: as many as a render takes
+    bool hasViewport = false;  // also times a host's viewport
     bool isListingPipelines = false;
     std::string device;
     std::filesystem::path json;       // "": prints to stdout only

@@ -13,8 +13,8 @@
 #include "editor/cli/output_writer.h"
 #include "editor/cli/report.h"
 #include "editor/cli/version.h"
-#include "editor/session/as_input.h"
-#include "editor/session/tracing_choice.h"
+#include "editor/session/settings/as_input.h"
+#include "editor/session/settings/tracing_choice.h"
 #include "passes/recursion.h"
 
 namespace raygraph::cli {
@@ -42,7 +42,7 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
             {"traversal", Name(used.traversal)},
             {"integrator_form", Name(used.form)},
             {"frames", result.frames},
-            {"samples_at_once", result.samplesAtOnce},
+            {"samples_at_once", result.batchSize},
             {"gpu_ms_median", passes},
             {"trace", tracing(result.trace)},
             {"limit", tracing(result.limit)},
@@ -68,11 +68,11 @@ Json ToJson(const ViewportCosts& costs) {
     };
     return {{"budget_ms", costs.budgetMs},
             {"render", cost(costs.render)},
-            {"one_a_frame", cost(costs.oneAFrame)},
+            {"one_a_frame", cost(costs.oneSamplePerFrame)},
             {"within_budget", cost(costs.withinBudget)}};
 }
 
-void PrintForPeople(const ViewportCosts& costs) {
+void PrintText(const ViewportCosts& costs) {
     const auto print = [](const char* name, const SampleCost& of) {
         std::fprintf(
             stderr,
@@ -80,7 +80,7 @@ void PrintForPeople(const ViewportCosts& costs) {
             "a frame\n",
             name, of.relative, of.wallMs, of.cpuSeconds, of.gpuMs, of.samplesPerFrame);
     };
-    print("viewport", costs.oneAFrame);
+    print("viewport", costs.oneSamplePerFrame);
     print(Text("  within {:.0f} ms", costs.budgetMs).c_str(), costs.withinBudget);
 }
 
@@ -127,7 +127,7 @@ void PrintRecursion(const RecursionSpeed& speed, const rhi::DeviceInfo& device) 
                      kLambertRecursion, device.maxRayRecursionDepth);
 }
 
-void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
+void PrintText(const BenchResult& result, const rhi::DeviceInfo& device) {
     std::fprintf(stderr, "%s, medians over %u frames\n", device.name.c_str(), result.frames);
     for (const PassTime& pass : result.passes)
         std::fprintf(stderr, "  %-16s %9.3f ms\n", pass.name.c_str(), pass.gpuMsMedian);
@@ -151,7 +151,7 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
 }
 
 // Prints the line, and stores it if a file is given.
-ExitCode Deliver(const BenchArguments& arguments, const Json& json, ProgramLog& log) {
+ExitCode WriteResult(const BenchArguments& arguments, const Json& json, ProgramLog& log) {
     const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     PrintLine(line);
     OutputWriter outputs([&](const auto&, std::string_view why) { log.Fail(why); });
@@ -188,24 +188,24 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     scene::SceneData shown;
     if (arguments.hasViewport) shown = input.data;
     DeviceScene scene(*device, input, settings, tracing);
-    if (arguments.tracing.traversal == Traversal::Own && !scene.WhyNoOwnTraversal().empty())
-        WarnOfDriver(log, scene.WhyNoOwnTraversal());
+    if (arguments.tracing.traversal == Traversal::Own && !scene.NoOwnTraversalReason().empty())
+        WarnDriverTraversal(log, scene.NoOwnTraversalReason());
     const BenchResult result =
-        RunBench(scene, {arguments.frames, arguments.rounds, arguments.samplesAtOnce}, console.progress);
+        RunBench(scene, {arguments.frames, arguments.rounds, arguments.batchSize}, console.progress);
     console.progress.Clear();
 
     TracingChoice used = tracing;
-    if (!scene.WhyNoOwnTraversal().empty()) used.traversal = Traversal::Driver;
+    if (!scene.NoOwnTraversalReason().empty()) used.traversal = Traversal::Driver;
     Json json = ResultJson(result, settings, used, input, device->Info());
-    if (!arguments.isQuiet) PrintForPeople(result, device->Info());
+    if (!arguments.isQuiet) PrintText(result, device->Info());
     if (arguments.hasViewport) {
         constexpr double kBudgetMs = 120.0;  // the editor's budget while its user is idle
-        const ViewportCosts costs = BenchViewport(
-            scene, std::move(shown), settings, {arguments.frames, arguments.rounds, arguments.samplesAtOnce},
-            result.cost, kBudgetMs, console.progress);
+        const ViewportCosts costs = BenchViewport(scene, std::move(shown), settings,
+                                                  {arguments.frames, arguments.rounds, arguments.batchSize},
+                                                  result.cost, kBudgetMs, console.progress);
         console.progress.Clear();
         json["viewport"] = ToJson(costs);
-        if (!arguments.isQuiet) PrintForPeople(costs);
+        if (!arguments.isQuiet) PrintText(costs);
     }
     if (arguments.isListingPipelines) {
         const std::vector<PipelineReport> pipelines = scene.GraphRenderer().PipelineReports();
@@ -216,7 +216,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                 "{} says nothing of its programs: it lacks VK_KHR_pipeline_executable_properties",
                 device->Info().name);
     }
-    const ExitCode delivered = Deliver(arguments, json, console.log);
+    const ExitCode delivered = WriteResult(arguments, json, console.log);
     if (arguments.compare.empty()) return delivered;
     bool isWorse = false;
     for (const BenchChange& change :

@@ -9,7 +9,7 @@
 #include "base/median.h"
 #include "base/path_text.h"
 #include "base/text.h"
-#include "editor/session/picture_settings.h"
+#include "editor/session/settings/picture_settings.h"
 
 namespace raygraph::cli {
 
@@ -40,8 +40,8 @@ Json FindScene(const std::filesystem::path& file, const std::string& stored, con
     Refuse(file, scene, "no stored run of this scene");
 }
 
-void RequireAlike(const std::filesystem::path& file, const std::string& scene, const std::string& what,
-                  const Json& stored, const Json& now) {
+void RequireComparable(const std::filesystem::path& file, const std::string& scene, const std::string& what,
+                       const Json& stored, const Json& now) {
     if (stored != now)
         Refuse(file, scene, "stored with the " + what + " " + stored.dump() + ", this run has " + now.dump());
 }
@@ -78,7 +78,7 @@ std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const s
     const Json before = FindScene(file, stored, scene);
     const auto change = [&](const char* what, const Json& costBefore, const Json& cost) {
         for (const char* key : {"limit_path_version", "measure"})
-            RequireAlike(file, scene, key, costBefore.at(key), cost.at(key));
+            RequireComparable(file, scene, key, costBefore.at(key), cost.at(key));
         const double was = costBefore.at("median"), is = cost.at("median");
         if (!(was > 0.0) || !(is > 0.0)) Refuse(file, scene, "a cost that is not above 0");
         const double wasError = StandardErrorOf(costBefore), isError = StandardErrorOf(cost);
@@ -89,15 +89,15 @@ std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const s
                            .tolerance = tolerance};
     };
     try {
-        RequireAlike(file, scene, "device", before.at("device"), now.at("device"));
+        RequireComparable(file, scene, "device", before.at("device"), now.at("device"));
         // Options that only one of the two programs knows are not compared
         for (const auto& [name, value] : before.at("settings").items())
             if (now.at("settings").contains(name))
-                RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));
+                RequireComparable(file, scene, "setting " + name, value, now.at("settings").at(name));
         std::vector<BenchChange> changes{change("", before.at("cost"), now.at("cost"))};
         if (!before.contains("viewport") || !now.contains("viewport")) return changes;
         const Json &viewBefore = before.at("viewport"), &view = now.at("viewport");
-        RequireAlike(file, scene, "budget", viewBefore.at("budget_ms"), view.at("budget_ms"));
+        RequireComparable(file, scene, "budget", viewBefore.at("budget_ms"), view.at("budget_ms"));
         for (const auto& [what, key] :
              {std::pair("viewport", "one_a_frame"), std::pair("viewport within budget", "within_budget")})
             changes.push_back(change(what, viewBefore.at(key).at("cost"), view.at(key).at("cost")));

@@ -3,10 +3,10 @@
 #include <functional>
 #include <numeric>
 
-#include "base/os/process.h"
+#include "base/os.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/tracing_choice.h"
+#include "editor/session/settings/tracing_choice.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
 #include "passes/recursion.h"
@@ -72,7 +72,7 @@ class Bench {
         return mean;
     }
 
-    bool HasOwnTrees() {
+    bool HasWideBvhs() {
         m_renderer.BeginFrame();
         const bool hasTrees = m_scene.Declare(m_sampleIndex).wideNodes.IsValid();
         m_renderer.Execute();
@@ -134,12 +134,12 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     constexpr size_t kLimitPath = 1;
     std::vector<DeclareFrame> yardsticks{limitOf(passes::LimitKind::CameraRays),
                                          limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop)};
-    if (bench.HasOwnTrees()) yardsticks.push_back(limitOf(passes::LimitKind::OwnPath));
+    if (bench.HasWideBvhs()) yardsticks.push_back(limitOf(passes::LimitKind::SoftwarePath));
     if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
     const passes::TraceSettings traced = scene.SettingsFor(0);
     const uint32_t samples =
-        plan.samplesAtOnce > 0 ? plan.samplesAtOnce : passes::SamplesAtOnce(renderer.Device(), traced);
+        plan.batchSize > 0 ? plan.batchSize : passes::PreferredBatchSize(renderer.Device(), traced);
     progress.ShowStep("warming up");
     bench.WarmUp(picture, samples);
     for (const DeclareFrame& yardstick : yardsticks) bench.WarmUp(yardstick);
@@ -193,7 +193,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     result.passes = times.Summary();
     for (const PassTime& pass : yardstickTimes.Summary())
         if (pass.name.starts_with("Limit") || pass.name.starts_with("Lambert")) result.passes.push_back(pass);
-    result.samplesAtOnce = samples;
+    result.batchSize = samples;
     result.trace = SpeedOf(MsOfTrace(times) / samples, traceRays, pixels);
     result.limit =
         SpeedOf(yardstickTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
@@ -202,7 +202,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     if (result.limitPath.raysPerSecond > 0.0)
         result.traceEfficiency = result.trace.raysPerSecond / result.limitPath.raysPerSecond;
     if (const double ms = yardstickTimes.MedianMs("LimitPathOwn"); ms > 0.0) {
-        result.limitPathOwn = SpeedOf(ms, limitRays(passes::LimitKind::OwnPath), pixels);
+        result.limitPathOwn = SpeedOf(ms, limitRays(passes::LimitKind::SoftwarePath), pixels);
         result.traceEfficiencyOwn = result.trace.raysPerSecond / result.limitPathOwn->raysPerSecond;
     }
     result.cost = RelativeCostOf(isCpu ? "cpu seconds" : "gpu timestamps", costs);

@@ -6,15 +6,15 @@
 
 #include "editor/cli/bench_compare.h"
 #include "editor/cli/progress.h"
-#include "editor/session/device_scene.h"
-#include "editor/session/pass_times.h"
+#include "editor/session/frames/device_scene.h"
+#include "editor/session/frames/pass_times.h"
 
 namespace raygraph::cli {
 
 struct BenchPlan {
     uint32_t frames = 1;  // timed frames of each kind per round
     uint32_t rounds = 1;
-    uint32_t samplesAtOnce = 0;  // per pixel in a path-traced frame; 0: as a render does
+    uint32_t batchSize = 0;  // per pixel in a path-traced frame; 0: as a render does
 };
 
 struct TracingSpeed {
@@ -33,7 +33,7 @@ struct RecursionSpeed {
 
 struct BenchResult {
     uint32_t frames = 0;                    // timed for each median
-    uint32_t samplesAtOnce = 0;             // per path-traced frame
+    uint32_t batchSize = 0;                 // per path-traced frame
     std::vector<session::PassTime> passes;  // passes of whole frames
     TracingSpeed trace;                     // one sample
     TracingSpeed limit;                     // camera rays alone

@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "base/median.h"
-#include "base/os/process.h"
+#include "base/os.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/viewport/viewport.h"
@@ -69,7 +69,7 @@ class ViewportSource : public SampleSource {
   private:
     double Samples() const {
         const viewport::ViewportProgress progress = m_viewport.Progress();
-        return progress.pathTracedSamples + progress.pathTracedShare;
+        return progress.pathTracedSamples + progress.pathTracedFraction;
     }
     Renderer& m_renderer;
     viewport::Viewport m_viewport;
@@ -108,11 +108,11 @@ ViewportCosts BenchViewport(DeviceScene& render, scene::SceneData&& data, const 
     GpuScene scene(renderer);
     scene.SetScene(std::move(data));
     const uint32_t atOnce =
-        plan.samplesAtOnce > 0 ? plan.samplesAtOnce : passes::SamplesAtOnce(device, render.SettingsFor(0));
+        plan.batchSize > 0 ? plan.batchSize : passes::PreferredBatchSize(device, render.SettingsFor(0));
     RenderSource ofRender(render, atOnce);
-    ViewportSource oneAFrame(renderer, scene, settings, camera, "one a frame", 0.0);
+    ViewportSource oneSamplePerFrame(renderer, scene, settings, camera, "one a frame", 0.0);
     ViewportSource withinBudget(renderer, scene, settings, camera, "within budget", budgetMs);
-    const std::array<SampleSource*, 3> sources{&ofRender, &oneAFrame, &withinBudget};
+    const std::array<SampleSource*, 3> sources{&ofRender, &oneSamplePerFrame, &withinBudget};
     progress.ShowStep("warming up");
     constexpr uint32_t kWarmUpSamples = 3;
     for (SampleSource* source : sources) std::ignore = Run(*source, kWarmUpSamples);
@@ -146,7 +146,8 @@ ViewportCosts BenchViewport(DeviceScene& render, scene::SceneData&& data, const 
                           .relative = Median(ratios[i]),
                           .cost = RelativeCostOf(cost.measure, costs)};
     };
-    return {.budgetMs = budgetMs, .render = costOf(0), .oneAFrame = costOf(1), .withinBudget = costOf(2)};
+    return {
+        .budgetMs = budgetMs, .render = costOf(0), .oneSamplePerFrame = costOf(1), .withinBudget = costOf(2)};
 }
 
 }  // namespace raygraph::cli

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "editor/cli/bench_run.h"
-#include "editor/session/scene_input.h"
+#include "editor/session/settings/scene_input.h"
 
 namespace raygraph::cli {
 
@@ -20,9 +20,9 @@ struct SampleCost {
 
 struct ViewportCosts {
     double budgetMs = 0.0;
-    SampleCost render;        // reference of `relative`
-    SampleCost oneAFrame;     // a viewport that shows every sample, without a budget
-    SampleCost withinBudget;  // a viewport with a budget of budgetMs, while nothing changes
+    SampleCost render;             // reference of `relative`
+    SampleCost oneSamplePerFrame;  // a viewport that shows every sample, without a budget
+    SampleCost withinBudget;       // a viewport with a budget of budgetMs, while nothing changes
 };
 
 // Runs frames of a render, of a viewport and of a viewport with a budget in turns, in which each takes at

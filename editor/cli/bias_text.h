@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "editor/session/bias.h"
+#include "editor/session/settings/bias.h"
 
 namespace raygraph::cli {
 

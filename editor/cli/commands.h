@@ -5,7 +5,7 @@
 #include "editor/cli/console.h"
 #include "editor/cli/exit_code.h"
 #include "editor/session/process_group.h"
-#include "editor/session/scene_input.h"
+#include "editor/session/settings/scene_input.h"
 
 namespace raygraph::cli {
 

@@ -125,7 +125,7 @@ std::string BashScript(const ProgramText& program) {
 // --- zsh ---
 
 // Escapes a text for zsh's brackets, and for the part after a colon.
-std::string ForZsh(std::string_view text) {
+std::string ZshEscaped(std::string_view text) {
     std::string escaped;
     for (const char c : text) {
         if (c == '[' || c == ']' || c == ':' || c == '\\') escaped += '\\';
@@ -156,7 +156,7 @@ std::string ZshOperand(const OptionText& option) {
         action = "_files";
     else if (option.TakesFile())
         action = Text("_files -g \"{}\"", ZshPattern(option.Extensions()));
-    return Text(":{}:{}", ForZsh(option.operand), action);
+    return Text(":{}:{}", ZshEscaped(option.operand), action);
 }
 
 std::string ZshOptions(const std::vector<OptionText>& options, const char* indent) {
@@ -172,9 +172,10 @@ std::string ZshOptions(const std::vector<OptionText>& options, const char* inden
             const std::string others = option.isRepeatable        ? "*"
                                        : option.names.size() == 1 ? ""
                                                                   : Text("({})", Joined(option.names));
-            script += Text(" \\\n{}{}", indent,
-                           Quote(Text("{}{}[{}]{}", others, name, ForZsh(option.Brief()), ZshOperand(option)),
-                                 Shell::Zsh));
+            script +=
+                Text(" \\\n{}{}", indent,
+                     Quote(Text("{}{}[{}]{}", others, name, ZshEscaped(option.Brief()), ZshOperand(option)),
+                           Shell::Zsh));
         }
     }
     return script + "\n";
@@ -188,7 +189,7 @@ std::string ZshScript(const ProgramText& program) {
         "    local curcontext=\"$curcontext\" state line\n"
         "    local -a commands=(\n";
     for (const CommandText& command : program.commands)
-        script += Text("        {}\n", Quote(command.name + ":" + ForZsh(command.help), Shell::Zsh));
+        script += Text("        {}\n", Quote(command.name + ":" + ZshEscaped(command.help), Shell::Zsh));
     script += "    )\n    _arguments -C";
     std::string options = ZshOptions(program.options, "        ");
     options.pop_back();

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 #include "rhi/choose_device.h"
 
 namespace raygraph::cli {
@@ -32,7 +32,7 @@ std::string DescribeDevices(std::span<const rhi::DeviceReport> devices) {
     return text;
 }
 
-std::string CheckedDevices(const std::string& list) {
+std::string ValidatedDevices(const std::string& list) {
     if (list == "all") return list;
     for (const std::string_view index : session::ParseList(list)) session::ParseCount(index);
     return list;

@@ -17,7 +17,7 @@ std::string DescribeDevices(std::span<const rhi::DeviceReport> devices);
 std::string VersionText(uint32_t version);
 
 // Returns the operand of --devices if it is valid: "all", or indices with commas. Throws Error{Usage}.
-std::string CheckedDevices(const std::string& list);
+std::string ValidatedDevices(const std::string& list);
 
 // Returns the indices of the devices in a checked list; "all" means the suitable ones with the name and
 // driver of the best. A device whose index is repeated is opened as often. Throws Error{NoDevice}, with the

@@ -4,7 +4,7 @@
 #ifdef RAYGRAPH_HAS_EDITOR
 #include <utility>
 
-#include "base/os/heap.h"
+#include "base/os.h"
 #include "editor/app/edit.h"
 #include "editor/cli/device_setup.h"
 #else
@@ -15,7 +15,7 @@ namespace raygraph::cli {
 
 void EditCommand(const EditArguments& arguments, Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
-    os::KeepLargeBlocksApart();  // scenes are allocated and freed beside frames
+    os::MapLargeBlocks();  // scenes are allocated and freed beside frames
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
     const Log log = console.log.ForLibraries();

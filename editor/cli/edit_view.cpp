@@ -4,7 +4,7 @@
 #include <cctype>
 #include <utility>
 
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
 

@@ -6,7 +6,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
 
@@ -58,7 +58,7 @@ FrameRange ParseFrames(std::string_view text) {
     return range;
 }
 
-bool HasNumberPlace(const std::filesystem::path& path) {
+bool HasNumberPlaceholder(const std::filesystem::path& path) {
     const std::string name = path.filename().string();
     const size_t first = name.find('#');
     return first != name.npos &&

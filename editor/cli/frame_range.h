@@ -32,7 +32,7 @@ FrameRange PartOf(const Shard& shard, const FrameRange& frames);
 FrameRange ParseFrames(std::string_view text);
 
 // Returns whether the file's name, without its folder, has a place for the number: exactly one run of '#'.
-bool HasNumberPlace(const std::filesystem::path& path);
+bool HasNumberPlaceholder(const std::filesystem::path& path);
 // Puts the number there, padded with zeros to the width of the run: "a.####.exr" becomes "a.0007.exr".
 std::filesystem::path Numbered(const std::filesystem::path& path, int64_t number);
 

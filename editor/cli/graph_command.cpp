@@ -4,7 +4,7 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
-#include "editor/session/device_scene.h"
+#include "editor/session/frames/device_scene.h"
 #include "passes/accumulate.h"
 #include "passes/tonemap.h"
 #include "renderer/graph/plan_text.h"
@@ -17,7 +17,7 @@ namespace {
 constexpr uint32_t kMaxFramesToSettle = 64;
 
 // Declares the frame in which `render` traces its last sample: the picture, its variance and its display.
-void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32_t sampleIndex) {
+void DeclareSample(DeviceScene& scene, passes::Accumulation& accumulation, uint32_t sampleIndex) {
     Renderer& renderer = scene.GraphRenderer();
     renderer.BeginFrame();
     const SceneIds ids = scene.Declare(sampleIndex);
@@ -45,11 +45,11 @@ void GraphCommand(const GraphArguments& arguments, Console& console) {
     uint32_t frame = 0;
     if (!arguments.isFirstFrame) {
         do {
-            DeclareFrame(scene, accumulation, frame++);
+            DeclareSample(scene, accumulation, frame++);
             device->WaitFor(renderer.Execute());
         } while (!scene.Scene().IsSettled() && frame < kMaxFramesToSettle);
     }
-    DeclareFrame(scene, accumulation, frame);
+    DeclareSample(scene, accumulation, frame);
     renderer.Compile();
     const auto& [graph, compiled] = renderer.LastCompiled();
     const std::string plan = arguments.isJson  ? DescribePlanJson(graph, compiled)

@@ -4,7 +4,7 @@
 #include "editor/cli/device_list.h"
 #include "editor/cli/info_json.h"
 #include "editor/cli/scene_text.h"
-#include "editor/session/scene_input.h"
+#include "editor/session/settings/scene_input.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {

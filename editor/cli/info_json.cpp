@@ -3,13 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "editor/cli/device_list.h"
-#include "editor/session/parse.h"
-#include "editor/session/picture_settings.h"
-#include "renderer/scene/camera_fields.h"
-#include "renderer/scene/camera_view.h"
-#include "renderer/scene/extensions.h"
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/material_fields.h"
+#include "editor/session/settings/parse.h"
+#include "editor/session/settings/picture_settings.h"
+#include "renderer/scene/gltf/extensions.h"
+#include "renderer/scene/model/camera_fields.h"
+#include "renderer/scene/model/camera_view.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
 namespace raygraph::cli {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "editor/session/scene_input.h"
+#include "editor/session/settings/scene_input.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {

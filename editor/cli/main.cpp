@@ -1,7 +1,7 @@
 // raygraph: renders, inspects and times glTF scenes without a window. See docs/cli.md.
 #include <cstdio>
 
-#include "base/os/process.h"
+#include "base/os.h"
 #include "base/overloaded.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/run_command.h"
@@ -52,6 +52,6 @@ ExitCode Main(int argc, const char* const* argv) {
 }  // namespace raygraph::cli
 
 int main(int argc, char** argv) {
-    raygraph::os::LetWritesFail();
+    raygraph::os::IgnoreWriteSignals();
     return static_cast<int>(raygraph::cli::Main(argc, argv));
 }

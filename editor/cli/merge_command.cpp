@@ -7,7 +7,7 @@
 #include "editor/cli/merge_report.h"
 #include "editor/cli/output_writer.h"
 #include "editor/cli/report.h"
-#include "editor/session/merge.h"
+#include "editor/session/file/merge.h"
 #include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {

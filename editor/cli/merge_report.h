@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "editor/session/image_statistics.h"
-#include "editor/session/merge.h"
-#include "editor/session/render_file.h"
+#include "editor/session/file/image_statistics.h"
+#include "editor/session/file/merge.h"
+#include "editor/session/file/render_file.h"
 
 namespace raygraph::cli {
 

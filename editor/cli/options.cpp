@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "base/text.h"
-#include "editor/session/parse.h"
-#include "editor/session/setting_table.h"
+#include "editor/session/settings/parse.h"
+#include "editor/session/settings/setting_table.h"
 
 namespace raygraph::cli {
 

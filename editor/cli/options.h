@@ -58,6 +58,6 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap);
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments);
 void CheckRender(const RenderArguments& arguments);
 // Applies --shard: samples, frames and names become the shard's.
-void TakeShard(RenderArguments& arguments);
+void ApplyShard(RenderArguments& arguments);
 
 }  // namespace raygraph::cli

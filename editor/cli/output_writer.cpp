@@ -20,7 +20,7 @@ void OutputWriter::WriteAll() {
                                       [&] {
                                           try {
                                               write();
-                                          } catch (const TornFile&) {
+                                          } catch (const IncompleteFile&) {
                                               m_torn.push_back(file);
                                               throw;
                                           }

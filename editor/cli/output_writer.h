@@ -25,7 +25,8 @@ class OutputWriter {
     // Returns the files that were written, in order.
     const std::vector<std::filesystem::path>& Written() const { return m_written; }
     bool HasWritten(const std::filesystem::path& file) const;
-    // Returns whether writing has failed and has left an incomplete file in place of the old one (TornFile).
+    // Returns whether writing has failed and has left an incomplete file in place of the old one
+    // (IncompleteFile).
     bool IsTorn(const std::filesystem::path& file) const;
     // Returns Done, or the status of the first output that failed.
     ExitCode Result() const { return m_result; }

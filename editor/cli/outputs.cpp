@@ -8,7 +8,7 @@
 #include "base/extension.h"
 #include "base/path_text.h"
 #include "base/text.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
 
@@ -78,7 +78,7 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
         // If one file can be created in a folder, the next one can, too.
         if (!name.isThere && foldersForNewFiles.contains(name.folder)) continue;
         CheckFolder(path);
-        const std::string note = InPlaceNote(path);
+        const std::string note = InPlaceWarning(path);
         if (!note.empty())
             warnings.push_back(Text("{} is {}", path, note));
         else if (!name.folder.empty())

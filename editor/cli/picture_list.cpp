@@ -14,7 +14,7 @@ constexpr std::string_view kCameraPlace = "{camera}";
 
 }  // namespace
 
-bool HasCameraPlace(const std::filesystem::path& path) {
+bool HasCameraPlaceholder(const std::filesystem::path& path) {
     return path.filename().string().find(kCameraPlace) != std::string::npos;
 }
 
@@ -28,7 +28,7 @@ std::filesystem::path Named(const std::filesystem::path& path, const PictureName
     return numbered.parent_path() / text;
 }
 
-std::string CameraInNames(const std::string& camera, size_t index) {
+std::string CameraFileName(const std::string& camera, size_t index) {
     if (camera.empty() || camera.find_first_of(" ,") != camera.npos) return std::to_string(index);
     std::string text = camera;
     for (char& c : text)
@@ -51,7 +51,7 @@ std::vector<PlannedPicture> PicturesToRender(const RenderArguments& arguments) {
             }
             if (!arguments.cameras.empty()) {
                 picture.camera = arguments.cameras[camera];
-                picture.name.camera = CameraInNames(*picture.camera, camera);
+                picture.name.camera = CameraFileName(*picture.camera, camera);
                 picture.label +=
                     Text("{}camera {} of {}", picture.label.empty() ? "" : ", ", camera + 1, cameraCount);
             }

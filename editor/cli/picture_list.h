@@ -21,11 +21,11 @@ struct PictureName {
 std::filesystem::path Named(const std::filesystem::path& path, const PictureName& name);
 
 // Returns whether the name has a placeholder for the camera.
-bool HasCameraPlace(const std::filesystem::path& path);
+bool HasCameraPlaceholder(const std::filesystem::path& path);
 
 // Returns the camera for names of files. A name or an index is used as text, with '_' for each character
 // other than letters, digits, '-' and '_'; a camera of ten numbers is named by its index in the list.
-std::string CameraInNames(const std::string& camera, size_t index);
+std::string CameraFileName(const std::string& camera, size_t index);
 
 struct PlannedPicture {
     PictureName name;

@@ -57,9 +57,9 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
         const LogMessage message = MessageOf(raw);
         if (message.level < m_levels.Of(message.category)) return;
         if (message.level >= LogLevel::Warning)
-            m_progress.PrintAbove(Text("raygraph: {}: {}\n", Name(message.level), message.text));
+            m_progress.PrintAboveProgress(Text("raygraph: {}: {}\n", Name(message.level), message.text));
         else
-            m_progress.PrintAbove(
+            m_progress.PrintAboveProgress(
                 Text("raygraph: {}: [{}] {}\n", Name(message.level), message.category, message.text));
     }
     void flush_() override {}
@@ -134,14 +134,14 @@ struct ProgramLog::Impl {
         auto logger = std::make_shared<spdlog::logger>(std::string(category));
         logger->set_level(ToSpdlog(levels.Of(category)));
         logger->flush_on(spdlog::level::debug);
-        SayOnceIfItFails(*logger);
+        ReportFirstFailure(*logger);
         loggers.emplace(category, std::move(logger));
     }
     // Otherwise spdlog prints a line of its own to stderr at every failure, such as when the disk is full.
-    void SayOnceIfItFails(spdlog::logger& logger) {
+    void ReportFirstFailure(spdlog::logger& logger) {
         logger.set_error_handler([this](const std::string& what) {
             if (!hasFailed.exchange(true))
-                progress.PrintAbove(Text("raygraph: warning: the log is not complete: {}\n", what));
+                progress.PrintAboveProgress(Text("raygraph: warning: the log is not complete: {}\n", what));
         });
     }
 
@@ -165,7 +165,7 @@ ProgramLog::ProgramLog(const OutputArguments& arguments, const char* levels, Pro
     m_impl->ListenFromInfo();
     m_impl->file = std::make_shared<spdlog::logger>(std::string(kProgramCategory), file);
     m_impl->file->flush_on(spdlog::level::err);
-    m_impl->SayOnceIfItFails(*m_impl->file);
+    m_impl->ReportFirstFailure(*m_impl->file);
 }
 
 ProgramLog::~ProgramLog() = default;
@@ -194,7 +194,7 @@ void ProgramLog::Warn(std::string_view text) {
 
 void ProgramLog::Fail(std::string_view text) {
     m_impl->progress.Clear();
-    m_impl->progress.PrintAbove(Text("raygraph: {}\n", text));
+    m_impl->progress.PrintAboveProgress(Text("raygraph: {}\n", text));
     if (m_impl->file) m_impl->file->error(text);
 }
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/counted.h"
-#include "base/os/process.h"
+#include "base/os.h"
 #include "base/text.h"
 
 namespace raygraph::cli {
@@ -46,12 +46,8 @@ std::string WithCommas(std::string_view columns) {
     return text;
 }
 
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-    return value ? Json(*value) : Json();
-}
-
 Json SamplesJson(std::string_view picture, const ProgressState& state) {
+    const auto orNull = [](const auto& value) { return value ? Json(*value) : Json(); };
     Json json{{"event", state.samplesRestored ? "restoring" : "progress"}};
     if (!picture.empty()) json["picture"] = picture;
     if (state.samplesRestored) {
@@ -60,10 +56,10 @@ Json SamplesJson(std::string_view picture, const ProgressState& state) {
         return json;
     }
     json["samples"] = state.samplesDone;
-    json["samples_wanted"] = OrNull(state.samplesWanted);
+    json["samples_wanted"] = orNull(state.samplesWanted);
     json["samples_per_second"] = state.samplesPerSecond > 0.0 ? Json(state.samplesPerSecond) : Json();
-    json["relative_error"] = OrNull(state.relativeError);
-    json["seconds_left"] = OrNull(state.secondsLeft);
+    json["relative_error"] = orNull(state.relativeError);
+    json["seconds_left"] = orNull(state.secondsLeft);
     return json;
 }
 
@@ -158,21 +154,21 @@ void Progress::ShowWritten(std::string_view picture, std::span<const std::filesy
     if (!picture.empty()) json["picture"] = picture;
     json["files"] = Json::array();
     for (const std::filesystem::path& file : files) json["files"].push_back(file.string());
-    PrintAbove(LineOf(json) + "\n");
+    PrintAboveProgress(LineOf(json) + "\n");
 }
 
 void Progress::Clear() {
     const std::scoped_lock lock(m_mutex);
     ShowLastState();
-    Lift();
+    ClearLine();
     std::fflush(m_stream);
     m_line.clear();
     m_key.clear();
 }
 
-void Progress::PrintAbove(std::string_view text) {
+void Progress::PrintAboveProgress(std::string_view text) {
     const std::scoped_lock lock(m_mutex);
-    Lift();
+    ClearLine();
     std::fwrite(text.data(), 1, text.size(), m_stream);
     if (!m_line.empty()) Draw();
     std::fflush(m_stream);
@@ -193,7 +189,7 @@ void Progress::Draw() {
     m_shownWidth = line.size();
 }
 
-void Progress::Lift() {
+void Progress::ClearLine() {
     if (m_shownWidth == 0) return;
     std::fprintf(m_stream, "\r%*s\r", static_cast<int>(m_shownWidth), "");
     m_shownWidth = 0;

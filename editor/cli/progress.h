@@ -62,7 +62,7 @@ class Progress {
     void Clear();
     // Prints `text`, which ends in a line break, even if progress is off. On a terminal, the line of progress
     // follows it.
-    void PrintAbove(std::string_view text);
+    void PrintAboveProgress(std::string_view text);
 
   private:
     using Clock = std::chrono::steady_clock;
@@ -71,8 +71,8 @@ class Progress {
     template <typename TextOf>
     void Show(std::string_view key, TextOf&& textOf);
     void ShowLastState();
-    void Draw();  // draws m_line
-    void Lift();  // clears the line from the terminal
+    void Draw();       // draws m_line
+    void ClearLine();  // clears the line from the terminal
 
     std::FILE* m_stream;
     const ProgressStyle m_style;  // Auto: stderr is a terminal

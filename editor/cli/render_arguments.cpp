@@ -6,9 +6,9 @@
 #include "editor/cli/command_files.h"
 #include "editor/cli/device_list.h"
 #include "editor/cli/options.h"
-#include "editor/session/parse.h"
 #include "editor/session/session.h"
-#include "editor/session/setting_table.h"
+#include "editor/session/settings/parse.h"
+#include "editor/session/settings/setting_table.h"
 #include "passes/white_balance.h"
 
 namespace raygraph::cli {
@@ -43,27 +43,27 @@ std::vector<std::filesystem::path> PatternsOf(const RenderArguments& arguments) 
 void CheckFrames(const RenderArguments& arguments) {
     if (arguments.given.contains("at")) Refuse("--frames and --at exclude each other");
     for (const std::filesystem::path& path : PatternsOf(arguments))
-        if (!HasNumberPlace(path))
+        if (!HasNumberPlaceholder(path))
             Refuse(Text("\"{}\" has no single run of # for the numbers of --frames, as name.####.exr", path));
 }
 
 void CheckCameras(const RenderArguments& arguments) {
     for (const std::filesystem::path& path : PatternsOf(arguments))
-        if (!HasCameraPlace(path))
+        if (!HasCameraPlaceholder(path))
             Refuse(Text("\"{}\" has no {{camera}} to tell the pictures of several --camera apart", path));
 }
 
 void CheckCheckpoints(const RenderArguments& arguments) {
-    const bool isOfSeveral = arguments.frames || !arguments.cameras.empty();
+    const bool rendersSeveral = arguments.frames || !arguments.cameras.empty();
     if (!arguments.checkpointMinutes) {
-        if (isOfSeveral && !arguments.resume.empty())
+        if (rendersSeveral && !arguments.resume.empty())
             Refuse(
                 Text("{} begins each picture; --resume goes on with one, and with several only with "
                      "--checkpoint",
                      arguments.frames ? "--frames" : "--camera"));
         return;
     }
-    if (arguments.seconds && isOfSeveral)
+    if (arguments.seconds && rendersSeveral)
         Refuse("--checkpoint: with --time, no picture of several is ever complete; give --spp or --error");
     if (arguments.seconds && !arguments.samples && !arguments.error && !arguments.resume.empty())
         Refuse("--checkpoint: with --time, a render that goes on is never complete; give --spp or --error");
@@ -130,7 +130,7 @@ void CheckShard(const RenderArguments& arguments) {
     if (!arguments.resume.empty() && !arguments.samples)
         Refuse("--resume with --shard needs --spp, the samples of all shards together");
     for (const std::filesystem::path& path : NamesWithShard(arguments))
-        if (path.filename().string().find('#') != std::string::npos && !HasNumberPlace(path))
+        if (path.filename().string().find('#') != std::string::npos && !HasNumberPlaceholder(path))
             Refuse(Text("\"{}\" has more than one run of # for the shard", path));
 }
 
@@ -244,7 +244,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     AddDevice(*render, arguments.device);
     AddOption(*render, "--devices", "LIST",
               "Several devices, which share the samples: all (of the best kind), or indices, as 0,1",
-              [&](const std::string& text) { arguments.devices = CheckedDevices(text); })
+              [&](const std::string& text) { arguments.devices = ValidatedDevices(text); })
         ->excludes("--device");
     render->add_flag("--validate", arguments.isValidating,
                      Wrapped("Turn on the Vulkan validation layers and fail on any message"));
@@ -286,7 +286,7 @@ void CheckRender(const RenderArguments& arguments) {
                          picture.path));
 }
 
-void TakeShard(RenderArguments& arguments) {
+void ApplyShard(RenderArguments& arguments) {
     if (!arguments.shard) return;
     const Shard shard = *arguments.shard;
     if (arguments.frames) {
@@ -301,14 +301,14 @@ void TakeShard(RenderArguments& arguments) {
     arguments.sampleOffset = static_cast<uint32_t>(first);
     arguments.samples = part.end - part.begin;
     const auto name = [&](std::filesystem::path& path) {
-        if (HasNumberPlace(path)) path = Numbered(path, shard.index);
+        if (HasNumberPlaceholder(path)) path = Numbered(path, shard.index);
     };
     for (OutputFile& output : arguments.outputs) name(output.path);
     name(arguments.report);
     name(arguments.resume);
 }
 
-std::string WhyNothingToRender(const RenderArguments& arguments) {
+std::string NothingToRenderReason(const RenderArguments& arguments) {
     if (!arguments.shard) return "";
     if (arguments.frames)
         return arguments.frames->Count() > 0 ? "" : Describe(*arguments.shard) + " has no frame to render";

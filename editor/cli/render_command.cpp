@@ -12,7 +12,7 @@
 
 #include "base/atomic_file.h"
 #include "base/counted.h"
-#include "base/os/signals.h"
+#include "base/os.h"
 #include "base/path_text.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
@@ -21,15 +21,15 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/render_job.h"
 #include "editor/cli/rendering.h"
-#include "editor/session/default_light.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/default_light.h"
+#include "editor/session/settings/parse.h"
 #include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
 
 namespace {
 
-void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& input) {
+void WarnIfUnlit(ProgramLog& log, const RenderJob& job, const SceneInput& input) {
     if (!ShowsLight(job.settings.view)) return;
     if (input.isAnimated && !input.animations.empty())
         return;  // a scene that is dark at rest may emit at another time
@@ -75,8 +75,8 @@ class Pictures {
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
             if (!isComplete) return true;
             if (!IsRoot()) continue;
-            RequireAsked(*m_resumed, m_arguments, m_job, Current());
-            SayComplete();
+            RequireSameRequest(*m_resumed, m_arguments, m_job, Current());
+            ReportComplete();
         }
         return false;
     }
@@ -104,7 +104,7 @@ class Pictures {
             return writtenAt(output) >= writtenAt(m_resumed->path);
         });
     }
-    void SayComplete() const {
+    void ReportComplete() const {
         if (!m_arguments.isQuiet)
             PrintLine(Text("{} is complete: {} a pixel", m_resumed->path,
                            Counted(SampleCount(m_resumed->render.samples), "sample")));
@@ -152,7 +152,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     // While the scene loads, ending at once loses nothing
     os::SignalWatch signals([] { std::_Exit(static_cast<int>(ExitCode::TryAgain)); });
     // A shard without samples or frames is no failure: the others have them all
-    if (const std::string why = WhyNothingToRender(arguments); !why.empty()) {
+    if (const std::string why = NothingToRenderReason(arguments); !why.empty()) {
         if (!arguments.isQuiet) PrintLine(why + "; nothing is written");
         return ExitCode::Done;
     }
@@ -189,7 +189,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
         Say(log, LogLevel::Info, log_category::kScene, "{} is lit by the studio", input.file);
     if (pictures.Resumed() == nullptr)
         RequireMapFor(arguments.given, input, settings.light, "--env or --light studio");
-    WarnOfDarkness(console.log, job, input);
+    WarnIfUnlit(console.log, job, input);
     std::vector<std::unique_ptr<rhi::Device>> devices = opening.get();
     std::vector<rhi::Device*> used;
     for (const auto& device : devices) used.push_back(device.get());
@@ -224,7 +224,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
         rendering.RenderPicture(pictures.Current(), giveBack);
     };
     renderCurrent();
-    for (pictures.Take(); !rendering.IsAskedToEnd() && pictures.FindNext(); pictures.Take()) {
+    for (pictures.Take(); !rendering.IsStopRequested() && pictures.FindNext(); pictures.Take()) {
         const PlannedPicture& picture = pictures.Current();
         session->StartPicture({.at = picture.at, .camera = picture.camera, .resumed = pictures.Resumed()});
         pictures.ForgetResumed();
@@ -232,7 +232,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     }
     if (rendering.IsStopped() && pictures.Left() > 0)
         console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));
-    const bool isUnfinished = rendering.IsCutShort() || pictures.Left() > 0;
+    const bool isUnfinished = rendering.IsIncomplete() || pictures.Left() > 0;
     if (rendering.IsTerminated() && isUnfinished && rendering.IsSaved()) return ExitCode::TryAgain;
     return rendering.Result();
 }

@@ -10,9 +10,9 @@
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/resume_settings.h"
-#include "editor/session/light_color.h"
-#include "editor/session/parse.h"
-#include "editor/session/setting_table.h"
+#include "editor/session/settings/light_color.h"
+#include "editor/session/settings/parse.h"
+#include "editor/session/settings/setting_table.h"
 #include "passes/white_balance.h"
 #include "renderer/image/exr_threads.h"
 
@@ -21,7 +21,7 @@ namespace raygraph::cli {
 namespace {
 
 // Returns the option of the first setting that differs; "" if none does.
-std::string FirstOther(const PictureSettings& a, const PictureSettings& b) {
+std::string FirstChangedOption(const PictureSettings& a, const PictureSettings& b) {
     for (const PictureSetting& setting : PictureSettingTable())
         if (setting.text(a) != setting.text(b)) return std::string("--") + setting.name;
     return "";
@@ -47,7 +47,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         its.aperture = PictureSettings{}.aperture;  // these views have a pinhole camera
         its.focusDistance = PictureSettings{}.focusDistance;
         if (settings.view == View::Raster) its.paths.scattering = settings.paths.scattering;
-        if (const std::string option = FirstOther(its, settings); !option.empty())
+        if (const std::string option = FirstChangedOption(its, settings); !option.empty())
             refuse("only path-traced renders know " + option);
         if (!ShowsLight(settings.view)) {
             its.environmentRotation = PictureSettings{}.environmentRotation;
@@ -55,7 +55,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
             its.background = PictureSettings{}.background;
             its.light = PictureSettings{}.light;
             if (!arguments.environment.empty()) refuse("there is no light that --env could give");
-            if (const std::string option = FirstOther(its, settings); !option.empty())
+            if (const std::string option = FirstChangedOption(its, settings); !option.empty())
                 refuse("there is no light for " + option);
         }
     }
@@ -63,7 +63,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;
     }
-    if (!IsMeanMeaningful(settings.view) &&
+    if (!IsAverageable(settings.view) &&
         (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
         refuse("it is not averaged over samples; leave out --spp, --time and --error");
     if (arguments.error) refuse("only light has an error to estimate");
@@ -90,8 +90,8 @@ PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
     if (arguments.settingsFrom.empty()) return {};
     const RenderFile render = ReadRenderFile(arguments.settingsFrom, log);
     PictureSettings settings = SettingsFrom(render.settings);
-    const bool isLitAnew = !arguments.environment.empty() || arguments.given.contains("background");
-    if (!render.environmentFile.empty() && !isLitAnew)
+    const bool replacesLighting = !arguments.environment.empty() || arguments.given.contains("background");
+    if (!render.environmentFile.empty() && !replacesLighting)
         Say(log, LogLevel::Warning, log_category::kScene,
             "{} was lit by the map {}, which is no setting: --env gives one again", arguments.settingsFrom,
             Printable(render.environmentFile));
@@ -100,7 +100,7 @@ PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
     const bool isStudio = light != arguments.given.end() && light->second == Name(DefaultLight::Studio);
     if (!arguments.environment.empty() || isStudio) settings.background.reset();
     // The choice made for one scene does not hold for another
-    if (isLitAnew || render.sceneFile != arguments.scene.filename().string())
+    if (replacesLighting || render.sceneFile != arguments.scene.filename().string())
         settings.light = DefaultLight::Auto;
     if (arguments.given.contains("background")) {
         settings.environmentRotation = PictureSettings{}.environmentRotation;
@@ -132,8 +132,8 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     const image::ExrThreads threads;
     const PlannedPicture first = PicturesToRender(arguments).front();
     job.resumed = ResumedFor(arguments, first.name, log);
-    const bool isOfSeveral = arguments.frames || !arguments.cameras.empty();
-    if (job.resumed && !isOfSeveral) {
+    const bool rendersSeveral = arguments.frames || !arguments.cameras.empty();
+    if (job.resumed && !rendersSeveral) {
         const RenderFile& render = job.resumed->render;
         job.settings = SettingsOf(*job.resumed, arguments);
         job.aovs = AovsOf(render);
@@ -149,13 +149,13 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         throw Error(ErrorKind::Usage,
                     "--shard: an adaptive render decides by all of its samples which are next, so that there "
                     "is nothing to divide beforehand; leave out --adaptive or --shard");
-    if (arguments.shard && !arguments.frames && !IsMeanMeaningful(job.settings.view))
+    if (arguments.shard && !arguments.frames && !IsAverageable(job.settings.view))
         throw MakeError(ErrorKind::Usage,
                         "--shard: --view {} is not averaged over samples, so that there is nothing to divide",
                         Name(job.settings.view));
     CheckView(arguments, job.settings);
     RequireExrForChannels(arguments, job);
-    const bool isSingle = !IsMeanMeaningful(job.settings.view);
+    const bool isSingle = !IsAverageable(job.settings.view);
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
     if (!isOpenEnded)
         job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(RenderArguments::kDefaultSamples);
@@ -178,8 +178,8 @@ std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const 
     return ReadResumedRender(path, log);
 }
 
-void RequireAsked(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
-                  const PlannedPicture& picture) {
+void RequireSameRequest(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
+                        const PlannedPicture& picture) {
     const RenderFile& render = complete.render;
     const auto require = [&](bool isAsked, const std::string& difference) {
         if (!isAsked)

@@ -8,8 +8,8 @@
 #include "base/log.h"
 #include "editor/cli/arguments.h"
 #include "editor/cli/picture_list.h"
-#include "editor/session/resume.h"
-#include "editor/session/scene_input.h"
+#include "editor/session/file/resume.h"
+#include "editor/session/settings/scene_input.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -37,8 +37,8 @@ std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const 
 // Throws Error{BadInput} that names the first difference if a complete render is not that picture of the job.
 // Scene and environment map are compared by the names of their files alone, since they are not loaded for
 // this.
-void RequireAsked(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
-                  const PlannedPicture& picture);
+void RequireSameRequest(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
+                        const PlannedPicture& picture);
 
 // Serialize the job, without the resumed render, for processes with the same arguments. JobFrom throws
 // Error{BadInput} for malformed text.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/os/process.h"
+#include "base/os.h"
 
 namespace raygraph::cli {
 
@@ -22,12 +22,13 @@ void DescribeScene(Report& report, const SceneInput& input) {
 }
 
 void DescribeAcceleration(Report& report, const GpuSceneStatistics& statistics) {
-    report.acceleration = {
-        .blasCount = statistics.blasCount,
-        .bytesBuilt = statistics.blasBytesBuilt,
-        .bytesCompacted = statistics.blasBytesCompacted,
-        .tlasBytes = statistics.tlasBytes,
-        .whyCompactionOff = statistics.isCompactionOff ? statistics.whyCompactionOff : std::string()};
+    report.acceleration = {.blasCount = statistics.blasCount,
+                           .bytesBuilt = statistics.blasBytesBuilt,
+                           .bytesCompacted = statistics.blasBytesCompacted,
+                           .tlasBytes = statistics.tlasBytes,
+                           .compactionDisabledReason = statistics.isCompactionOff
+                                                           ? statistics.compactionDisabledReason
+                                                           : std::string()};
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 #include "editor/cli/log_levels.h"
 #include "editor/cli/output_writer.h"
 #include "editor/cli/render_report.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 #include "renderer/image/exr_threads.h"
 
 namespace raygraph::cli {
@@ -75,7 +75,7 @@ Rendering::Rendering(const RenderArguments& arguments, const RenderJob& job,
       m_signals(signals),
       m_console(console),
       m_group(group) {
-    m_signals.StartNoting();
+    m_signals.StartDeferring();
 }
 
 void Rendering::RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack) {
@@ -95,7 +95,7 @@ void Rendering::RenderPicture(const PlannedPicture& picture, const std::function
         }
     }
     if (!m_session.HasResult() && m_isTerminated) {
-        m_isCutShort = true;
+        m_isIncomplete = true;
         m_saved.insert(Named(m_arguments.resume, picture.name));  // This file has all samples that there are.
         m_console.log.Warn("stopped while albedo and normals were restored; nothing was written");
         return;
@@ -114,12 +114,12 @@ bool Rendering::IsSaveDue() const {
            (isTimed && m_sinceSave.Seconds() >= 60.0 * *m_arguments.checkpointMinutes);
 }
 
-bool Rendering::IsAskedToEnd() {
-    TakeSignals();
+bool Rendering::IsStopRequested() {
+    SynchronizeSignals();
     return IsStopped();
 }
 
-void Rendering::TakeSignals() {
+void Rendering::SynchronizeSignals() {
     uint64_t interrupted = m_signals.IsInterrupted() ? 1 : 0, terminated = m_signals.IsTerminated() ? 1 : 0;
     if (m_group != nullptr) {
         interrupted = m_group->Sum(interrupted);
@@ -145,10 +145,10 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     for (bool isFirst = true;; isFirst = false) {
         const RunSummary run = m_session.Run(rule, showProgress);
         whole = isFirst ? run : Joined(whole, run);
-        TakeSignals();
-        m_isCutShort = run.wasStopped && IsStopped();
+        SynchronizeSignals();
+        m_isIncomplete = run.wasStopped && IsStopped();
         if (!run.wasStopped || IsStopped()) return whole;
-        m_signals.ForgetSave();
+        m_signals.ClearSaveRequest();
         if (m_group == nullptr || m_group->IsRoot()) Write(picture, whole, samplesBefore, false);
         m_sinceSave = {};
         if (rule.seconds) rule.seconds = *rule.seconds - run.seconds;
@@ -188,7 +188,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     m_console.log.RequireValid();  // An invalid run keeps the old files.
 
     OutputWriter outputs(
-        [&](const std::filesystem::path& file, std::string_view why) { SayNotWritten(file, why, isEnd); });
+        [&](const std::filesystem::path& file, std::string_view why) { LogNotWritten(file, why, isEnd); });
     std::vector<OutputFile> pictures = PicturesOf(m_arguments, planned.name);
     std::vector<std::filesystem::path> files;  // in the order of the command line
     for (const OutputFile& picture : pictures) files.push_back(picture.path);
@@ -203,13 +203,13 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         if (picture.path == resumed) return 0;
         return picture.kind == OutputKind::Exr ? 1 : 2;
     });
-    const bool isResumable = WhyNotResumable(result.render).empty();
+    const bool isResumable = NotResumableReason(result.render).empty();
     std::vector<std::filesystem::path> toResume, others;
     for (const OutputFile& picture : pictures) {
         const bool isStream = AtomicFile::IsStream(picture.path);
         if (isStream && !isEnd) continue;  // The reader of a stream takes its first end for the end of all.
-        const bool isToResume = isResumable && !isStream && picture.kind == OutputKind::Exr;
-        (isToResume ? toResume : others).push_back(picture.path);
+        const bool isResumeTarget = isResumable && !isStream && picture.kind == OutputKind::Exr;
+        (isResumeTarget ? toResume : others).push_back(picture.path);
         outputs.Add(picture.path, [&] {
             if (hasNewSamples || picture.path != resumed) WritePicture(picture, result.render, display);
         });
@@ -240,10 +240,10 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         if (outputs.HasWritten(file)) m_notSaved.erase(file);
         if (outputs.IsTorn(file)) m_saved.erase(file);
     }
-    const bool isAnyToResume = !toResume.empty();
+    const bool hasResumable = !toResume.empty();
     for (auto* list : {&files, &toResume, &others})
         std::erase_if(*list, [&](const std::filesystem::path& file) { return !outputs.HasWritten(file); });
-    const std::vector<std::filesystem::path>& kept = isAnyToResume ? toResume : others;
+    const std::vector<std::filesystem::path>& kept = hasResumable ? toResume : others;
     m_saved.insert(kept.begin(), kept.end());
     const std::string saved = toResume.empty() ? "" : "resumable .exr saved: " + Joined(toResume);
     if (isEnd)
@@ -262,7 +262,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size()));
 }
 
-void Rendering::SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd) {
+void Rendering::LogNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd) {
     // A failed write may succeed the next time, so the samples are kept.
     std::string& known = m_notSaved[file];
     if (isEnd)

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/os/signals.h"
+#include "base/os.h"
 #include "base/stopwatch.h"
 #include "editor/cli/console.h"
 #include "editor/cli/exit_code.h"
@@ -40,8 +40,8 @@ class Rendering {
     bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
     // Returns whether the program has been asked to end by now, in any process. All processes must call it
     // together.
-    bool IsAskedToEnd();
-    bool IsCutShort() const { return m_isCutShort; }      // concerns the last picture
+    bool IsStopRequested();
+    bool IsIncomplete() const { return m_isIncomplete; }  // concerns the last picture
     bool IsTerminated() const { return m_isTerminated; }  // by a signal other than Ctrl-C
     // Returns whether a render that can be resumed was saved, at the end or as a checkpoint, for any of the
     // pictures, and not destroyed by a later write. If none is asked for (no .exr, or one without sums), any
@@ -54,7 +54,7 @@ class Rendering {
   private:
     RunSummary Run(const PlannedPicture& picture, uint32_t samplesBefore);
     // Agrees in all processes on whether rendering ends.
-    void TakeSignals();
+    void SynchronizeSignals();
     bool IsSaveDue() const;
     // Writes all files as of now. `summary`: of the run so far. `giveBack`: as of RenderPicture.
     void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd,
@@ -62,7 +62,7 @@ class Rendering {
     void WritePicture(const OutputFile& picture, const RenderFile& render,
                       const std::optional<image::Image8>& display);
     // Says that a file cannot be written. Before the end, once for each reason.
-    void SayNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd);
+    void LogNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd);
     // `outcome`: "", or what was written, for a run that was stopped.
     void Warn(const RunSummary& run, uint32_t samples, uint64_t nonFiniteSamples, const std::string& outcome);
 
@@ -74,7 +74,7 @@ class Rendering {
     Console& m_console;
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
-    bool m_isInterrupted = false, m_isTerminated = false, m_isCutShort = false;
+    bool m_isInterrupted = false, m_isTerminated = false, m_isIncomplete = false;
     std::set<std::filesystem::path> m_saved;  // files for IsSaved()
     std::map<std::filesystem::path, std::string>
         m_notSaved;  // reason for which the last checkpoint lacks the file

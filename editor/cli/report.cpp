@@ -4,7 +4,7 @@
 #include <span>
 
 #include "base/atomic_file.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 #include "passes/white_balance.h"
 
 namespace raygraph::cli {
@@ -33,8 +33,8 @@ Json AccelerationJson(const Report& report) {
               {"bytes_built", report.acceleration.bytesBuilt},
               {"bytes_compacted", report.acceleration.bytesCompacted},
               {"tlas_bytes", report.acceleration.tlasBytes}};
-    if (!report.acceleration.whyCompactionOff.empty())
-        json["why_compaction_off"] = report.acceleration.whyCompactionOff;
+    if (!report.acceleration.compactionDisabledReason.empty())
+        json["why_compaction_off"] = report.acceleration.compactionDisabledReason;
     return json;
 }
 

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "editor/cli/arguments.h"
-#include "editor/session/bias.h"
-#include "editor/session/image_statistics.h"
-#include "editor/session/pass_times.h"
-#include "editor/session/picture_settings.h"
-#include "editor/session/render_file.h"
+#include "editor/session/file/image_statistics.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/frames/pass_times.h"
+#include "editor/session/settings/bias.h"
+#include "editor/session/settings/picture_settings.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {
@@ -45,7 +45,7 @@ struct Report {
     std::vector<session::PassTime> passes;
     struct {
         uint64_t blasCount = 0, bytesBuilt = 0, bytesCompacted = 0, tlasBytes = 0;
-        std::string whyCompactionOff;  // "": compaction was on
+        std::string compactionDisabledReason;  // "": compaction was on
     } acceleration;
     struct {
         uint64_t devicePeakBytes = 0, hostPeakBytes = 0;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "editor/cli/arguments.h"
-#include "editor/session/resume.h"
+#include "editor/session/file/resume.h"
 
 namespace raygraph::cli {
 

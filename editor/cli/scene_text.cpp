@@ -1,6 +1,6 @@
 #include "editor/cli/scene_text.h"
 
-#include "renderer/scene/extensions.h"
+#include "renderer/scene/gltf/extensions.h"
 
 #include <algorithm>
 #include <array>

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "editor/session/scene_input.h"
-#include "renderer/scene/scene_data.h"
+#include "editor/session/settings/scene_input.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::cli {
 

@@ -6,7 +6,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
 
@@ -34,7 +34,7 @@ class Reader {
 
 // The indices of an array may start anywhere, with a constant step (--array=10-40:10). Those of a list
 // (--array=1,2,7) do not determine a task's part.
-std::optional<Shard> TaskOfArray(const Reader& variables) {
+std::optional<Shard> ArrayTaskIndex(const Reader& variables) {
     if (!variables.Has("SLURM_ARRAY_TASK_ID")) return std::nullopt;
     const uint32_t id = variables.Count("SLURM_ARRAY_TASK_ID"),
                    count = variables.Count("SLURM_ARRAY_TASK_COUNT", 1),
@@ -74,7 +74,7 @@ std::optional<Shard> ProcessOfLaunch(const Reader& variables, bool isInArray) {
 
 Shard ShardOfProcess(const Variables& values) {
     const Reader variables(values);
-    const std::optional<Shard> task = TaskOfArray(variables),
+    const std::optional<Shard> task = ArrayTaskIndex(variables),
                                process = ProcessOfLaunch(variables, task.has_value());
     if (!task && !process)
         throw Error(

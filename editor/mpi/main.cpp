@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include "base/os/process.h"
+#include "base/os.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/run_command.h"
 #include "editor/mpi/mpi_group.h"
@@ -92,6 +92,6 @@ int Main(int argc, char** argv) {
 }  // namespace raygraph::mpi
 
 int main(int argc, char** argv) {
-    raygraph::os::LetWritesFail();
+    raygraph::os::IgnoreWriteSignals();
     return raygraph::mpi::Main(argc, argv);
 }

@@ -158,7 +158,7 @@ void MpiGroup::Deal(session::BlockDealer* dealer, session::BlockQueue& queue, co
     if (dealer != nullptr)
         DealAsRoot(*dealer, queue, tick);
     else
-        AskRoot(queue, tick);
+        RequestFromRoot(queue, tick);
 }
 
 void MpiGroup::DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& queue, const Tick& tick) {
@@ -203,7 +203,7 @@ void MpiGroup::DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& que
     tick(isStopRequested);
 }
 
-void MpiGroup::AskRoot(session::BlockQueue& queue, const Tick& tick) {
+void MpiGroup::RequestFromRoot(session::BlockQueue& queue, const Tick& tick) {
     Sum(queue.DeviceCount());
     Patience patience;
     Stopwatch sinceTick;

@@ -35,7 +35,7 @@ class MpiGroup final : public session::ProcessGroup {
     void WaitForAll();
     uint64_t Reduced(uint64_t value, MPI_Op op);
     void DealAsRoot(session::BlockDealer& dealer, session::BlockQueue& queue, const Tick& tick);
-    void AskRoot(session::BlockQueue& queue, const Tick& tick);
+    void RequestFromRoot(session::BlockQueue& queue, const Tick& tick);
 
     MPI_Comm m_world = MPI_COMM_NULL;  // our own communicator
     uint32_t m_rank = 0, m_size = 1, m_localRank = 0, m_localSize = 1;

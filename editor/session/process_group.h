@@ -8,8 +8,8 @@
 #include <span>
 
 #include "base/api.h"
-#include "editor/session/block_dealer.h"
-#include "editor/session/block_queue.h"
+#include "editor/session/group/block_dealer.h"
+#include "editor/session/group/block_queue.h"
 #include "passes/exact_sums.h"
 
 namespace raygraph::session {

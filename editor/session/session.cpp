@@ -11,11 +11,11 @@
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/default_light.h"
-#include "editor/session/error_goal.h"
-#include "editor/session/render_flaws.h"
-#include "editor/session/session_checks.h"
-#include "editor/session/shared_render.h"
+#include "editor/session/file/render_flaws.h"
+#include "editor/session/group/shared_render.h"
+#include "editor/session/settings/default_light.h"
+#include "editor/session/settings/error_goal.h"
+#include "editor/session/settings/session_checks.h"
 
 namespace raygraph::session {
 
@@ -32,7 +32,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .withVariance = desc.withVariance,
             .isAdaptive = desc.settings.isAdaptive,
             .withSums = desc.withSums,
-            .samplesAtOnce = desc.samplesAtOnce,
+            .batchSize = desc.batchSize,
             .raster = desc.settings.raster,
             .tonemap = tonemap};
 }
@@ -72,13 +72,13 @@ struct Session::Impl {
         : input(std::move(of)),
           aovs(desc.aovs),
           firstSample(desc.firstSample),
-          isSingle(!passes::IsMeanMeaningful(desc.settings.view)),
+          isSingle(!passes::IsAverageable(desc.settings.view)),
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
           shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.tracing, desc.group) {
-        if (desc.tracing.traversal == Traversal::Own && !shared.WhyNotOwn().empty())
-            WarnOfDriver(devices.front()->Log(), shared.WhyNotOwn());
+        if (desc.tracing.traversal == Traversal::Own && !shared.DriverTraversalReason().empty())
+            WarnDriverTraversal(devices.front()->Log(), shared.DriverTraversalReason());
         Begin(desc.resumed);
     }
 
@@ -99,7 +99,7 @@ struct Session::Impl {
 
     // The input, if the session is possible with it.
     SceneInput& RequireInput(const SessionDesc& desc, size_t deviceCount) {
-        RequirePossible(desc);
+        RequireValidDesc(desc);
         RequireAdaptive(desc, deviceCount);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
@@ -122,13 +122,13 @@ struct Session::Impl {
         return shared.RestoreSurfaces([&] { return rule.isStopRequested && rule.isStopRequested(); }, show);
     }
     // Returns how many samples the picture can have, since indices have 32 bits.
-    uint32_t MostSamples() const {
+    uint32_t MaxSampleCount() const {
         const uint64_t indices = (uint64_t{1} << 32) - firstSample;
         return static_cast<uint32_t>(std::min<uint64_t>(indices, std::numeric_limits<uint32_t>::max()));
     }
     // Most that the picture may have for now.
-    uint32_t NextPause(const StopRule& rule, const ErrorGoal& goal) const {
-        const uint64_t most = MostSamples();
+    uint32_t NextPause(const StopRule& rule, const ErrorTarget& goal) const {
+        const uint64_t most = MaxSampleCount();
         return static_cast<uint32_t>(std::min<uint64_t>(
             {most, rule.samples.value_or(most), goal.NextStop(shared.SampleCount()).value_or(most)}));
     }
@@ -174,7 +174,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
         return summary;
     }
     const uint32_t before = shared.SampleCount();
-    ErrorGoal goal(rule.relativeError);
+    ErrorTarget goal(rule.relativeError);
     if (described.measuredError) goal.Measured(*described.measuredError);
     const Stopwatch watch;
     uint32_t doneAtFirst = 0;  // samples of this run, when there were some for the first time
@@ -197,7 +197,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
     const auto isComplete = [&] {
         const uint32_t samples = shared.SampleCount();
         return (rule.samples && samples >= *rule.samples) || goal.IsReachedAt(samples) ||
-               samples == MostSamples();
+               samples == MaxSampleCount();
     };
     for (bool isDone = before > 0 && isComplete(); !isDone;) {
         const End end = shared.RenderTo(NextPause(rule, goal), progress && canEstimateError, tick);
@@ -234,7 +234,7 @@ Session::~Session() = default;
 RunSummary Session::Run(const StopRule& asked, const std::function<void(const ProgressState&)>& progress) {
     StopRule rule = asked;
     if (m_impl->isSingle) rule.samples = 1;
-    RequireRule(rule, m_impl->firstSample, m_impl->shared.SampleCount(), m_impl->canEstimateError);
+    RequireValidRule(rule, m_impl->firstSample, m_impl->shared.SampleCount(), m_impl->canEstimateError);
     return m_impl->Run(rule, progress);
 }
 

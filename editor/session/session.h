@@ -25,16 +25,16 @@
 #include <vector>
 
 #include "base/api.h"
-#include "editor/session/aovs.h"
-#include "editor/session/image_statistics.h"
-#include "editor/session/pass_times.h"
-#include "editor/session/picture_settings.h"
+#include "editor/session/file/image_statistics.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/file/resume.h"
+#include "editor/session/frames/pass_times.h"
 #include "editor/session/process_group.h"
-#include "editor/session/render_file.h"
-#include "editor/session/resume.h"
 #include "editor/session/run.h"
-#include "editor/session/scene_input.h"
-#include "editor/session/tracing_choice.h"
+#include "editor/session/settings/aovs.h"
+#include "editor/session/settings/picture_settings.h"
+#include "editor/session/settings/scene_input.h"
+#include "editor/session/settings/tracing_choice.h"
 #include "passes/tonemap.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/image/image.h"
@@ -50,7 +50,7 @@ struct SessionDesc {
     bool withSums = true;      // without them the render can be neither resumed nor merged
     // Samples that a frame traces at once if the picture allows several: a power of two up to 64; 0: as many
     // as fill the device. It does not affect the bits.
-    uint32_t samplesAtOnce = 0;
+    uint32_t batchSize = 0;
     passes::TonemapSettings tonemap{};       // used by Session::Display
     const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor
     TracingChoice tracing{};                 // other than Auto for measurements
@@ -106,7 +106,7 @@ class RAYGRAPH_API Session {
     Session& operator=(const Session&) = delete;
 
     // Renders until the rule is met, and waits for the last sample. It may be called again, to continue,
-    // except for a view without a mean over samples (passes::IsMeanMeaningful), which takes one sample,
+    // except for a view without a mean over samples (passes::IsAverageable), which takes one sample,
     // whatever the rule. Several runs to one relative error end where a single one would.
     //
     // `progress` is called on this thread: after each sample was submitted, and several times a second where

@@ -6,11 +6,11 @@ namespace raygraph::viewport {
 
 void CaptureRequests::Declare(Renderer& renderer, const SceneIds& scene,
                               const passes::TraceSettings& settings, const Shown& shown) {
-    if (!m_captures.HasOpen() || shown.progress.sampleCount == 0 || !shown.progress.cursor.IsAtStart())
+    if (!m_captures.HasUnanswered() || shown.progress.sampleCount == 0 || !shown.progress.cursor.IsAtStart())
         return;
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(renderer, scene, settings, passes::FilmPosition::Center);
-    m_captures.AnswerAll(renderer, [&](std::monostate) -> decltype(m_captures)::Reply {
+    m_captures.DeclareReplies(renderer, [&](std::monostate) -> decltype(m_captures)::Reply {
         const passes::SumsReadback sums(renderer, shown.samples);
         const Readback albedo = renderer.ReadBack(hits.albedo), normal = renderer.ReadBack(hits.normal),
                        position = renderer.ReadBack(hits.position), ids = renderer.ReadBack(hits.ids);

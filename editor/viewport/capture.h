@@ -14,7 +14,7 @@
 #include "passes/trace.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::viewport {
 

@@ -12,10 +12,10 @@ namespace {
 
 constexpr uint32_t kGrid = 64;  // probed pixels along an edge, at most
 
-ErrorEstimate EstimateOf(const std::vector<passes::ProbedTexels>& pixels, uint32_t sampleCount) {
-    ErrorEstimate estimate{.sampleCount = sampleCount, .relativeError = {}};
+NoiseEstimate EstimateOf(const std::vector<passes::ProbedPixel>& pixels, uint32_t sampleCount) {
+    NoiseEstimate estimate{.sampleCount = sampleCount, .relativeError = {}};
     double mean = 0.0, variance = 0.0;
-    for (const passes::ProbedTexels& texels : pixels) {
+    for (const passes::ProbedPixel& texels : pixels) {
         const double ofMean = double{texels.mean.x} + texels.mean.y + texels.mean.z;
         const double ofVariance = double{texels.variance.x} + texels.variance.y + texels.variance.z;
         mean += ofMean / 3.0;
@@ -29,17 +29,17 @@ ErrorEstimate EstimateOf(const std::vector<passes::ProbedTexels>& pixels, uint32
 
 }  // namespace
 
-void ErrorRequests::Declare(Renderer& renderer, const passes::AccumulatedIds& samples,
+void NoiseRequests::Declare(Renderer& renderer, const passes::AccumulatedIds& samples,
                             const passes::Accumulation::Progress& progress) {
     const uint32_t sampleCount = progress.sampleCount;
-    if (!m_requests.HasOpen() || sampleCount == 0) return;
+    if (!m_requests.HasUnanswered() || sampleCount == 0) return;
     const Extent2D extent = renderer.Desc(samples.mean).extent;
     const Readback pixels =
         renderer.ReadBack(passes::Probe(renderer, samples, progress, passes::WholeOf(extent),
                                         {std::min(extent.width, kGrid), std::min(extent.height, kGrid)}));
-    m_requests.AnswerAll(renderer, [&](std::monostate) -> decltype(m_requests)::Reply {
+    m_requests.DeclareReplies(renderer, [&](std::monostate) -> decltype(m_requests)::Reply {
         return {{pixels}, [pixels, sampleCount] {
-                    return EstimateOf(ValuesOf<passes::ProbedTexels>(pixels), sampleCount);
+                    return EstimateOf(ValuesOf<passes::ProbedPixel>(pixels), sampleCount);
                 }};
     });
 }

@@ -1,4 +1,4 @@
-// ErrorEstimate is the remaining noise of a picture: requested from a viewport, answered by a later frame,
+// NoiseEstimate is the remaining noise of a picture: requested from a viewport, answered by a later frame,
 // without waiting. Threads: that of the viewport.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace raygraph::viewport {
 
-struct ErrorEstimate {
+struct NoiseEstimate {
     uint32_t sampleCount = 0;
     // The standard error of a pixel relative to the picture's mean, as the command line reports it for all
     // pixels: sqrt(mean(variance / samples)) / mean. Here both means are over a few thousand pixels. None
@@ -22,17 +22,17 @@ struct ErrorEstimate {
 };
 
 // Answered by the first frame declared after it that shows the path-traced view with a complete sample.
-using ErrorRequest = Pending<ErrorEstimate>;
+using NoiseRequest = Pending<NoiseEstimate>;
 
-class RAYGRAPH_API ErrorRequests {
+class RAYGRAPH_API NoiseRequests {
   public:
-    ErrorRequest Request() { return m_requests.Ask({}); }
+    NoiseRequest Request() { return m_requests.Ask({}); }
     // Answers the pending requests from an accumulation, including what the open frame adds to it.
     void Declare(Renderer& renderer, const passes::AccumulatedIds& samples,
                  const passes::Accumulation::Progress& progress);
 
   private:
-    Questions<ErrorEstimate, std::monostate> m_requests;
+    Questions<NoiseEstimate, std::monostate> m_requests;
 };
 
 }  // namespace raygraph::viewport

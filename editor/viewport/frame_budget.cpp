@@ -71,8 +71,8 @@ double FrameBudget::Expect(uint32_t height, const passes::Region& tile) const {
     return sum;
 }
 
-uint64_t FrameBudget::Affordable(rhi::Extent2D picture, const passes::TileCursor& cursor,
-                                 double milliseconds) const {
+uint64_t FrameBudget::PixelsWithin(rhi::Extent2D picture, const passes::TileCursor& cursor,
+                                   double milliseconds) const {
     if (!IsLimited()) return uint64_t{picture.width} * picture.height;
     if (!HasLearned()) return kFirstPixels;
     uint64_t pixels = 0;

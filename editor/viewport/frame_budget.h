@@ -35,7 +35,7 @@ class FrameBudget {
     double Expect(uint32_t height, const passes::Region& tile) const;
     // Returns how many pixels from the cursor on take about `milliseconds`, at least one; without a limit,
     // all. It is at most four times the largest measured number, and kFirstPixels if there is none.
-    uint64_t Affordable(rhi::Extent2D picture, const passes::TileCursor& cursor, double milliseconds) const;
+    uint64_t PixelsWithin(rhi::Extent2D picture, const passes::TileCursor& cursor, double milliseconds) const;
     bool HasLearned() const { return m_mostPixels > 0; }
     // Returns the power of two by which a raster picture must be coarser to stay within the limit, at most
     // 16; 1: full resolution, or no estimate yet.

@@ -9,7 +9,7 @@ namespace {
 using passes::Region;
 
 // The pixels that a sample has.
-std::vector<Region> DoneBy(const passes::TileCursor& cursor, Extent2D extent) {
+std::vector<Region> CompletedRegions(const passes::TileCursor& cursor, Extent2D extent) {
     std::vector<Region> regions;
     if (cursor.Y() > 0) regions.push_back({0, 0, extent.width, cursor.Y()});
     if (cursor.X() > 0) regions.push_back({0, cursor.Y(), cursor.X(), cursor.BandHeight()});
@@ -29,7 +29,7 @@ Region Scaled(const Region& texels, Extent2D from, Extent2D to) {
 }  // namespace
 
 // True if only this frame's tiles are missing.
-bool KeptDisplay::IsValid(const Source& source, const Key& now) const {
+bool CachedDisplay::IsValid(const Source& source, const Key& now) const {
     if (!m_made) return false;
     Key before = now;
     before.progress = source.before;
@@ -38,8 +38,8 @@ bool KeptDisplay::IsValid(const Source& source, const Key& now) const {
     return *m_made == before;
 }
 
-TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
-                               const passes::TonemapSettings& tonemap) {
+TextureId CachedDisplay::Declare(Renderer& renderer, const Source& source,
+                                 const passes::TonemapSettings& tonemap) {
     const Extent2D extent = renderer.Desc(source.mean).extent;
     TextureId display = renderer.Persist(m_name, {extent, Format::Rgba8Unorm});
     const bool hasSample = source.after.sampleCount > 0 && !source.isPreview;
@@ -56,7 +56,7 @@ TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
             changed = {passes::WholeOf(extent)};
         } else {
             display = passes::Show(renderer, passes::Tonemap(renderer, source.base, tonemap), display, made);
-            if (!source.isPreview) changed = DoneBy(source.after.cursor, extent);
+            if (!source.isPreview) changed = CompletedRegions(source.after.cursor, extent);
         }
     }
     if (source.finer.IsValid()) {
@@ -69,11 +69,11 @@ TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
     return display;
 }
 
-bool KeptDisplay::HasLast(Renderer& renderer, Extent2D extent) const {
+bool CachedDisplay::HasLast(Renderer& renderer, Extent2D extent) const {
     return m_made && m_made->extent == extent && DeclareLast(renderer).IsValid();
 }
 
-TextureId KeptDisplay::DeclareLast(Renderer& renderer) const {
+TextureId CachedDisplay::DeclareLast(Renderer& renderer) const {
     if (!m_made) return {};
     const TextureId display = renderer.Persist(m_name, {m_made->extent, Format::Rgba8Unorm});
     return renderer.IsFresh(display) ? TextureId{} : display;

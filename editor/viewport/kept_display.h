@@ -1,4 +1,5 @@
-// KeptDisplay is a tone-mapped picture that is kept over frames: a frame tone-maps only what it has changed.
+// CachedDisplay is a tone-mapped picture that is kept over frames: a frame tone-maps only what it has
+// changed.
 #pragma once
 
 #include <optional>
@@ -10,9 +11,9 @@
 
 namespace raygraph::viewport {
 
-class KeptDisplay {
+class CachedDisplay {
   public:
-    explicit KeptDisplay(std::string name) : m_name(std::move(name)) {}
+    explicit CachedDisplay(std::string name) : m_name(std::move(name)) {}
 
     // An accumulated picture in the open frame.
     struct Source {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "editor/viewport/view_settings.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::viewport {
 

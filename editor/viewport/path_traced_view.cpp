@@ -25,7 +25,7 @@ uint64_t PixelsOf(Extent2D extent) {
 }
 
 bool Fits(Extent2D extent, const FrameBudget& budget) {
-    return budget.Affordable(extent, {}, budget.TracingMs()) >= PixelsOf(extent);
+    return budget.PixelsWithin(extent, {}, budget.TracingMs()) >= PixelsOf(extent);
 }
 
 }  // namespace
@@ -123,15 +123,15 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
     const uint32_t end = limits.maxSamples > 0 ? limits.maxSamples : std::numeric_limits<uint32_t>::max();
     if (preview.isOn) {
         const TracePrograms::Choice program =
-            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewThere);
+            m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewReady);
         if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
-        m_isPreviewThere = false;  // for the scene of now, as far as anybody knows
+        m_isPreviewReady = false;  // for the scene of now, as far as anybody knows
         if (program.more != TraceFeatures{}) {
             const SceneIds wide = passes::WithFeatures(scene, program.more);
             return DeclareTraced(renderer, wide, settings, budget, most, end);
         }
     }
-    m_programs.NoteUsed();
+    m_programs.MarkUsed();
     return DeclareTraced(renderer, scene, settings, budget, most, end);
 }
 
@@ -150,13 +150,13 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
                                                    const FrameBudget& budget, uint32_t mostSamples,
                                                    uint32_t endSample) {
     passes::AccumulatedIds ids = passes::Kept(renderer, m_full, settings.extent, true);
-    const uint32_t atOnce = passes::SamplesAtOnce(renderer.Device(), settings);
+    const uint32_t atOnce = passes::PreferredBatchSize(renderer.Device(), settings);
     double left = budget.TracingMs();
     for (uint32_t taken = 0; taken < mostSamples;) {
         const Accumulation::Progress& progress = m_full.Declared();
         if (progress.sampleCount >= endSample) break;
-        const Region region =
-            progress.cursor.Next(settings.extent, budget.Affordable(settings.extent, progress.cursor, left));
+        const Region region = progress.cursor.Next(
+            settings.extent, budget.PixelsWithin(settings.extent, progress.cursor, left));
         const double expected = budget.Expect(settings.extent.height, region);
         // A frame does at least the tile that was begun; more only where it fits
         if (taken > 0 && budget.IsLimited() && expected > left) break;
@@ -187,8 +187,8 @@ PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const Sce
     const PassId first = renderer.NextPass();
     ids.radiance = ids.base = passes::Preview(renderer, scene, coarse, preview.gain);
     // If there are samples, nothing has changed since they were shown: the picture is valid
-    m_isPreviewThere = renderer.PreparePipelines(first, renderer.NextPass());
-    ids.isHeld = preview.canHold && (!m_isPreviewThere || m_full.SampleCount() > 0);
+    m_isPreviewReady = renderer.PreparePipelines(first, renderer.NextPass());
+    ids.isHeld = preview.canHold && (!m_isPreviewReady || m_full.SampleCount() > 0);
     if (ids.baseScale > 1) ids.radiance = passes::Upscale(renderer, ids.base, extent);
     return ids;
 }
@@ -207,7 +207,7 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     const Region region =
         shown == nullptr
             ? passes::WholeOf(coarse.extent)
-            : cursor.Next(coarse.extent, budget.Affordable(coarse.extent, cursor, budget.TracingMs()));
+            : cursor.Next(coarse.extent, budget.PixelsWithin(coarse.extent, cursor, budget.TracingMs()));
     const passes::AccumulatedIds traced =
         DeclareTile(renderer, scene, coarse, region, 1, into, next == nullptr);
 

@@ -95,7 +95,7 @@ class PathTracedView {
     std::deque<Level> m_levels;  // scales 2, 4, 8, ...; never moved: frames refer to them
     std::vector<Tile> m_tiles;
     TracePrograms m_programs;
-    bool m_isPreviewThere = false;  // the preview's pipelines exist
+    bool m_isPreviewReady = false;  // the preview's pipelines exist
 };
 
 }  // namespace raygraph::viewport

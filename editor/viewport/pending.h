@@ -57,14 +57,14 @@ class Questions {
         m_open.emplace_back(std::move(subject), pending.m_state);
         return pending;
     }
-    bool HasOpen() {
+    bool HasUnanswered() {
         std::erase_if(m_open, [](const auto& open) { return open.second->isTaken; });
         return !m_open.empty();
     }
     // Makes the open frame answer all requests: `reply` declares the answer for a subject.
     template <typename MakeReply>
-    void AnswerAll(Renderer& renderer, MakeReply&& reply) {
-        if (!HasOpen()) return;
+    void DeclareReplies(Renderer& renderer, MakeReply&& reply) {
+        if (!HasUnanswered()) return;
         for (const auto& [subject, state] : m_open) {
             state->reply = reply(subject);
             renderer.OnSubmitted([state = state] { state->isTaken = true; });

@@ -36,7 +36,7 @@ struct Probed {
 
 std::optional<PixelValue> ValueOf(const std::optional<Probed>& probed) {
     if (!probed) return std::nullopt;
-    const passes::ProbedTexels texels = ValuesOf<passes::ProbedTexels>(probed->texels).front();
+    const passes::ProbedPixel texels = ValuesOf<passes::ProbedPixel>(probed->texels).front();
     const auto count = static_cast<float>(probed->sampleCount);
     PixelValue value{.radiance = glm::vec3(texels.mean),
                      .coverage = texels.mean.w,
@@ -50,7 +50,7 @@ std::optional<PixelValue> ValueOf(const std::optional<Probed>& probed) {
 
 void PixelRequests::DeclarePicks(Renderer& renderer, const SceneIds& scene,
                                  const passes::TraceSettings& settings) {
-    m_picks.AnswerAll(renderer, [&](glm::uvec2 pixel) -> decltype(m_picks)::Reply {
+    m_picks.DeclareReplies(renderer, [&](glm::uvec2 pixel) -> decltype(m_picks)::Reply {
         if (!Contains(settings.extent, pixel)) return {{}, [pixel] { return PickResult{.pixel = pixel}; }};
         passes::TraceSettings one = settings;
         one.region = {pixel.x, pixel.y, 1, 1};
@@ -68,7 +68,7 @@ void PixelRequests::DeclarePicks(Renderer& renderer, const SceneIds& scene,
 void PixelRequests::DeclareInspections(Renderer& renderer, Extent2D extent,
                                        const std::optional<Shown>& pathTraced,
                                        const std::optional<Shown>& raster) {
-    m_inspections.AnswerAll(renderer, [&](glm::uvec2 pixel) {
+    m_inspections.DeclareReplies(renderer, [&](glm::uvec2 pixel) {
         decltype(m_inspections)::Reply reply;
         const auto probe = [&](const std::optional<Shown>& shown) {
             std::optional<Probed> probed;

@@ -20,7 +20,7 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
                                       m_environment, raster);
     };
     const uint32_t count = m_samples.SampleCount();
-    m_wantedSamples = maxSamples;
+    m_targetSamples = maxSamples;
     Ids ids;
     const PassId firstDrawing = renderer.NextPass();
     PassId endDrawing = firstDrawing;

@@ -36,11 +36,11 @@ class RasterView {
     void Forget(Renderer& renderer);
 
     const passes::Accumulation& Samples() const { return m_samples; }
-    uint32_t WantedSamples() const { return m_wantedSamples; }
+    uint32_t TargetSamples() const { return m_targetSamples; }
 
   private:
     std::string m_name;
-    uint32_t m_wantedSamples = 0;
+    uint32_t m_targetSamples = 0;
     passes::Accumulation m_samples;
     passes::Accumulation m_coarse;  // has one sample
     passes::FilteredEnvironment m_environment;

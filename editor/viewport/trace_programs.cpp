@@ -34,12 +34,13 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
     const TraceFeatures more = m_features & ~wanted;
     const DeclaredProgram own(renderer, scene, settings, {});
     if (!own.IsThere()) {
-        const bool canDoAll = more != TraceFeatures{} && (wanted & ~m_features) == TraceFeatures{};
-        const bool isOtherThere = canDoAll && DeclaredProgram(renderer, scene, settings, more).IsThere();
-        const bool makes = isOtherThere ? samples >= kSettledSamples : mayMake;
+        const bool supportsAll = more != TraceFeatures{} && (wanted & ~m_features) == TraceFeatures{};
+        const bool isFallbackReady =
+            supportsAll && DeclaredProgram(renderer, scene, settings, more).IsThere();
+        const bool makes = isFallbackReady ? samples >= kSettledSamples : mayMake;
         // A failure counts only where there is no other
-        const bool isReady = makes && own.Prepare() && (own.IsThere() || !isOtherThere);
-        if (!isReady) return {isOtherThere, isOtherThere ? more : TraceFeatures{}};
+        const bool isReady = makes && own.Prepare() && (own.IsThere() || !isFallbackReady);
+        if (!isReady) return {isFallbackReady, isFallbackReady ? more : TraceFeatures{}};
     }
     m_features = wanted;
     m_isUsed = true;

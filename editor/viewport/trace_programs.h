@@ -25,7 +25,7 @@ class TracePrograms {
                   uint32_t samples, bool mayMake);
 
     // Records that a frame has used a program without asking.
-    void NoteUsed() { m_isUsed = true; }
+    void MarkUsed() { m_isUsed = true; }
 
   private:
     TraceFeatures m_features;  // of the program that was used last

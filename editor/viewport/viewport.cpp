@@ -120,12 +120,12 @@ TextureId Viewport::DeclareOutline(TextureId picture) {
     return m_impl->DeclareOutline(picture);
 }
 
-TextureId Viewport::DeclareKept() {
-    const KeptDisplay& first =
+TextureId Viewport::DeclareLastPicture() {
+    const CachedDisplay& first =
         ShowsRaster(m_impl->ShownView()) ? m_impl->rasterDisplay : m_impl->pathTracedDisplay;
     const TextureId kept = first.DeclareLast(m_impl->renderer);
     if (kept.IsValid()) return kept;
-    const KeptDisplay& other =
+    const CachedDisplay& other =
         &first == &m_impl->rasterDisplay ? m_impl->pathTracedDisplay : m_impl->rasterDisplay;
     return other.DeclareLast(m_impl->renderer);
 }
@@ -167,7 +167,7 @@ Capture Viewport::RequestCapture() {
     return m_impl->captures.Request();
 }
 
-ErrorRequest Viewport::RequestError() {
+NoiseRequest Viewport::RequestNoise() {
     return m_impl->errors.Request();
 }
 
@@ -176,10 +176,10 @@ ViewportProgress Viewport::Progress() const {
     const Extent2D size = m_impl->size;
     const double pixels = double(size.width) * size.height;
     return {.pathTracedSamples = progress.sampleCount,
-            .pathTracedShare =
+            .pathTracedFraction =
                 pixels > 0.0 ? static_cast<double>(progress.cursor.PixelCount(size)) / pixels : 0.0,
             .rasterSamples = m_impl->raster.Samples().SampleCount(),
-            .rasterSamplesWanted = m_impl->raster.WantedSamples(),
+            .rasterSamplesWanted = m_impl->raster.TargetSamples(),
             .coarseness = m_impl->pathTraced.Coarseness(),
             .isPreview = m_impl->isPreview};
 }

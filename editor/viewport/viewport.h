@@ -40,7 +40,7 @@
 #include "passes/raster.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::viewport {
 
@@ -52,8 +52,8 @@ struct ViewportDesc {
 
 // The progress of the shown picture in submitted frames.
 struct ViewportProgress {
-    uint32_t pathTracedSamples = 0;  // per pixel
-    double pathTracedShare = 0.0;    // fraction of the pixels that already have the next sample
+    uint32_t pathTracedSamples = 0;   // per pixel
+    double pathTracedFraction = 0.0;  // fraction of the pixels that already have the next sample
     uint32_t rasterSamples = 0;
     // The raster view stops there: one sample if it takes longer than the budget; 0: never.
     uint32_t rasterSamplesWanted = 0;
@@ -123,7 +123,7 @@ class RAYGRAPH_API Viewport {
     // Call it in an open frame without Declare: returns the picture of an earlier frame, in the size that it
     // had then; an invalid id if there is none. If the view shows both kinds of picture, or surfaces, it
     // returns one of them.
-    TextureId DeclareKept();
+    TextureId DeclareLastPicture();
     // Renders a frame of this viewport alone: begins, declares, presents and executes it. Returns the
     // timeline value that completes it, 0 for a size without area.
     uint64_t RenderFrame();
@@ -136,7 +136,7 @@ class RAYGRAPH_API Viewport {
     // surface data of its pixels. Not answered while View::Surface or a size without area is shown.
     Capture RequestCapture();
     // Requests the error of the path-traced view; answered once it is shown and every pixel has a sample.
-    ErrorRequest RequestError();
+    NoiseRequest RequestNoise();
 
     // --- What happened ---
     ViewportProgress Progress() const;

@@ -24,16 +24,16 @@ void Viewport::Impl::Restart(ResetCause cause) {
 }
 
 void Viewport::Impl::NoteChanges() {
-    DrawnFrom now{.scene = scene,
-                  .revisions = scene->Revisions(),
-                  .camera = camera,
-                  .lens = lens,
-                  .paths = paths,
-                  .rasterSettings = rasterSettings,
-                  .size = size};
+    DrawnInputs now{.scene = scene,
+                    .revisions = scene->Revisions(),
+                    .camera = camera,
+                    .lens = lens,
+                    .paths = paths,
+                    .rasterSettings = rasterSettings,
+                    .size = size};
     now.camera.aspect = 1.0f;  // the aspect ratio of the size applies
-    if (drawnFrom) {
-        const DrawnFrom& before = *drawnFrom;
+    if (drawnInputs) {
+        const DrawnInputs& before = *drawnInputs;
         const bool isOther = before.scene != now.scene;
         const auto note = [&](bool hasChanged, ResetCause cause) {
             if (hasChanged) Restart(cause);
@@ -60,7 +60,7 @@ void Viewport::Impl::NoteChanges() {
             timedFrames.clear();
         }
     }
-    drawnFrom = std::move(now);
+    drawnInputs = std::move(now);
 }
 
 void Viewport::Impl::LearnFromTimings() {
@@ -102,7 +102,7 @@ View Viewport::Impl::ShownView() const {
 
 TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings) {
     const TextureId values = passes::ViewValues(renderer, ids, settings, show.surface,
-                                                passes::FilmPosition::Center, passes::SurfacesBy::Drawing);
+                                                passes::FilmPosition::Center, passes::SurfaceSource::Drawing);
     return passes::PaintView(renderer, values, show.surface);
 }
 
@@ -156,10 +156,10 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                                   .finerTile = traced.finerTile,
                                                                   .isPreview = traced.isPreview},
                                                                  shownAs.tonemap);
-    const bool isDrawnAnew = !(drawnSamples.Submitted() == drawnSamples.Declared());
-    const bool isDrawn = isDrawnAnew || drawn.baseScale > 1;
+    const bool isRedrawn = !(drawnSamples.Submitted() == drawnSamples.Declared());
+    const bool isDrawn = isRedrawn || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
-    if (isDrawnAnew) drawnTiles.push_back(passes::WholeOf(size));
+    if (isRedrawn) drawnTiles.push_back(passes::WholeOf(size));
     pictures.rasterDisplay = rasterDisplay.Declare(renderer,
                                                    {.mean = drawn.samples.mean,
                                                     .before = drawnSamples.Submitted(),
@@ -215,8 +215,8 @@ TextureId Viewport::Impl::DeclareOutline(TextureId picture) {
         throw MakeError(ErrorKind::Usage, "Viewport \"{}\": DeclareOutline comes after Declare", name);
     const bool isMoving = budget.IsLimited() && IsRecent(changedAt);
     // These are the frame's: setters may have been called since Declare
-    return outline.Declare(renderer, declaredScene, drawnFrom->revisions, drawnFrom->camera, declaredSettings,
-                           outlineSettings, isMoving, picture);
+    return outline.Declare(renderer, declaredScene, drawnInputs->revisions, drawnInputs->camera,
+                           declaredSettings, outlineSettings, isMoving, picture);
 }
 
 }  // namespace raygraph::viewport

@@ -32,7 +32,7 @@ struct Viewport::Impl {
     TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
     // Holds everything that the picture depends on, in the last declared frame.
-    struct DrawnFrom {
+    struct DrawnInputs {
         const GpuScene* scene = nullptr;
         SceneRevisions revisions;
         scene::CameraView camera;
@@ -62,13 +62,13 @@ struct Viewport::Impl {
     FrameBudget budget;
     PathTracedView pathTraced;
     RasterView raster;
-    KeptDisplay pathTracedDisplay, rasterDisplay;
+    CachedDisplay pathTracedDisplay, rasterDisplay;
     CompareView compare;
     OutlineView outline;
     PixelRequests requests;
     CaptureRequests captures;
-    ErrorRequests errors;
-    std::optional<DrawnFrom> drawnFrom;
+    NoiseRequests errors;
+    std::optional<DrawnInputs> drawnInputs;
     std::optional<Clock::time_point> movedAt;    // last change of the camera
     std::optional<Clock::time_point> changedAt;  // last change of anything
     std::weak_ptr<const void> declaredIn;

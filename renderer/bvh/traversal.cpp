@@ -18,7 +18,7 @@ namespace {
 constexpr uint32_t kSide = 96;  // squares of the terrain
 constexpr uint32_t kRays = 1u << 19;
 constexpr uint32_t kWarmUpRounds = 2, kTimedRounds = 9;
-constexpr double kLeastSpeed = 1.1;
+constexpr double kMinSpeedup = 1.1;
 constexpr std::string_view kName = "speed of own traversal over the driver's, 1";
 
 // Returns a hash in [0, 1).
@@ -47,7 +47,7 @@ BvhScene Terrain() {
 
 // Returns rays from points just above the terrain, in directions of its upper hemisphere, distributed by the
 // cosine.
-std::vector<gpu::BenchRay> RaysAbove() {
+std::vector<gpu::BenchRay> MakeBenchRays() {
     std::vector<gpu::BenchRay> rays(kRays);
     for (uint32_t i = 0; i < kRays; ++i) {
         const float x = Uniform(4 * i) * kSide, y = Uniform(4 * i + 1) * kSide;
@@ -64,30 +64,30 @@ std::vector<gpu::BenchRay> RaysAbove() {
 
 }  // namespace
 
-double MeasureOwnSpeed(rhi::Device& device) {
+double MeasureSoftwareSpeed(rhi::Device& device) {
     if (device.Info().timestampPeriodNs <= 0.0) return 0.0;
     const BvhScene terrain = Terrain();
     DriverScene driver(device, terrain);
     WideDeviceScene own(device, BuildOneLevel(terrain));
-    const std::vector<gpu::BenchRay> rays = RaysAbove();
+    const std::vector<gpu::BenchRay> rays = MakeBenchRays();
     ResourceState raysState;
     const rhi::Buffer buffer = UploadRecords(device, "rays", std::as_bytes(std::span(rays)), raysState);
     Renderer renderer(device);
-    std::vector<double> driverMs, ownMs;
+    std::vector<double> driverMs, softwareMs;
     for (uint32_t round = 0; round < kWarmUpRounds + kTimedRounds; ++round) {
         renderer.BeginFrame();
         const BufferId rayIds = renderer.Import("rays", buffer, raysState);
         std::ignore = TraceByDriver(renderer, driver.Declare(renderer), rayIds, kRays);
-        std::ignore = TraceByOwn(renderer, own.Declare(renderer), rayIds, kRays, true);
+        std::ignore = TraceBySoftware(renderer, own.Declare(renderer), rayIds, kRays, true);
         device.WaitFor(renderer.Execute());
         for (const FrameTiming& frame : renderer.TakeTimings())
             for (const PassTiming& pass : frame.passes) {
                 if (round < kWarmUpRounds) continue;
                 if (pass.name == kDriverPass) driverMs.push_back(pass.gpuMs);
-                if (pass.name == kOwnPass) ownMs.push_back(pass.gpuMs);
+                if (pass.name == kSoftwarePass) softwareMs.push_back(pass.gpuMs);
             }
     }
-    const double ms = Median(ownMs);
+    const double ms = Median(softwareMs);
     return ms > 0.0 ? Median(driverMs) / ms : 0.0;
 }
 
@@ -96,13 +96,13 @@ Traversal FasterTraversal(rhi::Device& device) {
     std::optional<double> speed = device.Measured(kName);
     if (!speed) {
         const Stopwatch watch;
-        speed = MeasureOwnSpeed(device);
-        device.RememberMeasured(kName, *speed);
+        speed = MeasureSoftwareSpeed(device);
+        device.StoreMeasurement(kName, *speed);
         Say(device.Log(), LogLevel::Info, log_category::kShaders,
             "own traversal is {:.2f} times as fast as the driver's (measured in {:.2f} s)", *speed,
             watch.Seconds());
     }
-    return *speed >= kLeastSpeed ? Traversal::Own : Traversal::Driver;
+    return *speed >= kMinSpeedup ? Traversal::Own : Traversal::Driver;
 }
 
 }  // namespace raygraph

@@ -23,13 +23,13 @@ RAYGRAPH_CHOICE(Traversal, RAYGRAPH_TRAVERSALS)
 
 // Returns Driver or Own, a property of the device and its driver, whatever the scene. On a CPU it is Own,
 // which was faster wherever it was measured (docs/performance.md). On a GPU it is Own where own rays are at
-// least a tenth faster than the driver's (MeasureOwnSpeed), which is measured once and remembered
-// (rhi::Device::RememberMeasured). Driver on a device without timestamps.
+// least a tenth faster than the driver's (MeasureSoftwareSpeed), which is measured once and remembered
+// (rhi::Device::StoreMeasurement). Driver on a device without timestamps.
 RAYGRAPH_API Traversal FasterTraversal(rhi::Device& device);
 
 // Returns the speed of Own relative to Driver in rays a second, measured on a GPU: half a million incoherent
 // rays through a terrain of 18,432 triangles, by kernels that do nothing else, in turns. 0 on a device
 // without timestamps.
-RAYGRAPH_API double MeasureOwnSpeed(rhi::Device& device);
+RAYGRAPH_API double MeasureSoftwareSpeed(rhi::Device& device);
 
 }  // namespace raygraph

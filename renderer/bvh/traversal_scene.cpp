@@ -114,11 +114,11 @@ BufferId TraceByDriver(Renderer& renderer, const DriverScene::Ids& scene, Buffer
     return hits;
 }
 
-BufferId TraceByOwn(Renderer& renderer, const WideDeviceScene::Ids& scene, BufferId rays, uint32_t count,
-                    bool hasOneLevel) {
+BufferId TraceBySoftware(Renderer& renderer, const WideDeviceScene::Ids& scene, BufferId rays, uint32_t count,
+                         bool hasOneLevel) {
     BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
     renderer.AddPass(
-        kOwnPass, PassKind::Compute,
+        kSoftwarePass, PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("bench/trace_rays_own.comp");
             pass.Specialize("kHasOneLevel", hasOneLevel ? 1 : 0);

@@ -52,11 +52,11 @@ class RAYGRAPH_API WideDeviceScene {
 
 // `rays` holds `count` gpu::BenchRays; returns as many gpu::WideHits, of the nearest triangles. The passes
 // have these names, and are never culled. `hasOneLevel`: the trees are of BuildOneLevel.
-inline constexpr const char *kDriverPass = "TraceByDriver", *kOwnPass = "TraceByOwn";
+inline constexpr const char *kDriverPass = "TraceByDriver", *kSoftwarePass = "TraceBySoftware";
 [[nodiscard]] RAYGRAPH_API BufferId TraceByDriver(Renderer& renderer, const DriverScene::Ids& scene,
                                                   BufferId rays, uint32_t count);
-[[nodiscard]] RAYGRAPH_API BufferId TraceByOwn(Renderer& renderer, const WideDeviceScene::Ids& scene,
-                                               BufferId rays, uint32_t count, bool hasOneLevel);
+[[nodiscard]] RAYGRAPH_API BufferId TraceBySoftware(Renderer& renderer, const WideDeviceScene::Ids& scene,
+                                                    BufferId rays, uint32_t count, bool hasOneLevel);
 
 // A buffer on the device with these records, for Renderer::Import with `state`.
 RAYGRAPH_API rhi::Buffer UploadRecords(rhi::Device& device, const char* name,

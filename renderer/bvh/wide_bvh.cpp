@@ -26,7 +26,7 @@ uint32_t BiasedExponent(double size) {
     return static_cast<uint32_t>(std::clamp(exponent, -100, 127) + 127);
 }
 
-float NotAbove(double x) {
+float RoundDown(double x) {
     const float rounded = static_cast<float>(x);
     return double{rounded} > x ? std::nextafter(rounded, -kInfinity) : rounded;
 }
@@ -241,7 +241,7 @@ void StoreBoxes(WideNode& node, const Box& box, std::span<const Box, kWideChildr
     node.exponents &= 0xFF000000u;
     for (int axis = 0; axis < 3; ++axis) {
         margin[axis] = kMargin * (double{box.max[axis]} - double{box.min[axis]});
-        node.origin[axis] = NotAbove(double{box.min[axis]} - margin[axis]);
+        node.origin[axis] = RoundDown(double{box.min[axis]} - margin[axis]);
         node.exponents |= BiasedExponent(double{box.max[axis]} + margin[axis] - double{node.origin[axis]})
                           << (8 * axis);
         const double step = std::ldexp(1.0, static_cast<int>(node.exponents >> (8 * axis) & 0xFFu) - 127);

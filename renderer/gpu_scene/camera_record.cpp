@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "renderer/scene/split_place.h"
+#include "renderer/scene/geometry/split_place.h"
 
 namespace raygraph {
 
@@ -26,12 +26,12 @@ gpu::CameraRecord ToRecord(const scene::CameraView& view) {
         .focusDistance = 1.0f,
         .zNear = view.zNear,
         .zFar = view.zFar > 0.0f ? view.zFar : kDefaultZFar,
-        .originRest = eye.rest,
+        .originResidual = eye.rest,
     };
 }
 
 glm::dvec3 EyeOf(const gpu::CameraRecord& camera) {
-    return glm::dvec3(camera.origin) + glm::dvec3(camera.originRest);
+    return glm::dvec3(camera.origin) + glm::dvec3(camera.originResidual);
 }
 
 }  // namespace raygraph

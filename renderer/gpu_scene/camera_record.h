@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/api.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {

@@ -58,27 +58,27 @@ void DeviceArrayBuffer::Upload(rhi::Uploader& uploader, std::span<const std::byt
     RG_CHECK_LE(records.size(), m_capacity * m_recordBytes);
     if (!records.empty()) uploader.UploadBuffer(m_buffer, 0, records);
     m_state = {};
-    m_firstDue = m_endDue = 0;
+    m_firstDirty = m_endDirty = 0;
 }
 
 void DeviceArrayBuffer::Mark(uint32_t first, uint32_t count) {
     if (count == 0) return;
-    m_firstDue = m_firstDue == m_endDue ? first : std::min(m_firstDue, first);
-    m_endDue = std::max(m_endDue, first + count);
+    m_firstDirty = m_firstDirty == m_endDirty ? first : std::min(m_firstDirty, first);
+    m_endDirty = std::max(m_endDirty, first + count);
 }
 
 BufferId DeviceArrayBuffer::Declare(Renderer& renderer, std::span<const std::byte> records) {
     BufferId table = renderer.Import(m_name, m_buffer, m_state);
-    if (m_firstDue == m_endDue) return table;
+    if (m_firstDirty == m_endDirty) return table;
     renderer.AddPass(
         m_passName, PassKind::Transfer, [&](PassBuilder& pass) { table = pass.CopiesTo(table); },
         [this, records](CommandList& commands) {
             // There may be fewer than when they were marked
-            const uint64_t end = std::min<uint64_t>(m_endDue * m_recordBytes, records.size());
-            const uint64_t offset = std::min<uint64_t>(m_firstDue * m_recordBytes, end);
+            const uint64_t end = std::min<uint64_t>(m_endDirty * m_recordBytes, records.size());
+            const uint64_t offset = std::min<uint64_t>(m_firstDirty * m_recordBytes, end);
             const TableCopy copy{records.subspan(offset, end - offset), m_buffer, offset};
             RecordCopies(commands, *m_device, (m_name + " staging").c_str(), {&copy, 1});
-            commands.OnSubmitted([this] { m_firstDue = m_endDue = 0; });
+            commands.OnSubmitted([this] { m_firstDirty = m_endDirty = 0; });
         });
     return table;
 }

@@ -54,7 +54,7 @@ class DeviceArrayBuffer {
     size_t m_capacity = 0;
     rhi::Buffer m_buffer;
     ResourceState m_state;
-    uint32_t m_firstDue = 0, m_endDue = 0;  // from the first to the last record that has changed
+    uint32_t m_firstDirty = 0, m_endDirty = 0;  // from the first to the last record that has changed
 };
 
 // Records that the host and the device have: both grow, and a frame copies to the device what has changed on

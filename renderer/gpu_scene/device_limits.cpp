@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
-#include "renderer/gpu_scene/scene_content.h"
+#include "renderer/gpu_scene/streaming/scene_content.h"
 #include "rhi/texture_table.h"
 #include "shaders/shared/scene_records.h"
 
@@ -42,7 +42,7 @@ void RequirePlacements(const rhi::Device& device, uint64_t count) {
                     limit);
 }
 
-void CheckLimits(const rhi::Device& device, const SceneContent& content) {
+void CheckLimits(const rhi::Device& device, const PreparedContent& content) {
     const scene::SceneData& scene = content.data;
     if (scene.textures.size() > rhi::kMaxTextureTableSlots)
         throw MakeError(ErrorKind::Usage, "GpuScene: {} textures, a shader can read {}",

@@ -9,11 +9,11 @@
 
 namespace raygraph {
 
-struct SceneContent;
+struct PreparedContent;
 
 // Throws Error{Usage} for more textures than a shader can read and for images that are too large;
 // Error{OutOfMemory} for tables that are too large. Each says what was asked for and what the limit is.
-void CheckLimits(const rhi::Device& device, const SceneContent& content);
+void CheckLimits(const rhi::Device& device, const PreparedContent& content);
 
 // Throws Error{OutOfMemory} if a shader cannot bind a buffer of so many records.
 void RequireBindable(const rhi::Device& device, const std::string& what, uint64_t count,

@@ -7,11 +7,11 @@
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
-#include "renderer/gpu_scene/material_records.h"
-#include "renderer/scene/check.h"
-#include "renderer/scene/flat_transform.h"
+#include "renderer/gpu_scene/materials/energy_tables.h"
+#include "renderer/gpu_scene/materials/material_records.h"
+#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/scene/model/check.h"
 
 namespace raygraph {
 
@@ -21,7 +21,7 @@ GpuScene::Impl::Impl(Renderer& renderer, const GpuSceneDesc& desc) : context(ren
     energyTables =
         context.device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
     context.uploader.UploadBuffer(energyTables, 0, tables);
-    SceneContent nothing;
+    PreparedContent nothing;
     SetContent(nothing);
 }
 
@@ -34,7 +34,7 @@ void GpuScene::Impl::RequireNoFrame(const char* call) {
         throw MakeError(ErrorKind::Usage,
                         "GpuScene: {} between Declare and Execute; it comes before Declare or after Execute",
                         call);
-    scene->blases.NoteUsed();  // until a frame has shown what the edit asks for
+    scene->blases.MarkUsed();  // until a frame has shown what the edit asks for
 }
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
@@ -66,7 +66,7 @@ void GpuScene::SetScene(SceneUpload& upload) {
     m_impl->RequireNoFrame("SetScene");
     if (upload.m_error) std::rethrow_exception(std::exchange(upload.m_error, nullptr));
     if (!upload.m_impl) throw Error(ErrorKind::Usage, "GpuScene: SetScene: the scene has been set before");
-    std::unique_ptr<SceneContent> content = std::move(upload.m_content);
+    std::unique_ptr<PreparedContent> content = std::move(upload.m_content);
     const std::unique_ptr<SceneUpload::Impl> taken = std::move(upload.m_impl);
     const Stopwatch watch;
     WithMemoryErrors("SetScene", [&] {
@@ -77,7 +77,7 @@ void GpuScene::SetScene(SceneUpload& upload) {
     });
 }
 
-void GpuScene::Impl::SetContent(SceneContent& content) {
+void GpuScene::Impl::SetContent(PreparedContent& content) {
     const Stopwatch watch;
     CheckLimits(context.device, content);
     context.device.CollectGarbage();  // room that there is already
@@ -85,7 +85,7 @@ void GpuScene::Impl::SetContent(SceneContent& content) {
     Replace(content, upload, watch);
 }
 
-void GpuScene::Impl::Replace(SceneContent& content, SceneUpload::Impl& upload, const Stopwatch& watch) {
+void GpuScene::Impl::Replace(PreparedContent& content, SceneUpload::Impl& upload, const Stopwatch& watch) {
     std::optional<EnvironmentOnDevice> newEnvironment;
     std::unique_ptr<SceneObjects> newScene;
     context.uploader.FlushAfter([&] {
@@ -146,7 +146,7 @@ const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
     return m_impl->scene->instances.Transform(instance);
 }
 
-bool GpuScene::TakesTrees() const {
+bool GpuScene::UsesWideBvhs() const {
     return m_impl->context.traversal == Traversal::Own;
 }
 

@@ -23,15 +23,15 @@
 
 #include "base/api.h"
 #include "renderer/bvh/traversal.h"
-#include "renderer/gpu_scene/light_groups.h"
-#include "renderer/gpu_scene/own_light.h"
-#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/lights/light_groups.h"
+#include "renderer/gpu_scene/lights/own_light.h"
 #include "renderer/gpu_scene/scene_ids.h"
 #include "renderer/gpu_scene/scene_statistics.h"
-#include "renderer/gpu_scene/scene_upload.h"
+#include "renderer/gpu_scene/streaming/prepared_scene.h"
+#include "renderer/gpu_scene/streaming/scene_upload.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph {
 
@@ -180,8 +180,9 @@ class RAYGRAPH_API GpuScene {
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
 
-    // Tells whether the traversal is Own, by GpuSceneDesc or by measurement (PrepareSettings::makesTrees).
-    bool TakesTrees() const;
+    // Tells whether the traversal is Own, by GpuSceneDesc or by measurement
+    // (PrepareSettings::buildsWideBvhs).
+    bool UsesWideBvhs() const;
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
     // which are floats, is near there or at the scene's nearest place (docs/scenes.md). Costs

@@ -6,8 +6,8 @@
 #include "base/stopwatch.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/scene_context.h"
-#include "renderer/gpu_scene/scene_streams.h"
-#include "renderer/gpu_scene/scene_upload_impl.h"
+#include "renderer/gpu_scene/streaming/scene_streams.h"
+#include "renderer/gpu_scene/streaming/scene_upload_impl.h"
 
 namespace raygraph {
 
@@ -15,10 +15,10 @@ struct GpuScene::Impl {
     Impl(Renderer& renderer, const GpuSceneDesc& desc);
 
     // These create the new scene first, so that an Error leaves the old one in place.
-    void SetContent(SceneContent& content);
-    void Replace(SceneContent& content, SceneUpload::Impl& upload, const Stopwatch& watch);
+    void SetContent(PreparedContent& content);
+    void Replace(PreparedContent& content, SceneUpload::Impl& upload, const Stopwatch& watch);
     PrepareSettings Preparing() const {
-        return {.makesTrees = context.traversal == Traversal::Own,
+        return {.buildsWideBvhs = context.traversal == Traversal::Own,
                 .measuresLight = context.desc.measuresLight};
     }
     // An edit would change or destroy what the open frame was declared from.

@@ -7,8 +7,8 @@
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
 #include "renderer/gpu_scene/host_objects.h"
-#include "renderer/gpu_scene/material_records.h"
-#include "renderer/scene/check.h"
+#include "renderer/gpu_scene/materials/material_records.h"
+#include "renderer/scene/model/check.h"
 
 namespace raygraph {
 namespace {
@@ -139,7 +139,7 @@ uint32_t GpuScene::AddTexture(const HostTexture& texture) {
 uint32_t GpuScene::AddLight(const scene::Light& light, bool isVisible) {
     m_impl->RequireNoFrame("AddLight");
     return WithMemoryErrors("AddLight", [&] {
-        const uint32_t number = m_impl->scene->AddLight(light, isVisible, LightPlace::OfHost);
+        const uint32_t number = m_impl->scene->AddLight(light, isVisible, LightOwner::OfHost);
         m_impl->context.environment.Sources().lights.insert(number);
         return number;
     });
@@ -162,7 +162,7 @@ void GpuScene::RemoveMesh(uint32_t mesh) {
         throw MakeError(ErrorKind::Usage, "GpuScene: mesh {} is deformed: it goes with the scene alone",
                         mesh);
     if (removed.instanceCount > 0) RefuseRemoval("mesh", mesh, removed.instanceCount, "instances");
-    m_impl->streams.RequireArrived("mesh", mesh, m_impl->scene->owners.meshes);
+    m_impl->streams.RequireComplete("mesh", mesh, m_impl->scene->owners.meshes);
     m_impl->scene->ForgetMesh(mesh);
     ++m_impl->context.revisions.geometry;
 }
@@ -172,7 +172,7 @@ void GpuScene::RemoveMaterial(uint32_t material) {
     m_impl->scene->RequireMaterial(material);
     if (const uint32_t count = m_impl->scene->materials->PartCount(material); count > 0)
         RefuseRemoval("material", material, count, "primitives");
-    m_impl->streams.RequireArrived("material", material, m_impl->scene->owners.materials);
+    m_impl->streams.RequireComplete("material", material, m_impl->scene->owners.materials);
     m_impl->scene->RemoveMaterial(material);
 }
 
@@ -181,7 +181,7 @@ void GpuScene::RemoveTexture(uint32_t texture) {
     m_impl->scene->RequireTexture(texture);
     if (const uint32_t count = m_impl->scene->materials->MaterialCount(texture); count > 0)
         RefuseRemoval("texture", texture, count, "materials");
-    m_impl->streams.RequireArrived("texture", texture, m_impl->scene->owners.textures);
+    m_impl->streams.RequireComplete("texture", texture, m_impl->scene->owners.textures);
     WithMemoryErrors("RemoveTexture", [&] { m_impl->scene->RemoveTexture(texture); });
 }
 

@@ -5,8 +5,8 @@
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose_applier.h"
 
 namespace raygraph {
 
@@ -44,34 +44,36 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             m_impl->scene->RequireWeights("SetPose", i,
                                           scene::MorphWeights(posed, posed.instances[i]).size());
 
-    const auto isOfScene = [](const Owners& owners, uint32_t i) { return owners.Of(i) == kOwnedByScene; };
+    const auto isOwnedByScene = [](const Owners& owners, uint32_t i) {
+        return owners.Of(i) == kOwnedByScene;
+    };
     std::vector<uint32_t> moved, shown, hidden;
     std::vector<scene::PlacedTransform> places;
     WithMemoryErrors("SetPose", [&] {
         for (const uint32_t i : changes.instances) {
-            if (!isOfScene(m_impl->scene->owners.instances, i)) continue;
+            if (!isOwnedByScene(m_impl->scene->owners.instances, i)) continue;
             moved.push_back(i);
-            places.push_back({posed.instances[i].objectToWorld, posed.instances[i].translationRest});
+            places.push_back({posed.instances[i].objectToWorld, posed.instances[i].translationResidual});
         }
         for (const uint32_t i : changes.shown)
-            if (isOfScene(m_impl->scene->owners.instances, i))
+            if (isOwnedByScene(m_impl->scene->owners.instances, i))
                 (applier.IsVisible(i) ? shown : hidden).push_back(i);
     });
     SetTransforms(moved, places);
     SetVisible(shown, true);
     SetVisible(hidden, false);
     for (const uint32_t i : changes.materials)
-        if (isOfScene(m_impl->scene->owners.materials, i)) SetMaterial(i, posed.materials[i]);
+        if (isOwnedByScene(m_impl->scene->owners.materials, i)) SetMaterial(i, posed.materials[i]);
     for (const uint32_t i : changes.lights)
         WithMemoryErrors("SetPose", [&] {
-            if (!isOfScene(m_impl->scene->owners.lights, i) ||
+            if (!isOwnedByScene(m_impl->scene->owners.lights, i) ||
                 m_impl->scene->lights.Punctual(i) == posed.lights[i])
                 return;
-            m_impl->scene->lights.SetPunctual(i, posed.lights[i], LightPlace::OfNode);
+            m_impl->scene->lights.SetPunctual(i, posed.lights[i], LightOwner::OfNode);
             ++m_impl->context.revisions.lights;
         });
     for (const uint32_t i : changes.lightsShown)
-        if (isOfScene(m_impl->scene->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
+        if (isOwnedByScene(m_impl->scene->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
     for (const uint32_t i : changes.skins)
         if (m_impl->scene->deform->FollowJoints(i, applier.JointMatricesOf(i)))
             ++m_impl->context.revisions.shapes;

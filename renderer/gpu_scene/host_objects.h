@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/model/scene_data.h"
 #include "rhi/acceleration_structure.h"
 #include "rhi/resources.h"
 

@@ -40,20 +40,20 @@ RecordTable RecordTable::WithCapacity(size_t capacity) const {
 }
 
 BufferId RecordTable::DeclareUpload(Renderer& renderer, BufferId table, Source source) {
-    if (m_count == 0 || (!m_areAllDue && source.changed == 0)) return table;
+    if (m_count == 0 || (!m_isAllDirty && source.changed == 0)) return table;
     // Of more than half, one large copy writes little else
     if (source.changed > std::min(m_count / 2, kMaxScattered)) AddAll();
-    if (!m_areAllDue && source.changed > kMaxCopies)
+    if (!m_isAllDirty && source.changed > kMaxCopies)
         return DeclareScatter(renderer, table, std::move(source));
     renderer.AddPass(
         m_desc.passName, PassKind::Transfer, [&](PassBuilder& pass) { table = pass.CopiesTo(table); },
         [this, source = std::move(source)](CommandList& commands) {
             source.prepare();
-            if (m_areAllDue)
+            if (m_isAllDirty)
                 RecordCopyOfAll(commands, source);
             else
                 RecordCopies(commands, source);
-            NoteWritten(commands, source);
+            MarkWritten(commands, source);
         });
     return table;
 }
@@ -77,7 +77,7 @@ void RecordTable::RecordCopies(CommandList& commands, const Source& source) {
     source.write(false, writer);
     for (size_t i = 0; i < source.changed; ++i)
         commands.CopyBuffer(staging, i * bytes, m_buffer, places[i] * bytes, bytes);
-    commands.OnSubmitted([this] { m_staging.NoteSubmitted(); });
+    commands.OnSubmitted([this] { m_staging.MarkSubmitted(); });
 }
 
 // The staging memory has the places of all records, then the records.
@@ -102,15 +102,15 @@ BufferId RecordTable::DeclareScatter(Renderer& renderer, BufferId table, Source 
                           m_desc.recordBytes);
             source.write(false, writer);
             commands.DispatchOver({count, 1});
-            commands.OnSubmitted([this] { m_staging.NoteSubmitted(); });
-            NoteWritten(commands, source);
+            commands.OnSubmitted([this] { m_staging.MarkSubmitted(); });
+            MarkWritten(commands, source);
         });
     return table;
 }
 
-void RecordTable::NoteWritten(CommandList& commands, const Source& source) {
+void RecordTable::MarkWritten(CommandList& commands, const Source& source) {
     commands.OnSubmitted([this, done = source.done] {
-        m_areAllDue = false;
+        m_isAllDirty = false;
         done();
     });
 }

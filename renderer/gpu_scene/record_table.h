@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "renderer/gpu_scene/frame_staging.h"
+#include "renderer/gpu_scene/streaming/frame_staging.h"
 #include "renderer/graph/renderer.h"
 #include "rhi/device.h"
 #include "rhi/resources.h"
@@ -56,8 +56,8 @@ class RecordTable {
     RecordTable(rhi::Device& device, const RecordTableDesc& desc);
 
     // All are to be written, as they are at first.
-    void AddAll() { m_areAllDue = true; }
-    bool AreAllDue() const { return m_areAllDue; }
+    void AddAll() { m_isAllDirty = true; }
+    bool IsAllDirty() const { return m_isAllDirty; }
     // How many records there are, up to the capacity; those beyond are not written.
     void SetCount(size_t count) { m_count = count; }
     size_t Capacity() const { return m_desc.capacity; }
@@ -75,14 +75,14 @@ class RecordTable {
     void RecordCopyOfAll(CommandList& commands, const Source& source);
     void RecordCopies(CommandList& commands, const Source& source);
     BufferId DeclareScatter(Renderer& renderer, BufferId table, Source source);
-    void NoteWritten(CommandList& commands, const Source& source);
+    void MarkWritten(CommandList& commands, const Source& source);
 
     rhi::Device* m_device = nullptr;
     RecordTableDesc m_desc;
     rhi::Buffer m_buffer;
     ResourceState m_state;
     size_t m_count = 0;
-    bool m_areAllDue = true;
+    bool m_isAllDirty = true;
     FrameStaging m_staging;
     ResourceState m_scatteredState;
 };

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "base/disposer.h"
-#include "renderer/gpu_scene/environment_upload.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/scene_environment.h"
-#include "renderer/gpu_scene/texture_upload.h"
+#include "renderer/gpu_scene/lights/environment_upload.h"
+#include "renderer/gpu_scene/lights/scene_environment.h"
+#include "renderer/gpu_scene/materials/texture_upload.h"
 #include "rhi/blas_builder.h"
 #include "rhi/upload.h"
 
@@ -27,7 +27,7 @@ struct SceneContext {
           defaultSampler(device.CreateSampler({.name = "default sampler"})) {}
 
     TextureUploadSettings TextureSettings(uint64_t budget) const {
-        return {.hasLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
+        return {.makesMipLevels = desc.textureLevels, .budget = budget, .maxAnisotropy = desc.maxAnisotropy};
     }
 
     GpuSceneDesc desc;

@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "renderer/gpu_scene/scene_objects.h"
+#include "renderer/gpu_scene/instances/scene_objects.h"
 
 namespace raygraph {
 
@@ -31,7 +31,7 @@ SceneObjects::SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials
     trees.emplace(context.device, context.desc.lightRule == LightRule::Decay);
     trees->Follow(*geometry, instances);
     Say(context.device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
-        trees->WhyNone().empty() ? BytesText(trees->Bytes()) : trees->WhyNone());
+        trees->UnavailableReason().empty() ? BytesText(trees->Bytes()) : trees->UnavailableReason());
 }
 
 void SceneObjects::Declare(Renderer& renderer, SceneIds& ids) {
@@ -52,7 +52,7 @@ void SceneObjects::Declare(Renderer& renderer, SceneIds& ids) {
     lights.Declare(renderer, ids, instances);
     blases.BeginFrame();
     instances.DeclareRefresh(renderer, ids, [this](TlasWork work) {
-        blases.NoteUsed();
+        blases.MarkUsed();
         GpuSceneStatistics& statistics = m_context.statistics;
         statistics.lastTlasWork = work;
         statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;
@@ -72,7 +72,7 @@ void SceneObjects::RefreshStatistics() const {
     statistics.blasBytesCompacted = blas.bytesCompacted;
     statistics.compactionsPending = blas.pending;
     statistics.isCompactionOff = blas.isOff;
-    statistics.whyCompactionOff = blas.whyOff;
+    statistics.compactionDisabledReason = blas.disabledReason;
     statistics.blasBuilds = blas.buildCount;
     statistics.blasRefits = blas.refitCount;
     statistics.blasRebuilds = blas.rebuildCount;
@@ -90,7 +90,7 @@ void SceneObjects::RefreshStatistics() const {
     }
     statistics.tlasBytes = instances.TlasBytes();
     statistics.wideTreeBytes = trees ? trees->Bytes() : 0;
-    statistics.whyNoWideTrees = trees ? trees->WhyNone() : "the driver's traversal is used";
+    statistics.noWideBvhReason = trees ? trees->UnavailableReason() : "the driver's traversal is used";
     statistics.lightCount = lights.LightCount();
     statistics.emissiveTriangleCount = lights.EmissiveTriangleCount();
     const LightStatistics& tables = lights.Statistics();

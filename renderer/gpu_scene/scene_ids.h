@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 
-#include "renderer/gpu_scene/light_groups.h"
+#include "renderer/gpu_scene/lights/light_groups.h"
 #include "renderer/graph/ids.h"
 #include "shaders/shared/scene_records.h"
 #include "shaders/shared/trace_options.h"

@@ -21,10 +21,10 @@ struct GpuSceneStatistics {
     uint64_t blasBytesCompacted = 0;  // equals blasBytesBuilt where compaction is off
     uint32_t compactionsPending = 0;
     bool isCompactionOff = false;
-    std::string whyCompactionOff;
+    std::string compactionDisabledReason;
     uint64_t tlasBytes = 0;
     uint64_t wideTreeBytes = 0;
-    std::string whyNoWideTrees;  // empty: there are some
+    std::string noWideBvhReason;  // empty: there are some
     uint64_t geometryBytes = 0;
     uint64_t textureBytes = 0;     // all levels; without what the device adds to align them
     uint64_t textureBudget = 0;    // in bytes, when the scene was set

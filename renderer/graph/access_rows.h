@@ -233,13 +233,13 @@ inline constexpr AccessRow kAll[] = {
      .buffer = Buffer::Indirect},
 };
 
-constexpr bool IsEveryAccessInItsPlace() {
+constexpr bool AreAccessRowsInOrder() {
     size_t place = 0;
     for (const AccessRow& row : kAll)
         if (row.kind != static_cast<Access>(place++)) return false;
     return place == static_cast<size_t>(Access::Count);
 }
-static_assert(IsEveryAccessInItsPlace(), "each access needs its row, in the order of the enumerators");
+static_assert(AreAccessRowsInOrder(), "each access needs its row, in the order of the enumerators");
 
 }  // namespace access_rows
 

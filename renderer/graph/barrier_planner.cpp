@@ -77,8 +77,8 @@ ResourceState Merged(std::span<const ResourceState> states) {
     const auto isUnread = [](const ResourceState& state) {
         return state.writeStages != VK_PIPELINE_STAGE_2_NONE && state.readStages == VK_PIPELINE_STAGE_2_NONE;
     };
-    const bool isAnyUnread = std::any_of(states.begin(), states.end(), isUnread);
-    const bool isAnyRead = std::any_of(states.begin(), states.end(), [](const ResourceState& state) {
+    const bool hasUnread = std::any_of(states.begin(), states.end(), isUnread);
+    const bool hasRead = std::any_of(states.begin(), states.end(), [](const ResourceState& state) {
         return state.readStages != VK_PIPELINE_STAGE_2_NONE;
     });
     for (const ResourceState& state : states.subspan(1)) {
@@ -97,7 +97,7 @@ ResourceState Merged(std::span<const ResourceState> states) {
         all.readStages |= state.readStages;
     }
     // A write that nothing has read has to be waited for by itself, beside the reads of others.
-    if (isAnyUnread && isAnyRead) {
+    if (hasUnread && hasRead) {
         all.writeStages |= all.readStages;
         all.readStages = VK_PIPELINE_STAGE_2_NONE;
         all.visibleStages = VK_PIPELINE_STAGE_2_NONE;

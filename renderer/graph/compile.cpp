@@ -95,7 +95,7 @@ void Compiler::CheckRoots() const {
 }
 
 void Compiler::Cull() {
-    const std::vector<uint8_t> isKept = KeptPasses(m_graph);
+    const std::vector<uint8_t> isKept = LivePasses(m_graph);
     m_plan.passes.reserve(m_graph.passes.size());
     for (uint32_t p = 0; p < m_graph.passes.size(); ++p) {
         if (isKept[p])
@@ -247,7 +247,7 @@ std::optional<AccessRequest> Compiler::RequestOf(const GraphPass& pass, const Re
         request.masks.access |= masks.access;
         if (kind == ResourceKind::Texture) request.masks.layout = masks.layout;
         request.writes = request.writes || Writes(use->access);
-        request.needsContents = request.needsContents || KeepsEarlierContents(kind, use->access);
+        request.needsContents = request.needsContents || PreservesContents(kind, use->access);
         isUsed = true;
     }
     return isUsed ? std::optional(request) : std::nullopt;
@@ -330,12 +330,12 @@ void Compiler::UniteImports() {
 void Compiler::Finish() {
     m_plan.finish.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
-        const auto isExportOfIt = [&](const Root& other) {
+        const auto isExportOfSame = [&](const Root& other) {
             return other.kind == RootKind::Exported && other.resource == root.resource;
         };
         // A texture that is presented and exported ends in the layout that its owner asked for.
         if (root.kind == RootKind::Presented &&
-            std::any_of(m_graph.roots.begin(), m_graph.roots.end(), isExportOfIt))
+            std::any_of(m_graph.roots.begin(), m_graph.roots.end(), isExportOfSame))
             continue;
         // A transient that no pass wrote has no contents; contents from the host or an earlier frame are
         // shown as they are.

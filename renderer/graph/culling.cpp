@@ -7,7 +7,7 @@ namespace {
 class Culler {
   public:
     explicit Culler(const FrameGraph& graph)
-        : m_graph(graph), m_isKept(graph.passes.size(), 0), m_isInDemand(graph.SubresourceCount(), 0) {}
+        : m_graph(graph), m_isKept(graph.passes.size(), 0), m_needsHistory(graph.SubresourceCount(), 0) {}
 
     std::vector<uint8_t> Run() {
         while (MarkKept()) {
@@ -33,10 +33,10 @@ class Culler {
 
     const FrameGraph& m_graph;
     std::vector<uint8_t> m_isKept;  // by pass
-    // By subresource: m_isNeeded, whether its contents are needed after the pass at hand, and m_isInDemand,
+    // By subresource: m_isNeeded, whether its contents are needed after the pass at hand, and m_needsHistory,
     // whether those from before the frame are needed.
     std::vector<uint8_t> m_isNeeded;
-    std::vector<uint8_t> m_isInDemand;
+    std::vector<uint8_t> m_needsHistory;
 };
 
 // One traversal from the last pass to the first. Returns true if it found a persistent resource whose earlier
@@ -52,7 +52,7 @@ bool Culler::MarkKept() {
                     r, [&](uint32_t s, auto&&) { visit(m_graph.resources[r].persistence, s); });
     };
     forEachPersistent([&](Persistence persistence, uint32_t s) {
-        if (persistence == Persistence::Always || m_isInDemand[s]) m_isNeeded[s] = 1;
+        if (persistence == Persistence::Always || m_needsHistory[s]) m_isNeeded[s] = 1;
     });
     for (size_t p = m_graph.passes.size(); p-- > 0;) {
         const GraphPass& pass = m_graph.passes[p];
@@ -63,12 +63,12 @@ bool Culler::MarkKept() {
         if (!isKept) continue;
         for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use) SetNeeded(*use, 0);
         for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
-            if (KeepsEarlierContents(m_graph.resources[use->resource].kind, use->access)) SetNeeded(*use, 1);
+            if (PreservesContents(m_graph.resources[use->resource].kind, use->access)) SetNeeded(*use, 1);
     }
     bool isChanged = false;
     forEachPersistent([&](Persistence, uint32_t s) {
-        if (!m_isNeeded[s] || m_isInDemand[s]) return;
-        m_isInDemand[s] = 1;
+        if (!m_isNeeded[s] || m_needsHistory[s]) return;
+        m_needsHistory[s] = 1;
         isChanged = true;
     });
     return isChanged;
@@ -76,7 +76,7 @@ bool Culler::MarkKept() {
 
 }  // namespace
 
-std::vector<uint8_t> KeptPasses(const FrameGraph& graph) {
+std::vector<uint8_t> LivePasses(const FrameGraph& graph) {
     return Culler(graph).Run();
 }
 

@@ -9,6 +9,6 @@
 namespace raygraph {
 
 // Returns, for each pass, 1 if it is kept.
-std::vector<uint8_t> KeptPasses(const FrameGraph& graph);
+std::vector<uint8_t> LivePasses(const FrameGraph& graph);
 
 }  // namespace raygraph

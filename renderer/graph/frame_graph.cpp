@@ -41,7 +41,7 @@ std::optional<Subresources> FirstEmpty(const GraphResource& resource, const Subr
 
 // Why a part has no contents that a pass could read, after its name; empty: it has them, or may have them
 // from before the frame.
-std::string WhyEmpty(const GraphResource& resource, const Subresources& part) {
+std::string EmptyReason(const GraphResource& resource, const Subresources& part) {
     const std::optional<Subresources> one = FirstEmpty(resource, part);
     if (!one) return {};
     std::string missing;  // " level 2": of a texture of which other parts are written
@@ -102,7 +102,7 @@ const char* Name(ResourceKind kind) {
     return "?";
 }
 
-bool KeepsEarlierContents(ResourceKind kind, Access access) {
+bool PreservesContents(ResourceKind kind, Access access) {
     return NeedsContents(access) || Has(Row(access).partOf, kind);
 }
 
@@ -182,12 +182,12 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& as
     Subresources part = resource.Whole();
     if (asked != Subresources{}) {
         part = rhi::Resolved(asked, resource.levels, resource.layers);
-        const std::string missing = rhi::MissingText(part, resource.levels, resource.layers);
+        const std::string missing = rhi::DescribeMissing(part, resource.levels, resource.layers);
         if (!missing.empty())
             throw MakeError(ErrorKind::Usage, "{} {}: {}", sentence(), Quoted(resource.name), missing);
     }
     if (NeedsContents(access))
-        if (const std::string empty = WhyEmpty(resource, part); !empty.empty())
+        if (const std::string empty = EmptyReason(resource, part); !empty.empty())
             throw MakeError(ErrorKind::Usage, "{} {}{}", sentence(), NameOf(resource, part), empty);
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
         if (uses[u].resource == index && rhi::Overlap(uses[u].part, part))
@@ -235,7 +235,7 @@ void FrameGraph::Present(TextureId texture) {
     const uint32_t index = Resolve(texture, "Present shows");
     const GraphResource& resource = resources[index];
     if (resource.origin == Origin::Transient)
-        if (const std::string empty = WhyEmpty(resource, resource.Whole()); !empty.empty())
+        if (const std::string empty = EmptyReason(resource, resource.Whole()); !empty.empty())
             throw MakeError(ErrorKind::Usage, "Present shows {}{}", Quoted(resource.name), empty);
     roots.push_back({.kind = RootKind::Presented, .resource = index, .version = resource.version});
 }

@@ -198,6 +198,6 @@ RAYGRAPH_API const char* Name(ResourceKind kind);  // "texture", "buffer", ...
 // Returns whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address
 // and builds of some structures of a set count as partial; Writes and CopiesTo of a texture, or of a part of
 // it, replace all of that.
-RAYGRAPH_API bool KeepsEarlierContents(ResourceKind kind, Access access);
+RAYGRAPH_API bool PreservesContents(ResourceKind kind, Access access);
 
 }  // namespace raygraph

@@ -35,7 +35,7 @@ void FrameTimer::EndFrame(uint64_t submitted, FrameTiming timing) {
     m_pending.push_back({submitted, std::move(timing)});
 }
 
-void FrameTimer::Arrive(FrameTiming timing) {
+void FrameTimer::StoreTiming(FrameTiming timing) {
     for (const PassTiming& pass : timing.passes)
         if (pass.kind == PassKind::AccelerationStructure && pass.gpuMs > 0.0)
             Say(m_device.Log(), LogLevel::Debug, log_category::kGeometry, "{} of frame {} took {}", pass.name,
@@ -49,7 +49,7 @@ void FrameTimer::Poll() {
     if (!m_timestamps) {
         const uint64_t completed = m_device.CompletedValue();
         for (; !m_pending.empty() && m_pending.front().submitted <= completed; m_pending.pop_front())
-            Arrive(std::move(m_pending.front().timing));
+            StoreTiming(std::move(m_pending.front().timing));
         return;
     }
     while (const std::optional<rhi::TimestampFrame> frame = m_timestamps->Poll()) {
@@ -60,7 +60,7 @@ void FrameTimer::Poll() {
         m_pending.pop_front();
         for (size_t i = 0; i < timing.passes.size() && i + 1 < frame->nanoseconds.size(); ++i)
             timing.passes[i].gpuMs = (frame->nanoseconds[i + 1] - frame->nanoseconds[i]) * 1e-6;
-        Arrive(std::move(timing));
+        StoreTiming(std::move(timing));
     }
 }
 

@@ -30,7 +30,7 @@ class FrameTimer {
         uint64_t submitted = 0;
         FrameTiming timing;
     };
-    void Arrive(FrameTiming timing);
+    void StoreTiming(FrameTiming timing);
 
     rhi::Device& m_device;
     std::unique_ptr<rhi::TimestampPool> m_timestamps;

@@ -38,7 +38,7 @@ class PlanJson {
         json["culled"] = Json::array();
         for (const uint32_t culled : m_plan.culled) {
             Json pass = Declared(m_graph.passes[culled]);
-            pass["why"] = WhyCulled(m_graph, m_plan, culled);
+            pass["why"] = CullReason(m_graph, m_plan, culled);
             json["culled"].push_back(std::move(pass));
         }
         json["resources"] = Json::array();

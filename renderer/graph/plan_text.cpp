@@ -118,7 +118,7 @@ void PlanWriter::WriteCulled() {
     m_text += "\nculled\n";
     for (const uint32_t p : m_plan.culled) {
         const GraphPass& pass = m_graph.passes[p];
-        m_text += "    " + pass.name + " (" + Name(pass.kind) + "): " + WhyCulled(m_graph, m_plan, p) + '\n';
+        m_text += "    " + pass.name + " (" + Name(pass.kind) + "): " + CullReason(m_graph, m_plan, p) + '\n';
     }
 }
 
@@ -204,7 +204,7 @@ std::string ResourceText(const GraphResource& resource) {
     return kind;
 }
 
-std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled) {
+std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culled) {
     const GraphPass& pass = graph.passes[culled];
     std::string unused;
     std::string culledReaders;
@@ -216,7 +216,7 @@ std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled
         if (!Writes(use.access)) continue;
         // A write of a part leaves other parts, whose readers may come after more writes.
         const GraphResource& resource = graph.resources[use.resource];
-        const bool isOfParts = resource.SubresourceCount() > 1;
+        const bool hasManySubresources = resource.SubresourceCount() > 1;
         bool isUsed = false;
         for (const uint32_t other : plan.culled) {
             const GraphPass& reader = graph.passes[other];
@@ -224,7 +224,8 @@ std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled
             for (uint32_t v = reader.firstUse; v < reader.firstUse + reader.useCount; ++v) {
                 const ResourceUse& read = graph.uses[v];
                 if (read.resource != use.resource || !rhi::Overlap(read.part, use.part)) continue;
-                if (isOfParts ? read.versionIn < use.versionOut : read.versionIn != use.versionOut) continue;
+                if (hasManySubresources ? read.versionIn < use.versionOut : read.versionIn != use.versionOut)
+                    continue;
                 isUsed = true;
                 add(culledReaders, reader.name);
             }

@@ -33,6 +33,6 @@ RAYGRAPH_API std::string UseText(const FrameGraph& graph, const ResourceUse& use
 // "texture 640x360 rgba32f", "texture 64x64 r32f, 7 levels, 6 layers"
 RAYGRAPH_API std::string ResourceText(const GraphResource& resource);
 // Returns why a pass of plan.culled is culled: "nothing needs radiance".
-RAYGRAPH_API std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled);
+RAYGRAPH_API std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culled);
 
 }  // namespace raygraph

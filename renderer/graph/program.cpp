@@ -118,7 +118,7 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
 }
 
 void ProgramCache::EnsurePipeline(Program& program) {
-    if (program.m_coming.valid()) TakeComing(program);
+    if (program.m_future.valid()) TakeCompiled(program);
     if (const std::exception_ptr failure = program.m_failure) {
         // One frame is lost to all of them: the next one makes them again
         for (const auto& failed : m_programs) failed->m_failure = nullptr;
@@ -133,40 +133,40 @@ void ProgramCache::EnsurePipelines(std::span<Program* const> programs) {
     const bool isOrdered = m_device.Info().isLavapipe;
     Program* last = nullptr;
     for (Program* program : programs) {
-        if (HasPipeline(*program) || program->m_failure || program->m_coming.valid() || program == last ||
+        if (HasPipeline(*program) || program->m_failure || program->m_future.valid() || program == last ||
             (isOrdered && program->Kind() == PassKind::RayTracing))
             continue;
         if (last) Begin(*last, false);
         last = program;
     }
     if (last) {
-        Begin(*last, false, std::launch::deferred);  // TakeComing makes it, on this thread
-        TakeComing(*last);
+        Begin(*last, false, std::launch::deferred);  // TakeCompiled makes it, on this thread
+        TakeCompiled(*last);
     }
     for (Program* program : programs)
-        if (program->m_coming.valid()) TakeComing(*program);
+        if (program->m_future.valid()) TakeCompiled(*program);
     for (Program* program : programs) EnsurePipeline(*program);
 }
 
 bool ProgramCache::BeginPipeline(Program& program) {
     if (HasPipeline(program) || program.m_failure) return true;
-    if (!program.m_coming.valid()) Begin(program, true);
+    if (!program.m_future.valid()) Begin(program, true);
     return HasPipeline(program) || program.m_failure;
 }
 
 void ProgramCache::Begin(Program& program, bool isAhead, std::launch launch) {
-    program.m_coming =
+    program.m_future =
         std::async(launch, [this, &program, isAhead] { return MakePipeline(program, isAhead); });
 }
 
 bool ProgramCache::HasPipeline(Program& program) {
-    if (program.m_coming.valid() && !program.IsBeingMade()) TakeComing(program);
+    if (program.m_future.valid() && !program.IsCompiling()) TakeCompiled(program);
     return program.m_hasPipeline;
 }
 
-void ProgramCache::TakeComing(Program& program) {
+void ProgramCache::TakeCompiled(Program& program) {
     try {
-        Take(program, program.m_coming.get());
+        Take(program, program.m_future.get());
     } catch (const std::exception&) {
         program.m_failure = std::current_exception();
     }
@@ -175,24 +175,24 @@ void ProgramCache::TakeComing(Program& program) {
 void ProgramCache::EndFrame() {
     m_frameEnd = std::chrono::steady_clock::now();
     for (const auto& program : m_programs)
-        if (std::exchange(program->m_isAsked, false)) program->m_lastAsked = m_frameEnd;
+        if (std::exchange(program->m_isAsked, false)) program->m_lastRequested = m_frameEnd;
 }
 
 void ProgramCache::Trim(double lifetime) {
     std::erase_if(m_programs, [&](const auto& known) {
         const Program& program = *known;
-        const std::chrono::duration<double> unused = m_frameEnd - program.m_lastAsked;
-        return !program.m_isAsked && unused.count() > lifetime && !program.IsBeingMade();
+        const std::chrono::duration<double> unused = m_frameEnd - program.m_lastRequested;
+        return !program.m_isAsked && unused.count() > lifetime && !program.IsCompiling();
     });
 }
 
-bool ProgramCache::IsMakingPipelines() const {
-    return std::ranges::any_of(m_programs, [](const auto& program) { return program->IsBeingMade(); });
+bool ProgramCache::IsCompilingPipelines() const {
+    return std::ranges::any_of(m_programs, [](const auto& program) { return program->IsCompiling(); });
 }
 
 void ProgramCache::WaitForPipelines() {
     for (const auto& program : m_programs)
-        if (program->m_coming.valid()) program->m_coming.wait();
+        if (program->m_future.valid()) program->m_future.wait();
 }
 
 ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead) const {
@@ -274,7 +274,7 @@ std::vector<PipelineReport> ProgramCache::Reports() {
     WaitForPipelines();
     std::vector<PipelineReport> reports;
     for (const auto& program : m_programs) {
-        if (program->m_coming.valid()) EnsurePipeline(*program);
+        if (program->m_future.valid()) EnsurePipeline(*program);
         if (!program->m_hasPipeline) continue;
         const ProgramPipeline& made = program->m_pipeline;
         const rhi::Pipeline* pipeline = &made.compute;
@@ -295,7 +295,7 @@ std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> ch
         if (std::ranges::none_of(program->m_shaders, isChanged)) continue;
         Program next;
         next.m_request = program->m_request;
-        next.m_lastAsked = program->m_lastAsked;
+        next.m_lastRequested = program->m_lastRequested;
         try {
             Reflect(next, program->m_name);
             if (program->m_hasPipeline) {

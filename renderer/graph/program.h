@@ -87,8 +87,8 @@ class Program {
 
   private:
     friend class ProgramCache;
-    bool IsBeingMade() const {
-        return m_coming.valid() && m_coming.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
+    bool IsCompiling() const {
+        return m_future.valid() && m_future.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
     }
 
     ProgramRequest m_request;
@@ -96,12 +96,12 @@ class Program {
     std::vector<const Shader*> m_shaders;  // without repetition
     rhi::ShaderInterface m_interface;
     std::vector<rhi::SpecializationValue> m_specialization;
-    bool m_isAsked = true;                              // since the last frame
-    std::chrono::steady_clock::time_point m_lastAsked;  // the end of a frame
+    bool m_isAsked = true;                                  // since the last frame
+    std::chrono::steady_clock::time_point m_lastRequested;  // the end of a frame
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
     std::exception_ptr m_failure;           // of its thread, until EnsurePipelines reports one
-    std::future<ProgramPipeline> m_coming;  // its thread reads m_request, m_name and m_specialization
+    std::future<ProgramPipeline> m_future;  // its thread reads m_request, m_name and m_specialization
 };
 
 class ProgramCache {
@@ -125,7 +125,7 @@ class ProgramCache {
     // Between frames: removes those that no frame has needed for more than `lifetime` seconds before the end
     // of the last one. Those that threads are working on stay.
     void Trim(double lifetime);
-    bool IsMakingPipelines() const;  // on other threads
+    bool IsCompilingPipelines() const;  // on other threads
     // Waits until no thread reads shaders.
     void WaitForPipelines();
     // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
@@ -141,14 +141,14 @@ class ProgramCache {
   private:
     void Reflect(Program& program, std::string_view pass) const;
     void EnsurePipeline(Program& program);
-    // By default TakeComing makes the pipeline where no thread can be had.
+    // By default TakeCompiled makes the pipeline where no thread can be had.
     void Begin(Program& program, bool isAhead,
                std::launch launch = std::launch::async | std::launch::deferred);
     // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
     ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
     void Take(Program& program, ProgramPipeline&& made);
     // Takes what its thread has made, or why it has failed.
-    void TakeComing(Program& program);
+    void TakeCompiled(Program& program);
 
     rhi::Device& m_device;
     std::vector<std::unique_ptr<Program>> m_programs;  // few; no two requests are equal

@@ -66,27 +66,27 @@ void Renderer::BeginFrame() {
         impl.isCompiled = false;
     }
     const uint64_t next = impl.frameNumber + 1;
-    impl.device.WaitFor(impl.BeforeNext());
+    impl.device.WaitFor(impl.OldestInFlight());
     impl.timer.Poll();
 
     impl.frameNumber = next;
     impl.graph.Begin(next);
     impl.resources.clear();
     impl.uniformBytes.clear();
-    impl.whyBroken.clear();
+    impl.abandonReason.clear();
     impl.compileMs = 0.0;
     impl.isOpen = true;
     impl.openFrame = std::make_shared<const uint64_t>(next);
     impl.sinceBegin = {};
 }
 
-bool Renderer::WouldWait() const {
-    return m_impl->device.CompletedValue() < m_impl->BeforeNext();
+bool Renderer::WouldBlock() const {
+    return m_impl->device.CompletedValue() < m_impl->OldestInFlight();
 }
 
-void Renderer::DropFrame(WhenDropped semaphores) {
+void Renderer::DropFrame(DropPolicy semaphores) {
     if (!m_impl->isOpen) return;
-    if (semaphores == WhenDropped::LeaveAlone)
+    if (semaphores == DropPolicy::LeaveAlone)
         m_impl->CloseFrame();
     else
         m_impl->DropFrame();
@@ -101,8 +101,8 @@ void Renderer::OnSubmitted(std::function<void()> run) {
     m_impl->onSubmitted.push_back(std::move(run));
 }
 
-void Renderer::Impl::GiveUp(std::string why) {
-    whyBroken = std::move(why);
+void Renderer::Impl::Abandon(std::string why) {
+    abandonReason = std::move(why);
     openFrame = nullptr;
 }
 

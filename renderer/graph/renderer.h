@@ -97,7 +97,7 @@ class RAYGRAPH_API Readback {
 };
 
 // The fate of a semaphore of a frame that is dropped.
-enum class WhenDropped : uint8_t {
+enum class DropPolicy : uint8_t {
     Forward,     // waited for or signaled all the same, so that its other users can continue
     LeaveAlone,  // for the next frame to use
 };
@@ -133,12 +133,12 @@ class RAYGRAPH_API Renderer {
     void BeginFrame();
     // Returns whether BeginFrame would wait now: for a program that does something else meanwhile. Never
     // waits.
-    bool WouldWait() const;
+    bool WouldBlock() const;
     uint64_t FrameNumber() const;
     // Drops the open frame, for a program that continues after an Error while declaring: its semaphores are
     // forwarded now, not when the next frame begins. LeaveAlone forwards none of them, for a host that has
     // not submitted what signals the binary ones. Does nothing when no frame is open.
-    void DropFrame(WhenDropped semaphores = WhenDropped::Forward);
+    void DropFrame(DropPolicy semaphores = DropPolicy::Forward);
     // Expires when the current frame has been executed or dropped: until then, everything that the frame was
     // declared from must stay unchanged. Already expired when no frame is open.
     std::weak_ptr<const void> OpenFrame() const;
@@ -205,9 +205,9 @@ class RAYGRAPH_API Renderer {
     // be submitted before the frame can be dropped: before Execute and DropFrame, and before the
     // BeginFrame or the destructor that drops an open frame. Vulkan requires that of every wait for a
     // binary semaphore. If the signal comes later, give the semaphore with LeaveAlone, or drop its frame
-    // by DropFrame(WhenDropped::LeaveAlone).
-    void WaitSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
-    void SignalSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
+    // by DropFrame(DropPolicy::LeaveAlone).
+    void WaitSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy = DropPolicy::Forward);
+    void SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy = DropPolicy::Forward);
 
     // Compiles, records and submits; returns the timeline value that completes the frame. On an Error the
     // frame is dropped and the next BeginFrame starts clean.

@@ -51,8 +51,8 @@ void CheckBuffer(std::string_view name, const GraphBufferDesc& desc, bool mayUpl
 
 void Renderer::Impl::RequireOpen(std::string_view what) const {
     if (!isOpen) throw MakeError(ErrorKind::Usage, "{}: no frame has been begun (BeginFrame)", what);
-    if (!whyBroken.empty())
-        throw MakeError(ErrorKind::Usage, "{}: the frame is given up, since {}", what, whyBroken);
+    if (!abandonReason.empty())
+        throw MakeError(ErrorKind::Usage, "{}: the frame is given up, since {}", what, abandonReason);
 }
 
 void Renderer::Impl::CheckTexture(std::string_view name, const GraphTextureDesc& desc) const {
@@ -132,7 +132,7 @@ bool Renderer::Impl::HasNoContents(AnyId id, const Subresources& asked) const {
     if (!persistent) return false;
     const GraphResource& resource = graph.resources[index];
     const Subresources part = rhi::Resolved(asked, resource.levels, resource.layers);
-    if (const std::string missing = rhi::MissingText(part, resource.levels, resource.layers);
+    if (const std::string missing = rhi::DescribeMissing(part, resource.levels, resource.layers);
         !missing.empty())
         throw MakeError(ErrorKind::Usage, "IsFresh asks about {}: {}", Quoted(resource.name), missing);
     bool isFresh = false;
@@ -254,7 +254,7 @@ PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const Setup
         });
     } catch (...) {
         // A half-declared pass cannot be undone: its writes have made ids stale.
-        impl.GiveUp("pass " + Quoted(name) + " was not declared");
+        impl.Abandon("pass " + Quoted(name) + " was not declared");
         throw;
     }
     pass.execute = std::move(execute);
@@ -284,7 +284,7 @@ void Renderer::Impl::FinishPass(PassDeclaration& pass) {
     ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr,
                     device.Info().maxStorageBufferBytes);
     for (AddressTable& table : pass.addressTables) table.uniformOffset = TakeUniform(table.bytes);
-    NoteUsages(info);
+    CollectUsages(info);
 }
 
 // Room of zeros in the frame's uniform memory: its offset there.
@@ -296,22 +296,22 @@ uint64_t Renderer::Impl::TakeUniform(uint64_t bytes) {
 }
 
 // Collects the usage flags of resources; existing objects must have been created with them.
-void Renderer::Impl::NoteUsages(const GraphPass& pass) {
+void Renderer::Impl::CollectUsages(const GraphPass& pass) {
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];
         FrameResource& behind = resources[use.resource];
         const GraphResource& resource = graph.resources[use.resource];
-        bool isMadeForIt = true;
+        bool hasRequiredUsage = true;
         if (resource.kind == ResourceKind::Texture) {
             const rhi::TextureUsage needed = Row(use.access).texture;
             behind.textureUsage |= needed;
-            isMadeForIt = !behind.texture || rhi::Has(behind.texture->Desc().usage, needed);
+            hasRequiredUsage = !behind.texture || rhi::Has(behind.texture->Desc().usage, needed);
         } else if (resource.kind == ResourceKind::Buffer) {
             const rhi::BufferUsage needed = Row(use.access).buffer;
             behind.bufferUsage |= needed;
-            isMadeForIt = !behind.buffer || rhi::Has(behind.buffer->Desc().usage, needed);
+            hasRequiredUsage = !behind.buffer || rhi::Has(behind.buffer->Desc().usage, needed);
         }
-        if (!isMadeForIt)
+        if (!hasRequiredUsage)
             throw MakeError(ErrorKind::Usage, "pass {} uses {} as {}, but it was made without that usage",
                             Quoted(pass.name), Quoted(resource.name), Name(use.access));
     }
@@ -340,16 +340,16 @@ void Renderer::Export(BufferId buffer, uint32_t queueFamily) {
     m_impl->isCompiled = false;
 }
 
-void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped) {
+void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
     m_impl->RequireOpen("WaitSemaphore");
-    m_impl->waits.Add(semaphore, whenDropped);
+    m_impl->waits.Add(semaphore, dropPolicy);
     m_impl->graph.waitStages |= semaphore.stages;
     m_impl->isCompiled = false;
 }
 
-void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped) {
+void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
     m_impl->RequireOpen("SignalSemaphore");
-    m_impl->signals.Add(semaphore, whenDropped);
+    m_impl->signals.Add(semaphore, dropPolicy);
 }
 
 }  // namespace raygraph

@@ -75,11 +75,11 @@ void Renderer::Compile() {
 bool Renderer::PreparePipelines() {
     Compile();
     Impl& impl = *m_impl;
-    bool areAllThere = true;
+    bool areAllReady = true;
     for (const PlannedPass& planned : impl.plan.passes)
         if (Program* program = impl.passes[planned.pass].program)
-            areAllThere &= impl.programs.BeginPipeline(*program);
-    return areAllThere;
+            areAllReady &= impl.programs.BeginPipeline(*program);
+    return areAllReady;
 }
 
 std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, PassId end,
@@ -92,10 +92,10 @@ std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, Pas
 }
 
 bool Renderer::PreparePipelines(PassId first, PassId end) {
-    bool areAllThere = true;
+    bool areAllReady = true;
     for (const PassDeclaration& pass : m_impl->PassesBetween(first, end, "PreparePipelines"))
-        if (pass.program) areAllThere &= m_impl->programs.BeginPipeline(*pass.program);
-    return areAllThere;
+        if (pass.program) areAllReady &= m_impl->programs.BeginPipeline(*pass.program);
+    return areAllReady;
 }
 
 bool Renderer::HasPipelines(PassId first, PassId end) const {
@@ -106,7 +106,7 @@ bool Renderer::HasPipelines(PassId first, PassId end) const {
 }
 
 bool Renderer::IsPreparingPipelines() const {
-    return m_impl->programs.IsMakingPipelines();
+    return m_impl->programs.IsCompilingPipelines();
 }
 
 void Renderer::ForgetPipelines(double lifetime) {
@@ -328,7 +328,7 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclarat
                             pass.depth != kNone ? &depth : nullptr);
 }
 
-void Renderer::Impl::NoteWritten(const ResourceUse& use) {
+void Renderer::Impl::MarkWritten(const ResourceUse& use) {
     Persistent* persistent = resources[use.resource].persistent;
     if (!persistent) return;
     const uint32_t levels = graph.resources[use.resource].levels;
@@ -355,7 +355,7 @@ void Renderer::Impl::Commit(uint64_t value) {
         wasExecuted[planned.pass] = 1;
         const GraphPass& pass = graph.passes[planned.pass];
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
-            if (Writes(graph.uses[u].access)) NoteWritten(graph.uses[u]);
+            if (Writes(graph.uses[u].access)) MarkWritten(graph.uses[u]);
     }
     persistents.CommitReplacements();
     for (const std::shared_ptr<Readback::State>& readback : readbacks)

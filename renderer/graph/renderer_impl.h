@@ -58,9 +58,9 @@ struct FrameSemaphores {
     std::vector<rhi::SemaphoreUse> all;
     std::vector<rhi::SemaphoreUse> forwarded;  // of these, when the frame is dropped
 
-    void Add(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped) {
+    void Add(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
         all.push_back(semaphore);
-        if (whenDropped == WhenDropped::Forward) forwarded.push_back(semaphore);
+        if (dropPolicy == DropPolicy::Forward) forwarded.push_back(semaphore);
     }
     void Clear() {
         all.clear();
@@ -87,7 +87,7 @@ struct Renderer::Impl {
     const rhi::Sampler* FindSampler(const rhi::SamplerDesc& desc);
     PassDeclaration& StartPass(std::string_view name, PassKind kind);
     void FinishPass(PassDeclaration& pass);
-    void NoteUsages(const GraphPass& pass);
+    void CollectUsages(const GraphPass& pass);
     BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
     std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
 
@@ -105,9 +105,9 @@ struct Renderer::Impl {
     void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
     void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
     uint64_t Submit(FrameTiming& timing);
-    void NoteWritten(const ResourceUse& use);
+    void MarkWritten(const ResourceUse& use);
     void Commit(uint64_t value);
-    void GiveUp(std::string why);
+    void Abandon(std::string why);
     // The resource behind an id that the pass declared; Error{Usage} otherwise.
     uint32_t DeclaredBy(uint32_t pass, AnyId id) const;
     // The frame is over, executed or not.
@@ -132,7 +132,7 @@ struct Renderer::Impl {
     uint64_t frameNumber = 0;
     bool isOpen = false;                        // between BeginFrame and Execute
     std::shared_ptr<const uint64_t> openFrame;  // its number; null once it cannot be executed any more
-    std::string whyBroken;                      // why the open frame cannot be executed; empty: it can
+    std::string abandonReason;                  // why the open frame cannot be executed; empty: it can
     bool isCompiled = false;                    // `plan` is that of `graph`
     FrameGraph graph;
     Plan plan;
@@ -153,7 +153,7 @@ struct Renderer::Impl {
     // By frame in flight.
     std::vector<uint64_t> submitted;
     // The submission that must be complete before the next frame begins.
-    uint64_t BeforeNext() const { return submitted[(frameNumber + 1) % submitted.size()]; }
+    uint64_t OldestInFlight() const { return submitted[(frameNumber + 1) % submitted.size()]; }
     std::vector<rhi::Buffer> uniformBuffers;
     uint64_t lastSubmitted = 0;
     std::vector<uint8_t> wasExecuted;  // by pass, of the frame executed last

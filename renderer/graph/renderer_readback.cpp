@@ -90,7 +90,7 @@ Readback Renderer::ReadBack(TextureId texture, uint32_t level, uint32_t layer) {
     const uint32_t index = impl.graph.Resolve(texture, "ReadBack reads");
     const GraphTextureDesc desc = Desc(texture);
     const Subresources part = Subresource(level, layer);
-    const std::string missing = rhi::MissingText(part, desc.levels, desc.layers);
+    const std::string missing = rhi::DescribeMissing(part, desc.levels, desc.layers);
     if (!missing.empty())
         throw MakeError(ErrorKind::Usage, "ReadBack reads {}: {}", Quoted(impl.graph.resources[index].name),
                         missing);

@@ -45,7 +45,7 @@ ShaderLibrary::~ShaderLibrary() = default;
 
 Shader& ShaderLibrary::Insert(Shader shader) {
     auto owned = std::make_unique<Shader>(std::move(shader));
-    if (!owned->ownWords.empty()) owned->words = owned->ownWords;
+    if (!owned->compiledWords.empty()) owned->words = owned->compiledWords;
     Shader& inserted = *owned;
     m_shaders.emplace(inserted.name, std::move(owned));
     return inserted;
@@ -58,12 +58,12 @@ const Shader* ShaderLibrary::Known(std::string_view name) const {
 
 const Shader& ShaderLibrary::Add(std::string_view name, std::span<const uint32_t> spirv) {
     Shader shader{.name = std::string(name), .reflection = rhi::Reflect(spirv, name)};
-    shader.ownWords.assign(spirv.begin(), spirv.end());
+    shader.compiledWords.assign(spirv.begin(), spirv.end());
     const auto known = m_shaders.find(name);
     if (known == m_shaders.end()) return Insert(std::move(shader));
     Shader& old = *known->second;
     old = std::move(shader);
-    old.words = old.ownWords;
+    old.words = old.compiledWords;
     return old;
 }
 
@@ -100,8 +100,8 @@ Shader* ShaderLibrary::LoadFromRoot(const std::string& name) {
     if (!source) return nullptr;
     Shader shader{.name = name, .source = std::move(*source)};
     std::vector<std::filesystem::path> includes;
-    shader.ownWords = rhi::CompileGlslFile(shader.source, &includes);
-    shader.reflection = rhi::Reflect(shader.ownWords, name);
+    shader.compiledWords = rhi::CompileGlslFile(shader.source, &includes);
+    shader.reflection = rhi::Reflect(shader.compiledWords, name);
     shader.sources.push_back(m_root / shader.source.name);
     shader.sources.insert(shader.sources.end(), includes.begin(), includes.end());
     shader.sourceHash = HashOf(shader.sources);
@@ -122,8 +122,8 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
             const bool isSame = std::ranges::equal(words, shader->words);
             shader->isBroken = false;
             if (!isSame) {
-                shader->ownWords = std::move(words);
-                shader->words = shader->ownWords;
+                shader->compiledWords = std::move(words);
+                shader->words = shader->compiledWords;
                 shader->reflection = std::move(reflection);
                 result.changed.push_back(shader.get());
             }

@@ -29,7 +29,7 @@ struct Shader {
     rhi::ShaderReflection reflection{};
 
     // The source of the words; empty for SPIR-V that was built in or handed in.
-    std::vector<uint32_t> ownWords{};
+    std::vector<uint32_t> compiledWords{};
     rhi::GlslSource source{};                      // for rhi::CompileGlslFile
     std::vector<std::filesystem::path> sources{};  // the file and all it includes
     uint64_t sourceHash = 0;                       // hash of the sources' contents

@@ -23,8 +23,8 @@ std::optional<TextureId> SwapchainFrame::Begin(Renderer& renderer, Extent2D exte
 
 void SwapchainFrame::Finish(Renderer& renderer, TextureId drawn) {
     // An image that was not shown is returned again, with the same semaphores.
-    renderer.WaitSemaphore(m_image.acquired, WhenDropped::LeaveAlone);
-    renderer.SignalSemaphore(m_image.drawn, WhenDropped::LeaveAlone);
+    renderer.WaitSemaphore(m_image.acquired, DropPolicy::LeaveAlone);
+    renderer.SignalSemaphore(m_image.drawn, DropPolicy::LeaveAlone);
     renderer.Export(drawn, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
 }
 

@@ -13,7 +13,7 @@ namespace raygraph {
 //       frame.End(renderer, DrawOver(renderer, *window));
 //   else
 //       renderer.DropFrame();
-//   ...until frame.ShowDrawn(), and not renderer.WouldWait(): handle events, then the next frame
+//   ...until frame.ShowDrawn(), and not renderer.WouldBlock(): handle events, then the next frame
 //
 // Threads: that of the Renderer. The swapchain outlives the object.
 class SwapchainFrame {

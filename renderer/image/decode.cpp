@@ -71,7 +71,7 @@ void Refuse(std::string_view name, std::string_view what) {
     throw Error(ErrorKind::BadInput, message);
 }
 
-std::string EndIsMissing(std::string_view name) {
+std::string TruncationWarning(std::string_view name) {
     return Text("{}: the file is cut off behind its last pixel", name);
 }
 

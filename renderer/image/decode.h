@@ -12,7 +12,7 @@ namespace raygraph::image {
 [[noreturn]] void Refuse(std::string_view name, std::string_view what);
 
 // The warning for a file that has the whole picture but lacks its end.
-std::string EndIsMissing(std::string_view name);
+std::string TruncationWarning(std::string_view name);
 
 // Throws Error{OutOfMemory} for a picture within the limits that does not fit the machine.
 [[noreturn]] void RefuseMemory(std::string_view name, uint64_t width, uint64_t height);

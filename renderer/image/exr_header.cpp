@@ -122,7 +122,7 @@ class ExrHeaderCheck {
         if (size < 0) Fail("{} has negative size", named);
         const auto value = Take(static_cast<size_t>(size), named);
         if (!m_seen.insert(attribute).second) Fail("{} is there twice", named);
-        if (!HasItsSize(type, value))
+        if (!HasValidSize(type, value))
             Fail("{} has {} bytes, which a {} of its content has not", named, size, type);
         const auto expect = [&](const char* expectedType, size_t expectedSize) {
             if (type == expectedType && value.size() == expectedSize) return;
@@ -150,7 +150,7 @@ class ExrHeaderCheck {
     }
 
     // Returns whether OpenEXR, by what the type says, reads all of the value and no more.
-    static bool HasItsSize(std::string_view type, std::span<const std::byte> value) {
+    static bool HasValidSize(std::string_view type, std::span<const std::byte> value) {
         for (const TypeSize& known : kTypeSizes)
             if (known.type == type) return value.size() == known.bytes;
         if (type == "floatvector") return value.size() % 4 == 0;

@@ -16,7 +16,7 @@ struct Pool {
     std::mutex mutex;
     uint32_t users = 0;  // of threads that were started here
 };
-Pool& ThePool() {
+Pool& SharedPool() {
     static Pool pool;
     return pool;
 }
@@ -27,7 +27,7 @@ ExrThreads::ExrThreads(unsigned count) {
     constexpr unsigned kMax = 256;
     if (count == 0) count = std::thread::hardware_concurrency();
     if (count < 2) return;  // as good as none
-    Pool& pool = ThePool();
+    Pool& pool = SharedPool();
     const std::lock_guard lock(pool.mutex);
     if (pool.users == 0) {
         if (Imf::globalThreadCount() > 0) return;  // the process has its own
@@ -39,7 +39,7 @@ ExrThreads::ExrThreads(unsigned count) {
 
 ExrThreads::~ExrThreads() {
     if (!m_isCounted) return;
-    Pool& pool = ThePool();
+    Pool& pool = SharedPool();
     const std::lock_guard lock(pool.mutex);
     if (--pool.users == 0) Imf::setGlobalThreadCount(0);
 }

@@ -69,18 +69,18 @@ class JpegReader {
         if (setjmp(m_errors.jump) != 0) return false;
         const bool isWhole = HasAllScans();
         jpeg_finish_decompress(&m_jpeg);
-        if (m_errors.isCutOff && !isWhole) ERREXIT(&m_jpeg, JERR_INPUT_EOF);
+        if (m_errors.isTruncated && !isWhole) ERREXIT(&m_jpeg, JERR_INPUT_EOF);
         return true;
     }
     // Valid after Finish: whether the file lacks its end marker although it has the whole picture.
-    bool IsCutOff() const { return m_errors.isCutOff; }
+    bool IsTruncated() const { return m_errors.isTruncated; }
 
   private:
     struct Errors {
         jpeg_error_mgr base;  // First: libjpeg's pointer to it is a pointer to this.
         std::jmp_buf jump;
         char message[JMSG_LENGTH_MAX];
-        bool isCutOff;
+        bool isTruncated;
     };
     // A progressive file of very many scans takes minutes to decode; cameras and encoders make about ten.
     static constexpr int kMaxScanCount = 100;
@@ -112,7 +112,7 @@ class JpegReader {
         if (level >= 0) return;
         switch (jpeg->err->msg_code) {
             case JWRN_JPEG_EOF:
-                reinterpret_cast<Errors*>(jpeg->err)->isCutOff = true;
+                reinterpret_cast<Errors*>(jpeg->err)->isTruncated = true;
                 break;
             case JWRN_HIT_MARKER:
             case JWRN_HUFF_BAD_CODE:
@@ -155,7 +155,7 @@ Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const
             check(reader.ReadRow(image.rgba.data() + rowBytes * y));
         }
         check(reader.Finish());
-        if (reader.IsCutOff()) image.warnings.push_back(EndIsMissing(name));
+        if (reader.IsTruncated()) image.warnings.push_back(TruncationWarning(name));
         return image;
     } catch (const std::bad_alloc&) {
         RefuseMemory(name, width, height);

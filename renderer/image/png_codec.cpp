@@ -44,7 +44,7 @@ class PngReader {
 
     // Decodes the pixels as 8-bit RGBA into `rows`. The file may be cut off after the last of them.
     bool ReadRows(png_bytepp rows) {
-        if (setjmp(png_jmpbuf(m_png)) != 0) return m_isCutOff && HasAllRows();
+        if (setjmp(png_jmpbuf(m_png)) != 0) return m_isTruncated && HasAllRows();
         png_set_scale_16(m_png);
         png_set_expand(m_png);
         png_set_gray_to_rgb(m_png);
@@ -58,12 +58,12 @@ class PngReader {
 
     // Reads the rest of the file, which may be cut off. False if something in it is broken.
     bool ReadEnd() {
-        if (setjmp(png_jmpbuf(m_png)) != 0) return m_isCutOff;
+        if (setjmp(png_jmpbuf(m_png)) != 0) return m_isTruncated;
         png_read_end(m_png, nullptr);
         return true;
     }
     // Returns whether the last read reached beyond the end of the file.
-    bool IsCutOff() const { return m_isCutOff; }
+    bool IsTruncated() const { return m_isTruncated; }
 
   private:
     // An interlaced picture is read in seven passes over its rows.
@@ -80,8 +80,8 @@ class PngReader {
     static void OnWarning(png_structp, png_const_charp) {}
     static void OnRead(png_structp png, png_bytep out, size_t count) {
         auto* reader = static_cast<PngReader*>(png_get_io_ptr(png));
-        reader->m_isCutOff = count > reader->m_rest.size();
-        if (reader->m_isCutOff) png_error(png, "the file is truncated");
+        reader->m_isTruncated = count > reader->m_rest.size();
+        if (reader->m_isTruncated) png_error(png, "the file is truncated");
         std::memcpy(out, reader->m_rest.data(), count);
         reader->m_rest = reader->m_rest.subspan(count);
     }
@@ -90,7 +90,7 @@ class PngReader {
     png_structp m_png = nullptr;
     png_infop m_info = nullptr;
     char m_message[160] = "";
-    bool m_isCutOff = false;
+    bool m_isTruncated = false;
 };
 
 // Returns the texels without alpha, or nothing if some are not opaque.
@@ -121,9 +121,9 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
         Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
         std::vector<png_bytep> rows(height);
         for (size_t y = 0; y < height; ++y) rows[y] = image.rgba.data() + y * 4 * width;
-        if (!reader.ReadRows(rows.data()) || (!reader.IsCutOff() && !reader.ReadEnd()))
+        if (!reader.ReadRows(rows.data()) || (!reader.IsTruncated() && !reader.ReadEnd()))
             Refuse(name, std::string("PNG: ") + reader.Message());
-        if (reader.IsCutOff()) image.warnings.push_back(EndIsMissing(name));
+        if (reader.IsTruncated()) image.warnings.push_back(TruncationWarning(name));
         return image;
     } catch (const std::bad_alloc&) {
         RefuseMemory(name, width, height);

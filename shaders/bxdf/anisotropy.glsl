@@ -34,10 +34,12 @@ INLINE Frame FrameOf(SurfaceInteraction surface) {
     return FrameFromZX(surface.shadingNormal, surface.stretch);
 }
 
-INLINE bool IsStretched(vec2 alpha) { return HasTraceFeature(kTraceAnisotropy) && alpha.x != alpha.y; }
+INLINE bool HasAnisotropicAlpha(vec2 alpha) {
+    return HasTraceFeature(kTraceAnisotropy) && alpha.x != alpha.y;
+}
 
 // Returns one alpha for code that handles only round highlights.
-INLINE float RoundAlpha(vec2 alpha) {
+INLINE float IsotropicAlpha(vec2 alpha) {
     if (!HasTraceFeature(kTraceAnisotropy)) return sqrt(alpha.x * alpha.y);
     return sqrt(0.5f * (Sqr(alpha.x) + Sqr(alpha.y)));
 }
@@ -73,8 +75,8 @@ INLINE vec2 SecondPoint(FacetLattice lattice, uint i) {
 }
 
 // The share of light that leaves along wi without meeting a second facet, of what a facet sends there.
-INLINE float LeavingShare(vec2 alpha, vec3 wo, vec3 wi) {
-    float facets = ProjectedFacets(alpha, wo);
+INLINE float ConditionalShadowing(vec2 alpha, vec3 wo, vec3 wi) {
+    float facets = ProjectedMicrofacetArea(alpha, wo);
     return facets / (facets + WalkLambda(alpha, vec3(wi.x, wi.y, abs(wi.z))) * wo.z);
 }
 
@@ -91,14 +93,14 @@ INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
     float share = 1.0f / float(kStretchFacets);
     DONT_UNROLL
     for (uint i = 0u; i < kStretchFacets; ++i) {
-        vec3 wm = SampleFacetSeen(alpha, wo, FirstPoint(lattice, i, kStretchFacets));
+        vec3 wm = SampleVisibleFacet(alpha, wo, FirstPoint(lattice, i, kStretchFacets));
         float cosI = dot(wo, wm);
         vec3 wi = 2.0f * cosI * wm - wo;
         float curve = SchlickWeight(cosI);
-        float leaving = wi.z > 0.0f ? share * LeavingShare(alpha, wo, wi) : 0.0f;
+        float leaving = wi.z > 0.0f ? share * ConditionalShadowing(alpha, wo, wi) : 0.0f;
         energy.single += leaving * vec2(1.0f - curve, curve);
         float second = share - leaving;
-        float next = SchlickWeight(-dot(wi, SampleFacetSeen(alpha, -wi, SecondPoint(lattice, i))));
+        float next = SchlickWeight(-dot(wi, SampleVisibleFacet(alpha, -wi, SecondPoint(lattice, i))));
         energy.second += second;
         energy.curveMean += second * 0.5f * (curve + next);
         energy.curveProduct += second * curve * next;
@@ -118,7 +120,7 @@ INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, Glas
     energy.toTransmitted = min(table.toTransmitted, 1.5f);
     DONT_UNROLL
     for (uint i = 0u; i < kStretchGlassFacets; ++i) {
-        vec3 wm = SampleFacetSeen(alpha, wo, FirstPoint(lattice, i, kStretchGlassFacets));
+        vec3 wm = SampleVisibleFacet(alpha, wo, FirstPoint(lattice, i, kStretchGlassFacets));
         float cosI = dot(wo, wm);
         float cosT = RefractedCosine(cosI, eta);  // negative: total reflection
         float curve = SchlickWeight(eta < 1.0f ? max(cosT, 0.0f) : cosI);
@@ -126,10 +128,10 @@ INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, Glas
         vec3 refracted = (cosI / eta - cosT) * wm - wo / eta;
         if (reflected.z > 0.0f) {
             vec3 kind = cosT < 0.0f ? vec3(1.0f, 0.0f, 0.0f) : vec3(0.0f, 1.0f - curve, curve);
-            energy.reflected += LeavingShare(alpha, wo, reflected) * kind;
+            energy.reflected += ConditionalShadowing(alpha, wo, reflected) * kind;
         }
         if (cosT >= 0.0f && refracted.z < 0.0f)
-            energy.passed += LeavingShare(alpha, wo, refracted) * vec2(1.0f - curve, curve);
+            energy.passed += ConditionalShadowing(alpha, wo, refracted) * vec2(1.0f - curve, curve);
     }
     energy.passed /= float(kStretchGlassFacets);
     energy.reflected /= float(kStretchGlassFacets);
@@ -140,20 +142,20 @@ INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, Glas
 
 // The alpha in the direction of w, times the sine of its angle; and that alpha, from above the round one.
 INLINE float AlphaSine(vec2 alpha, vec3 w) { return sqrt(Sqr(alpha.x * w.x) + Sqr(alpha.y * w.y)); }
-INLINE float SeenAlpha(vec2 alpha, vec3 w) {
-    return sqrt(Sqr(RoundAlpha(alpha) * w.z) + Sqr(AlphaSine(alpha, w)));
+INLINE float ProjectedAlpha(vec2 alpha, vec3 w) {
+    return sqrt(Sqr(IsotropicAlpha(alpha) * w.z) + Sqr(AlphaSine(alpha, w)));
 }
 
 // The cosine at which a round surface of that alpha is masked as the stretched one is from w.
-INLINE float RoundCosine(vec2 alpha, float roundAlpha, vec3 w) {
-    return w.z / max(sqrt(Sqr(w.z) + Sqr(AlphaSine(alpha, w) / roundAlpha)), 1e-20f);
+INLINE float IsotropicCosine(vec2 alpha, float isotropicAlpha, vec3 w) {
+    return w.z / max(sqrt(Sqr(w.z) + Sqr(AlphaSine(alpha, w) / isotropicAlpha)), 1e-20f);
 }
 
-// FacetEnergyAt for these alphas. `row` is that of RoundAlpha.
+// FacetEnergyAt for these alphas. `row` is that of IsotropicAlpha.
 INLINE FacetEnergy FacetEnergyFrom(vec2 alpha, TableSpan row, vec3 w) {
-    if (!IsStretched(alpha)) return FacetEnergyAt(row, w.z);
-    FacetEnergy energy = FacetEnergyAt(row, RoundCosine(alpha, RoundAlpha(alpha), w));
-    FacetEnergy seen = FacetEnergyAt(EnergyRow(SeenAlpha(alpha, w)), w.z);
+    if (!HasAnisotropicAlpha(alpha)) return FacetEnergyAt(row, w.z);
+    FacetEnergy energy = FacetEnergyAt(row, IsotropicCosine(alpha, IsotropicAlpha(alpha), w));
+    FacetEnergy seen = FacetEnergyAt(EnergyRow(ProjectedAlpha(alpha, w)), w.z);
     float total = energy.single.x + energy.single.y;
     float curve = seen.single.y / max(seen.single.x + seen.single.y, 1e-4f);
     float second = energy.second / max(seen.second, 1e-3f);
@@ -165,24 +167,24 @@ INLINE FacetEnergy FacetEnergyFrom(vec2 alpha, TableSpan row, vec3 w) {
 
 // Returns the energy of the facets towards the viewer.
 INLINE FacetEnergy ViewEnergy(vec2 alpha, TableSpan row, vec3 wo, uint seed) {
-    if (!IsStretched(alpha)) return FacetEnergyAt(row, wo.z);
+    if (!HasAnisotropicAlpha(alpha)) return FacetEnergyAt(row, wo.z);
     FacetEnergy energy = EstimateFacets(alpha, wo, seed);
-    energy.continuation = FacetEnergyAt(row, RoundCosine(alpha, RoundAlpha(alpha), wo)).continuation;
+    energy.continuation = FacetEnergyAt(row, IsotropicCosine(alpha, IsotropicAlpha(alpha), wo)).continuation;
     return energy;
 }
 
-// LaterCurve for light that left towards wo. Between the walls of a groove light keeps its angle to the
+// HigherOrderCurve for light that left towards wo. Between the walls of a groove light keeps its angle to the
 // groove, and Fresnel's curve its value.
-INLINE float ViewLaterCurve(vec2 alpha, TableSpan row, FacetEnergy energy) {
-    if (!IsStretched(alpha)) return LaterCurve(row);
+INLINE float ViewHigherOrderCurve(vec2 alpha, TableSpan row, FacetEnergy energy) {
+    if (!HasAnisotropicAlpha(alpha)) return HigherOrderCurve(row);
     float groove = 1.0f - min(alpha.x, alpha.y) / max(alpha.x, alpha.y);
-    return mix(LaterCurve(row), energy.curveMean / max(energy.second, 1e-4f), groove);
+    return mix(HigherOrderCurve(row), energy.curveMean / max(energy.second, 1e-4f), groove);
 }
 
 // GlassEnergyAt for these alphas.
 INLINE GlassEnergy ViewGlassEnergy(vec2 alpha, vec2 single, float eta, vec3 wo, uint seed) {
-    if (!IsStretched(alpha)) return GlassEnergyAt(single, RoundAlpha(alpha), eta, wo.z);
-    return EstimateGlass(alpha, eta, wo, seed, GlassEnergyAt(single, SeenAlpha(alpha, wo), eta, wo.z));
+    if (!HasAnisotropicAlpha(alpha)) return GlassEnergyAt(single, IsotropicAlpha(alpha), eta, wo.z);
+    return EstimateGlass(alpha, eta, wo, seed, GlassEnergyAt(single, ProjectedAlpha(alpha, wo), eta, wo.z));
 }
 
 SHADING_END

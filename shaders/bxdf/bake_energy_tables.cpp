@@ -1,5 +1,5 @@
 // Writes the source file that holds the tables of shared/energy_tables.h:
-//     raygraph_bake_energy_tables renderer/gpu_scene/energy_tables.cpp
+//     raygraph_bake_energy_tables renderer/gpu_scene/materials/energy_tables.cpp
 // Takes about a minute, and writes the same file each time. Albedos are quadratures over visible facets in
 // double precision, apart from the shading text that they are tested against; what happens after the first
 // bounce is counted in random walks of bxdf/multiscatter_walk.glsl. Exit status 1: the file cannot be
@@ -167,7 +167,7 @@ WalkedFacets WalkFacets(const shading::WalkSurface& white, shading::vec3 wo, uin
     shading::WalkRng rng = shading::StartWalkRng(seed);
     shading::WalkRay ray = shading::StartWalkRay(wo);
     while (facets.count < shading::kWalkBounceLimit &&
-           shading::MoveToFacet(ray, white.alpha, shading::WalkGet1D(rng))) {
+           shading::AdvanceToNextFacet(ray, white.alpha, shading::WalkGet1D(rng))) {
         const shading::vec3 before = ray.view;
         shading::ScatterAtFacet(ray, white, rng, false);
         // A mirror moves the direction by twice the cosine
@@ -180,10 +180,10 @@ WalkedFacets WalkFacets(const shading::WalkSurface& white, shading::vec3 wo, uin
 
 // The fate of light of one roughness and direction after its first facet.
 struct LaterFacets {
-    double curveMean = 0.0;     // of (s1 + s2) / 2, s Schlick's curve
-    double curveProduct = 0.0;  // of s1 s2
-    double continuation = 0.0;  // q
-    double laterCurve = 0.0;    // mean of s from the third facet on
+    double curveMean = 0.0;         // of (s1 + s2) / 2, s Schlick's curve
+    double curveProduct = 0.0;      // of s1 s2
+    double continuation = 0.0;      // q
+    double higherOrderCurve = 0.0;  // mean of s from the third facet on
 };
 
 // q is such that facets of reflectance F = 1/2 return as much in all bounces from the second on as the walk
@@ -195,7 +195,7 @@ LaterFacets WalkLaterFacets(double alpha, uint32_t walkCount, View&& view) {
     const shading::WalkSurface white = Surface(alpha, shading::kWalkAbsorbs, 1.0f, 1.0f, 1.0);
     double count = 0.0;
     double dimmed = 0.0;
-    double laterCount = 0.0;
+    double higherOrderCount = 0.0;
     for (uint32_t i = 0; i < walkCount; ++i) {
         const shading::vec3 wo = view(i);
         if (wo.z <= 0.0f) continue;
@@ -205,15 +205,15 @@ LaterFacets WalkLaterFacets(double alpha, uint32_t walkCount, View&& view) {
         result.curveMean += 0.5 * (facets.first + facets.second);
         result.curveProduct += facets.first * facets.second;
         dimmed += std::exp2(1.0 - facets.count);
-        laterCount += facets.count - 2;
-        result.laterCurve += facets.later;
+        higherOrderCount += facets.count - 2;
+        result.higherOrderCurve += facets.later;
     }
     if (count == 0.0) return result;
     result.curveMean /= count;
     result.curveProduct /= count;
     const double share = dimmed / count;
     result.continuation = std::clamp((1.0 - 2.0 * share) / (1.0 - share), 0.0, 1.0);
-    if (laterCount > 0.0) result.laterCurve /= laterCount;
+    if (higherOrderCount > 0.0) result.higherOrderCurve /= higherOrderCount;
     return result;
 }
 
@@ -364,7 +364,7 @@ std::vector<Entry> BakeTables() {
             return shading::SampleCosineHemisphere(shading::WalkGet2D(rng));
         });
         mean.back() = later.continuation;
-        means.push_back(ReflectionEntry(mean, later.laterCurve));
+        means.push_back(ReflectionEntry(mean, later.higherOrderCurve));
     }
     table.insert(table.end(), means.begin(), means.end());
     AppendGlass(table, true);
@@ -375,7 +375,8 @@ std::vector<Entry> BakeTables() {
 
 void Write(std::ostream& file, const std::vector<Entry>& table) {
     file << "// Data table: energy of rough surfaces, made by raygraph_bake_energy_tables.\n"
-            "#include \"renderer/gpu_scene/energy_tables.h\"\n\nnamespace raygraph {\nnamespace {\n\n"
+            "#include \"renderer/gpu_scene/materials/energy_tables.h\"\n\nnamespace raygraph {\nnamespace "
+            "{\n\n"
             "// clang-format off\n"
             "constexpr std::array<EnergyEntryBits, kEnergyEntryCount> kEntries = {{\n";
     constexpr size_t kPerLine = 2;

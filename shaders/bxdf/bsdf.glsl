@@ -73,20 +73,20 @@ INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
 
 // Returns whether light passes straight through the boundary of a medium because both sides have one index:
 // whatever its roughness, its facets have no effect, unless there is a film on them.
-INLINE bool IsMatchedBoundary(SurfaceMaterial material, bool areSidesAlike) {
+INLINE bool IsIndexMatched(SurfaceMaterial material, bool haveEqualIndices) {
     if (!HasTraceFeature(kTraceMatchedMedia) || ActiveBrdf() != kBrdfGltf) return false;
     if (HasTraceFeature(kTraceIridescence) && material.iridescence > 0.0f) return false;
-    return areSidesAlike && (material.flags & (kMaterialVolume | kMaterialUnlit)) == kMaterialVolume &&
+    return haveEqualIndices && (material.flags & (kMaterialVolume | kMaterialUnlit)) == kMaterialVolume &&
            material.transmission > 0.0f;
 }
 
 // For smooth thin walls and matched boundaries: the share of light that goes straight on from wo, the
 // probability that a sample does, and the other lobes, which sample the rest. The probability is below 1
 // unless there is no rest.
-INLINE vec3 StraightShare(SurfaceBSDF wall) { return StraightShare(wall.gltf); }
-INLINE float StraightChance(SurfaceBSDF wall) { return StraightChance(wall.gltf); }
-INLINE SurfaceBSDF WithoutStraight(SurfaceBSDF wall, float chance) {
-    wall.gltf = WithoutStraight(wall.gltf, chance);
+INLINE vec3 PassThroughWeight(SurfaceBSDF wall) { return PassThroughWeight(wall.gltf); }
+INLINE float PassThroughProbability(SurfaceBSDF wall) { return PassThroughProbability(wall.gltf); }
+INLINE SurfaceBSDF WithoutPassThrough(SurfaceBSDF wall, float chance) {
+    wall.gltf = WithoutPassThrough(wall.gltf, chance);
     wall.flags = wall.gltf.flags;
     return wall;
 }

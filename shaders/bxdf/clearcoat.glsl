@@ -27,26 +27,27 @@ INLINE FacetFresnel ClearcoatFresnel() {
 }
 
 // Returns the albedo of the coat's facets where they reflect with that energy, later reflections included.
-INLINE float ClearcoatAlbedo(FacetEnergy energy, float laterCurve) {
+INLINE float ClearcoatAlbedo(FacetEnergy energy, float higherOrderCurve) {
     FacetFresnel fresnel = ClearcoatFresnel();
     vec3 albedo = SingleAlbedo(energy, fresnel.f0, fresnel.f90);
-    if (HasCompensation()) albedo += MultipleAlbedo(energy, fresnel.f0, fresnel.f90, laterCurve);
+    if (HasCompensation()) albedo += MultipleAlbedo(energy, fresnel.f0, fresnel.f90, higherOrderCurve);
     return min(albedo.x, 1.0f);
 }
 
 // The share of light at that cosine to the coat's normal that a coat lets pass, as for what the surface below
 // emits.
-INLINE float PassedByClearcoat(float weight, float roughness, float cosTheta) {
+INLINE float ClearcoatTransmittance(float weight, float roughness, float cosTheta) {
     TableSpan row = EnergyRow(MakeMicrofacetDistribution(vec2(Sqr(roughness))).alpha.x);
-    return 1.0f - weight * ClearcoatAlbedo(FacetEnergyAt(row, cosTheta), LaterCurve(row));
+    return 1.0f - weight * ClearcoatAlbedo(FacetEnergyAt(row, cosTheta), HigherOrderCurve(row));
 }
 
 // The share of what a surface emits towards wo that its clear coat lets pass: of a surface that a ray hit,
 // and of a light that is sampled.
-INLINE float EmissionPassed(SurfaceInteraction surface, vec3 wo) {
+INLINE float EmissionTransmittance(SurfaceInteraction surface, vec3 wo) {
     SurfaceMaterial material = surface.material;
     if (!HasTraceFeature(kTraceClearcoat) || !(material.clearcoat > 0.0f)) return 1.0f;
-    return PassedByClearcoat(material.clearcoat, material.clearcoatRoughness, dot(surface.coatNormal, wo));
+    return ClearcoatTransmittance(material.clearcoat, material.clearcoatRoughness,
+                                  dot(surface.coatNormal, wo));
 }
 
 struct ClearcoatBxDF {
@@ -54,26 +55,26 @@ struct ClearcoatBxDF {
     FacetView view;  // of the coat's facets, within `frame`
     float weight;
     float scale;        // weight, with the light of later bounces
-    float passedScale;  // 1 / mean of what it passes
+    float transmittanceScale;  // 1 / mean of what it passes
 };
 
-INLINE void PlaceLobe(OUT(ClearcoatBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+INLINE void InitLobe(OUT(ClearcoatBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
                       FacetView view, INOUT(float) share) {
     lobe.frame = FrameFromZ(setting.coatNormal);
     lobe.view = ViewOfFacets(vec2(setting.coatAlpha), false, material.clearcoatRoughness,
                              ToLocal(lobe.frame, view.wo), setting.seed);
     lobe.weight = share * material.clearcoat;
     lobe.scale = 0.0f;
-    lobe.passedScale = 1.0f;
+    lobe.transmittanceScale = 1.0f;
     if (!(lobe.weight > 0.0f)) return;
     FacetFresnel fresnel = ClearcoatFresnel();
     FacetEnergy energy = lobe.view.energy;
     vec3 single = SingleAlbedo(energy, fresnel.f0, fresnel.f90);
-    vec3 multiple = MultipleAlbedo(energy, fresnel.f0, fresnel.f90, lobe.view.laterCurve);
-    lobe.scale = lobe.weight * LaterBounces(single, multiple, fresnel.f90).x;
-    float mean = ClearcoatAlbedo(MeanFacetEnergy(lobe.view.row), lobe.view.laterCurve);
-    lobe.passedScale = 1.0f / max(1.0f - lobe.weight * mean, 1e-3f);
-    share *= 1.0f - lobe.weight * ClearcoatAlbedo(energy, lobe.view.laterCurve);
+    vec3 multiple = MultipleAlbedo(energy, fresnel.f0, fresnel.f90, lobe.view.higherOrderCurve);
+    lobe.scale = lobe.weight * MultipleScatteringScale(single, multiple, fresnel.f90).x;
+    float mean = ClearcoatAlbedo(MeanFacetEnergy(lobe.view.row), lobe.view.higherOrderCurve);
+    lobe.transmittanceScale = 1.0f / max(1.0f - lobe.weight * mean, 1e-3f);
+    share *= 1.0f - lobe.weight * ClearcoatAlbedo(energy, lobe.view.higherOrderCurve);
 }
 
 INLINE bool IsDiffuse(ClearcoatBxDF) { return false; }
@@ -90,7 +91,7 @@ INLINE vec3 Evaluate(ClearcoatBxDF lobe, FacetView, FacetPair pair, OUT(float) p
     return vec3(lobe.scale * reflectance * own.reflection * (wi.z / pair.wi.z));
 }
 
-INLINE bool DrawsCosine(ClearcoatBxDF, float) { return false; }
+INLINE bool SamplesCosine(ClearcoatBxDF, float) { return false; }
 
 INLINE BSDFSample SampleDirection(ClearcoatBxDF lobe, FacetView, vec3, float, vec2 u) {
     if (!(lobe.view.wo.z > 0.0f)) return NoSample();
@@ -109,17 +110,18 @@ INLINE LobeMean Reflected(ClearcoatBxDF lobe, FacetView) {
 
 INLINE float Weight(ClearcoatBxDF lobe, FacetView view) { return Reflected(lobe, view).albedo.x; }
 
-INLINE float PassedTo(ClearcoatBxDF lobe, FacetView, FacetPair pair) {
+INLINE float NormalizedTransmittance(ClearcoatBxDF lobe, FacetView, FacetPair pair) {
     if (!IsForDiffuse(pair)) return 1.0f;
     // On the other side of a sheet, the coat's normal points to that side.
     float cosTheta = dot(lobe.frame.z, pair.wi) * (pair.wi.z < 0.0f ? -1.0f : 1.0f);
     FacetEnergy energy = FacetEnergyAt(lobe.view.row, cosTheta);
-    return (1.0f - lobe.weight * ClearcoatAlbedo(energy, lobe.view.laterCurve)) * lobe.passedScale;
+    return (1.0f - lobe.weight * ClearcoatAlbedo(energy, lobe.view.higherOrderCurve)) *
+           lobe.transmittanceScale;
 }
 
 LOBE_IS_OPAQUE(ClearcoatBxDF)
-LOBE_IS_NOT_WALKED(ClearcoatBxDF)
-LOBE_WORDS(ClearcoatBxDF)
+LOBE_HAS_NO_WALK(ClearcoatBxDF)
+LOBE_BXDF_INTERFACE(ClearcoatBxDF)
 
 SHADING_END
 

@@ -24,7 +24,7 @@ INLINE FacetFresnel FresnelOf(ConductorBxDF lobe) {
     return fresnel;
 }
 
-INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+INLINE void InitLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
                       FacetView view, INOUT(float) share) {
     vec3 f0 = material.baseColor;
     vec3 f90 = vec3(1.0f);
@@ -38,8 +38,9 @@ INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, Surface
         lobe.table = TableCurveOf(FresnelOf(lobe), view, 1.0f, true);
     f0 = lobe.table.f0;
     f90 = lobe.table.f90;
-    vec3 later = LaterAlbedo(view, view.energy, f0, f90);
-    lobe.scale = share * material.metallic * LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
+    vec3 later = MultipleScatteringAlbedo(view, view.energy, f0, f90);
+    lobe.scale =
+        share * material.metallic * MultipleScatteringScale(SingleAlbedo(view.energy, f0, f90), later, f90);
 }
 
 INLINE bool IsDiffuse(ConductorBxDF) { return false; }
@@ -53,7 +54,7 @@ INLINE vec3 Evaluate(ConductorBxDF lobe, FacetView, FacetPair pair, OUT(float) p
     return lobe.scale * ConductorReflectance(lobe.fresnel, lobe.film, pair.cosI) * pair.reflection;
 }
 
-INLINE bool DrawsCosine(ConductorBxDF, float) { return false; }
+INLINE bool SamplesCosine(ConductorBxDF, float) { return false; }
 
 INLINE BSDFSample SampleDirection(ConductorBxDF, FacetView view, vec3 wm, float, vec2) {
     return ReflectedDirection(view, wm);
@@ -67,13 +68,13 @@ INLINE float Weight(ConductorBxDF lobe, FacetView view) { return Average(Reflect
 
 INLINE bool IsWalked(ConductorBxDF) { return true; }
 
-INLINE LobeWalk WalkOf(ConductorBxDF lobe, FacetView view) {
+INLINE MicrosurfaceWalk WalkOf(ConductorBxDF lobe, FacetView view) {
     return ReflectedWalk(view, FresnelOf(lobe), 1.0f, lobe.scale);
 }
 
 LOBE_IS_OPAQUE(ConductorBxDF)
-LOBE_COVERS_NOTHING(ConductorBxDF)
-LOBE_WORDS(ConductorBxDF)
+LOBE_IS_NOT_A_LAYER(ConductorBxDF)
+LOBE_BXDF_INTERFACE(ConductorBxDF)
 
 SHADING_END
 

@@ -17,11 +17,11 @@ struct DielectricLayerBxDF {
     TableCurve table;
     float eta;          // from inside a denser medium the layer acts as from outside
     vec3 scale;         // its share of the surface, with the light of later bounces
-    float passedScale;  // 1 / mean of what it passes
+    float transmittanceScale;  // 1 / mean of what it passes
 };
 
 // Returns the share that the layer passes where it reflects with that energy.
-INLINE float PassedShare(DielectricLayerBxDF lobe, FacetView view, FacetEnergy energy) {
+INLINE float LayerTransmittance(DielectricLayerBxDF lobe, FacetView view, FacetEnergy energy) {
     vec3 f0 = lobe.table.f0;
     vec3 f90 = lobe.table.f90;
     if (!HasTraceFeature(kTraceIridescence)) {
@@ -32,7 +32,7 @@ INLINE float PassedShare(DielectricLayerBxDF lobe, FacetView view, FacetEnergy e
     return max(1.0f - MaxComponent(FacetAlbedo(view, energy, f0, f90)), 0.0f);
 }
 
-INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+INLINE void InitLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
                       FacetView view, INOUT(float) share) {
     share *= DielectricShare(material) - GlassShare(material);
     lobe.fresnel = DielectricFresnel(material, setting);
@@ -44,10 +44,10 @@ INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, S
         lobe.table = TableCurveOf(lobe.fresnel, view, lobe.eta, true);
     vec3 f0 = lobe.table.f0;
     vec3 f90 = lobe.table.f90;
-    vec3 later = LaterAlbedo(view, view.energy, f0, f90);
-    lobe.scale = share * LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
-    lobe.passedScale = 1.0f / max(PassedShare(lobe, view, MeanFacetEnergy(view.row)), 1e-3f);
-    share *= PassedShare(lobe, view, view.energy);
+    vec3 later = MultipleScatteringAlbedo(view, view.energy, f0, f90);
+    lobe.scale = share * MultipleScatteringScale(SingleAlbedo(view.energy, f0, f90), later, f90);
+    lobe.transmittanceScale = 1.0f / max(LayerTransmittance(lobe, view, MeanFacetEnergy(view.row)), 1e-3f);
+    share *= LayerTransmittance(lobe, view, view.energy);
 }
 
 INLINE bool IsDiffuse(DielectricLayerBxDF) { return false; }
@@ -63,7 +63,7 @@ INLINE vec3 Evaluate(DielectricLayerBxDF lobe, FacetView, FacetPair pair, OUT(fl
     return lobe.scale * OutsideReflectance(lobe.fresnel, pair.cosI, lobe.eta) * pair.reflection;
 }
 
-INLINE bool DrawsCosine(DielectricLayerBxDF, float) { return false; }
+INLINE bool SamplesCosine(DielectricLayerBxDF, float) { return false; }
 
 INLINE BSDFSample SampleDirection(DielectricLayerBxDF, FacetView view, vec3 wm, float, vec2) {
     return ReflectedDirection(view, wm);
@@ -77,20 +77,21 @@ INLINE float Weight(DielectricLayerBxDF lobe, FacetView view) {
     return Average(Reflected(lobe, view).albedo);
 }
 
-INLINE float PassedTo(DielectricLayerBxDF lobe, FacetView view, FacetPair pair) {
+INLINE float NormalizedTransmittance(DielectricLayerBxDF lobe, FacetView view, FacetPair pair) {
     if (!IsForDiffuse(pair)) return 1.0f;
     vec3 wi = vec3(pair.wi.x, pair.wi.y, abs(pair.wi.z));
-    return PassedShare(lobe, view, FacetEnergyFrom(view.facets.alpha, view.row, wi)) * lobe.passedScale;
+    return LayerTransmittance(lobe, view, FacetEnergyFrom(view.facets.alpha, view.row, wi)) *
+           lobe.transmittanceScale;
 }
 
 INLINE bool IsWalked(DielectricLayerBxDF) { return true; }
 
-INLINE LobeWalk WalkOf(DielectricLayerBxDF lobe, FacetView view) {
+INLINE MicrosurfaceWalk WalkOf(DielectricLayerBxDF lobe, FacetView view) {
     return ReflectedWalk(view, lobe.fresnel, lobe.eta, lobe.scale);
 }
 
 LOBE_IS_OPAQUE(DielectricLayerBxDF)
-LOBE_WORDS(DielectricLayerBxDF)
+LOBE_BXDF_INTERFACE(DielectricLayerBxDF)
 
 SHADING_END
 

@@ -38,7 +38,7 @@ INLINE BSDFSample Sample_f(DiffuseBxDF lobe, vec3 wo, float /* uc: one part */, 
 
 // -------------------------------------------------------------------------------------- as a material's base
 
-INLINE void PlaceLobe(OUT(DiffuseBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView,
+INLINE void InitLobe(OUT(DiffuseBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView,
                       INOUT(float) share) {
     lobe.albedo = share * material.baseColor;
 }
@@ -54,7 +54,7 @@ INLINE vec3 Evaluate(DiffuseBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf
     return lobe.albedo * kInvPi;
 }
 
-INLINE bool DrawsCosine(DiffuseBxDF, float) { return true; }
+INLINE bool SamplesCosine(DiffuseBxDF, float) { return true; }
 
 INLINE BSDFSample SampleDirection(DiffuseBxDF, FacetView, vec3 drawn, float, vec2) {
     return CosineDirection(drawn, kBxDFDiffuse);
@@ -70,9 +70,9 @@ INLINE LobeMean Reflected(DiffuseBxDF lobe, FacetView) {
 INLINE float Weight(DiffuseBxDF lobe, FacetView) { return Average(lobe.albedo); }
 
 LOBE_IS_OPAQUE(DiffuseBxDF)
-LOBE_COVERS_NOTHING(DiffuseBxDF)
-LOBE_IS_NOT_WALKED(DiffuseBxDF)
-LOBE_WORDS(DiffuseBxDF)
+LOBE_IS_NOT_A_LAYER(DiffuseBxDF)
+LOBE_HAS_NO_WALK(DiffuseBxDF)
+LOBE_BXDF_INTERFACE(DiffuseBxDF)
 
 SHADING_END
 

@@ -21,11 +21,11 @@ SHADING_BEGIN
 struct DiffuseTransmissionBxDF {
     vec3 albedo;    // the share of light that is transmitted, in [0, 1]
     vec3 returned;  // and that is reflected in its place: on the denser side of a boundary, or by scattering
-    float backChance;  // of sampling that
+    float reflectProbability;  // of sampling that
     float eta;
 };
 
-INLINE void PlaceLobe(OUT(DiffuseTransmissionBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+INLINE void InitLobe(OUT(DiffuseTransmissionBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
                       FacetView, INOUT(float) share) {
     vec3 color = share * material.diffuseTransmission *
                  clamp(material.diffuseTransmissionColor, vec3(0.0f), vec3(1.0f));
@@ -35,14 +35,14 @@ INLINE void PlaceLobe(OUT(DiffuseTransmissionBxDF) lobe, SurfaceMaterial materia
         passed = 0.5f + 0.5f * material.scatterMeanCosine;
     lobe.albedo = color * passed;
     lobe.returned = color * (1.0f - passed);
-    lobe.backChance = 1.0f - passed;
+    lobe.reflectProbability = 1.0f - passed;
     share *= 1.0f - material.diffuseTransmission;
 }
 
 INLINE bool IsDiffuse(DiffuseTransmissionBxDF) { return true; }
 
 INLINE uint Flags(DiffuseTransmissionBxDF lobe, FacetView) {
-    return kBxDFTransmission | kBxDFDiffuse | (lobe.backChance > 0.0f ? kBxDFReflection : 0u);
+    return kBxDFTransmission | kBxDFDiffuse | (lobe.reflectProbability > 0.0f ? kBxDFReflection : 0u);
 }
 
 INLINE vec3 Evaluate(DiffuseTransmissionBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
@@ -50,14 +50,14 @@ INLINE vec3 Evaluate(DiffuseTransmissionBxDF lobe, FacetView, FacetPair pair, OU
     if (!IsForDiffuse(pair)) return vec3(0.0f);
     float density = CosineHemispherePDF(abs(pair.wi.z));
     bool isThrough = pair.wi.z < 0.0f;
-    pdf = isThrough ? (1.0f - lobe.backChance) * density : lobe.backChance * density;
+    pdf = isThrough ? (1.0f - lobe.reflectProbability) * density : lobe.reflectProbability * density;
     return (isThrough ? lobe.albedo / Sqr(lobe.eta) : lobe.returned) * kInvPi;
 }
 
-INLINE bool DrawsCosine(DiffuseTransmissionBxDF, float) { return true; }
+INLINE bool SamplesCosine(DiffuseTransmissionBxDF, float) { return true; }
 
 INLINE BSDFSample SampleDirection(DiffuseTransmissionBxDF lobe, FacetView, vec3 drawn, float uc, vec2) {
-    if (uc < lobe.backChance) return CosineDirection(drawn, kBxDFDiffuse);
+    if (uc < lobe.reflectProbability) return CosineDirection(drawn, kBxDFDiffuse);
     if (!(drawn.z > 0.0f)) return NoSample();
     return SampledDirection(vec3(drawn.x, drawn.y, -drawn.z), lobe.eta, kBxDFTransmission | kBxDFDiffuse);
 }
@@ -79,10 +79,10 @@ INLINE LobeMean Transmitted(DiffuseTransmissionBxDF lobe, FacetView) {
 
 INLINE float Weight(DiffuseTransmissionBxDF lobe, FacetView) { return Average(lobe.albedo + lobe.returned); }
 
-LOBE_GOES_NOT_STRAIGHT(DiffuseTransmissionBxDF)
-LOBE_COVERS_NOTHING(DiffuseTransmissionBxDF)
-LOBE_IS_NOT_WALKED(DiffuseTransmissionBxDF)
-LOBE_WORDS(DiffuseTransmissionBxDF)
+LOBE_HAS_NO_PASS_THROUGH(DiffuseTransmissionBxDF)
+LOBE_IS_NOT_A_LAYER(DiffuseTransmissionBxDF)
+LOBE_HAS_NO_WALK(DiffuseTransmissionBxDF)
+LOBE_BXDF_INTERFACE(DiffuseTransmissionBxDF)
 
 SHADING_END
 

@@ -103,19 +103,19 @@ INLINE EnergyEntry MeanEntry(TableSpan row) {
 INLINE FacetEnergy MeanFacetEnergy(TableSpan row) { return FacetEnergyOf(MeanEntry(row)); }
 
 // The mean of Schlick's curve from the third facet on.
-INLINE float LaterCurve(TableSpan row) { return MeanEntry(row).second.y; }
+INLINE float HigherOrderCurve(TableSpan row) { return MeanEntry(row).second.y; }
 
 INLINE vec3 SingleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90) {
     return f0 * energy.single.x + f90 * energy.single.y;
 }
 
 // The albedo of all bounces from the second on.
-INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float laterCurve) {
+INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float higherOrderCurve) {
     vec3 rise = f90 - f0;
     vec3 two = f0 * f0 * energy.second + f0 * rise * (2.0f * energy.curveMean) +
                rise * rise * energy.curveProduct;
     float q = energy.continuation;
-    return two * (1.0f - q) / max(vec3(1.0f) - q * mix(f0, f90, laterCurve), vec3(1e-4f));
+    return two * (1.0f - q) / max(vec3(1.0f) - q * mix(f0, f90, higherOrderCurve), vec3(1e-4f));
 }
 
 // The factors on reflection and transmission of a refracting surface, and the albedo of an additional

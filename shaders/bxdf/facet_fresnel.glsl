@@ -71,24 +71,24 @@ INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
 // The share of light that a layer of that reflectance passes to its base: for every channel that of
 // the channel which is reflected most. Otherwise a colored layer would give the base the inverse
 // color (KHR_materials_specular).
-INLINE vec3 PassedShare(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
+INLINE vec3 LayerTransmittance(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
 
 // The shares of light that a facet reflects and passes.
-struct FacetShares {
+struct FresnelCoefficients {
     vec3 reflected;
     vec3 passed;
 };
 
-INLINE FacetShares BareShares(vec3 reflectance) {
-    FacetShares shares;
+INLINE FresnelCoefficients FresnelWithoutFilm(vec3 reflectance) {
+    FresnelCoefficients shares;
     shares.reflected = reflectance;
-    shares.passed = PassedShare(reflectance);
+    shares.passed = LayerTransmittance(reflectance);
     return shares;
 }
 
 // A film takes from what passes, channel by channel, what it adds to the reflection.
-INLINE FacetShares FilmedShares(vec3 bare, vec3 gain) {
-    FacetShares shares = BareShares(bare);
+INLINE FresnelCoefficients FresnelWithFilm(vec3 bare, vec3 gain) {
+    FresnelCoefficients shares = FresnelWithoutFilm(bare);
     shares.reflected = clamp(bare + gain, vec3(0.0f), vec3(1.0f));
     shares.passed = max(shares.passed + bare - shares.reflected, vec3(0.0f));
     return shares;
@@ -96,25 +96,25 @@ INLINE FacetShares FilmedShares(vec3 bare, vec3 gain) {
 
 // Returns the shares of light at cosI > 0 with the facet. eta is n(far side) / n(this side) as seen from
 // here, and is not read for metals. Total reflection is 1 whatever f90 and film are.
-INLINE FacetShares SharesOf(FacetFresnel fresnel, float cosI, float eta) {
+INLINE FresnelCoefficients EvaluateFresnel(FacetFresnel fresnel, float cosI, float eta) {
     if (fresnel.isMetal) {
         if (ActiveFresnel() == kFresnelSchlick && !HasFilm(fresnel.film))
-            return BareShares(FresnelSchlick(cosI, fresnel.f0, fresnel.f90));
+            return FresnelWithoutFilm(FresnelSchlick(cosI, fresnel.f0, fresnel.f90));
         ConductorFresnel conductor = ConductorFromColor(fresnel.f0, fresnel.f90);
-        return BareShares(ConductorReflectance(conductor, fresnel.film, cosI));
+        return FresnelWithoutFilm(ConductorReflectance(conductor, fresnel.film, cosI));
     }
     float c = min(cosI, 1.0f);
     if (eta < 1.0f) {
         c = RefractedCosine(c, eta);
-        if (c < 0.0f) return BareShares(vec3(1.0f));
+        if (c < 0.0f) return FresnelWithoutFilm(vec3(1.0f));
     }
     vec3 bare = DielectricCurve(fresnel, c, cosI, eta);
-    if (!HasFilm(fresnel.film)) return BareShares(bare);
-    return FilmedShares(bare, DielectricFilmGain(fresnel, c));
+    if (!HasFilm(fresnel.film)) return FresnelWithoutFilm(bare);
+    return FresnelWithFilm(bare, DielectricFilmGain(fresnel, c));
 }
 
 INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
-    return SharesOf(fresnel, cosI, eta).reflected;
+    return EvaluateFresnel(fresnel, cosI, eta).reflected;
 }
 
 SHADING_END

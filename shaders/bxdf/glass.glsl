@@ -29,10 +29,10 @@ struct GlassBxDF {
     vec3 reflect;     // factors on what facets reflect, and on what they transmit
     vec3 pass;
     vec3 rest;         // albedo of a diffuse reflection: light that facets sent on more than once
-    float restChance;  // of sampling that
+    float compensationProbability;  // of sampling that
     float weight;
     vec3 albedo;  // of reflection and transmission, for LobeMean
-    vec3 passedAlbedo;
+    vec3 transmittedAlbedo;
 };
 
 // A lobe of single scattering, for `share` of the light.
@@ -44,14 +44,14 @@ INLINE GlassBxDF GlassOf(SurfaceMaterial material, float eta, bool isThin, float
     lobe.reflect = vec3(share);
     lobe.pass = share * material.baseColor;
     lobe.rest = vec3(0.0f);
-    lobe.restChance = 0.0f;
+    lobe.compensationProbability = 0.0f;
     lobe.weight = share;
     lobe.albedo = vec3(0.0f);
-    lobe.passedAlbedo = vec3(0.0f);
+    lobe.transmittedAlbedo = vec3(0.0f);
     return lobe;
 }
 
-INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting, FacetView view,
+INLINE void InitLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting, FacetView view,
                       INOUT(float) share) {
     float own = share * GlassShare(material);
     lobe = GlassOf(material, setting.eta, view.isThin, own);
@@ -60,7 +60,7 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
     if (HasTraceFeature(kTraceMatchedMedia) && setting.isMatched) {
         lobe.reflect = vec3(0.0f);
         lobe.weight = max(Average(lobe.pass), 0.01f * own);
-        lobe.passedAlbedo = lobe.pass;
+        lobe.transmittedAlbedo = lobe.pass;
         return;
     }
     if (!view.isThin && !view.isSmooth) {
@@ -91,15 +91,15 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
     float rest = Average(lobe.rest);
     float facets = max(own * Average(mix(material.baseColor, vec3(1.0f), layer)) - rest, 0.01f * own);
     lobe.weight = facets + rest;
-    lobe.restChance = rest / lobe.weight;
+    lobe.compensationProbability = rest / lobe.weight;
     vec3 reflected = FacetAlbedo(view, view.energy, f0, f90);
-    FacetShares shares = BareShares(reflected);
+    FresnelCoefficients shares = FresnelWithoutFilm(reflected);
     if (HasFilm(lobe.fresnel.film)) {
         vec3 bare = FacetAlbedo(view, view.energy, lobe.fresnel.f0, lobe.fresnel.f90);
-        shares = FilmedShares(bare, reflected - bare);
+        shares = FresnelWithFilm(bare, reflected - bare);
     }
     lobe.albedo = own * shares.reflected;
-    lobe.passedAlbedo = own * material.baseColor * max(shares.passed, vec3(0.0f));
+    lobe.transmittedAlbedo = own * material.baseColor * max(shares.passed, vec3(0.0f));
 }
 
 INLINE bool IsDiffuse(GlassBxDF) { return false; }
@@ -108,12 +108,12 @@ INLINE uint Flags(GlassBxDF, FacetView view) {
     return kBxDFReflection | kBxDFTransmission | FacetFlags(view);
 }
 
-INLINE FacetShares SharesOf(GlassBxDF lobe, float cosI) {
-    return SharesOf(lobe.fresnel, cosI, lobe.eta);
+INLINE FresnelCoefficients EvaluateFresnel(GlassBxDF lobe, float cosI) {
+    return EvaluateFresnel(lobe.fresnel, cosI, lobe.eta);
 }
 
 // The probability that a facet of these shares is sampled by reflection.
-INLINE float ReflectChance(GlassBxDF lobe, FacetShares shares) {
+INLINE float ReflectProbability(GlassBxDF lobe, FresnelCoefficients shares) {
     float reflected = Average(lobe.reflect * shares.reflected);
     float passed = Average(lobe.pass * shares.passed);
     float sum = reflected + passed;
@@ -150,21 +150,22 @@ INLINE vec3 Evaluate(GlassBxDF lobe, FacetView view, FacetPair pair, OUT(float) 
             density = RefractionPDF(view.facets, view.wo, pair.wi, wm, lobe.eta);
         }
     }
-    FacetShares shares = SharesOf(lobe, cosI);
-    float chance = ReflectChance(lobe, shares);
-    pdf = (1.0f - lobe.restChance) * (isThrough ? 1.0f - chance : chance) * density;
+    FresnelCoefficients shares = EvaluateFresnel(lobe, cosI);
+    float chance = ReflectProbability(lobe, shares);
+    pdf = (1.0f - lobe.compensationProbability) * (isThrough ? 1.0f - chance : chance) * density;
     if (isThrough) return lobe.pass * shares.passed * white;
-    pdf += lobe.restChance * CosineHemispherePDF(pair.wi.z);
+    pdf += lobe.compensationProbability * CosineHemispherePDF(pair.wi.z);
     return lobe.reflect * shares.reflected * white + lobe.rest * kInvPi;
 }
 
-INLINE bool DrawsCosine(GlassBxDF lobe, float uc) { return uc < lobe.restChance; }
+INLINE bool SamplesCosine(GlassBxDF lobe, float uc) { return uc < lobe.compensationProbability; }
 
 INLINE BSDFSample SampleDirection(GlassBxDF lobe, FacetView view, vec3 drawn, float uc, vec2) {
-    if (DrawsCosine(lobe, uc)) return CosineDirection(drawn, kBxDFGlossy);
+    if (SamplesCosine(lobe, uc)) return CosineDirection(drawn, kBxDFGlossy);
     vec3 wm = drawn;
-    float chance = ReflectChance(lobe, SharesOf(lobe, dot(view.wo, wm)));
-    if (uc - lobe.restChance < (1.0f - lobe.restChance) * chance) return ReflectedDirection(view, wm);
+    float chance = ReflectProbability(lobe, EvaluateFresnel(lobe, dot(view.wo, wm)));
+    if (uc - lobe.compensationProbability < (1.0f - lobe.compensationProbability) * chance)
+        return ReflectedDirection(view, wm);
     vec3 wi = Reflect(view.wo, wm);
     wi.z = -wi.z;
     if (!view.isThin && !Refract(view.wo, wm, lobe.eta, wi)) return NoSample();
@@ -177,7 +178,7 @@ INLINE LobeMean Reflected(GlassBxDF lobe, FacetView view) { return FacetMean(vie
 
 INLINE LobeMean Transmitted(GlassBxDF lobe, FacetView view) {
     LobeMean mean = NoMean();
-    mean.albedo = lobe.passedAlbedo;
+    mean.albedo = lobe.transmittedAlbedo;
     vec3 refracted = vec3(0.0f);
     mean.wi = -view.wo;
     if (!view.isThin && Refract(view.wo, vec3(0.0f, 0.0f, 1.0f), lobe.eta, refracted)) mean.wi = refracted;
@@ -192,29 +193,29 @@ INLINE float Weight(GlassBxDF lobe, FacetView) { return lobe.weight; }
 
 INLINE bool IsWalked(GlassBxDF) { return true; }
 
-INLINE LobeWalk WalkOf(GlassBxDF lobe, FacetView view) {
-    LobeWalk walk = ReflectedWalk(view, lobe.fresnel, lobe.eta, lobe.reflect);
+INLINE MicrosurfaceWalk WalkOf(GlassBxDF lobe, FacetView view) {
+    MicrosurfaceWalk walk = ReflectedWalk(view, lobe.fresnel, lobe.eta, lobe.reflect);
     walk.surface.kind = view.isThin ? kWalkPassesThin : kWalkRefracts;
     walk.pass = view.isThin ? lobe.pass : lobe.pass / Sqr(lobe.eta);
     walk.eta = view.isThin ? 1.0f : lobe.mediumEta;
     return walk;
 }
 
-INLINE vec3 StraightShare(GlassBxDF lobe, FacetView view) {
-    return lobe.pass * SharesOf(lobe, view.wo.z).passed;
+INLINE vec3 PassThroughWeight(GlassBxDF lobe, FacetView view) {
+    return lobe.pass * EvaluateFresnel(lobe, view.wo.z).passed;
 }
 
-INLINE float StraightChance(GlassBxDF lobe, FacetView view) {
-    return 1.0f - ReflectChance(lobe, SharesOf(lobe, view.wo.z));
+INLINE float PassThroughProbability(GlassBxDF lobe, FacetView view) {
+    return 1.0f - ReflectProbability(lobe, EvaluateFresnel(lobe, view.wo.z));
 }
 
-INLINE GlassBxDF WithoutStraight(GlassBxDF lobe) {
+INLINE GlassBxDF WithoutPassThrough(GlassBxDF lobe) {
     lobe.pass = vec3(0.0f);
     return lobe;
 }
 
-LOBE_COVERS_NOTHING(GlassBxDF)
-LOBE_WORDS(GlassBxDF)
+LOBE_IS_NOT_A_LAYER(GlassBxDF)
+LOBE_BXDF_INTERFACE(GlassBxDF)
 
 SHADING_END
 

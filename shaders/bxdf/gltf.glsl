@@ -37,11 +37,11 @@ struct LobeSum {
 
 // The part of a lobe that goes back, in SumLobes.
 #define RAYGRAPH_TURN_BACK_(name)                                                     \
-    if (HasTraceFeature(kTraceRetroreflection) && isTurnedBack && IsWalked(g.name)) { \
+    if (HasTraceFeature(kTraceRetroreflection) && isRetroreflected && IsWalked(g.name)) { \
         float backPDF = 0.0f;                                                         \
         vec3 backValue = Evaluate(g.name, g.view, back, backPDF);                     \
-        value = mix(value, backValue, g.view.backShare);                              \
-        lobePDF = mix(lobePDF, backPDF, g.view.backShare);                            \
+        value = mix(value, backValue, g.view.retroreflectedShare);                              \
+        lobePDF = mix(lobePDF, backPDF, g.view.retroreflectedShare);                            \
     }
 
 INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
@@ -52,8 +52,8 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     sum.walkedPDF = 0.0f;
     float passed = 1.0f;  // to diffuse lobes, by the lobes so far
     FacetPair back = pair;
-    bool isTurnedBack = IsTurnedBack(g.view, pair.wi);
-    if (isTurnedBack) back = BackPairOf(g.view, pair.wi, pair.isDelta);
+    bool isRetroreflected = HasRetroreflection(g.view, pair.wi);
+    if (isRetroreflected) back = RetroreflectedPair(g.view, pair.wi, pair.isDelta);
 #define RAYGRAPH_ADD_LOBE_(Lobe, name, feature)                                   \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                      \
         float lobePDF = 0.0f;                                                     \
@@ -68,7 +68,7 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
             sum.pdf += lobePDF;                                                   \
         }                                                                         \
         if (IsDiffuse(g.name)) sum.diffuse += value;                              \
-        passed *= PassedTo(g.name, g.view, pair);                                 \
+        passed *= NormalizedTransmittance(g.name, g.view, pair);                                 \
     }
     GLTF_LOBES(RAYGRAPH_ADD_LOBE_)
 #undef RAYGRAPH_ADD_LOBE_
@@ -81,12 +81,12 @@ INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, bool isDelta, OUT(float) pdf, OUT(vec3
     diffuse = vec3(0.0f);
     if (wi.z == 0.0f || g.flags == kBxDFNone) return vec3(0.0f);
     if (wi.z < 0.0f && !IsTransmissive(g.flags)) return vec3(0.0f);
-    float walkedChance = WalkedChance(g);
-    bool hasWalk = walkedChance > 0.0f && !isDelta;
+    float walkProbability = WalkProbability(g);
+    bool hasWalk = walkProbability > 0.0f && !isDelta;
     FacetPair pair = PairOf(g.view, wi, isDelta);
     LobeSum sum = SumLobes(g, pair, hasWalk);
     if (hasWalk) {
-        sum.value += EstimateWalk(g, pair, walkedChance);
+        sum.value += EstimateWalk(g, pair, walkProbability);
         sum.pdf += WalkPDF(g, wi, sum.walkedPDF);
     }
     pdf = sum.pdf;
@@ -119,7 +119,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     if (g.flags == kBxDFNone) return result;
 
     // Choose a lobe: from the bottom up, uc goes through their probabilities
-    bool hasWalk = WalkedChance(g) > 0.0f;
+    bool hasWalk = WalkProbability(g) > 0.0f;
     float above = 1.0f - uc;  // of what remains of them, from the top
     float within = 0.0f;
     uint lobe = 0u;
@@ -132,8 +132,8 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f && above > 0.0f) {     \
         chosen = lobe;                                                           \
         within = max(1.0f - above / g.name##Chance, 0.0f);                       \
-        isBack = IsWalked(g.name) && ChooseBack(g.view, within);                 \
-        isCosine = DrawsCosine(g.name, within);                                  \
+        isBack = IsWalked(g.name) && ChooseRetroreflection(g.view, within);                 \
+        isCosine = SamplesCosine(g.name, within);                                  \
         isWalked = hasWalk && IsWalked(g.name);                                  \
         above -= g.name##Chance;                                                 \
     }
@@ -146,7 +146,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
         if (isBack && result.wi.z > 0.0f) result.wi = Mirrored(result.wi);
         return result.flags == kBxDFNone ? result : EvaluateWalked(g, result, chosen);
     }
-    vec3 drawn = DrawFor(g.view, isCosine, u);
+    vec3 drawn = SampleCosineOrNormal(g.view, isCosine, u);
     lobe = 0u;
 #define RAYGRAPH_SAMPLE_LOBE_(Lobe, name, feature)                  \
     ++lobe;                                                         \
@@ -190,36 +190,36 @@ INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
 // At smooth thin walls, and between media of one index.
 
 // The probability that Sample_f passes straight through, and the share of light that does.
-INLINE float StraightChance(GltfBSDF g) {
+INLINE float PassThroughProbability(GltfBSDF g) {
     float chance = 0.0f;
 #define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)             \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f)      \
-        chance += g.name##Chance * StraightChance(g.name, g.view);
+        chance += g.name##Chance * PassThroughProbability(g.name, g.view);
     GLTF_LOBES(RAYGRAPH_ADD_STRAIGHT_)
 #undef RAYGRAPH_ADD_STRAIGHT_
     return chance;
 }
 
-INLINE vec3 StraightShare(GltfBSDF g) {
+INLINE vec3 PassThroughWeight(GltfBSDF g) {
     vec3 share = vec3(0.0f);
 #define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)             \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f)      \
-        share += StraightShare(g.name, g.view);
+        share += PassThroughWeight(g.name, g.view);
     GLTF_LOBES(RAYGRAPH_ADD_STRAIGHT_)
 #undef RAYGRAPH_ADD_STRAIGHT_
     return share;
 }
 
-// The surface without that; `chance` is StraightChance, and below 1.
-INLINE GltfBSDF WithoutStraight(GltfBSDF g, float chance) {
+// The surface without that; `chance` is PassThroughProbability, and below 1.
+INLINE GltfBSDF WithoutPassThrough(GltfBSDF g, float chance) {
     float scale = 1.0f / (1.0f - chance);
     uint flags = kBxDFNone;
 #define RAYGRAPH_REMOVE_STRAIGHT_(Lobe, name, feature)                                  \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                            \
-        float straight = StraightChance(g.name, g.view);                                \
+        float straight = PassThroughProbability(g.name, g.view);                                \
         flags |= Flags(g.name, g.view) & (straight > 0.0f ? ~kBxDFTransmission : ~0u);  \
         g.name##Chance = max(g.name##Chance - g.name##Chance * straight, 0.0f) * scale; \
-        g.name = WithoutStraight(g.name);                                               \
+        g.name = WithoutPassThrough(g.name);                                               \
     }
     GLTF_LOBES(RAYGRAPH_REMOVE_STRAIGHT_)
 #undef RAYGRAPH_REMOVE_STRAIGHT_
@@ -228,7 +228,7 @@ INLINE GltfBSDF WithoutStraight(GltfBSDF g, float chance) {
 }
 
 // The share of light from wo that passes straight through, without the rest of the BSDF.
-INLINE vec3 StraightShare(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
+INLINE vec3 PassThroughWeight(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
     vec3 sum = vec3(0.0f);
     if (!(wo.z > 0.0f)) return sum;
     FacetView view = ViewOf(material, setting, wo);
@@ -237,8 +237,8 @@ INLINE vec3 StraightShare(SurfaceMaterial material, SurfaceSetting setting, vec3
 #define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)         \
     if (HasTraceFeature(feature)) {                         \
         Lobe name;                                          \
-        PlaceLobe(name, material, setting, view, share);    \
-        sum += StraightShare(name, view);                   \
+        InitLobe(name, material, setting, view, share);    \
+        sum += PassThroughWeight(name, view);                   \
     }
     GLTF_LOBES(RAYGRAPH_ADD_STRAIGHT_)
 #undef RAYGRAPH_ADD_STRAIGHT_

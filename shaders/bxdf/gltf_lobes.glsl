@@ -56,7 +56,7 @@ INLINE GltfBSDF Prepare(SurfaceMaterial material, SurfaceSetting setting, vec3 w
 #define RAYGRAPH_PLACE_LOBE_(Lobe, name, feature)                \
     g.name##Chance = 0.0f;                                       \
     if (HasTraceFeature(feature)) {                              \
-        PlaceLobe(g.name, material, setting, g.view, share);     \
+        InitLobe(g.name, material, setting, g.view, share);     \
         g.name##Chance = wo.z > 0.0f ? Weight(g.name, g.view) : 0.0f; \
         sum += g.name##Chance;                                   \
     }

@@ -9,9 +9,9 @@
 SHADING_BEGIN
 
 // The probability that Sample_f chooses one of the walked lobes; 0 where no walk takes place.
-INLINE float WalkedChance(GltfBSDF g) {
+INLINE float WalkProbability(GltfBSDF g) {
     float sum = 0.0f;
-    if (!AreWalksOn() || g.view.isSmooth) return sum;
+    if (!UsesMicrosurfaceWalk() || g.view.isSmooth) return sum;
 #define RAYGRAPH_ADD_CHANCE_(Lobe, name, feature) \
     if (HasTraceFeature(feature) && IsWalked(g.name)) sum += g.name##Chance;
     GLTF_LOBES(RAYGRAPH_ADD_CHANCE_)
@@ -20,8 +20,8 @@ INLINE float WalkedChance(GltfBSDF g) {
 }
 
 // Chooses one of the walked lobes, with those probabilities.
-INLINE uint ChooseWalked(GltfBSDF g, float uc, float walkedChance) {
-    float above = (1.0f - uc) * walkedChance;
+INLINE uint ChooseWalkedLobe(GltfBSDF g, float uc, float walkProbability) {
+    float above = (1.0f - uc) * walkProbability;
     uint lobe = 0u;
     uint chosen = 0u;
 #define RAYGRAPH_CHOOSE_WALK_(Lobe, name, feature)                                                  \
@@ -36,8 +36,8 @@ INLINE uint ChooseWalked(GltfBSDF g, float uc, float walkedChance) {
 }
 
 // Returns the chosen lobe's walk, with factors that compensate for the probability of the choice.
-INLINE LobeWalk WalkOf(GltfBSDF g, uint chosen) {
-    LobeWalk walk = NoWalk(g.view);
+INLINE MicrosurfaceWalk WalkOf(GltfBSDF g, uint chosen) {
+    MicrosurfaceWalk walk = NoWalk(g.view);
     float chance = 1.0f;
     uint lobe = 0u;
 #define RAYGRAPH_TAKE_WALK_(Lobe, name, feature)                                \
@@ -54,13 +54,13 @@ INLINE LobeWalk WalkOf(GltfBSDF g, uint chosen) {
 }
 
 // The walks' estimate of f.
-INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkedChance) {
+INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkProbability) {
     WalkRng rng = StartWalkRng(g.seed ^ 0x5bd1e995u);
-    uint chosen = ChooseWalked(g, WalkGet1D(rng), walkedChance);
-    LobeWalk walk = WalkOf(g, chosen);
+    uint chosen = ChooseWalkedLobe(g, WalkGet1D(rng), walkProbability);
+    MicrosurfaceWalk walk = WalkOf(g, chosen);
     vec3 wi = pair.wi;
-    if (IsTurnedBack(g.view, wi) && WalkGet1D(rng) < g.view.backShare) wi = Mirrored(wi);
-    vec3 weight = (pair.wi.z < 0.0f ? walk.pass : walk.reflect) * walkedChance;
+    if (HasRetroreflection(g.view, wi) && WalkGet1D(rng) < g.view.retroreflectedShare) wi = Mirrored(wi);
+    vec3 weight = (pair.wi.z < 0.0f ? walk.pass : walk.reflect) * walkProbability;
     return EstimateWalk(walk.surface, g.view.wo, wi, rng.state) * weight / abs(wi.z);
 }
 
@@ -79,7 +79,7 @@ INLINE float WalkPDF(GltfBSDF g, vec3 wi, float singlePDF) {
 
 // A direction by the walk of a lobe, without what lies above it. f |wi.z| / pdf is an estimate, pdf is 1.
 INLINE BSDFSample SampleWalk(GltfBSDF g, uint chosen, vec2 u) {
-    LobeWalk walk = WalkOf(g, chosen);
+    MicrosurfaceWalk walk = WalkOf(g, chosen);
     WalkSample walked = SampleWalk(walk.surface, g.view.wo, g.seed ^ floatBitsToUint(u.x + 1.0f) * 31u);
     if (!(MaxComponent(walked.weight) > 0.0f) || walked.wi.z == 0.0f) return NoSample();
     BSDFSample result = SampledDirection(walked.wi, 1.0f, kBxDFReflection | kBxDFGlossy);

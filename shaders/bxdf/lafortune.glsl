@@ -35,7 +35,7 @@ INLINE uint Flags(LafortuneBxDF lobe) {
 
 // The probabilities of the diffuse and of the specular part. Their sum exceeds 1 where different channels
 // have the largest share; then both are scaled to leave no absorption.
-INLINE vec2 LobeChances(LafortuneBxDF lobe) {
+INLINE vec2 LobeProbabilities(LafortuneBxDF lobe) {
     vec2 chances = vec2(MaxComponent(lobe.diffuse), MaxComponent(lobe.specular));
     return chances / max(chances.x + chances.y, 1.0f);
 }
@@ -56,14 +56,14 @@ INLINE vec3 f(LafortuneBxDF lobe, vec3 wo, vec3 wi) {
 
 INLINE float PDF(LafortuneBxDF lobe, vec3 wo, vec3 wi) {
     if (!SameHemisphere(wo, wi)) return 0.0f;
-    vec2 chances = LobeChances(lobe);
+    vec2 chances = LobeProbabilities(lobe);
     float power = (lobe.exponent + 1.0f) * kInv2Pi * MirrorPower(lobe.exponent, wo, wi);
     return chances.x * CosineHemispherePDF(abs(wi.z)) + chances.y * power;
 }
 
 INLINE BSDFSample Sample_f(LafortuneBxDF lobe, vec3 wo, float uc, vec2 u) {
     BSDFSample result = NoSample();
-    vec2 chances = LobeChances(lobe);
+    vec2 chances = LobeProbabilities(lobe);
     if (wo.z == 0.0f || uc >= chances.x + chances.y) return result;
     vec3 wi = vec3(0.0f);
     if (uc < chances.x) {

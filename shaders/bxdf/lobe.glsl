@@ -3,33 +3,35 @@
 //
 // Each lobe has a file of its own, with a struct of its parameters as seen from wo and these overloads.
 // Conventions are those of bxdf/bxdf.glsl, but wo.z > 0 always: the integrator turns the frame.
-//     PlaceLobe(lobe, material, setting, view, share)
+//     InitLobe(lobe, material, setting, view, share)
 //         makes the lobe. `share` comes in as the share of light that arrives at the lobe from above; a lobe
 //         that covers those below multiplies it by what it lets pass towards wo
 //     uint Flags(lobe, view)
 //     bool IsDiffuse(lobe)  whether that has kBxDFDiffuse
 //     vec3 Evaluate(lobe, view, pair, pdf)               f, and the density of pair.wi in SampleDirection
-//     bool DrawsCosine(lobe, uc)  whether SampleDirection takes a direction by the cosine, or else a facet's
-//         normal: one place draws them for all lobes (DrawFor), which a device would otherwise do one by one
+//     bool SamplesCosine(lobe, uc)  whether SampleDirection takes a direction by the cosine, or else a
+//         facet's normal: one place draws them for all lobes (SampleCosineOrNormal), which a device would
+//         otherwise do one by one
 //     BSDFSample SampleDirection(lobe, view, drawn, uc, u)  Sample_f without f and pdf; no sample: kBxDFNone.
-//         `drawn`, with u, is what DrawsCosine says
+//         `drawn`, with u, is what SamplesCosine says
 //     float Weight(lobe, view)         about its albedo: samples are distributed to lobes in proportion
 //     LobeMean Reflected(lobe, view)   directional albedo and shape, for light that has been filtered
 //     LobeMean Transmitted(lobe, view)
-//     float PassedTo(lobe, view, pair) the factor on the diffuse lobes below for light from pair.wi; its
-//         mean by the cosine is 1, so that a base under a layer has the albedo that PlaceLobe gave it. Lobes
+//     float NormalizedTransmittance(lobe, view, pair)
+//         the factor on the diffuse lobes below for light from pair.wi; its
+//         mean by the cosine is 1, so that a base under a layer has the albedo that InitLobe gave it. Lobes
 //         that scatter into few directions have no such mean: `share` is all that they lose. A layer is on
 //         both sides of a surface, and passes light of either side alike
-//     bool IsWalked(lobe), LobeWalk WalkOf(lobe, view)
+//     bool IsWalked(lobe), MicrosurfaceWalk WalkOf(lobe, view)
 //         whether a random walk between the facets takes the lobe's place where kMultiscatter asks for walks
 //         (bxdf/gltf_walk.glsl), and which
-//     vec3 StraightShare(lobe, view), float StraightChance(lobe, view), WithoutStraight(lobe)
+//     vec3 PassThroughWeight(lobe, view), float PassThroughProbability(lobe, view), WithoutPassThrough(lobe)
 //         at a smooth thin wall: the share of light that goes straight on, f |wi.z| of that delta; the
 //         probability that a sample of the lobe does; and the lobe without that. What such a lobe transmits
 //         at all, it transmits so
-// LOBE_IS_OPAQUE, LOBE_GOES_NOT_STRAIGHT (part of the former), LOBE_COVERS_NOTHING and LOBE_IS_NOT_WALKED
-// write the overloads that are the same for most lobes. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe
-// alone, which the tests hold to their contracts.
+// LOBE_IS_OPAQUE, LOBE_HAS_NO_PASS_THROUGH (part of the former), LOBE_IS_NOT_A_LAYER and LOBE_HAS_NO_WALK
+// write the overloads that are the same for most lobes. LOBE_BXDF_INTERFACE(Lobe) adds f, PDF and Sample_f of
+// the lobe alone, which the tests hold to their contracts.
 #ifndef RAYGRAPH_BXDF_LOBE_GLSL
 #define RAYGRAPH_BXDF_LOBE_GLSL
 
@@ -49,7 +51,7 @@ SHADING_BEGIN
 struct SurfaceSetting {
     float eta;    // n(other side) / n(side of wo)
     bool isThin;  // there is no medium behind it: a thin wall of that index
-    bool isMatched;  // IsMatchedBoundary (bxdf/bsdf.glsl); read if kTraceMatchedMedia is set
+    bool isMatched;  // IsIndexMatched (bxdf/bsdf.glsl); read if kTraceMatchedMedia is set
     vec2 alpha;   // roughness of its facets along x and y
     uint seed;    // of the random walk and of bxdf/anisotropy.glsl; another one for each sample
     vec3 coatNormal;  // of its clear coat, in the frame of the surface; not read without one
@@ -79,10 +81,10 @@ struct FacetView {
     bool isSmooth;  // the lobes of these facets are deltas
     bool isThin;
     float roughness;     // as the material has it: setting.alpha may be raised
-    TableSpan row;       // of the energy tables, for RoundAlpha
+    TableSpan row;       // of the energy tables, for IsotropicAlpha
     FacetEnergy energy;  // towards wo
-    float laterCurve;    // of its later bounces, LaterCurve
-    float backShare;     // of what they reflect: it goes back (bxdf/retroreflection.glsl). Read if
+    float higherOrderCurve;    // of its later bounces, HigherOrderCurve
+    float retroreflectedShare;     // of what they reflect: it goes back (bxdf/retroreflection.glsl). Read if
                          // kTraceRetroreflection is set
 };
 
@@ -93,18 +95,19 @@ INLINE FacetView ViewOfFacets(vec2 alpha, bool isThin, float roughness, vec3 wo,
     view.isSmooth = IsEffectivelySmooth(view.facets);
     view.isThin = isThin;
     view.roughness = roughness;
-    view.row = EnergyRow(RoundAlpha(view.facets.alpha));
+    view.row = EnergyRow(IsotropicAlpha(view.facets.alpha));
     view.energy = ViewEnergy(view.facets.alpha, view.row, wo, seed);
-    view.laterCurve = ViewLaterCurve(view.facets.alpha, view.row, view.energy);
-    view.backShare = 0.0f;
+    view.higherOrderCurve = ViewHigherOrderCurve(view.facets.alpha, view.row, view.energy);
+    view.retroreflectedShare = 0.0f;
     return view;
 }
 
 INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
     float roughness = material.roughness;
-    if (HasTraceFeature(kTraceAnisotropy)) roughness = sqrt(RoundAlpha(AlphaOf(material)));
+    if (HasTraceFeature(kTraceAnisotropy)) roughness = sqrt(IsotropicAlpha(AlphaOf(material)));
     FacetView view = ViewOfFacets(setting.alpha, setting.isThin, roughness, wo, setting.seed);
-    if (HasTraceFeature(kTraceRetroreflection)) view.backShare = clamp(material.retroreflection, 0.0f, 1.0f);
+    if (HasTraceFeature(kTraceRetroreflection))
+        view.retroreflectedShare = clamp(material.retroreflection, 0.0f, 1.0f);
     return view;
 }
 
@@ -119,7 +122,7 @@ INLINE vec3 SampleNormal(FacetView view, vec2 u) {
 }
 
 // Returns the `drawn` argument of a lobe's SampleDirection.
-INLINE vec3 DrawFor(FacetView view, bool isCosine, vec2 u) {
+INLINE vec3 SampleCosineOrNormal(FacetView view, bool isCosine, vec2 u) {
     return isCosine ? SampleCosineHemisphere(u) : SampleNormal(view, u);
 }
 
@@ -197,7 +200,7 @@ struct LobeMean {
     float roughness;  // of facets with which they spread so
     float slope;      // of transmitted light: standard deviation of the slope of its directions
     bool isDiffuse;   // they are all of that side, by the cosine; wi is the normal
-    vec2 alpha;       // of reflecting facets: where IsStretched, StretchOf tells more of the directions
+    vec2 alpha;       // of reflecting facets; where HasAnisotropicAlpha, AnisotropySampleOf tells more
 };
 
 INLINE LobeMean NoMean() {
@@ -234,13 +237,13 @@ INLINE LobeMean FacetMean(FacetView view, vec3 albedo) {
 
 // A stretched reflection is about that of round facets all along a line of normals, as if the surface were
 // bent: one of `count` such, evenly chosen.
-struct StretchPart {
+struct AnisotropySample {
     vec3 wi;
     float roughness;
     float weight;  // these have no common sum
 };
 
-INLINE StretchPart StretchOf(vec2 alpha, vec3 wo, uint i, uint count) {
+INLINE AnisotropySample AnisotropySampleOf(vec2 alpha, vec3 wo, uint i, uint count) {
     // Slopes along x have the marginal density of GGX, with what the round facets lack
     float q = (2.0f * float(i) + 1.0f) / float(count) - 1.0f;
     float along = sqrt(max(Sqr(alpha.x) - Sqr(alpha.y), 0.0f));
@@ -248,11 +251,11 @@ INLINE StretchPart StretchOf(vec2 alpha, vec3 wo, uint i, uint count) {
     float gap = along * normal.z * normal.z / (pow(1.0f - q * q, 1.5f) * float(count));
     float cosI = dot(wo, normal);
     vec3 mirrored = 2.0f * cosI * normal - wo;
-    StretchPart part;
+    AnisotropySample part;
     part.roughness = sqrt(min(max(alpha.y, gap), 1.0f));
     part.wi = DominantDirection(normal, mirrored, part.roughness);
     part.weight =
-        cosI > 0.0f && mirrored.z > 0.0f ? cosI / normal.z * LeavingShare(alpha, wo, mirrored) : 0.0f;
+        cosI > 0.0f && mirrored.z > 0.0f ? cosI / normal.z * ConditionalShadowing(alpha, wo, mirrored) : 0.0f;
     return part;
 }
 
@@ -264,26 +267,26 @@ INLINE bool HasCompensation() {
            ActiveMasking() == kMaskingCorrelated;
 }
 
-INLINE bool AreWalksOn() {
+INLINE bool UsesMicrosurfaceWalk() {
     return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
 }
 
 // The factor by which single scattering of albedo `single` includes `multiple`. The tables count shares of
 // f90 in 65535ths: they do not tell less than one from none.
-INLINE vec3 LaterBounces(vec3 single, vec3 multiple, vec3 f90) {
+INLINE vec3 MultipleScatteringScale(vec3 single, vec3 multiple, vec3 f90) {
     if (!HasCompensation()) return vec3(1.0f);
     return vec3(1.0f) + multiple / max(single, max(f90 * (1.0f / 65535.0f), vec3(1e-20f)));
 }
 
 // MultipleAlbedo, if there is any.
-INLINE vec3 LaterAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
-    if (!HasCompensation() && !AreWalksOn()) return vec3(0.0f);
-    return MultipleAlbedo(energy, f0, f90, view.laterCurve);
+INLINE vec3 MultipleScatteringAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
+    if (!HasCompensation() && !UsesMicrosurfaceWalk()) return vec3(0.0f);
+    return MultipleAlbedo(energy, f0, f90, view.higherOrderCurve);
 }
 
 // Returns the albedo of facets of this reflectance.
 INLINE vec3 FacetAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
-    return SingleAlbedo(energy, f0, f90) + LaterAlbedo(view, energy, f0, f90);
+    return SingleAlbedo(energy, f0, f90) + MultipleScatteringAlbedo(view, energy, f0, f90);
 }
 
 // Returns the mean of facets of this reflectance that reflect once, times `scale`.
@@ -292,7 +295,7 @@ INLINE LobeMean FacetMean(FacetView view, vec3 scale, vec3 f0, vec3 f90) {
 }
 
 // A walk between the facets, and the factors on what it reflects and transmits.
-struct LobeWalk {
+struct MicrosurfaceWalk {
     WalkSurface surface;
     vec3 reflect;
     vec3 pass;
@@ -300,8 +303,8 @@ struct LobeWalk {
 };
 
 // Facets that reflect, and nothing else.
-INLINE LobeWalk ReflectedWalk(FacetView view, FacetFresnel fresnel, float eta, vec3 scale) {
-    LobeWalk walk;
+INLINE MicrosurfaceWalk ReflectedWalk(FacetView view, FacetFresnel fresnel, float eta, vec3 scale) {
+    MicrosurfaceWalk walk;
     walk.surface.alpha = view.facets.alpha;
     walk.surface.kind = kWalkAbsorbs;
     walk.surface.eta = eta;
@@ -367,7 +370,9 @@ INLINE TableCurve TableCurveOf(FacetFresnel fresnel, FacetView view, float eta, 
     return curve;
 }
 
-INLINE LobeWalk NoWalk(FacetView view) { return ReflectedWalk(view, BlackFresnel(), 1.0f, vec3(0.0f)); }
+INLINE MicrosurfaceWalk NoWalk(FacetView view) {
+    return ReflectedWalk(view, BlackFresnel(), 1.0f, vec3(0.0f));
+}
 
 // The Fresnel of a material's dielectric, whose index is eta times that of the medium before it.
 INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, float eta) {
@@ -400,24 +405,24 @@ INLINE float GlassShare(SurfaceMaterial material) {
 SHADING_END
 
 // For lobes through which nothing goes straight on.
-#define LOBE_GOES_NOT_STRAIGHT(Lobe)                                          \
-    INLINE vec3 StraightShare(Lobe, FacetView) { return vec3(0.0f); }         \
-    INLINE float StraightChance(Lobe, FacetView) { return 0.0f; }             \
-    INLINE Lobe WithoutStraight(Lobe lobe) { return lobe; }
+#define LOBE_HAS_NO_PASS_THROUGH(Lobe)                                          \
+    INLINE vec3 PassThroughWeight(Lobe, FacetView) { return vec3(0.0f); }         \
+    INLINE float PassThroughProbability(Lobe, FacetView) { return 0.0f; }             \
+    INLINE Lobe WithoutPassThrough(Lobe lobe) { return lobe; }
 
 // It transmits nothing.
 #define LOBE_IS_OPAQUE(Lobe)                                                  \
     INLINE LobeMean Transmitted(Lobe, FacetView) { return NoMean(); }         \
-    LOBE_GOES_NOT_STRAIGHT(Lobe)
+    LOBE_HAS_NO_PASS_THROUGH(Lobe)
 
-#define LOBE_COVERS_NOTHING(Lobe)                                             \
-    INLINE float PassedTo(Lobe, FacetView, FacetPair) { return 1.0f; }
+#define LOBE_IS_NOT_A_LAYER(Lobe)                                             \
+    INLINE float NormalizedTransmittance(Lobe, FacetView, FacetPair) { return 1.0f; }
 
-#define LOBE_IS_NOT_WALKED(Lobe)                                              \
+#define LOBE_HAS_NO_WALK(Lobe)                                              \
     INLINE bool IsWalked(Lobe) { return false; }                              \
-    INLINE LobeWalk WalkOf(Lobe, FacetView view) { return NoWalk(view); }
+    INLINE MicrosurfaceWalk WalkOf(Lobe, FacetView view) { return NoWalk(view); }
 
-#define LOBE_WORDS(Lobe)                                                             \
+#define LOBE_BXDF_INTERFACE(Lobe)                                                             \
     INLINE vec3 f(Lobe lobe, FacetView view, vec3 wi) {                              \
         float pdf = 0.0f;                                                            \
         return Evaluate(lobe, view, PairOf(view, wi, false), pdf);                   \
@@ -428,7 +433,7 @@ SHADING_END
         return pdf;                                                                  \
     }                                                                                \
     INLINE BSDFSample Sample_f(Lobe lobe, FacetView view, float uc, vec2 u) {        \
-        vec3 drawn = DrawFor(view, DrawsCosine(lobe, uc), u);                        \
+        vec3 drawn = SampleCosineOrNormal(view, SamplesCosine(lobe, uc), u);                        \
         BSDFSample s = SampleDirection(lobe, view, drawn, uc, u);                    \
         if (s.flags == kBxDFNone) return NoSample();                                 \
         s.f = Evaluate(lobe, view, PairOf(view, s.wi, IsSpecular(s.flags)), s.pdf);  \

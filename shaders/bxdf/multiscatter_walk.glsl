@@ -67,7 +67,7 @@ INLINE vec2 WalkGet2D(INOUT(WalkRng) rng) {
 }
 
 // The area of facets seen from v, per area of the surface: (1 + Lambda) cos above, Lambda |cos| below.
-INLINE float ProjectedFacets(vec2 alpha, vec3 v) {
+INLINE float ProjectedMicrofacetArea(vec2 alpha, vec3 v) {
     float spread = Sqr(alpha.x * v.x) + Sqr(alpha.y * v.y);
     float root = sqrt(v.z * v.z + spread);
     // The second form is the first without its cancellation
@@ -76,7 +76,7 @@ INLINE float ProjectedFacets(vec2 alpha, vec3 v) {
 }
 
 // Walter's Lambda of an upward direction.
-INLINE float WalkLambda(vec2 alpha, vec3 w) { return ProjectedFacets(alpha, -w) / max(w.z, 1e-12f); }
+INLINE float WalkLambda(vec2 alpha, vec3 w) { return ProjectedMicrofacetArea(alpha, -w) / max(w.z, 1e-12f); }
 
 // GGX, m.z > 0 of unit length. cos^2 + (sin / alpha)^2 has no cancellation.
 INLINE float WalkDistribution(vec2 alpha, vec3 m) {
@@ -86,7 +86,7 @@ INLINE float WalkDistribution(vec2 alpha, vec3 m) {
 
 // A facet seen from v, which may lie below the horizon: seen on the unit hemisphere, reflections of v fill
 // the cap z > -v.z evenly. Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps", HPG.
-INLINE vec3 SampleFacetSeen(vec2 alpha, vec3 v, vec2 u) {
+INLINE vec3 SampleVisibleFacet(vec2 alpha, vec3 v, vec2 u) {
     vec3 stretched = normalize(vec3(alpha.x * v.x, alpha.y * v.y, v.z));
     float z = 1.0f - u.x * (1.0f + stretched.z);
     float r = SafeSqrt(1.0f - z * z);
@@ -119,9 +119,9 @@ INLINE WalkRay StartWalkRay(vec3 wo) {
 }
 
 // Moves the ray to the next facet. Returns false if it has left, towards -view on its side.
-INLINE bool MoveToFacet(INOUT(WalkRay) ray, vec2 alpha, float u) {
+INLINE bool AdvanceToNextFacet(INOUT(WalkRay) ray, vec2 alpha, float u) {
     float free = -log2(1.0f - u);
-    ray.depth += ray.view.z * free / ProjectedFacets(alpha, ray.view);
+    ray.depth += ray.view.z * free / ProjectedMicrofacetArea(alpha, ray.view);
     return ray.depth > 0.0f;
 }
 
@@ -129,7 +129,7 @@ INLINE float DepthFromOtherSide(float depth) { return -log2(max(1.0f - exp2(-dep
 
 // Reflects or refracts the ray at a facet that it meets.
 INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRng) rng, bool isFirst) {
-    vec3 m = SampleFacetSeen(surface.alpha, ray.view, WalkGet2D(rng));
+    vec3 m = SampleVisibleFacet(surface.alpha, ray.view, WalkGet2D(rng));
     float cosI = dot(ray.view, m);
     if (isFirst) ray.firstCos = cosI;
     ray.lastCos = cosI;
@@ -143,7 +143,7 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
         return;
     }
     float eta = ray.side > 0.0f ? surface.eta : 1.0f / surface.eta;
-    FacetShares shares = SharesOf(surface.fresnel, cosI, eta);
+    FresnelCoefficients shares = EvaluateFresnel(surface.fresnel, cosI, eta);
     vec3 reflected = shares.reflected;
     float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
     if (WalkGet1D(rng) < chance) {
@@ -160,10 +160,10 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
 }
 
 // The shares of light that a thin sheet reflects and passes.
-INLINE FacetShares ThinShares(WalkSurface surface, float firstCos, float lastCos) {
-    FacetShares first = SharesOf(surface.fresnel, firstCos, surface.eta);
-    FacetShares last = SharesOf(surface.fresnel, lastCos, surface.eta);
-    FacetShares mean;
+INLINE FresnelCoefficients ThinSheetFresnel(WalkSurface surface, float firstCos, float lastCos) {
+    FresnelCoefficients first = EvaluateFresnel(surface.fresnel, firstCos, surface.eta);
+    FresnelCoefficients last = EvaluateFresnel(surface.fresnel, lastCos, surface.eta);
+    FresnelCoefficients mean;
     mean.reflected = 0.5f * (first.reflected + last.reflected);
     mean.passed = 0.5f * (first.passed + last.passed);
     return mean;
@@ -176,7 +176,7 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     result.bounceCount = 0u;
     WalkRng rng = StartWalkRng(seed);
     WalkRay ray = StartWalkRay(wo);
-    while (MoveToFacet(ray, surface.alpha, WalkGet1D(rng))) {
+    while (AdvanceToNextFacet(ray, surface.alpha, WalkGet1D(rng))) {
         if (result.bounceCount == kWalkBounceLimit) return result;
         ScatterAtFacet(ray, surface, rng, result.bounceCount == 0u);
         ++result.bounceCount;
@@ -185,7 +185,7 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     result.wi = -ray.side * ray.view;
     result.weight = ray.weight;
     if (surface.kind == kWalkPassesThin) {
-        FacetShares shares = ThinShares(surface, ray.firstCos, ray.lastCos);
+        FresnelCoefficients shares = ThinSheetFresnel(surface, ray.firstCos, ray.lastCos);
         vec3 reflected = shares.reflected;
         float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
         bool isReflected = WalkGet1D(rng) < chance;
@@ -201,7 +201,7 @@ INLINE float ReflectionPhase(vec2 alpha, vec3 v, vec3 w) {
     vec3 h = v + w;
     float square = dot(h, h);
     if (!(h.z > 0.0f) || !(square > 0.0f)) return 0.0f;
-    return WalkDistribution(alpha, h / sqrt(square)) / (4.0f * ProjectedFacets(alpha, v));
+    return WalkDistribution(alpha, h / sqrt(square)) / (4.0f * ProjectedMicrofacetArea(alpha, v));
 }
 
 // Returns the light that single facets send from w to a ray at v, and that leaves without meeting another
@@ -213,7 +213,7 @@ INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w, bool isTh
     float cosI = dot(ray.view, normalize(ray.view + w));
     vec3 reflected = vec3(0.0f);
     if (surface.kind == kWalkPassesThin) {
-        FacetShares shares = ThinShares(surface, ray.firstCos, cosI);
+        FresnelCoefficients shares = ThinSheetFresnel(surface, ray.firstCos, cosI);
         reflected = isThrough ? shares.passed : shares.reflected;
     } else {
         reflected =
@@ -233,18 +233,18 @@ INLINE vec3 ConnectRefracted(WalkRay ray, WalkSurface surface, vec3 w) {
     if (!(cosI > 0.0f) || !(cosT > 0.0f)) return vec3(0.0f);
     // Walter et al. 2007, equation 17: |dm / dw|
     float jacobian = eta * eta * cosT / Sqr(cosI - eta * cosT);
-    float phase =
-        WalkDistribution(surface.alpha, m) * cosI * jacobian / ProjectedFacets(surface.alpha, ray.view);
+    float phase = WalkDistribution(surface.alpha, m) * cosI * jacobian /
+                  ProjectedMicrofacetArea(surface.alpha, ray.view);
     float leaves = exp2(-DepthFromOtherSide(ray.depth) * WalkLambda(surface.alpha, -w));
-    return SharesOf(surface.fresnel, cosI, eta).passed * (phase * leaves);
+    return EvaluateFresnel(surface.fresnel, cosI, eta).passed * (phase * leaves);
 }
 
 // f |wi.z| by one bounce of reflection (all of it above, but for Fresnel), exactly: the mean of a connection
 // over the depths of first facets is 1 / (1 + Lambda(wo) + Lambda(wi)), height-correlated Smith.
 INLINE float SingleReflection(vec2 alpha, vec3 wo, vec3 wi) {
     float lambda = WalkLambda(alpha, wi);
-    return ReflectionPhase(alpha, wo, wi) * ProjectedFacets(alpha, wo) /
-           (ProjectedFacets(alpha, wo) + lambda * wo.z);
+    return ReflectionPhase(alpha, wo, wi) * ProjectedMicrofacetArea(alpha, wo) /
+           (ProjectedMicrofacetArea(alpha, wo) + lambda * wo.z);
 }
 
 // An unbiased estimate of f |wi.z| with the factors that SampleWalk's weight has: a walk from wo, connected
@@ -261,7 +261,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         float single = SingleReflection(surface.alpha, wo, target);
         if (single > 0.0f) {
             float cosI = dot(wo, normalize(wo + target));
-            FacetShares shares = SharesOf(surface.fresnel, cosI, surface.eta);
+            FresnelCoefficients shares = EvaluateFresnel(surface.fresnel, cosI, surface.eta);
             sum = (isThin && isThrough ? shares.passed : shares.reflected) * single;
         }
     }
@@ -270,7 +270,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
     WalkRng rng = StartWalkRng(seed);
     WalkRay ray = StartWalkRay(wo);
     vec3 multiple = vec3(0.0f);
-    for (uint i = 0u; i < kWalkBounceLimit && MoveToFacet(ray, surface.alpha, WalkGet1D(rng)); ++i) {
+    for (uint i = 0u; i < kWalkBounceLimit && AdvanceToNextFacet(ray, surface.alpha, WalkGet1D(rng)); ++i) {
         vec3 here = ray.side * target;
         if (here.z < 0.0f)
             multiple += ray.weight * ConnectRefracted(ray, surface, here);

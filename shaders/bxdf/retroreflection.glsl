@@ -15,21 +15,22 @@
 SHADING_BEGIN
 
 // Returns whether a part of such light is reflected back: not of what is transmitted.
-INLINE bool IsTurnedBack(FacetView view, vec3 wi) {
-    return HasTraceFeature(kTraceRetroreflection) && view.backShare > 0.0f && wi.z > 0.0f;
+INLINE bool HasRetroreflection(FacetView view, vec3 wi) {
+    return HasTraceFeature(kTraceRetroreflection) && view.retroreflectedShare > 0.0f && wi.z > 0.0f;
 }
 
-// The pair for light that goes back; only for directions that IsTurnedBack.
-INLINE FacetPair BackPairOf(FacetView view, vec3 wi, bool isDelta) {
+// The pair for light that goes back; only for directions that HasRetroreflection.
+INLINE FacetPair RetroreflectedPair(FacetView view, vec3 wi, bool isDelta) {
     view.wo = Mirrored(view.wo);
     return PairOf(view, wi, isDelta);
 }
 
 // Returns whether a sample is of that light; `within` remains uniform.
-INLINE bool ChooseBack(FacetView view, INOUT(float) within) {
-    if (!HasTraceFeature(kTraceRetroreflection) || !(view.backShare > 0.0f)) return false;
-    bool isBack = within < view.backShare;
-    within = isBack ? within / view.backShare : (within - view.backShare) / (1.0f - view.backShare);
+INLINE bool ChooseRetroreflection(FacetView view, INOUT(float) within) {
+    if (!HasTraceFeature(kTraceRetroreflection) || !(view.retroreflectedShare > 0.0f)) return false;
+    bool isBack = within < view.retroreflectedShare;
+    within = isBack ? within / view.retroreflectedShare
+                    : (within - view.retroreflectedShare) / (1.0f - view.retroreflectedShare);
     within = min(within, 0.99999994f);
     return isBack;
 }

@@ -20,7 +20,7 @@ struct SheenBxDF {
     TableSpan row;      // of the energy tables
     float covered;      // the largest channel of the color
     vec2 energy;        // SheenEnergyAt wo
-    float passedScale;  // 1 / mean of what it passes
+    float transmittanceScale;  // 1 / mean of what it passes
 };
 
 // The density of normals: its integral times the cosine is 1. Conty and Kulla, section 2.
@@ -73,17 +73,17 @@ INLINE float MeanSheenAlbedo(TableSpan row) {
     return mix(EnergyEntryOf(at).first.x, EnergyEntryOf(at + 1u).first.x, row.t);
 }
 
-INLINE void PlaceLobe(OUT(SheenBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView view,
+INLINE void InitLobe(OUT(SheenBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView view,
                       INOUT(float) share) {
     lobe.alpha = max(Sqr(material.sheenRoughness), kMinSheenAlpha);
     lobe.row = SpanAt(sqrt(lobe.alpha), kEnergyAlphaCount);
     lobe.color = share * material.sheenColor;
     lobe.covered = MaxComponent(material.sheenColor);
     lobe.energy = vec2(0.0f);
-    lobe.passedScale = 1.0f;
+    lobe.transmittanceScale = 1.0f;
     if (!(lobe.covered > 0.0f)) return;
     lobe.energy = SheenEnergyAt(lobe.row, view.wo.z);
-    lobe.passedScale = 1.0f / max(1.0f - lobe.covered * MeanSheenAlbedo(lobe.row), 1e-3f);
+    lobe.transmittanceScale = 1.0f / max(1.0f - lobe.covered * MeanSheenAlbedo(lobe.row), 1e-3f);
     share *= 1.0f - lobe.covered * lobe.energy.x;
 }
 
@@ -99,7 +99,7 @@ INLINE vec3 Evaluate(SheenBxDF lobe, FacetView view, FacetPair pair, OUT(float) 
     return lobe.color * (cap * SheenF(lobe.alpha, view.wo, pair.wi));
 }
 
-INLINE bool DrawsCosine(SheenBxDF, float) { return true; }
+INLINE bool SamplesCosine(SheenBxDF, float) { return true; }
 
 // Samples all directions uniformly: the lobe is brightest where the cosine is least.
 INLINE BSDFSample SampleDirection(SheenBxDF, FacetView, vec3, float, vec2 u) {
@@ -114,17 +114,17 @@ INLINE LobeMean Reflected(SheenBxDF lobe, FacetView) {
     return mean;
 }
 
-// Never 0, where the table ends at it: what lies below would jump (PassedTo).
+// Never 0, where the table ends at it: what lies below would jump (NormalizedTransmittance).
 INLINE float Weight(SheenBxDF lobe, FacetView) { return Average(lobe.color) * max(lobe.energy.x, 1e-4f); }
 
-INLINE float PassedTo(SheenBxDF lobe, FacetView, FacetPair pair) {
+INLINE float NormalizedTransmittance(SheenBxDF lobe, FacetView, FacetPair pair) {
     if (!IsForDiffuse(pair)) return 1.0f;
-    return (1.0f - lobe.covered * SheenEnergyAt(lobe.row, abs(pair.wi.z)).x) * lobe.passedScale;
+    return (1.0f - lobe.covered * SheenEnergyAt(lobe.row, abs(pair.wi.z)).x) * lobe.transmittanceScale;
 }
 
 LOBE_IS_OPAQUE(SheenBxDF)
-LOBE_IS_NOT_WALKED(SheenBxDF)
-LOBE_WORDS(SheenBxDF)
+LOBE_HAS_NO_WALK(SheenBxDF)
+LOBE_BXDF_INTERFACE(SheenBxDF)
 
 SHADING_END
 

@@ -37,7 +37,7 @@ INLINE ThinFilm NoFilm() {
 }
 
 // Beyond this path there is no interference any more, and the sine of a float would lose its digits.
-CONST float kLongestFilmPath = 1.0e5f;
+CONST float kMaxFilmPath = 1.0e5f;
 
 // ----------------------------------------------------------------------------------------- complex numbers
 
@@ -186,7 +186,7 @@ INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
     ComplexColor r23s = Contrast(within, below);
     ComplexColor r12p = Contrast(Scaled(before, vec3(square)), within);
     ComplexColor r23p = Contrast(Times(baseSquare, within), Scaled(below, vec3(square)));
-    float path = min(film.path, kLongestFilmPath) / film.eta;
+    float path = min(film.path, kMaxFilmPath) / film.eta;
     if (square > sin2) {
         PathSpectrum spectrum = SpectrumOf(path * within.re.x);
         return 0.5f * (InterferenceGain(r12s, r23s, spectrum) + InterferenceGain(r12p, r23p, spectrum));

@@ -1,11 +1,11 @@
-// Morph targets and joints: how they move a vertex. On the CPU renderer/scene/deform.h states the same; the
-// tests compare the two.
+// Morph targets and joints: how they move a vertex. On the CPU renderer/scene/animation/deform.h states the
+// same; the tests compare the two.
 //
 //   ShapedVertex vertex = base;
-//   AddTarget(vertex, weight, ...);            // for each target of the mesh
-//   vertex = EndTargets(vertex, base);
+//   AddMorphTarget(vertex, weight, ...);            // for each target of the mesh
+//   vertex = NormalizeMorphed(vertex, base);
 //   mat4x3 joints = weight * matrix + ...;     // of the vertex
-//   vertex = MoveByJoints(joints, vertex);
+//   vertex = ApplySkinning(joints, vertex);
 //   vertex.tangent = TangentInPlane(vertex.tangent, vertex.normal);  // if its normal came from elsewhere
 #ifndef RAYGRAPH_CORE_DEFORM_GLSL
 #define RAYGRAPH_CORE_DEFORM_GLSL
@@ -21,14 +21,15 @@ struct ShapedVertex {
 };
 
 // Displacements by a target, as many times as its weight says.
-INLINE void AddTarget(INOUT(ShapedVertex) vertex, float weight, vec3 position, vec3 normal, vec3 tangent) {
+INLINE void AddMorphTarget(INOUT(ShapedVertex) vertex, float weight, vec3 position, vec3 normal,
+                           vec3 tangent) {
     vertex.position += weight * position;
     vertex.normal += weight * normal;
     vertex.tangent += vec4(weight * tangent, 0.0f);
 }
 
 // After all targets: what has no length stays as it was.
-INLINE ShapedVertex EndTargets(ShapedVertex vertex, ShapedVertex base) {
+INLINE ShapedVertex NormalizeMorphed(ShapedVertex vertex, ShapedVertex base) {
     vertex.normal = UnitOr(vertex.normal, base.normal);
     vec3 was = vec3(base.tangent.x, base.tangent.y, base.tangent.z);
     vertex.tangent = vec4(UnitOr(vec3(vertex.tangent.x, vertex.tangent.y, vertex.tangent.z), was),
@@ -38,7 +39,7 @@ INLINE ShapedVertex EndTargets(ShapedVertex vertex, ShapedVertex base) {
 
 // `joints` is the weighted sum of the matrices. Normals go by its cofactors: they need no inverse, and keep
 // the side that the winding of the moved triangle says.
-INLINE ShapedVertex MoveByJoints(mat4x3 joints, ShapedVertex vertex) {
+INLINE ShapedVertex ApplySkinning(mat4x3 joints, ShapedVertex vertex) {
     vec3 x = joints[0];
     vec3 y = joints[1];
     vec3 z = joints[2];

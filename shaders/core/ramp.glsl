@@ -33,7 +33,7 @@ INLINE vec3 HeatColor(float t) {
 
 // A distinct color for each id, display-encoded (not linear): neighbors get hues that are far apart, by steps
 // of the golden ratio, and two levels of brightness.
-INLINE vec3 ColorOfId(uint id) {
+INLINE vec3 IdColor(uint id) {
     float hue = float((id * 2654435769u) >> 8u) * 5.9604644775390625e-8f;
     float value = (id & 1u) == 0u ? 0.95f : 0.7f;
     vec3 turns = fract(vec3(hue) + vec3(0.0f, 1.0f / 3.0f, 2.0f / 3.0f));

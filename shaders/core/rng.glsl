@@ -229,8 +229,8 @@ INLINE uint FacetSeed(Sampler rng, uint rayIndex) {
     return MixBits(rng.pixelSeed ^ MixBits(rng.index * 0x9e3779b9u + rayIndex));
 }
 
-// Returns the seed of AlphaDraw for ray `rayIndex` of a sample. For Sobol it is the index of the sample, in
-// an order that this ray of the pixel has for itself.
+// Returns the seed of AlphaTestSample for ray `rayIndex` of a sample. For Sobol it is the index of the
+// sample, in an order that this ray of the pixel has for itself.
 INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
     if (ActiveSamplerKind() != kSamplerKindSobol) return FacetSeed(rng, rayIndex);
     return OwenScrambleReversed(rng.index, MixBits(rng.pixelSeed ^ (rayIndex * 0x85ebca6bu)));
@@ -239,7 +239,7 @@ INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
 // Returns the number by which the surface of index `surface` stops a ray or lets it pass: the same in every
 // call, in any order. For Sobol each surface has a sequence of its own, of which aligned blocks of 2^k
 // samples are even.
-INLINE float AlphaDraw(uint alphaSeed, uint surface) {
+INLINE float AlphaTestSample(uint alphaSeed, uint surface) {
     uint seed = MixBits(surface);
     uint index = bitfieldReverse(OwenScrambleReversed(alphaSeed, seed));
     return BitsToUnit(bitfieldReverse(OwenScrambleReversed(index, SobolSubSeed(seed, 0x2c1b3c6du))));

@@ -27,7 +27,7 @@ INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
 }
 
 // `normal` may have any length; a zero normal gives no offset.
-INLINE vec3 LiftToPlane(vec3 p, vec3 vertex, vec3 normal) {
+INLINE vec3 TangentPlaneOffset(vec3 p, vec3 vertex, vec3 normal) {
     normal = UnitOr(normal, vec3(0.0f));
     return max(dot(vertex - p, normal), 0.0f) * normal;
 }
@@ -37,9 +37,10 @@ INLINE vec3 LiftToPlane(vec3 p, vec3 vertex, vec3 normal) {
 // that lie above it. `weights` are its barycentrics, the normals of any length. Zero at the vertices, on
 // flat surfaces and concave ones. Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II,
 // chapter 4.
-INLINE vec3 LiftToCurve(vec3 weights, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 n0, vec3 n1, vec3 n2) {
-    return weights.x * LiftToPlane(p, p0, n0) + weights.y * LiftToPlane(p, p1, n1) +
-           weights.z * LiftToPlane(p, p2, n2);
+INLINE vec3 ShadowTerminatorOffset(vec3 weights, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 n0, vec3 n1,
+                                   vec3 n2) {
+    return weights.x * TangentPlaneOffset(p, p0, n0) + weights.y * TangentPlaneOffset(p, p1, n1) +
+           weights.z * TangentPlaneOffset(p, p2, n2);
 }
 
 SHADING_END

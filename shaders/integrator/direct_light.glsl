@@ -47,9 +47,9 @@ INLINE DirectLight NoDirectLight() {
 }
 
 // Returns whether light goes straight on at that boundary, which is real.
-INLINE bool IsMatchedBoundary(SurfaceMaterial material, Boundary boundary, float wavelength) {
+INLINE bool IsIndexMatched(SurfaceMaterial material, Boundary boundary, float wavelength) {
     return HasTraceFeature(kTraceMatchedMedia) &&
-           IsMatchedBoundary(material, AreAlike(boundary, wavelength));
+           IsIndexMatched(material, AreAlike(boundary, wavelength));
 }
 
 SHADING_END

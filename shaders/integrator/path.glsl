@@ -5,7 +5,7 @@
 // first two.
 //
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
-//     vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed)
+//     vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint alphaSeed)
 //         share of light that comes along the ray from there: 0 if anything opaque is nearer, less than 1 if
 //         smooth thin walls are. `ior` is of the medium that the ray starts in. A distance of 0 is legal. Not
 //         asked for where kTraceMatchedMedia is set
@@ -48,7 +48,7 @@ SHADING_BEGIN
 
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
-CONST uint kStraightDimensions = 0x40000000u;
+CONST uint kPassThroughDimensions = 0x40000000u;
 CONST uint kWavelengthDimension = 0x3fffffffu;
 CONST uint kFlightDimensions = 0x20000000u;  // 2 for each ray
 CONST uint kCandidateDimensions = 0x30000000u;
@@ -102,7 +102,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     if (!(MaxComponent(path.throughput) > 0.0f)) return false;
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
-    path.ray.origin = OriginTowards(vertex.surface, side);
+    path.ray.origin = OffsetOriginToSide(vertex.surface, side);
     if (HasTraceFeature(kTraceTextureLod))
         path.ray.cone = ScatteredCone(path.ray.cone, vertex.surface.curvature, scattered);
     if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(vertex.surface, path.ray.origin);
@@ -127,26 +127,26 @@ INLINE uint LightCandidates(Vertex vertex) {
 
 // u, moved on by `shift` and around the end. Exact: values that were equally likely stay so, which the table
 // of the environment relies on.
-INLINE float MoveAround(float u, float shift) {
+INLINE float ToroidalShift(float u, float shift) {
     return u < 1.0f - shift ? u + shift : u - (1.0f - shift);
 }
 
 // The numbers of each candidate are uniform; those of all are spread over each of their ranges.
-INLINE vec3 NumbersOfCandidate(vec3 u, uint candidate) {
+INLINE vec3 CandidateSample(vec3 u, uint candidate) {
     float shift = float(candidate) / float(kLightCandidates);
     float backward = candidate > 0u ? 1.0f - shift : 0.0f;
-    return vec3(MoveAround(u.x, shift), MoveAround(u.y, shift), MoveAround(u.z, backward));
+    return vec3(ToroidalShift(u.x, shift), ToroidalShift(u.y, shift), ToroidalShift(u.z, backward));
 }
 
 // Returns the number that chooses one of the candidates, for each ray; the next dimension stays.
-INLINE float DrawOfCandidates(PathState path) {
+INLINE float CandidateChoiceSample(PathState path) {
     path.rng.dimension = kCandidateDimensions + path.rayCount;
     return Get1D(path.rng);
 }
 
 // Returns the numbers for the direction of a bounce, and in z for its lobe. The light after two bounces
 // depends on both directions, so that each second bounce has its numbers of the sequence of the one before.
-INLINE vec3 DirectionNumbers(INOUT(PathState) path) {
+INLINE vec3 BounceDirectionSample(INOUT(PathState) path) {
     uint dimension = kCameraDimensions + path.depth * kBounceDimensions + 3u;
     path.rng.dimension = dimension;
     return Get3DOfPair(path.rng, dimension - (path.depth & 1u) * kBounceDimensions);
@@ -167,7 +167,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         toLightU = Get3D(path.rng);
         if (IsNonSpecular(vertex.bsdf.flags)) candidates = LightCandidates(vertex);
     }
-    vec3 u = DirectionNumbers(path);
+    vec3 u = BounceDirectionSample(path);
     bool isEvaluated = false;
     BSDFSample scattered = SampleDirection(vertex.bsdf, u.z, vec2(u), isEvaluated);
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
@@ -181,9 +181,9 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     vec3 chosenRadiance = vec3(0.0f);
     FirstLobe chosenLobe = path.lobe;
     float sum = 0.0f;
-    float chosenShare = 1.0f;
+    float chosenWeight = 1.0f;
     // The number needs many bits, or unlikely candidates would never be chosen.
-    float choice = candidates > 1u ? DrawOfCandidates(path) : 0.0f;
+    float choice = candidates > 1u ? CandidateChoiceSample(path) : 0.0f;
     // Evaluate the BSDF for all at one call site: a device compiles it for each
     DONT_UNROLL
     for (uint turn = 0u; turn <= candidates; ++turn) {
@@ -191,7 +191,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         LightSample light = NoLightSample();
         vec3 toLight = vec3(0.0f);
         if (isLight) {
-            vec3 v = NumbersOfCandidate(toLightU, turn);
+            vec3 v = CandidateSample(toLightU, turn);
             light = SampleLight(path.scatter, v.z, vec2(v));
             toLight = ToLocal(vertex.frame, light.wi);
             // There is no light where the shading normal would leak.
@@ -218,13 +218,13 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         if (candidates == 1u || Decide(choice, share / sum)) {
             chosen = light;
             chosenRadiance = radiance;
-            chosenShare = share;
+            chosenWeight = share;
             if (kKeepsParts && path.depth == 0u)
                 chosenLobe = FirstLobeOf(value, part, !SameHemisphere(vertex.bsdf.wo, toLight));
         }
     }
     if (sum != 0.0f) {
-        direct = ScatterLight(path, vertex, chosen, chosenRadiance * (sum / chosenShare));
+        direct = ScatterLight(path, vertex, chosen, chosenRadiance * (sum / chosenWeight));
         direct.lobe = chosenLobe;
     }
     return Scatter(path, vertex, scattered, diffuse, settings);
@@ -238,15 +238,15 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
 
 // Returns whether the path passes straight through the smooth thin wall or matched boundary it has found. If
 // not, its transmission is removed.
-INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
-    float chance = StraightChance(vertex.bsdf);
-    path.rng.dimension = kStraightDimensions + path.rayCount;
+INLINE bool SamplePassThrough(INOUT(PathState) path, INOUT(Vertex) vertex) {
+    float chance = PassThroughProbability(vertex.bsdf);
+    path.rng.dimension = kPassThroughDimensions + path.rayCount;
     if (Get1D(path.rng) < chance) {
-        path.throughput *= StraightShare(vertex.bsdf) / chance;
+        path.throughput *= PassThroughWeight(vertex.bsdf) / chance;
         return true;
     }
     path.throughput /= 1.0f - chance;
-    vertex.bsdf = WithoutStraight(vertex.bsdf, chance);
+    vertex.bsdf = WithoutPassThrough(vertex.bsdf, chance);
     return false;
 }
 
@@ -260,7 +260,7 @@ INLINE void ChooseWavelength(INOUT(PathState) path, Boundary boundary) {
     path.throughput *= WavelengthShare(path.wavelength);
 }
 
-INLINE FreeFlight DrawFlight(INOUT(PathState) path, uint medium, float limit) {
+INLINE FreeFlight SampleMediumFlight(INOUT(PathState) path, uint medium, float limit) {
     path.rng.dimension = kFlightDimensions + 2u * path.rayCount;
     float color = Get1D(path.rng);
     return SampleFreeFlight(MediumAt(medium), path.throughput, limit, color, Get1D(path.rng));
@@ -271,7 +271,7 @@ INLINE FreeFlight DrawFlight(INOUT(PathState) path, uint medium, float limit) {
 INLINE vec3 PositionInMedium(SegmentStart start, Ray ray, SurfaceInteraction end, bool isHit, float inside,
                              float distance) {
     float rest = (inside - distance) * abs(dot(ray.direction, end.geometricNormal));
-    if (isHit && rest < end.clearance) return OriginTowards(end, 1.0f);
+    if (isHit && rest < end.clearance) return OffsetOriginToSide(end, 1.0f);
     return ray.origin + max(distance - OriginOffset(start, ray), 0.0f) * ray.direction;
 }
 
@@ -324,7 +324,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     SurfaceInteraction surface;
     if (isHit) {
         surface = SurfaceAt(hit, path.ray);
-        surface.emission *= EmissionPassed(surface, -path.ray.direction);
+        surface.emission *= EmissionTransmittance(surface, -path.ray.direction);
     } else {
         bool isHidden = HasTraceFeature(kTraceHiddenEnvironment) && path.alpha == 0.0f;
         surface.emission = isHidden ? vec3(0.0f) : EnvironmentRadiance(path.ray.direction);
@@ -342,7 +342,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         float inside = isHit ? SegmentLength(path.start, surface, path.ray, distance) : kInfinity;
         uint medium = CurrentMedium(path.media);
         if (HasTraceFeature(kTraceScattering) && IsScattering(medium)) {
-            FreeFlight flight = DrawFlight(path, medium, inside);
+            FreeFlight flight = SampleMediumFlight(path, medium, inside);
             path.throughput *= flight.weight;
             if (flight.isScattered) {
                 vec3 position =
@@ -363,7 +363,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     }
     // Surfaces emit even if a medium of higher priority hides them, as for light sampling
     if (MaxComponent(surface.emission) > 0.0f)
-        CollectFound(path, surface.emission, surface.light, surface.lightTriangle, distance, settings);
+        AddHitEmission(path, surface.emission, surface.light, surface.lightTriangle, distance, settings);
     if (!isHit) return false;
     if (HasTraceFeature(kTraceTextureLod)) path.ray.cone = AdvanceCone(path.ray.cone, distance);
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
@@ -374,7 +374,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         return true;
     }
     path.alpha = 1.0f;
-    bool isMatched = isVolume && IsMatchedBoundary(surface.material, boundary, path.wavelength);
+    bool isMatched = isVolume && IsIndexMatched(surface.material, boundary, path.wavelength);
     bool isWall = isMatched || IsSmoothThinWall(surface.material);
     bool isLast = path.depth >= settings.maxDepth;
     if ((isLast && !isWall) || (surface.material.flags & kMaterialUnlit) != 0u) return false;
@@ -399,7 +399,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     setting.isMatched = isMatched;
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     if (isWall) {
-        if (GoesStraight(path, vertex)) {
+        if (SamplePassThrough(path, vertex)) {
             if (HasTraceFeature(kTraceMatchedMedia)) path.media = boundary.beyond;
             PassThrough(path, surface);
             return true;

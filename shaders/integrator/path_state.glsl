@@ -16,7 +16,7 @@ SHADING_BEGIN
 CONST float kMaxSurvival = 0.99f;  // even a path without losses must end
 // Where the throughput is less than the inverse of this, paths are ended at random, and those left have just
 // that. By measurement (docs/performance.md): at 1, early bounces were most of the noise of rooms.
-CONST float kSurvivalOfThroughput = 3.0f;
+CONST float kRouletteThroughputScale = 3.0f;
 
 struct PathSettings {
     uint maxDepth;        // bounces
@@ -104,7 +104,7 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
 
 // Adds light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find
 // it.
-INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, uint triangle, float distance,
+INLINE void AddHitEmission(INOUT(PathState) path, vec3 radiance, uint light, uint triangle, float distance,
                          PathSettings settings) {
     float lightPDF = 0.0f;
     // The point from which light sampling sampled: straight crossings may have moved the ray's origin
@@ -121,7 +121,8 @@ INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     float survival = 1.0f;
     if (path.depth + 1u < settings.rouletteStart) return true;
     if (ActiveRoulette() == kRouletteThroughput) {
-        survival = min(kSurvivalOfThroughput * MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
+        survival =
+            min(kRouletteThroughputScale * MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
         if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
     } else if (ActiveRoulette() == kRouletteConstant) {
         survival = settings.survival;

@@ -25,14 +25,14 @@ INLINE SegmentStart StartAtCamera() {
 
 // Returns the vector from the world-space point `origin`, which is near the surface, to the surface. The two
 // large terms are subtracted first: the difference of floats this close has no rounding.
-INLINE vec3 WayTo(SurfaceInteraction surface, vec3 origin) {
+INLINE vec3 VectorToSurface(SurfaceInteraction surface, vec3 origin) {
     return (surface.instanceOrigin - origin) + surface.fromInstance;
 }
 
 INLINE SegmentStart StartAtSurface(SurfaceInteraction surface, vec3 rayOrigin) {
     SegmentStart start;
     start.normal = surface.geometricNormal;
-    start.height = dot(WayTo(surface, rayOrigin), surface.geometricNormal);
+    start.height = dot(VectorToSurface(surface, rayOrigin), surface.geometricNormal);
     return start;
 }
 
@@ -48,7 +48,7 @@ INLINE float OriginOffset(SegmentStart start, Ray ray) {
 // end. `distance` is the ray's own.
 INLINE float SegmentLength(SegmentStart start, SurfaceInteraction end, Ray ray, float distance) {
     if (dot(start.normal, start.normal) == 0.0f) return distance;
-    vec3 way = WayTo(end, ray.origin);
+    vec3 way = VectorToSurface(end, ray.origin);
     float slope = dot(ray.direction, start.normal);
     // A line that is nearly in the plane has no good intersection with it
     return abs(slope) < kGrazing ? length(way) : max((dot(way, start.normal) - start.height) / slope, 0.0f);

@@ -9,7 +9,7 @@ SHADING_BEGIN
 // The share of the light that arrives, where light passes from medium to medium. Which medium lies behind a
 // boundary depends on those before it, so they must be met in order: an any-hit shader would not. Counts its
 // rays.
-INLINE vec3 ShareThroughMedia(DirectLight direct, float wavelength, Sampler rng, INOUT(uint) rayCount) {
+INLINE vec3 MediaTransmittance(DirectLight direct, float wavelength, Sampler rng, INOUT(uint) rayCount) {
     if (!HasTraceFeature(kTraceMatchedMedia)) return vec3(0.0f);
     vec3 share = vec3(1.0f);
     Ray ray = direct.ray;
@@ -18,7 +18,7 @@ INLINE vec3 ShareThroughMedia(DirectLight direct, float wavelength, Sampler rng,
     while (rest > 0.0f && rayCount < kMaxRays) {
         Hit hit = Intersect(ray, AlphaSeed(rng, rayCount));
         uint medium = CurrentMedium(direct.media);
-        if (!IsHit(hit) || hit.t >= rest) return share * Transmittance(medium, rest / kShadowShare);
+        if (!IsHit(hit) || hit.t >= rest) return share * Transmittance(medium, rest / kShadowRayFraction);
         SurfaceInteraction surface = SurfaceAt(hit, ray);
         share *= Transmittance(medium, SegmentLength(direct.start, surface, ray, hit.t));
         bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
@@ -31,12 +31,12 @@ INLINE vec3 ShareThroughMedia(DirectLight direct, float wavelength, Sampler rng,
         else
             eta = surface.material.ior / MediumIor(medium, wavelength);
         if (boundary.isReal) {
-            bool isMatched = isVolume && IsMatchedBoundary(surface.material, boundary, wavelength);
+            bool isMatched = isVolume && IsIndexMatched(surface.material, boundary, wavelength);
             if (!isMatched && !IsSmoothThinWall(surface.material)) return vec3(0.0f);
             Frame frame = FrameOf(surface);
             SurfaceSetting setting = SettingOf(surface, frame, eta, 0.0f, 0u);
             setting.isMatched = isMatched;
-            share *= StraightShare(surface.material, setting, ToLocal(frame, -ray.direction));
+            share *= PassThroughWeight(surface.material, setting, ToLocal(frame, -ray.direction));
             if (!(MaxComponent(share) > 0.0f)) return vec3(0.0f);
         }
         direct.media = boundary.beyond;

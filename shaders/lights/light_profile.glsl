@@ -1,4 +1,4 @@
-// Intensities by direction, of lights with a profile (renderer/scene/light_profile.h), by bilinear
+// Intensities by direction, of lights with a profile (renderer/scene/model/light_profile.h), by bilinear
 // interpolation in the two angles of its web. In the buffer a profile is: its type (kProfileType*), the
 // numbers of vertical and horizontal angles, these angles, and the intensities of one plane after another.
 //

@@ -51,14 +51,14 @@ INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOU
     }
     if (ActiveLightSampler() == kLightSamplerPower)
         return SampleLightAlias(0u, lights.lightCount + 1u, uc, ux);
-    if (!HasBoundedLights() || (HasUnboundedLights() && Decide(uc, lights.unboundedShare))) {
+    if (!HasBoundedLights() || (HasUnboundedLights() && Decide(uc, lights.unboundedProbability))) {
         ChosenLight result = SampleLightAlias(unboundedFirst, unboundedCount, uc, ux);
         result.light += lights.boundedCount;
-        result.probability *= lights.unboundedShare;
+        result.probability *= lights.unboundedProbability;
         return result;
     }
     ChosenLight result = SampleLightTree(0u, context, uc);
-    result.probability *= 1.0f - lights.unboundedShare;
+    result.probability *= 1.0f - lights.unboundedProbability;
     return result;
 }
 
@@ -69,9 +69,9 @@ INLINE float LightProbability(LightSetRecord lights, LightContext context, uint 
     if (ActiveLightSampler() == kLightSamplerUniform) return 1.0f / float(lights.activeCount);
     if (ActiveLightSampler() == kLightSamplerPower) return byPower.probability;
     if (HasBoundedLights() && light < lights.boundedCount)
-        return (1.0f - lights.unboundedShare) * LightTreeProbability(0u, context, bitTrail);
+        return (1.0f - lights.unboundedProbability) * LightTreeProbability(0u, context, bitTrail);
     uint slot = lights.lightCount + 1u + light - lights.boundedCount;
-    return lights.unboundedShare * LightAliasAt(slot).probability;
+    return lights.unboundedProbability * LightAliasAt(slot).probability;
 }
 
 INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 u) {
@@ -127,7 +127,7 @@ INLINE LightSample SampleLight(LightContext context, float uc, vec2 u) {
         result.pdf = environment.pdf;
     } else {
         LightRecord light = LightAt(chosen.light);
-        chosen.probability *= ChooseWithin(light, context, u, triangle);
+        chosen.probability *= ResolveMeshLight(light, context, u, triangle);
         if (!(chosen.probability > 0.0f)) return result;
         bool isTriangle = HasTraceFeature(kTraceTriangleLights) && light.kind == kLightTriangle;
         if (isTriangle) result = SampleTriangle(light, context, u);
@@ -151,7 +151,7 @@ INLINE float LightPDF(LightContext context, uint light, uint triangle, vec3 wi, 
     if (HasTraceFeature(kTraceTriangleLights) && !isEnvironment) {
         LightRecord record = LightAt(light);
         bitTrail = record.bitTrail;
-        float within = ChooseHitWithin(record, context, triangle);
+        float within = ResolveHitMeshLight(record, context, triangle);
         pdf = within * TriangleLightPDF(record, context.position, distance);
     }
     return pdf > 0.0f ? pdf * LightProbability(lights, context, light, bitTrail) : 0.0f;

@@ -66,7 +66,7 @@ INLINE float MeshTriangleProbability(LightMeshRecord mesh, mat4x3 objectToWorld,
     return byPower;
 }
 
-INLINE LightRecord PlaceTriangle(LightRecord triangle, LightRecord mesh, mat4x3 objectToWorld) {
+INLINE LightRecord TransformLightTriangle(LightRecord triangle, LightRecord mesh, mat4x3 objectToWorld) {
     mat3 linear = mat3(objectToWorld);
     LightRecord placed = triangle;
     placed.p0 = linear * triangle.p0 + objectToWorld[3];
@@ -80,7 +80,7 @@ INLINE LightRecord PlaceTriangle(LightRecord triangle, LightRecord mesh, mat4x3 
 
 // Returns the clearance of rays that end anywhere on the triangle. It is convex in the point, so that the
 // vertices bound it. A placed triangle has rounding errors of its own.
-INLINE float PlacedClearance(LightRecord triangle, LightRecord placed, mat4x3 objectToWorld) {
+INLINE float TransformedClearance(LightRecord triangle, LightRecord placed, mat4x3 objectToWorld) {
     mat3 linear = mat3(objectToWorld);
     float clearance = 0.0f;
     DONT_UNROLL
@@ -100,7 +100,7 @@ INLINE float PlacedClearance(LightRecord triangle, LightRecord placed, mat4x3 ob
 
 // Turns the light, if it is a mesh, into one of its triangles as it is placed; `triangle` is its number in
 // the mesh. Returns the probability of that triangle, of any other light 1.
-INLINE float ChooseWithin(INOUT(LightRecord) light, LightContext context, INOUT(vec2) u,
+INLINE float ResolveMeshLight(INOUT(LightRecord) light, LightContext context, INOUT(vec2) u,
                           OUT(uint) triangle) {
     triangle = 0u;
     if (!HasTraceFeature(kTraceMeshLights) || light.kind != kLightMesh) return 1.0f;
@@ -110,19 +110,19 @@ INLINE float ChooseWithin(INOUT(LightRecord) light, LightContext context, INOUT(
     if (!(chosen.probability > 0.0f)) return 0.0f;
     triangle = chosen.light;
     LightRecord record = LightAt(mesh.firstLight + triangle);
-    LightRecord placed = PlaceTriangle(record, light, objectToWorld);
-    placed.spotOffsetOrClearance = PlacedClearance(record, placed, objectToWorld);
+    LightRecord placed = TransformLightTriangle(record, light, objectToWorld);
+    placed.spotOffsetOrClearance = TransformedClearance(record, placed, objectToWorld);
     light = placed;
     return chosen.probability;
 }
 
-// Returns the probability with which ChooseWithin chooses a triangle that a ray has hit.
-INLINE float ChooseHitWithin(INOUT(LightRecord) light, LightContext context, uint triangle) {
+// Returns the probability with which ResolveMeshLight chooses a triangle that a ray has hit.
+INLINE float ResolveHitMeshLight(INOUT(LightRecord) light, LightContext context, uint triangle) {
     if (!HasTraceFeature(kTraceMeshLights) || light.kind != kLightMesh) return 1.0f;
     LightMeshRecord mesh = LightMeshAt(light.primitive);
     mat4x3 objectToWorld = LightPlacement(light.instance);
     LightRecord record = LightAt(mesh.firstLight + triangle);
-    light = PlaceTriangle(record, light, objectToWorld);
+    light = TransformLightTriangle(record, light, objectToWorld);
     return MeshTriangleProbability(mesh, objectToWorld, context, triangle, record.bitTrail);
 }
 

@@ -10,10 +10,10 @@
 SHADING_BEGIN
 
 CONST uint kCameraDimensions = 4u;    // 0, 1: film; 2, 3: lens. The first bounce begins after them
-CONST float kShadowShare = 0.99999f;  // of the segment to a light that must be free: less rounding
+CONST float kShadowRayFraction = 0.99999f;  // of the segment to a light that must be free: less rounding
 
 // A point off the surface, on the side of its geometric normal if `side` > 0.
-INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
+INLINE vec3 OffsetOriginToSide(SurfaceInteraction surface, float side) {
     return OffsetRayOrigin(surface.position,
                            side > 0.0f ? surface.geometricNormal : -surface.geometricNormal,
                            surface.clearance);
@@ -30,13 +30,14 @@ INLINE Ray ShadowRayFrom(vec3 origin, LightSample light, OUT(float) distance) {
         vec3 way = light.target - ray.origin;
         float reach = max(length(way), 1e-20f);
         ray.direction = way / reach;
-        distance = reach * kShadowShare;
+        distance = reach * kShadowRayFraction;
     }
     return ray;
 }
 
 INLINE Ray ShadowRayTo(SurfaceInteraction surface, LightSample light, OUT(float) distance) {
-    return ShadowRayFrom(OriginTowards(surface, dot(light.wi, surface.geometricNormal)), light, distance);
+    return ShadowRayFrom(OffsetOriginToSide(surface, dot(light.wi, surface.geometricNormal)), light,
+                         distance);
 }
 
 SHADING_END

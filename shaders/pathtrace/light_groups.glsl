@@ -7,7 +7,7 @@
 vec3 groupSums[kMaxLightGroups];
 
 // Returns the group of a light, and of its triangle if it is a mesh: FirstLightGroup of
-// renderer/gpu_scene/light_groups.h.
+// renderer/gpu_scene/lights/light_groups.h.
 uint GroupOf(uint light, uint triangle) {
     LightRecord record = LightAt(light);
     uint group = record.flags >> kLightGroupShift;

@@ -27,7 +27,7 @@ layout(set = 0, binding = 22, rgba32f) OUTPUT_ACCESS uniform image2D specular;
 layout(set = 0, binding = 23, rgba32f) OUTPUT_ACCESS uniform image2D transmission;
 #endif
 layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passes/trace.h: TraceCounts
-    uint takenCount;
+    uint acquiredCount;
     uint nonFiniteCount;
     uint rayCount[2];  // of all paths: the low word and the high one
 } pixelQueue;
@@ -54,7 +54,7 @@ ivec2 GroupTexel(int group, ivec2 texel, ivec2 size) {
 #endif
 
 // An infinite or NaN sample is written as black, and counted: later passes need not check.
-void BlackenIfNotFinite(inout PathState path) {
+void ZeroIfNotFinite(inout PathState path) {
     if (IsFinite(path.radiance)) return;
     atomicAdd(pixelQueue.nonFiniteCount, 1u);
     path.radiance = vec3(0.0f);

@@ -8,7 +8,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define TRACES_SHADOW_RAYS
-#define TRACES_AT_ONE_PLACE
+#define SINGLE_TRACE_CALL
 #include "pathtrace/launch.glsl"
 #include "scene/extensions.glsl"
 
@@ -25,8 +25,8 @@
 #include "pathtrace/start.glsl"
 
 // The next texel that no invocation has taken, in rows from the top. False: there is none.
-bool TakeTexel(uvec2 size, out uvec2 texel) {
-    uint index = atomicAdd(pixelQueue.takenCount, 1u);
+bool AcquireTexel(uvec2 size, out uvec2 texel) {
+    uint index = atomicAdd(pixelQueue.acquiredCount, 1u);
     texel = uvec2(index % size.x, index / size.x);
     return texel.y < size.y;
 }
@@ -37,14 +37,14 @@ void main() {
     uvec2 texel;
     PathState path;
     uint rays = 0u;
-    bool isGoingOn = false;
+    bool isAlive = false;
     bool isProbed = false;
     vec3 probedOrigin = vec3(0.0f);
     MediumStack cameraMedia = NoMedia();
     while (true) {
-        if (!isGoingOn) {
-            if (!TakeTexel(size, texel)) break;
-            if (IsBehindList(texel)) continue;
+        if (!isAlive) {
+            if (!AcquireTexel(size, texel)) break;
+            if (IsPastListEnd(texel)) continue;
             path = PathOf(texel);
             ClearGroups();
             if (HasTraceFeature(kTraceProbeMedia)) {
@@ -55,10 +55,10 @@ void main() {
                 path.media = cameraMedia;
             }
         }
-        isGoingOn = ExtendPath(path, settings);
-        if (isGoingOn) continue;
+        isAlive = ExtendPath(path, settings);
+        if (isAlive) continue;
         rays += path.rayCount;
-        BlackenIfNotFinite(path);
+        ZeroIfNotFinite(path);
         StoreOutputs(ivec2(texel), path);
     }
     CountRays(rays);

@@ -16,16 +16,16 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
-uint ListPlaceOf(uvec2 texel) {
+uint ListIndexOf(uvec2 texel) {
     return texel.y % parameters.value.sampleRows * parameters.value.pixelListWidth + texel.x;
 }
 ListedPixel ListedAt(uvec2 texel) {
-    return PixelListStream(parameters.value.pixelList).at[ListPlaceOf(texel)];
+    return PixelListStream(parameters.value.pixelList).at[ListIndexOf(texel)];
 }
 
 // Returns whether a texel fills up the rows of a list, and is of no pixel: it is not traced.
-bool IsBehindList(uvec2 texel) {
-    return HasTraceFeature(kTracePixelList) && ListPlaceOf(texel) >= parameters.value.pixelListCount;
+bool IsPastListEnd(uvec2 texel) {
+    return HasTraceFeature(kTracePixelList) && ListIndexOf(texel) >= parameters.value.pixelListCount;
 }
 
 // The pixel of the picture that a texel of the outputs is of: they hold one sample below the other.

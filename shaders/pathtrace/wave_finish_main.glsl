@@ -30,6 +30,6 @@ void main() {
     path.radiance = imageLoad(radiance, texel).xyz;
     if (IsFinite(path.radiance)) return;
     LoadOutputs(texel, path);
-    BlackenIfNotFinite(path);
+    ZeroIfNotFinite(path);
     StoreOutputs(texel, path);
 }

@@ -17,7 +17,7 @@
 
 void main() {
     for (uint slot = LaunchIndex(); slot < PixelCount(); slot += LaunchSize()) {
-        if (IsBehindList(uvec2(TexelOf(slot)))) continue;
+        if (IsPastListEnd(uvec2(TexelOf(slot)))) continue;
         PathState path = PathOf(uvec2(TexelOf(slot)));
         // All rays of a pinhole camera start at one point.
         if (HasTraceFeature(kTraceProbeMedia) && (slot == 0u || wave.value.isProbedOnce == 0u))

@@ -2,7 +2,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define TRACES_SHADOW_RAYS
-#define TRACES_AT_ONE_PLACE
+#define SINGLE_TRACE_CALL
 #define OUTPUTS_ARE_READ
 #include "pathtrace/launch.glsl"
 #include "scene/extensions.glsl"
@@ -24,18 +24,18 @@ void main() {
     uint slot = 0u;
     PathState path;
     uint rays = 0u;  // those of the other kernels are not among them
-    bool isGoingOn = false;
+    bool isAlive = false;
     while (true) {
-        if (!isGoingOn) {
-            uint i = atomicAdd(pixelQueue.takenCount, 1u);
+        if (!isAlive) {
+            uint i = atomicAdd(pixelQueue.acquiredCount, 1u);
             if (i >= count) break;
             slot = SlotAt(i);
             path = LoadPath(slot);
             LoadOutputs(TexelOf(slot), path);
             rays -= path.rayCount;
         }
-        isGoingOn = ExtendPath(path, settings);
-        if (isGoingOn) continue;
+        isAlive = ExtendPath(path, settings);
+        if (isAlive) continue;
         rays += path.rayCount;
         StoreOutputs(TexelOf(slot), path);
     }

@@ -26,7 +26,7 @@ bool Shade(uint slot, PathSettings settings, out PathState path, inout DirectLig
         path = PathOf(uvec2(texel));
         if (HasTraceFeature(kTraceProbeMedia)) path.media = LoadCameraMedia(slot);
         ClearGroups();
-        if (IsBehindList(uvec2(texel))) {  // black, so that later kernels need not ask
+        if (IsPastListEnd(uvec2(texel))) {  // black, so that later kernels need not ask
             StoreOutputs(texel, path);
             return false;
         }
@@ -36,9 +36,9 @@ bool Shade(uint slot, PathSettings settings, out PathState path, inout DirectLig
     }
     depth = path.depth + 1u;
     ++path.rayCount;
-    bool isGoingOn = ShadeVertex(path, LoadHit(slot), settings, light);
+    bool isAlive = ShadeVertex(path, LoadHit(slot), settings, light);
     StoreOutputs(texel, path);
-    return isGoingOn;
+    return isAlive;
 }
 
 void main() {
@@ -51,15 +51,15 @@ void main() {
         uint slot = 0u, depth = 0u;
         PathState path;
         DirectLight light = NoDirectLight();
-        bool isGoingOn = false;
+        bool isAlive = false;
         if (i < count) {
             slot = SlotAt(i);
-            isGoingOn = Shade(slot, settings, path, light, depth);
+            isAlive = Shade(slot, settings, path, light, depth);
         }
         bool isLit = HasTraceFeature(kTraceLightSampling) && MaxComponent(light.radiance) > 0.0f;
         if (isLit) ++path.rayCount;
-        isGoingOn = isGoingOn && path.rayCount < kMaxRays;
-        uvec2 place = TakePlaces(isGoingOn, isLit);
+        isAlive = isAlive && path.rayCount < kMaxRays;
+        uvec2 place = ReserveQueueEntries(isAlive, isLit);
         if (isLit) {
             WaveShadow shadow;
             shadow.light = light;
@@ -69,7 +69,7 @@ void main() {
             shadow.wavelength = path.wavelength;
             StoreShadow(place.y, shadow);
         }
-        if (isGoingOn) {
+        if (isAlive) {
             StorePath(slot, path);
             Enqueue(slot, place.x);
         }

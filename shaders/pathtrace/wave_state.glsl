@@ -55,23 +55,23 @@ uint SlotAt(uint i) {
 // The number of places that a group takes in the queue of paths and in that of shadow rays, and the first of
 // them. One atomic operation a group: all invocations take part, and none relies on which of them a device
 // runs in lockstep.
-shared uint wantedPlaces[2];
-shared uint firstPlaces[2];
+shared uint requestedEntries[2];
+shared uint firstEntries[2];
 
 // A place of its own in both queues for each invocation that wants one. Called in uniform control flow.
-uvec2 TakePlaces(bool wantsPath, bool wantsShadow) {
-    if (gl_LocalInvocationIndex < 2u) wantedPlaces[gl_LocalInvocationIndex] = 0u;
+uvec2 ReserveQueueEntries(bool wantsPath, bool wantsShadow) {
+    if (gl_LocalInvocationIndex < 2u) requestedEntries[gl_LocalInvocationIndex] = 0u;
     barrier();
     uvec2 place = uvec2(0u);
-    if (wantsPath) place.x = atomicAdd(wantedPlaces[0], 1u);
-    if (wantsShadow) place.y = atomicAdd(wantedPlaces[1], 1u);
+    if (wantsPath) place.x = atomicAdd(requestedEntries[0], 1u);
+    if (wantsShadow) place.y = atomicAdd(requestedEntries[1], 1u);
     barrier();
     uint queue = gl_LocalInvocationIndex;
     if (queue < 2u)
-        firstPlaces[queue] =
-            atomicAdd(waveCounts.at[2u * wave.value.step + (queue == 0u ? 2u : 1u)], wantedPlaces[queue]);
+        firstEntries[queue] =
+            atomicAdd(waveCounts.at[2u * wave.value.step + (queue == 0u ? 2u : 1u)], requestedEntries[queue]);
     barrier();
-    return place + uvec2(firstPlaces[0], firstPlaces[1]);
+    return place + uvec2(firstEntries[0], firstEntries[1]);
 }
 
 // Adds a path to the queue of the next step.

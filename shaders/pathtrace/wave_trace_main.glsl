@@ -35,10 +35,10 @@ uint TraceShadow(uint at, PathSettings settings) {
     vec3 share = vec3(0.0f);
     uint planned = shadow.rayCount;
     if (HasTraceFeature(kTraceMatchedMedia)) {
-        share = ShareThroughMedia(shadow.light, shadow.wavelength, rng, shadow.rayCount);
+        share = MediaTransmittance(shadow.light, shadow.wavelength, rng, shadow.rayCount);
         StoreRayCount(shadow.slot, shadow.rayCount);
     } else {
-        share = UnblockedShare(shadow.light.ray, shadow.light.distance, shadow.light.ior,
+        share = ShadowTransmittance(shadow.light.ray, shadow.light.distance, shadow.light.ior,
                                AlphaSeed(rng, shadow.rayCount));
     }
     if (!(MaxComponent(share) > 0.0f)) return shadow.rayCount - planned;

@@ -1,5 +1,5 @@
-// NoteSamples: the variance of one sample and the mean, R, G and B together, of the listed pixels that have a
-// given number of samples.
+// RecordVariance: the variance of one sample and the mean, R, G and B together, of the listed pixels that
+// have a given number of samples.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

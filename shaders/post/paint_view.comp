@@ -22,7 +22,7 @@ float DepthGray(float depth) {
 }
 
 // The position of a count on the ramp: each doubling of 1 + count is one of `steps`.
-vec3 CountColor(float count, float steps) { return SrgbEncode(HeatColor(log2(1.0f + count) / steps)); }
+vec3 CountHeatColor(float count, float steps) { return SrgbEncode(HeatColor(log2(1.0f + count) / steps)); }
 
 // Values in [0, 1], as shown. `value` is a mean over samples of which some may have hit nothing.
 vec3 Paint(vec4 value) {
@@ -41,13 +41,13 @@ vec3 Paint(vec4 value) {
             return vec3(DepthGray(value.x));
         case kViewInstance:
         case kViewMaterial:
-            return ColorOfId(uint(value.x));
+            return IdColor(uint(value.x));
         case kViewWireframe:
             return mix(vec3(0.12f * coverage + 0.4f * value.y), kEdgeColor, value.x);
         case kViewOverdraw:
-            return CountColor(value.x, 5.0f);
+            return CountHeatColor(value.x, 5.0f);
         case kViewRayCost:
-            return CountColor(value.x, 10.0f);
+            return CountHeatColor(value.x, 10.0f);
     }
     return vec3(0.0f);
 }

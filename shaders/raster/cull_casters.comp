@@ -20,8 +20,8 @@ void CullPlacement(uint placement, uint view) {
     uint draw = instances.at[placement].draw;
     if (draw == kNotDrawn) return;
     DrawRecord record = draws.at[draw];
-    if (!MayBeSeen(shadowViews.at[view].camera, instances.at[placement].objectToWorld, record.boundsMin,
-                   record.boundsMax, vec2(0.0f)))
+    if (!IntersectsFrustum(shadowViews.at[view].camera, instances.at[placement].objectToWorld,
+                           record.boundsMin, record.boundsMax, vec2(0.0f)))
         return;
     ShadowCaster caster;
     caster.placement = placement;

@@ -19,7 +19,7 @@ void CullPlacement(uint placement) {
     uint draw = instances.at[placement].draw;
     if (draw == kNotDrawn) return;
     DrawRecord record = draws.at[draw];
-    if (!MayBeSeen(parameters.value.camera, instances.at[placement].objectToWorld, record.boundsMin,
+    if (!IntersectsFrustum(parameters.value.camera, instances.at[placement].objectToWorld, record.boundsMin,
                    record.boundsMax, constants.shift))
         return;
     uint place = atomicAdd(commands.at[draw].instanceCount, 1u);

@@ -36,18 +36,18 @@ vec3 GlossyEnvironment(vec3 direction, float roughness) {
 
 // Unoccluded share of the directions about the reflected one; `open` is that of all directions. Lagarde and
 // de Rousiers, as above, section 4.10.2.
-float OpenReflection(float open, float cosine, float roughness) {
+float SpecularOcclusion(float open, float cosine, float roughness) {
     return clamp(pow(cosine + open, exp2(-16.0f * roughness - 1.0f)) - 1.0f + open, 0.0f, 1.0f);
 }
 
 // The environment's mean over a lobe towards wo that is not diffuse.
 vec3 LobeMeanEnvironment(LobeMean lobe, vec3 wo, Frame frame) {
-    if (!IsStretched(lobe.alpha)) return GlossyEnvironment(FromLocal(frame, lobe.wi), lobe.roughness);
+    if (!HasAnisotropicAlpha(lobe.alpha)) return GlossyEnvironment(FromLocal(frame, lobe.wi), lobe.roughness);
     const uint count = 16u;
     vec4 sum = vec4(0.0f);
     DONT_UNROLL
     for (uint i = 0u; i < count; ++i) {
-        StretchPart part = StretchOf(lobe.alpha, wo, i, count);
+        AnisotropySample part = AnisotropySampleOf(lobe.alpha, wo, i, count);
         if (part.weight > 0.0f)
             sum += part.weight * vec4(GlossyEnvironment(FromLocal(frame, part.wi), part.roughness), 1.0f);
     }
@@ -57,15 +57,15 @@ vec3 LobeMeanEnvironment(LobeMean lobe, vec3 wo, Frame frame) {
 // The environment's light reflected by a lobe towards wo; `open` is the unoccluded share of directions.
 vec3 LobeEnvironment(LobeMean lobe, vec3 wo, float open, Frame frame) {
     if (lobe.isDiffuse) return open * lobe.albedo * DiffuseEnvironment(FromLocal(frame, lobe.wi));
-    return OpenReflection(open, wo.z, lobe.roughness) * lobe.albedo * LobeMeanEnvironment(lobe, wo, frame);
+    return SpecularOcclusion(open, wo.z, lobe.roughness) * lobe.albedo * LobeMeanEnvironment(lobe, wo, frame);
 }
 
 // Uses the directions of two reflections where a part of the light goes back.
 vec3 LobeEnvironment(LobeMean lobe, FacetView view, bool isOfFacets, float open, Frame frame) {
     vec3 ahead = LobeEnvironment(lobe, view.wo, open, frame);
-    if (!isOfFacets || !IsTurnedBack(view, lobe.wi)) return ahead;
+    if (!isOfFacets || !HasRetroreflection(view, lobe.wi)) return ahead;
     lobe.wi = Mirrored(lobe.wi);
-    return mix(ahead, LobeEnvironment(lobe, Mirrored(view.wo), open, frame), view.backShare);
+    return mix(ahead, LobeEnvironment(lobe, Mirrored(view.wo), open, frame), view.retroreflectedShare);
 }
 
 vec3 GltfEnvironment(GltfBSDF g, float open, Frame frame) {
@@ -83,7 +83,7 @@ vec3 ReflectedEnvironment(SurfaceBSDF bsdf, float roughness, float open, Frame f
     if (ActiveBrdf() == kBrdfLambert) return open * bsdf.lambert.albedo * DiffuseEnvironment(normal);
     if (ActiveBrdf() == kBrdfLafortune)
         return open * bsdf.lafortune.diffuse * DiffuseEnvironment(normal) +
-               OpenReflection(open, bsdf.wo.z, roughness) * bsdf.lafortune.specular *
+               SpecularOcclusion(open, bsdf.wo.z, roughness) * bsdf.lafortune.specular *
                    GlossyEnvironment(FromLocal(frame, DominantReflection(bsdf.wo, roughness)), roughness);
     return GltfEnvironment(bsdf.gltf, open, frame);
 }

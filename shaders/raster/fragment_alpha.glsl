@@ -5,7 +5,7 @@
 #include "scene/alpha_test.glsl"
 
 // Returns the decision of the camera ray of the same pixel and sample.
-bool IsFragmentThere(uvec2 triangle, vec2 barycentrics, bool isBack) {
+bool PassesAlphaTest(uvec2 triangle, vec2 barycentrics, bool isBack) {
     TraceParameters settings = parameters.value;
     Sampler rng = StartPixelSample(uvec2(gl_FragCoord.xy), settings.sampleIndex, settings.seed);
     return IsThere(AlphaSeed(rng, 1u), triangle.x, triangle.y, barycentrics, isBack);

@@ -12,7 +12,7 @@
 #include "raster/raster_depth.glsl"
 #include "scene/surface.glsl"
 
-layout(set = 0, binding = 16, r32f) writeonly uniform image2D openShare;
+layout(set = 0, binding = 16, r32f) writeonly uniform image2D ambientVisibility;
 layout(set = 0, binding = 17) uniform sampler2D depths;
 
 const uint kLines = 3u;
@@ -25,7 +25,7 @@ const uint kOcclusionDimension = 64u;  // of the pixel's random numbers
 bool PositionAt(ivec2 pixel, out vec3 position) {
     float depth = texelFetch(depths, pixel, 0).x;
     if (depth == 0.0f) return false;
-    position = AtRasterDepth(parameters.value.camera, RayThrough(vec2(pixel - Pixel())), depth);
+    position = PositionAtRasterDepth(parameters.value.camera, RayThrough(vec2(pixel - Pixel())), depth);
     return true;
 }
 
@@ -50,7 +50,7 @@ float HorizonCosine(vec3 position, vec3 wo, vec2 line, float pixels, float shift
 // Returns one side's part of the integral, up to the horizon at angle h; n is the angle of the normal.
 float Arc(float h, float n) { return 0.25f * (cos(n) + 2.0f * h * sin(n) - cos(2.0f * h - n)); }
 
-float OpenShare(vec3 position, vec3 normal, vec3 wo) {
+float AmbientVisibility(vec3 position, vec3 normal, vec3 wo) {
     CameraRecord camera = parameters.value.camera;
     float depth = camera.orthographic != 0u ? 1.0f : dot(position - camera.origin, camera.forward);
     float reach = 2.0f * kReach * length(camera.up) * depth;
@@ -85,7 +85,7 @@ void main() {
     if (IsHit(hit)) {
         Ray ray = PixelRay();
         SurfaceInteraction surface = SurfaceAt(hit, ray);
-        share = OpenShare(surface.position, surface.shadingNormal, -ray.direction);
+        share = AmbientVisibility(surface.position, surface.shadingNormal, -ray.direction);
     }
-    imageStore(openShare, Pixel(), vec4(share));
+    imageStore(ambientVisibility, Pixel(), vec4(share));
 }

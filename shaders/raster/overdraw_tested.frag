@@ -11,6 +11,6 @@ layout(location = 1) flat in uvec2 triangle;
 layout(location = 0) out float count;
 
 void main() {
-    if (!IsFragmentThere(triangle, barycentrics, !gl_FrontFacing)) discard;
+    if (!PassesAlphaTest(triangle, barycentrics, !gl_FrontFacing)) discard;
     count = 1.0f;
 }

@@ -25,7 +25,7 @@ layout(push_constant, scalar) uniform Constants {
     uint tileSize;  // texels
 } constants;
 
-const float kWidestSpot = 0.5f;      // cosine of the half angle; wider ones are seen as point lights are
+const float kMinSpotCosine = 0.5f;      // cosine of the half angle; wider ones are seen as point lights are
 const float kSplitByFactor = 0.8f;   // 1: cascades grow by a factor; 0: evenly
 const float kNearShare = 1e-4f;      // of the scene's size: nearer to a light, nothing casts a shadow
 const float kMinDepthShare = 2e-3f;  // of the farthest depth: cascades do not begin nearer
@@ -41,16 +41,16 @@ float SpotCosine(LightRecord light) {
     return clamp(-light.spotOffsetOrClearance / light.spotScale, -1.0f, 1.0f);
 }
 
-uint ViewsNeeded(LightRecord light) {
+uint ShadowViewCount(LightRecord light) {
     if (dot(light.e2, vec3(1.0f)) <= 0.0f) return 0u;
     if (light.kind == kLightDirectional) return kShadowCascades;
-    return light.kind == kLightSpot && SpotCosine(light) >= kWidestSpot ? 1u : kShadowFaces;
+    return light.kind == kLightSpot && SpotCosine(light) >= kMinSpotCosine ? 1u : kShadowFaces;
 }
 
-void ShareOutTiles() {
+void AllocateTiles() {
     uint next = 0u;
     for (uint i = 0u; i < constants.punctualLights; ++i) {
-        uint needed = ViewsNeeded(Light(i));
+        uint needed = ShadowViewCount(Light(i));
         if (next + needed > constants.viewSlots) needed = 0u;
         shadowLights.at[i].firstView = next;
         shadowLights.at[i].viewCount = needed;
@@ -77,7 +77,7 @@ ShadowView MakeView(vec3 origin, Frame frame, float halfWidth) {
     view.camera.focusDistance = 1.0f;
     view.camera.zNear = 1.0f;
     view.camera.zFar = 1.0f;
-    view.camera.originRest = vec3(0.0f);
+    view.camera.originResidual = vec3(0.0f);
     return view;
 }
 
@@ -108,7 +108,7 @@ Sphere SliceSphere(CameraRecord camera, float from, float to) {
 }
 
 // Returns the depth of a split between two depths.
-float SplitDepth(float from, float to, float share) {
+float CascadeSplitDepth(float from, float to, float share) {
     return mix(mix(from, to, share), from * pow(to / from, share), kSplitByFactor);
 }
 
@@ -133,8 +133,8 @@ ShadowView CascadeView(vec3 towards, uint cascade, SceneBox box) {
     nearest = exp2(0.5f * floor(2.0f * log2(max(nearest, kMinDepthShare * farthest))));
     float count = float(kShadowCascades);
     Sphere part =
-        SliceSphere(camera, SplitDepth(nearest, farthest, float(cascade) / count),
-                    SplitDepth(nearest, farthest, float(cascade + 1u) / count));
+        SliceSphere(camera, CascadeSplitDepth(nearest, farthest, float(cascade) / count),
+                    CascadeSplitDepth(nearest, farthest, float(cascade + 1u) / count));
     if (part.radius > scene.radius) part = scene;
     Frame frame = FrameFromZ(towards);
     ShadowView view = MakeView(vec3(0.0f), frame, max(part.radius, 1e-6f));
@@ -152,7 +152,7 @@ ShadowView ViewOf(LightRecord light, uint index) {
     if (light.kind == kLightDirectional) return CascadeView(light.e1, index, box);
     ShadowView view;
     float cosine = SpotCosine(light);
-    if (light.kind == kLightSpot && cosine >= kWidestSpot)
+    if (light.kind == kLightSpot && cosine >= kMinSpotCosine)
         view = MakeView(light.p0, FrameFromZ(light.e1), sqrt(1.0f - cosine * cosine) / cosine);
     else
         view = MakeView(light.p0, FaceFrame(index), 1.0f);
@@ -162,7 +162,7 @@ ShadowView ViewOf(LightRecord light, uint index) {
 
 void main() {
     uint slot = gl_LocalInvocationIndex;
-    if (slot == 0u) ShareOutTiles();
+    if (slot == 0u) AllocateTiles();
     barrier();
     if (slot >= constants.viewSlots) return;
     uint light = lightOfView[slot];

@@ -30,7 +30,7 @@ vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
 }
 
 // Returns false if the whole box is beyond one side of the picture, or behind the camera.
-bool MayBeSeen(CameraRecord camera, mat4x3 objectToWorld, vec3 low, vec3 high, vec2 shift) {
+bool IntersectsFrustum(CameraRecord camera, mat4x3 objectToWorld, vec3 low, vec3 high, vec2 shift) {
     uint outsideOfAll = 0x3Fu;
     for (uint corner = 0u; corner < 8u; ++corner) {
         vec3 at = vec3((corner & 1u) != 0u ? high.x : low.x, (corner & 2u) != 0u ? high.y : low.y,

@@ -15,7 +15,7 @@ float RasterDepthOf(CameraRecord camera, float distance) {
 }
 
 // The point of a pixel's camera ray at the pixel's depth.
-vec3 AtRasterDepth(CameraRecord camera, Ray ray, float depth) {
+vec3 PositionAtRasterDepth(CameraRecord camera, Ray ray, float depth) {
     return ray.origin + ray.direction * (DistanceOf(camera, depth) / dot(ray.direction, camera.forward));
 }
 

@@ -45,7 +45,7 @@ bool PrepareDrawing(uint number, mat4 offsetToPicture, out Drawing drawing) {
 void DrawPixel(Drawing drawing, ivec2 pixel) {
     vec3 edges;
     float depth;
-    if (!IsSeen(drawing.picture, vec2(pixel) + 0.5f, drawing.isCulled, edges, depth)) return;
+    if (!CoversPixelCenter(drawing.picture, vec2(pixel) + 0.5f, drawing.isCulled, edges, depth)) return;
     uint place = uint(pixel.y) * constants.size.x + uint(pixel.x);
     uint64_t key = packUint2x32(uvec2(drawing.number, floatBitsToUint(depth)));
     if ((kDrawn & kDrawnAlpha) != 0u && drawing.isTested) {

@@ -31,7 +31,7 @@ void main() {
         ivec2 low, high;
         BoundsOf(drawing.picture, constants.size, low, high);
         if (low.x >= high.x || low.y >= high.y) continue;
-        if (drawing.isCulled && IsBackOnly(drawing.picture, vec2(low + high) * 0.5f)) continue;
+        if (drawing.isCulled && IsBackFacing(drawing.picture, vec2(low + high) * 0.5f)) continue;
         if ((high.x - low.x) * (high.y - low.y) <= kSmallPixels) {
             DrawPixels(drawing, low, high);
             continue;
@@ -41,7 +41,7 @@ void main() {
             for (int x = firstTile.x; x <= lastTile.x; ++x) {
                 ivec2 from = max(low, ivec2(x, y) * int(kTileSize));
                 ivec2 to = min(high, ivec2(x + 1, y + 1) * int(kTileSize));
-                if (!MayBeSeenWithin(drawing.picture, vec2(from) + 0.5f, vec2(to) - 0.5f, drawing.isCulled))
+                if (!OverlapsRectangle(drawing.picture, vec2(from) + 0.5f, vec2(to) - 0.5f, drawing.isCulled))
                     continue;
                 uint slot = atomicAdd(tiles.count, 1u);
                 if (slot < kTileCapacity)

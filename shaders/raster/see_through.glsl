@@ -15,7 +15,7 @@ layout(set = 0, binding = 24) uniform sampler2D behindBlurred;
 layout(set = 0, binding = 25) uniform sampler2D behindDepth;
 
 // Color times alpha, and alpha, of a level about a place in pixels.
-vec4 BehindLevel(vec2 place, uint level) {
+vec4 SampleBackgroundLevel(vec2 place, uint level) {
     uvec2 size = uvec2(textureSize(behind, 0));
     if (level == 0u) {
         vec4 value = textureLod(behind, place / vec2(size), 0.0f);
@@ -43,7 +43,7 @@ float DepthBehind() {
 
 // Radiance transmitted by a surface along wo, before the surface's own color. `through` is the direction
 // behind it, and `spread` the standard deviation of its slope.
-vec3 SeenThrough(vec3 position, vec3 through, float spread, float roughness) {
+vec3 TransmittedRadiance(vec3 position, vec3 through, float spread, float roughness) {
     CameraRecord camera = parameters.value.camera;
     vec2 size = vec2(textureSize(behind, 0));
     vec3 environment = GlossyEnvironment(through, roughness);
@@ -60,7 +60,8 @@ vec3 SeenThrough(vec3 position, vec3 through, float spread, float roughness) {
         0.5f * size.y / (length(camera.up) * (camera.orthographic != 0u ? 1.0f : far));
     float level = clamp(log2(max(2.0f * spread * way * pixelsPerMeter, 1.0f)), 0.0f, float(kBlurLevels));
     uint lower = min(uint(level), kBlurLevels - 1u);
-    vec4 value = mix(BehindLevel(place, lower), BehindLevel(place, lower + 1u), level - float(lower));
+    vec4 value = mix(SampleBackgroundLevel(place, lower), SampleBackgroundLevel(place, lower + 1u),
+                     level - float(lower));
     return value.xyz + (1.0f - value.w) * environment;
 }
 

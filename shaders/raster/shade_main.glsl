@@ -34,7 +34,7 @@
 #endif
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
-layout(set = 0, binding = 22) uniform sampler2D openShare;
+layout(set = 0, binding = 22) uniform sampler2D ambientVisibility;
 
 // Returns the relative index for a viewer in vacuum.
 float EtaOf(SurfaceInteraction surface) {
@@ -56,7 +56,7 @@ LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rn
     if (!(chosen.probability > 0.0f)) return NoLightSample();
     LightRecord light = LightAt(chosen.light);
     uint triangle = 0u;
-    float within = ChooseWithin(light, context, u, triangle);
+    float within = ResolveMeshLight(light, context, u, triangle);
     if (light.kind != kLightTriangle || !(within > 0.0f)) return NoLightSample();
     LightSample result = SampleTriangle(light, context, u);
     result.pdf *= chosen.probability * within;
@@ -65,16 +65,16 @@ LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rn
 
 // Returns the share of a light that reaches the surface. `ordinal` is that of a punctual light, or their
 // count.
-vec3 FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
+vec3 LightVisibility(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
 #ifdef SHADOW_RAYS
     float distance = kInfinity;
     Ray ray = ShadowRayTo(surface, light, distance);
-    return UnblockedShare(ray, distance, 1.0f, alphaSeed);
+    return ShadowTransmittance(ray, distance, 1.0f, alphaSeed);
 #else
 #ifdef SHADOW_MAPS
     if (ordinal < constants.punctualLights) {
         uint kind = LightAt(LightSet().lightCount - constants.punctualLights + ordinal).kind;
-        return vec3(MapFreeShare(ordinal, kind, surface.position, surface.geometricNormal, light.wi));
+        return vec3(ShadowMapVisibility(ordinal, kind, surface.position, surface.geometricNormal, light.wi));
     }
 #endif
     return vec3(1.0f);
@@ -110,7 +110,7 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
         if (HasTraceFeature(kTraceDiffuseTransmission) && isSeenThrough) value = diffuse;
         vec3 scattered = value * light.radiance * (abs(wi.z) / light.pdf);
         if (!(MaxComponent(scattered) > 0.0f)) continue;
-        sum += scattered * FreeShare(surface, light, i, AlphaSeed(rng, 2u));
+        sum += scattered * LightVisibility(surface, light, i, AlphaSeed(rng, 2u));
     }
     return sum;
 }
@@ -118,7 +118,8 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
 // Returns the radiance that a lobe transmits. The picture behind shows what the environment does not.
 vec3 RadianceFromBehind(LobeMean lobe, vec3 position, vec3 wi) {
     if (HasTraceFeature(kTraceDiffuseTransmission) && lobe.isDiffuse) return DiffuseEnvironment(wi);
-    if ((constants.option & kShadeBehind) != 0u) return SeenThrough(position, wi, lobe.slope, lobe.roughness);
+    if ((constants.option & kShadeBehind) != 0u)
+        return TransmittedRadiance(position, wi, lobe.slope, lobe.roughness);
     return GlossyEnvironment(wi, lobe.roughness);
 }
 
@@ -155,7 +156,7 @@ vec3 LightFromBehind(SurfaceInteraction surface, SurfaceBSDF bsdf, SurfaceSettin
 }
 
 // A body of a medium that scatters looks like a diffuse one, as far as light does not pass through it.
-void FillWithMedium(inout SurfaceMaterial material) {
+void ApproximateMediumAsDiffuse(inout SurfaceMaterial material) {
     if ((material.flags & kMaterialVolume) == 0u) return;
     Medium medium = MediumAt(material.id);
     float passed = exp(-MaxComponent(medium.scattering) * materials.at[material.id].thickness);
@@ -167,18 +168,19 @@ vec4 Shade(Hit hit, Ray ray) {
     if (!IsHit(hit)) return vec4(EnvironmentRadiance(ray.direction), 0.0f);
     SurfaceInteraction surface = SurfaceAt(hit, ray);
     if ((surface.material.flags & kMaterialUnlit) != 0u) return vec4(surface.emission, 1.0f);
-    if (HasTraceFeature(kTraceScattering)) FillWithMedium(surface.material);
+    if (HasTraceFeature(kTraceScattering)) ApproximateMediumAsDiffuse(surface.material);
     Sampler rng = StartPixelSample(uvec2(Pixel()), parameters.value.sampleIndex, parameters.value.seed);
     Frame frame = FrameOf(surface);
     SurfaceSetting setting = SettingOf(surface, frame, EtaOf(surface), 0.0f, FacetSeed(rng, 1u));
     SurfaceBSDF bsdf = BSDFOf(surface.material, ToLocal(frame, -ray.direction), setting);
     vec3 scattered = ScatteredLight(surface, frame, bsdf, rng);
-    float open = (constants.option & kShadeOcclusion) != 0u ? texelFetch(openShare, Pixel(), 0).x : 1.0f;
+    float open =
+        (constants.option & kShadeOcclusion) != 0u ? texelFetch(ambientVisibility, Pixel(), 0).x : 1.0f;
     float roughness = surface.material.roughness;
     if (HasTraceFeature(kTraceEnvironmentLight))
         scattered += ReflectedEnvironment(bsdf, roughness, open, frame);
     if (ActiveBrdf() == kBrdfGltf) scattered += LightFromBehind(surface, bsdf, setting, frame);
-    return vec4(surface.emission * EmissionPassed(surface, -ray.direction) + scattered, 1.0f);
+    return vec4(surface.emission * EmissionTransmittance(surface, -ray.direction) + scattered, 1.0f);
 }
 
 void main() {

@@ -29,7 +29,7 @@ uint FaceOf(vec3 direction) {
 
 // Lit share of the filter at a position in a tile: where the surface is nearer to the light than the map. Its
 // depth grows by `slope` with the position.
-float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
+float FilteredVisibility(uint view, vec2 place, float depth, vec2 slope) {
     int tilesPerSide = int(constants.shadowTiles);
     int tileSize = textureSize(shadowAtlas, 0).x / tilesPerSide;
     ivec2 corner = tileSize * ivec2(int(view) % tilesPerSide, int(view) / tilesPerSide);
@@ -51,7 +51,7 @@ float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
 }
 
 // Returns the position in a view's tile, in [0, 1], and the depth.
-vec3 PlaceInTile(CameraRecord camera, vec3 position) {
+vec3 ProjectToTile(CameraRecord camera, vec3 position) {
     vec4 clip = ClipPosition(camera, position, vec2(0.0f));
     return vec3(0.5f * clip.xy / clip.w + 0.5f, clip.z / clip.w);
 }
@@ -59,15 +59,15 @@ vec3 PlaceInTile(CameraRecord camera, vec3 position) {
 // The gradient of depth along a plane; it is constant, in perspective too.
 vec2 SlopeOf(CameraRecord camera, vec3 position, vec3 normal, float step, vec3 place) {
     Frame plane = FrameFromZ(normal);
-    vec3 x = PlaceInTile(camera, position + step * plane.x) - place;
-    vec3 y = PlaceInTile(camera, position + step * plane.y) - place;
+    vec3 x = ProjectToTile(camera, position + step * plane.x) - place;
+    vec3 y = ProjectToTile(camera, position + step * plane.y) - place;
     float area = x.x * y.y - x.y * y.x;
     if (abs(area) < 1e-3f * (dot(x.xy, x.xy) + dot(y.xy, y.xy))) return vec2(0.0f);  // seen from its edge
     return vec2(x.z * y.y - y.z * x.y, y.z * x.x - x.z * y.x) / area;
 }
 
 // `light` is an ordinal among the punctual lights; wi is the direction to it.
-float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
+float ShadowMapVisibility(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
     ShadowLight shadow = shadowLights.at[light];
     if (shadow.viewCount == 0u) return 1.0f;
     if (dot(normal, wi) < 0.0f) normal = -normal;
@@ -84,13 +84,13 @@ float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
         if (camera.orthographic == 0u) texel *= max(dot(position - camera.origin, camera.forward), 0.0f);
         vec3 off = position + kNormalOffset * texel * normal;
         if (camera.orthographic == 0u && !(dot(off - camera.origin, camera.forward) > 0.0f)) continue;
-        vec3 place = PlaceInTile(camera, off);
+        vec3 place = ProjectToTile(camera, off);
         vec2 fromMiddle = abs(2.0f * place.xy - 1.0f);
         float margin = 4.0f * float(constants.shadowTiles) / float(textureSize(shadowAtlas, 0).x);
         bool isInside = max(fromMiddle.x, fromMiddle.y) < 1.0f - margin;
         if (isInside || view + 1u == last) {
             if (max(fromMiddle.x, fromMiddle.y) > 1.0f) return 1.0f;
-            return FilteredShare(view, place.xy, place.z, SlopeOf(camera, off, normal, texel, place));
+            return FilteredVisibility(view, place.xy, place.z, SlopeOf(camera, off, normal, texel, place));
         }
     }
     return 1.0f;

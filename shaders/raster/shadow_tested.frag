@@ -11,5 +11,5 @@ layout(location = 1) flat in uvec2 triangle;
 
 void main() {
     // A back face towards the light is a front face to shadow rays
-    if (!IsFragmentThere(triangle, barycentrics, gl_FrontFacing)) discard;
+    if (!PassesAlphaTest(triangle, barycentrics, gl_FrontFacing)) discard;
 }

@@ -53,7 +53,7 @@ vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
 }
 
 // Returns whether the triangle covers the pixel's center: its unnormalized barycentrics there, and the depth.
-bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
+bool CoversPixelCenter(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
     edges = EdgesAt(triangle, place);
     float minimum = min(min(edges.x, edges.y), edges.z), maximum = max(max(edges.x, edges.y), edges.z);
     depth = 0.0f;
@@ -67,7 +67,7 @@ bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges,
 vec2 BarycentricsOf(vec3 edges) { return edges.yz / (edges.x + edges.y + edges.z); }
 
 // Returns whether it is back-facing, from everywhere in the picture; evaluated near to it.
-bool IsBackOnly(PictureTriangle triangle, vec2 place) {
+bool IsBackFacing(PictureTriangle triangle, vec2 place) {
     return dot(EdgesAt(triangle, place),
                vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w)) > 0.0f;
 }
@@ -96,7 +96,7 @@ void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 hig
 
 // Returns false if the triangle covers no point of the rectangle [low, high]. Edges are linear in the
 // position, so that their signs at the corners bound those inside.
-bool MayBeSeenWithin(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
+bool OverlapsRectangle(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
     vec3 e0 = EdgesAt(triangle, low), e1 = EdgesAt(triangle, high);
     vec3 e2 = EdgesAt(triangle, vec2(low.x, high.y)), e3 = EdgesAt(triangle, vec2(high.x, low.y));
     vec3 minimum = min(min(e0, e1), min(e2, e3)), maximum = max(max(e0, e1), max(e2, e3));

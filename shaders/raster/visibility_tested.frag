@@ -12,6 +12,6 @@ layout(location = 1) flat in uvec2 triangle;
 layout(location = 0) out uvec4 visibility;
 
 void main() {
-    if (!IsFragmentThere(triangle, barycentrics, !gl_FrontFacing)) discard;
+    if (!PassesAlphaTest(triangle, barycentrics, !gl_FrontFacing)) discard;
     visibility = PackVisibility(triangle.x, triangle.y, barycentrics);
 }

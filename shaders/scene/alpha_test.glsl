@@ -13,7 +13,7 @@ bool IsBackCulled(MaterialRecord material) {
 
 // Hit kinds of triangles are 0xFE and 0xFF; those of capsules (capsule.rint) likewise tell sides by the
 // last bit.
-bool IsBackKind(uint hitKind) { return (hitKind & 1u) != 0u; }
+bool IsBackFaceHit(uint hitKind) { return (hitKind & 1u) != 0u; }
 
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however
 // often the device runs any-hit. `isBack`: the ray hits the back face.
@@ -27,7 +27,7 @@ bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentri
     // The two sides of a capsule are one primitive, but stop light independently
     uint number = instanceIndex * 0x9e3779b9u + primitive;
     if (IsRound(instance) && isBack) number = ~number;
-    return AlphaDraw(alphaSeed, number) < opacity;
+    return AlphaTestSample(alphaSeed, number) < opacity;
 }
 
 #endif

@@ -62,13 +62,13 @@ ShapedVertex DeformedAt(DeformRecord record, uint vertex) {
         for (uint i = 0u; i < record.targetCount; ++i) {
             float weight = morphWeights.at[record.firstWeight + i];
             if (weight == 0.0f) continue;
-            AddTarget(moved, weight, DisplacementAt(targets.at[i].positions, vertex),
+            AddMorphTarget(moved, weight, DisplacementAt(targets.at[i].positions, vertex),
                       DisplacementAt(targets.at[i].normals, vertex),
                       DisplacementAt(targets.at[i].tangents, vertex));
         }
-        moved = EndTargets(moved, base);
+        moved = NormalizeMorphed(moved, base);
     }
-    if (record.perVertex > 0u) moved = MoveByJoints(JointsOf(record, vertex), moved);
+    if (record.perVertex > 0u) moved = ApplySkinning(JointsOf(record, vertex), moved);
     if (!IsFinite(moved.position)) moved.position = base.position;
     return moved;
 }

@@ -51,8 +51,8 @@ uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 #include "bxdf/clearcoat.glsl"
 #include "scene/surface.glsl"
 
-// Returns the properties of a triangle that EmissionPassed needs, as SurfaceAt has them for a ray from the
-// viewer.
+// Returns the properties of a triangle that EmissionTransmittance needs, as SurfaceAt has them for a ray from
+// the viewer.
 SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
                           Triangle triangle, vec3 toViewer) {
     SurfaceInteraction surface;
@@ -82,7 +82,7 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     Triangle triangle = WithTexCoords(TriangleAt(instance, light.primitive, barycentrics), geometry);
     vec3 emission = EmissionAt(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
-        emission *= EmissionPassed(CoatAt(instance, geometry, material, triangle, toViewer), toViewer);
+        emission *= EmissionTransmittance(CoatAt(instance, geometry, material, triangle, toViewer), toViewer);
     if (HasTraceFeature(kTraceAnyHit) && material.alphaMode != kAlphaOpaque)
         emission *= Opacity(geometry, material, triangle);
     return emission;

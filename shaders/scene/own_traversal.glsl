@@ -47,7 +47,8 @@ bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
     // Thin walls are opaque to other rays. The feature comes first: without it nothing of this is compiled
     if (HasTraceFeature(kTraceThinWalls)) {
         if (isAny)
-            return StopsShadowRay(HitOf(hit), ownShadowRay.origin, ownShadowRay.direction, isBack, ownShadow);
+            return OccludesShadowRay(HitOf(hit), ownShadowRay.origin, ownShadowRay.direction, isBack,
+                                     ownShadow);
     }
 #endif
     if (!HasTraceFeature(kTraceAnyHit)) return true;
@@ -56,19 +57,21 @@ bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
 
 #include "scene/wide_bvh.glsl"
 
-// The nearest surface up to a distance; `isAnyEnough`: any, of which only whether there is one counts.
-Hit HitWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
+// The nearest surface up to a distance; `terminateOnFirstHit`: any, of which only whether there is one
+// counts.
+Hit HitWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
     WideCounts counts;  // nobody asks for them
     counts.nodes = 0u;
     counts.triangles = 0u;
     counts.instances = 0u;
     ownAlphaSeed = alphaSeed;
-    return HitOf(TraverseWide(ray.origin, ray.direction, distance, isAnyEnough, kWideLevels == 1u, counts));
+    return HitOf(
+        TraverseWide(ray.origin, ray.direction, distance, terminateOnFirstHit, kWideLevels == 1u, counts));
 }
 
 #ifdef TRACES_SHADOW_RAYS
-// Returns UnblockedShare of scene/trace_rays.glsl.
-vec3 ShareUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
+// Returns ShadowTransmittance of scene/trace_rays.glsl.
+vec3 TransmittanceUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
     if (HasTraceFeature(kTraceThinWalls)) {
         ownShadowRay = ray;
         ownShadow.passed = vec3(1.0f);

@@ -28,7 +28,7 @@ vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
 
 // Returns whether the transform keeps the directions of the coordinate axes: it only translates, or scales by
 // positive factors.
-bool KeepsAxes(mat3x2 transform) {
+bool PreservesAxes(mat3x2 transform) {
     return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
 }
 
@@ -51,7 +51,7 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
     if (geometry.tangentSet == kTangentsOfAllMaps) return tangent;
     bool isSecond = (map & kSecondTexCoord) != 0u;
     bool isSameSet = geometry.tangentSet == (isSecond ? kTangentsOfSecondSet : kTangentsOfFirstSet);
-    bool isTurned = !KeepsAxes(transform);
+    bool isTurned = !PreservesAxes(transform);
     uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
     if ((isSameSet && !isTurned) || !IsPresent(stream)) return tangent;
     Vec2Stream values = Vec2Stream(stream);
@@ -144,7 +144,7 @@ vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRe
 
 // KHR_materials_scatter of a surface that bounds no medium (of others scatterStrength is 0): that share of
 // what it would transmit belongs to its opaque base instead, of which it is the part that passes diffusely.
-void ScatterThinly(inout SurfaceMaterial material) {
+void ApplyThinScattering(inout SurfaceMaterial material) {
     float scattered = material.transmission * material.scatterStrength;
     material.scatterStrength = scattered;
     if (!(scattered > 0.0f)) return;
@@ -180,7 +180,7 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
 #include "shared/material_list.h"
     result.flags = material.flags;
     result.id = geometry.material;
-    if (HasTraceFeature(kTraceThinScatter)) ScatterThinly(result);
+    if (HasTraceFeature(kTraceThinScatter)) ApplyThinScattering(result);
     return result;
 }
 
@@ -259,8 +259,9 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
     if ((surface.material.flags & kMaterialVolume) != 0u) return;
     Vec3Stream normals = Vec3Stream(geometry.normals);
     float side = surface.isFront ? 1.0f : -1.0f;
-    vec3 lift = LiftToCurve(triangle.weights, p, p0, p1, p2, side * normals.at[triangle.vertices.x],
-                            side * normals.at[triangle.vertices.y], side * normals.at[triangle.vertices.z]);
+    vec3 lift = ShadowTerminatorOffset(
+        triangle.weights, p, p0, p1, p2, side * normals.at[triangle.vertices.x],
+        side * normals.at[triangle.vertices.y], side * normals.at[triangle.vertices.z]);
     surface.fromInstance += mat3(instance.objectToWorld) * lift;
     surface.position = surface.fromInstance + surface.instanceOrigin;
     vec3 n = side * NormalToWorld(instance.objectToWorld, InterpolateVec3(normals, triangle));

@@ -4,8 +4,8 @@
 // beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays have a payload of their own declares
 // it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
 //
-// Where OWN_TRAVERSAL is defined, and NO_TLAS, Intersect and UnblockedShare traverse the scene's own trees in
-// place of the driver's (scene/own_traversal.glsl): with the same answers, but at edges.
+// Where OWN_TRAVERSAL is defined, and NO_TLAS, Intersect and ShadowTransmittance traverse the scene's own
+// trees in place of the driver's (scene/own_traversal.glsl): with the same answers, but at edges.
 #ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 #define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 
@@ -20,14 +20,14 @@ const float kFarthest = 3.0e38f;
 #include "scene/own_traversal.glsl"
 
 Hit Intersect(Ray ray, uint alphaSeed) { return HitWithin(ray, kFarthest, false, alphaSeed); }
-#ifdef TRACES_AT_ONE_PLACE
-Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
-    return HitWithin(ray, min(distance, kFarthest), isAnyEnough, alphaSeed);
+#ifdef SINGLE_TRACE_CALL
+Hit IntersectWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
+    return HitWithin(ray, min(distance, kFarthest), terminateOnFirstHit, alphaSeed);
 }
 #endif
 #ifdef TRACES_SHADOW_RAYS
-vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
-    return ShareUpTo(ray, min(distance, kFarthest), ior, alphaSeed);
+vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint alphaSeed) {
+    return TransmittanceUpTo(ray, min(distance, kFarthest), ior, alphaSeed);
 }
 #endif
 #else
@@ -63,13 +63,13 @@ Hit Intersect(Ray ray, uint alphaSeed) {
     return radiancePayload.hit;
 }
 
-#ifdef TRACES_AT_ONE_PLACE
-// Returns Intersect up to a distance. If `isAnyEnough`, the hit only says whether there is a surface.
-Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
+#ifdef SINGLE_TRACE_CALL
+// Returns Intersect up to a distance. If `terminateOnFirstHit`, the hit only says whether there is a surface.
+Hit IntersectWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
     const uint any = gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
     radiancePayload.alphaSeed = alphaSeed;
     radiancePayload.hit.t = 0.0f;  // a hit, unless the miss shader runs
-    TraceRadiance(ray, distance, isAnyEnough ? any : 0u);
+    TraceRadiance(ray, distance, terminateOnFirstHit ? any : 0u);
     return radiancePayload.hit;
 }
 #endif
@@ -78,7 +78,7 @@ Hit IntersectWithin(Ray ray, float distance, bool isAnyEnough, uint alphaSeed) {
 #ifdef TRACES_SHADOW_RAYS
 // Transmittance along the ray up to `distance` (infinity is legal): 0 if an opaque surface is nearer, less
 // than 1 through smooth thin walls. `ior` is of the medium that the ray starts in.
-vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
+vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint alphaSeed) {
     const uint flags = gl_RayFlagsCullBackFacingTrianglesEXT | gl_RayFlagsTerminateOnFirstHitEXT |
                        gl_RayFlagsSkipClosestHitShaderEXT;
     shadowPayload.passed = vec3(1.0f);

@@ -14,7 +14,7 @@
 const float kEdgeWeight = 1e-5f;
 const float kSameDistance = 1e-6f;
 
-bool IsMetTwice(Hit hit, float lastDistance) {
+bool IsDuplicateEdgeHit(Hit hit, float lastDistance) {
     if (IsRound(InstanceAt(hit.instance))) return false;  // has no edges
     float weight = min(min(hit.barycentrics.x, hit.barycentrics.y),
                        1.0f - hit.barycentrics.x - hit.barycentrics.y);
@@ -22,7 +22,7 @@ bool IsMetTwice(Hit hit, float lastDistance) {
 }
 
 // Returns false if the ray goes on. `isBack`: it hits the back face.
-bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
+bool OccludesShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
     if (!IsThere(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
     // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures
     // needlessly.
@@ -34,11 +34,11 @@ bool StopsShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout Sha
     ray.cone = MakeCone(0.0f, 0.0f);  // shadow rays read level 0, as alpha tests do
     SurfaceInteraction surface = SurfaceAt(hit, ray);
     if (!IsSmoothThinWall(surface.material)) return true;
-    if (IsMetTwice(hit, payload.lastDistance)) return false;
+    if (IsDuplicateEdgeHit(hit, payload.lastDistance)) return false;
     payload.lastDistance = hit.t;
     Frame frame = FrameOf(surface);
     SurfaceSetting setting = SettingOf(surface, frame, surface.material.ior / payload.ior, 0.0f, 0u);
-    payload.passed *= StraightShare(surface.material, setting, ToLocal(frame, -ray.direction));
+    payload.passed *= PassThroughWeight(surface.material, setting, ToLocal(frame, -ray.direction));
     return !(MaxComponent(payload.passed) > 0.0f);
 }
 

@@ -44,7 +44,7 @@ using gpu::kWideTriangleWords;
 SHADING_BEGIN
 
 CONST uint kLowestNodeBit = 0x01000000u;
-CONST float kLeastDirection = 1e-20f;  // of a component: its inverse is finite
+CONST float kMinDirection = 1e-20f;  // of a component: its inverse is finite
 CONST float kFarSlack = 1.000001f;      // more than the roundings of the distance of a side of a box
 
 // A ray in the space of a tree.
@@ -59,7 +59,7 @@ struct WideRay {
 };
 
 INLINE float AwayFromZero(float x) {
-    return abs(x) < kLeastDirection ? (x < 0.0f ? -kLeastDirection : kLeastDirection) : x;
+    return abs(x) < kMinDirection ? (x < 0.0f ? -kMinDirection : kMinDirection) : x;
 }
 
 INLINE WideRay MakeWideRay(vec3 origin, vec3 direction) {
@@ -90,7 +90,7 @@ INLINE float ByteOf(uint word, uint byte) { return float((word >> (8u * byte)) &
 
 // The bits of the four children in these words that the ray meets: where they are in a group of nodes, or of
 // primitives.
-INLINE uint MeetChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY, uint nearZ, uint farZ,
+INLINE uint IntersectChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY, uint nearZ, uint farZ,
                          vec3 scale, vec3 offset, float tMax, uint octant) {
     // Per byte: all ones for a node, whose place depends on the octant
     uint isNode = ((meta & (meta << 1u)) & 0x10101010u) >> 4u;
@@ -123,10 +123,10 @@ INLINE void VisitWideNode(WideRay ray, float tMax, uint node, OUT(uvec2) nodes, 
     bool isUpX = (ray.octant & 1u) != 0u;
     bool isUpY = (ray.octant & 2u) != 0u;
     bool isUpZ = (ray.octant & 4u) != 0u;
-    uint met = MeetChildren(firsts.z, isUpX ? a.x : b.z, isUpX ? b.z : a.x, isUpY ? a.z : c.x,
+    uint met = IntersectChildren(firsts.z, isUpX ? a.x : b.z, isUpX ? b.z : a.x, isUpY ? a.z : c.x,
                             isUpY ? c.x : a.z, isUpZ ? b.x : c.z, isUpZ ? c.z : b.x,
                             scale, offset, tMax, ray.octant) |
-               MeetChildren(firsts.w, isUpX ? a.y : b.w, isUpX ? b.w : a.y, isUpY ? a.w : c.y,
+               IntersectChildren(firsts.w, isUpX ? a.y : b.w, isUpX ? b.w : a.y, isUpY ? a.w : c.y,
                             isUpY ? c.y : a.w, isUpZ ? b.y : c.w, isUpZ ? c.w : b.y,
                             scale, offset, tMax, ray.octant);
     nodes = uvec2(firsts.x, (met & 0xFF000000u) | (head.w >> 24u));
@@ -145,7 +145,7 @@ INLINE float Turn(vec2 a, vec2 b) {
 
 // Sets `hit` if the triangle is nearer than tMax. `isBack`: the ray hits the back face. `instance` and
 // `flags` are given, or, of one level, those of the triangle.
-INLINE bool MeetTriangle(WideRay ray, float tMax, bool hasOneLevel, uint triangle, INOUT(uint) instance,
+INLINE bool IntersectTriangle(WideRay ray, float tMax, bool hasOneLevel, uint triangle, INOUT(uint) instance,
                          INOUT(uint) flags, INOUT(WideHit) hit, OUT(bool) isBack) {
     uint at = kWideTriangleWords * triangle;
     uvec4 a = WideTriangleWord(at);
@@ -251,7 +251,7 @@ INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny,
                 ++counts.triangles;
                 WideHit met;
                 bool isBack;
-                if (MeetTriangle(ray, tMax, hasOneLevel, leaves.x + bit, instance, flags, met, isBack)) {
+                if (IntersectTriangle(ray, tMax, hasOneLevel, leaves.x + bit, instance, flags, met, isBack)) {
                     if ((flags & kWideTested) == 0u || IsAccepted(met, isBack, isAny)) {
                         hit = met;
                         if (isAny) return hit;

@@ -28,7 +28,7 @@ using uint = uint32_t;
 RAYGRAPH_CONSTANT int kSumWords = 4;
 RAYGRAPH_CONSTANT int kSquareWords = 5;
 RAYGRAPH_CONSTANT int kUnitExponent = -64;
-RAYGRAPH_CONSTANT int kGreatestExponent = 40;  // of the greatest value
+RAYGRAPH_CONSTANT int kMaxExponent = 40;  // of the greatest value
 
 struct ExactSum {
     uint words[4];
@@ -133,9 +133,9 @@ RAYGRAPH_FUNCTION ExactValue ExactSample(uint bits) {
     if (exponent == 255) {
         value.magnitude.low = 0u;
         value.shift = 0;
-    } else if (exponent >= 127 + kGreatestExponent) {
+    } else if (exponent >= 127 + kMaxExponent) {
         value.magnitude.low = 0x800000u;
-        value.shift = kGreatestExponent - 23 - kUnitExponent;
+        value.shift = kMaxExponent - 23 - kUnitExponent;
     } else if (value.shift < 0) {
         value.magnitude = ShiftRightRounded(value.magnitude, -value.shift);
         value.shift = 0;

@@ -122,11 +122,11 @@ struct AliasEntry {
 };
 
 struct LightSetRecord {
-    uint lightCount;       // records: bounded, then directional
-    uint boundedCount;     // triangles, meshes, points and spots
-    uint activeCount;      // lights with power above 0, environment included
-    uint nodeCount;        // nodes of the tree; 0: no bounded light has power
-    float unboundedShare;  // Bvh: probability of the unbounded table, else the tree
+    uint lightCount;             // records: bounded, then directional
+    uint boundedCount;           // triangles, meshes, points and spots
+    uint activeCount;            // lights with power above 0, environment included
+    uint nodeCount;              // nodes of the tree; 0: no bounded light has power
+    float unboundedProbability;  // Bvh: probability of the unbounded table, else the tree
     float environmentRotation;
     uint hasEnvironment;    // 0: black
     uint environmentWidth;  // cells of the environment's table; a map without texture is one cell

@@ -128,7 +128,7 @@ struct MaterialRecord {
 
 struct CameraRecord {
     // Relative to the scene's origin on the device. As ToRecord returns it and passes take it, it is in world
-    // space, with originRest: the remainder of the rounding to float.
+    // space, with originResidual: the remainder of the rounding to float.
     vec3 origin;
     uint orthographic;    // 1: rays are parallel, origin moves over the film
     vec3 right;           // half the film's width at distance 1 (perspective), or in meters (orthographic)
@@ -139,7 +139,7 @@ struct CameraRecord {
     // Only for raster views, which see nothing nearer (perspective) or farther (orthographic); meters
     float zNear;
     float zFar;
-    vec3 originRest;
+    vec3 originResidual;
 };
 
 struct EnvironmentRecord {

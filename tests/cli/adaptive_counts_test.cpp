@@ -1,5 +1,5 @@
 // Tests, on the host alone, which pixels of an adaptive render get samples, and how many.
-#include "editor/session/adaptive_counts.h"
+#include "editor/session/frames/adaptive_counts.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,12 +7,12 @@
 #include <map>
 #include <numeric>
 
-#include "editor/session/adaptive_allocation.h"
+#include "editor/session/frames/adaptive_allocation.h"
 #include "shaders/shared/mix_bits.h"
 #include "tests/cli/adaptive_picture.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::adaptive_counts_test {
 
 using namespace adaptive_picture;
 
@@ -30,7 +30,7 @@ uint32_t ColorOf(size_t pixel) {
 }
 
 // Returns `noted` with the values of `changed` in the pixels of color `ofColor`.
-NotedSamples WithColor(NotedSamples noted, uint32_t ofColor, const NotedSamples& changed) {
+PixelVariances WithColor(PixelVariances noted, uint32_t ofColor, const PixelVariances& changed) {
     ForPixelsOfColor(kPicture, ofColor, [&](size_t i) {
         noted.variance[i] = changed.variance[i];
         noted.mean[i] = changed.mean[i];
@@ -39,7 +39,7 @@ NotedSamples WithColor(NotedSamples noted, uint32_t ofColor, const NotedSamples&
 }
 
 // Allocates samples for both colors.
-std::vector<uint32_t> Allocate(const NotedSamples& noted, std::span<const uint32_t> least,
+std::vector<uint32_t> Allocate(const PixelVariances& noted, std::span<const uint32_t> least,
                                uint32_t average = 64) {
     std::vector<uint32_t> wanted(kPixels);
     for (const uint32_t color : {0u, 1u}) AllocateSamples(kPicture, color, noted, least, average, wanted);
@@ -72,7 +72,7 @@ TEST(AdaptiveCounts, AllocationGoesWithTheDeviationAndHasTheAverage) {
 TEST(AdaptiveCounts, AllocationIsRelativeToTheMean) {
     const std::vector<uint32_t> least(kPixels, 1);
     const std::vector<float> ones(kPixels, 1.0f);
-    NotedSamples bright{ones, ones}, dark{ones, ones};
+    PixelVariances bright{ones, ones}, dark{ones, ones};
     for (size_t i = 0; i < kPixels; ++i)
         if (i % 24 < 12) {
             bright.mean[i] = 2.0f;
@@ -90,11 +90,11 @@ TEST(AdaptiveCounts, AllocationIsRelativeToTheMean) {
 
 TEST(AdaptiveCounts, AllocationIsWithinItsBoundsWhereFewPixelsVary) {
     const std::vector<uint32_t> least(kPixels, 16);
-    const NotedSamples still{std::vector<float>(kPixels, 0.0f), std::vector<float>(kPixels, 1.0f)};
+    const PixelVariances still{std::vector<float>(kPixels, 0.0f), std::vector<float>(kPixels, 1.0f)};
     // Without noise all pixels get equally many
     for (const uint32_t count : Allocate(still, least)) EXPECT_EQ(count, 64u);
     // Around a single noisy pixel, its neighbors get the most, and the others the rest
-    NotedSamples lone = still;
+    PixelVariances lone = still;
     lone.variance[24 * 8 + 12] = 1.0f;
     const std::vector<uint32_t> wanted = Allocate(lone, least);
     EXPECT_NEAR(AverageOf(wanted), 64.0, 0.64);
@@ -195,7 +195,7 @@ TEST(AdaptiveCounts, NoStepCrossesABaseAndEachIsNoted) {
                 continue;
             }
             const std::vector<AdaptiveCounts::WalkPixel>& pixels = counts.WalkPixels(next.color);
-            const uint32_t base = counts.BaseToNote(next.color);
+            const uint32_t base = counts.BaseToRecord(next.color);
             for (uint32_t i = 0; i < next.pixels; ++i) {
                 const uint32_t count = pixels[i].count + next.taken;
                 for (uint32_t crossed = 16; crossed < 4096; crossed *= 2)
@@ -214,7 +214,7 @@ TEST(AdaptiveCounts, NoStepCrossesABaseAndEachIsNoted) {
 }
 
 TEST(AdaptiveCounts, NeitherStepsNorStopsChangeWhatComesNext) {
-    const NotedSamples noted = AnyNoted(3);
+    const PixelVariances noted = AnyNoted(3);
     AdaptiveCounts one(kPicture), many(kPicture);
     RunTo(one, 300, 1, noted);
     RunTo(many, 300, 1000, noted);
@@ -297,7 +297,7 @@ double DeviationOfMean(uint32_t average, uint32_t renders, uint32_t shared) {
                 continue;
             }
             const uint32_t base = BaseAfter(counts.State().stages[next.color]);
-            NotedSamples noted;
+            PixelVariances noted;
             for (size_t i = 0; i < 64; ++i) {
                 noted.variance.push_back(values.VarianceOf(i, base));
                 noted.mean.push_back(static_cast<float>(values.MeanOf(i, base)));
@@ -336,4 +336,4 @@ TEST(AdaptiveCounts, AStageThatEndsEarlyHasExtraSamplesEverywhere) {
     for (size_t i = 0; i < kPixels; ++i) EXPECT_LE(ofHalf[i], ofWhole[i]);
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::adaptive_counts_test

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "editor/session/adaptive_counts.h"
+#include "editor/session/frames/adaptive_counts.h"
 
 namespace raygraph::session::adaptive_picture {
 inline constexpr rhi::Extent2D kPicture{24, 17};
@@ -12,16 +12,16 @@ inline constexpr size_t kPixels = size_t{24} * 17;
 
 // Returns noise that is ten times as strong on the left as on the right, and absent on the lower rows; the
 // brightness is uniform.
-inline NotedSamples Noted() {
-    NotedSamples noted{std::vector<float>(kPixels), std::vector<float>(kPixels, 1.0f)};
+inline PixelVariances Noted() {
+    PixelVariances noted{std::vector<float>(kPixels), std::vector<float>(kPixels, 1.0f)};
     for (size_t i = 0; i < kPixels; ++i) noted.variance[i] = i / 24 > 11 ? 0.0f : i % 24 < 12 ? 1.0f : 0.01f;
     return noted;
 }
 
-inline NotedSamples AnyNoted(uint32_t seed) {
+inline PixelVariances AnyNoted(uint32_t seed) {
     std::mt19937 random(seed);
     std::lognormal_distribution<float> any(0.0f, 2.0f);
-    NotedSamples noted;
+    PixelVariances noted;
     for (size_t i = 0; i < kPixels; ++i) {
         noted.variance.push_back(any(random));
         noted.mean.push_back(any(random));
@@ -30,7 +30,7 @@ inline NotedSamples AnyNoted(uint32_t seed) {
 }
 
 // Advances until each color has the average, with at most `atOnce` samples per step.
-inline void RunTo(AdaptiveCounts& counts, uint32_t average, uint32_t atOnce, const NotedSamples& noted) {
+inline void RunTo(AdaptiveCounts& counts, uint32_t average, uint32_t atOnce, const PixelVariances& noted) {
     using Kind = AdaptiveCounts::Next::Kind;
     while (true) {
         const AdaptiveCounts::Next next = counts.NextTo(average);

@@ -1,5 +1,5 @@
 // Tests which states of adaptive renders a file may have, and that every valid one continues.
-#include "editor/session/adaptive_state.h"
+#include "editor/session/frames/adaptive_state.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "tests/cli/adaptive_picture.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::adaptive_state_test {
 
 using namespace adaptive_picture;
 
@@ -119,4 +119,4 @@ TEST(AdaptiveState, ThereIsALastStage) {
         "the most samples");
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::adaptive_state_test

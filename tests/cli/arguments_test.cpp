@@ -9,13 +9,13 @@
 
 #include "base/text.h"
 #include "editor/cli/exit_code.h"
-#include "editor/session/setting_table.h"
+#include "editor/session/settings/setting_table.h"
 #include "passes/tonemap.h"
 #include "passes/trace.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::arguments_test {
 namespace {
 
 Arguments Parse(const std::string& line) {
@@ -354,4 +354,4 @@ TEST(Arguments, EditOpensEmptyOrASceneOrPlaysAScript) {
     EXPECT_TRUE(edit.isValidating);
 }
 
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::arguments_test

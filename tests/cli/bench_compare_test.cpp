@@ -4,7 +4,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::bench_compare_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -58,11 +58,11 @@ TEST(BenchCompare, WorseIsMoreThanToleranceAndNoise) {
 }
 
 TEST(BenchCompare, ViewportsCountWhereBothRunsHaveThem) {
-    const auto with = [](double oneAFrame, double withinBudget, double budget = 120.0) {
+    const auto with = [](double oneSamplePerFrame, double withinBudget, double budget = 120.0) {
         Json result = Result("a.gltf", 2.0, 0.0);
         result["viewport"] = {
             {"budget_ms", budget},
-            {"one_a_frame", {{"cost", ToJson(RelativeCost{"cpu seconds", oneAFrame, 0.0})}}},
+            {"one_a_frame", {{"cost", ToJson(RelativeCost{"cpu seconds", oneSamplePerFrame, 0.0})}}},
             {"within_budget", {{"cost", ToJson(RelativeCost{"cpu seconds", withinBudget, 0.0})}}}};
         return result;
     };
@@ -110,4 +110,4 @@ TEST(BenchCompare, WhatCannotBeComparedIsRefused) {
     EXPECT_EQ(Compare(other, now).change, 0.0) << "an option that this program does not know";
 }
 
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::bench_compare_test

@@ -1,4 +1,4 @@
-#include "editor/session/bias.h"
+#include "editor/session/settings/bias.h"
 
 #include <cmath>
 #include <vector>
@@ -7,7 +7,7 @@
 #include "editor/cli/bias_text.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::bias_test {
 namespace {
 
 passes::TraceSettings AllOn() {
@@ -86,4 +86,4 @@ TEST(Bias, AovsAreThoseOfTheBiasesThatAreOn) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::bias_test

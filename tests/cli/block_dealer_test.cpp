@@ -1,15 +1,15 @@
 // Tests which samples are dealt to which worker.
-#include "editor/session/block_dealer.h"
+#include "editor/session/group/block_dealer.h"
 
 #include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <thread>
 
-#include "editor/session/block_queue.h"
+#include "editor/session/group/block_queue.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::block_dealer_test {
 
 namespace {
 
@@ -141,4 +141,4 @@ TEST(BlockQueue, ClosedOneLetsWaitingDevicesGo) {
     EXPECT_TRUE(queue.IsOver());
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::block_dealer_test

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "editor/session/render_file.h"
+#include "editor/session/file/render_file.h"
 #include "tests/support/error_of.h"
 
 namespace raygraph::test {

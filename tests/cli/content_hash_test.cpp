@@ -1,5 +1,5 @@
 // Tests that the hash of a scene depends on every field of every struct, changed one by one.
-#include "editor/session/content_hash.h"
+#include "editor/session/file/content_hash.h"
 
 #include <cmath>
 #include <functional>
@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "editor/session/content_hasher.h"
-#include "renderer/scene/scene_fields.h"
+#include "editor/session/file/content_hasher.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::content_hash_test {
 namespace {
 
 using namespace scene;
@@ -324,4 +324,4 @@ TEST(ContentHash, ChangesWithATexelOfTheEnvironment) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::content_hash_test

@@ -2,7 +2,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::device_list_test {
 namespace {
 
 using Indices = std::vector<uint32_t>;
@@ -41,9 +41,9 @@ TEST(DeviceList, EveryRefusalIsShown) {
 }
 
 TEST(DeviceList, ListIsAllOrIndices) {
-    for (const char* list : {"all", "0", "0,0", "3,1,12"}) EXPECT_EQ(CheckedDevices(list), list);
+    for (const char* list : {"all", "0", "0,0", "3,1,12"}) EXPECT_EQ(ValidatedDevices(list), list);
     for (const char* list : {"", "x", "0,", ",0", "0, 1", "-1", "1.5", "all,0", "All", "4294967296"})
-        EXPECT_THROW(CheckedDevices(list), Error) << list;
+        EXPECT_THROW(ValidatedDevices(list), Error) << list;
 }
 
 TEST(DeviceList, AllAreThoseLikeTheBest) {
@@ -74,4 +74,4 @@ TEST(DeviceList, ProcessesShareTheDevicesOfTheirComputer) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::device_list_test

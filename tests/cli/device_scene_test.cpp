@@ -1,15 +1,15 @@
 // Options of the command line as settings of the passes: each option changes its own setting and no other.
-#include "editor/session/device_scene.h"
+#include "editor/session/frames/device_scene.h"
 
 #include <algorithm>
 #include <numbers>
 #include <set>
 #include <string>
 
-#include "editor/session/setting_table.h"
+#include "editor/session/settings/setting_table.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::device_scene_test {
 
 namespace {
 
@@ -161,4 +161,4 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     EXPECT_EQ(PartsWith({}).at("sample"), "3.000000");
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::device_scene_test

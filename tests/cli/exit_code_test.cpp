@@ -9,7 +9,7 @@
 
 #include "tests/support/source_file.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::exit_code_test {
 namespace {
 
 TEST(ExitStatus, OfEachKindOfError) {
@@ -39,4 +39,4 @@ TEST(ExitStatus, DocsHaveARowForEach) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::exit_code_test

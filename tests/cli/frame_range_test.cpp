@@ -3,7 +3,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::frame_range_test {
 namespace {
 
 using test::ExpectError;
@@ -39,11 +39,11 @@ TEST(FrameRange, WhatIsNoneIsRefused) {
 }
 
 TEST(FrameRange, NamesHaveThePlaceOfANumber) {
-    EXPECT_TRUE(HasNumberPlace("a/b.####.exr"));
-    EXPECT_TRUE(HasNumberPlace("#.png"));
-    EXPECT_FALSE(HasNumberPlace("a/b.exr"));
-    EXPECT_FALSE(HasNumberPlace("a##/b.exr")) << "in the folder's name";
-    EXPECT_FALSE(HasNumberPlace("a#b#.exr"));
+    EXPECT_TRUE(HasNumberPlaceholder("a/b.####.exr"));
+    EXPECT_TRUE(HasNumberPlaceholder("#.png"));
+    EXPECT_FALSE(HasNumberPlaceholder("a/b.exr"));
+    EXPECT_FALSE(HasNumberPlaceholder("a##/b.exr")) << "in the folder's name";
+    EXPECT_FALSE(HasNumberPlaceholder("a#b#.exr"));
     EXPECT_EQ(Numbered("a/b.####.exr", 7), "a/b.0007.exr");
     EXPECT_EQ(Numbered("####.exr", 12345), "12345.exr");
     EXPECT_EQ(Numbered("x##/#", 3), "x##/3");
@@ -52,4 +52,4 @@ TEST(FrameRange, NamesHaveThePlaceOfANumber) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::frame_range_test

@@ -1,12 +1,12 @@
 // Tests the color of a scene's light against closed forms.
-#include "editor/session/light_color.h"
+#include "editor/session/settings/light_color.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-namespace raygraph::session {
+namespace raygraph::session::light_color_test {
 namespace {
 
 using std::numbers::pi;
@@ -131,4 +131,4 @@ TEST(LightColor, OfTheEnvironment) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::light_color_test

@@ -1,8 +1,8 @@
-#include "editor/session/light_groups.h"
+#include "editor/session/settings/light_groups.h"
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::light_groups_test {
 namespace {
 
 using test::ExpectError;
@@ -63,4 +63,4 @@ TEST(LightGroups, AGroupThatFitsNothingIsNamed) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::light_groups_test

@@ -1,10 +1,10 @@
-#include "editor/session/merge.h"
+#include "editor/session/file/merge.h"
 
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::session {
+namespace raygraph::session::merge_test {
 namespace {
 
 using test::ExpectError;
@@ -181,4 +181,4 @@ TEST(Merge, DifferentPicturesAreRefusedNamingTheDifference) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::merge_test

@@ -4,13 +4,13 @@
 #include <numbers>
 
 #include "editor/session/session.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/material_fields.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::motion_blur_test {
 namespace {
 
 using namespace scene;  // NOLINT
@@ -297,7 +297,7 @@ TEST_F(MotionBlurTest, FarWayKeepsThePrecisionOfPlaces) {
 }
 
 // A picture has the bits of one in a session of its own, although the origin of the device's coordinates would
-// have stayed where the earlier time had it: the way is shorter than OriginTurns lets one viewpoint go.
+// have stayed where the earlier time had it: the way is shorter than OriginHysteresis lets one viewpoint go.
 TEST_F(MotionBlurTest, FarWay_LeavesNoTraceInLaterTimes) {
     const auto open = [](double at) {
         SceneData scene = OneMesh(LeftHalf(-0.47f));
@@ -368,4 +368,4 @@ TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::motion_blur_test

@@ -17,7 +17,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::outputs_test {
 namespace {
 
 using test::FileCount;
@@ -59,7 +59,7 @@ TEST(Outputs, OneThatCannotBeWrittenKeepsNoOther) {
     outputs.Add("a", [] {});
     outputs.Add("b", [] { throw Error(ErrorKind::Io, "the disk is full"); });
     outputs.Add("c", [] { throw std::bad_alloc(); });
-    outputs.Add("d", [] { throw TornFile(ErrorKind::Io, "the disk is broken"); });
+    outputs.Add("d", [] { throw IncompleteFile(ErrorKind::Io, "the disk is broken"); });
     outputs.Add("e", [] {});
     outputs.WriteAll();
     EXPECT_EQ(outputs.Written(), (Paths{"a", "e"}));
@@ -209,4 +209,4 @@ TEST(Outputs, ALongSequenceIsCheckedInAFractionOfASecond) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::outputs_test

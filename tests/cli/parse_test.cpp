@@ -1,14 +1,14 @@
-#include "editor/session/parse.h"
+#include "editor/session/settings/parse.h"
 
 #include <cmath>
 #include <functional>
 
 #include "base/error.h"
-#include "editor/session/light_groups.h"
-#include "editor/session/sample_ranges.h"
+#include "editor/session/file/sample_ranges.h"
+#include "editor/session/settings/light_groups.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::parse_test {
 
 using test::ExpectError;
 
@@ -108,4 +108,4 @@ TEST(Parse, TextOfANumberReadsBackAsTheSameNumber) {
     EXPECT_EQ(ParseRadiance(ToText(radiance)), radiance);
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::parse_test

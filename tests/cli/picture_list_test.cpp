@@ -4,7 +4,7 @@
 #include "editor/cli/command_files.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::picture_list_test {
 namespace {
 
 TEST(PictureList, NamesHaveNumberAndCameraInTheirPlaces) {
@@ -13,19 +13,19 @@ TEST(PictureList, NamesHaveNumberAndCameraInTheirPlaces) {
     EXPECT_EQ(Named("{camera}/x.##.exr", {7, {}}), "{camera}/x.07.exr") << "only in the last part";
     EXPECT_EQ(Named("{camera}.##.exr", {}), "{camera}.##.exr");
     EXPECT_EQ(Named("{camera}.exr", {{}, "{camera}"}), "{camera}.exr") << "what is put in is no place";
-    EXPECT_TRUE(HasCameraPlace("a/x{camera}y.exr"));
-    EXPECT_FALSE(HasCameraPlace("{camera}/x.exr"));
-    EXPECT_FALSE(HasCameraPlace("{Camera}.exr"));
+    EXPECT_TRUE(HasCameraPlaceholder("a/x{camera}y.exr"));
+    EXPECT_FALSE(HasCameraPlaceholder("{camera}/x.exr"));
+    EXPECT_FALSE(HasCameraPlaceholder("{Camera}.exr"));
 }
 
 TEST(PictureList, CameraInANameIsANameOrANumber) {
-    EXPECT_EQ(CameraInNames("top-left_2", 5), "top-left_2");
-    EXPECT_EQ(CameraInNames("3", 5), "3");
-    EXPECT_EQ(CameraInNames("../a/b.c", 5), "___a_b_c") << "leaves no folder";
-    EXPECT_EQ(CameraInNames("{camera}#", 5), "_camera__");
-    EXPECT_EQ(CameraInNames("0 1 3.2 0 1 0 0 1 0 30", 5), "5");
-    EXPECT_EQ(CameraInNames("0,1,3.2,0,1,0,0,1,0,30", 5), "5");
-    EXPECT_EQ(CameraInNames("", 5), "5");
+    EXPECT_EQ(CameraFileName("top-left_2", 5), "top-left_2");
+    EXPECT_EQ(CameraFileName("3", 5), "3");
+    EXPECT_EQ(CameraFileName("../a/b.c", 5), "___a_b_c") << "leaves no folder";
+    EXPECT_EQ(CameraFileName("{camera}#", 5), "_camera__");
+    EXPECT_EQ(CameraFileName("0 1 3.2 0 1 0 0 1 0 30", 5), "5");
+    EXPECT_EQ(CameraFileName("0,1,3.2,0,1,0,0,1,0,30", 5), "5");
+    EXPECT_EQ(CameraFileName("", 5), "5");
 }
 
 TEST(PictureList, OfNeitherFramesNorCamerasThereIsOnePicture) {
@@ -65,4 +65,4 @@ TEST(PictureList, FrameByFrameAndInEachCameraByCamera) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::picture_list_test

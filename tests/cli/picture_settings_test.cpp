@@ -1,16 +1,16 @@
 // Tests that every field that a picture depends on is recorded, so that different pictures are never mixed.
-#include "editor/session/picture_settings.h"
+#include "editor/session/settings/picture_settings.h"
 
 #include <cmath>
 #include <set>
 #include <string>
 #include <tuple>
 
-#include "editor/session/setting_table.h"
+#include "editor/session/settings/setting_table.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/option_rows.h"
 
-namespace raygraph::session {
+namespace raygraph::session::picture_settings_test {
 namespace {
 
 struct Row {
@@ -141,4 +141,4 @@ TEST(PictureSettings, EveryFieldIsInTheTexts) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::picture_settings_test

@@ -6,7 +6,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_aov_test {
 namespace {
 
 using session::Aov;
@@ -72,4 +72,4 @@ TEST(ProgramAov, MergedPartsAreThoseOfOneRun) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_aov_test

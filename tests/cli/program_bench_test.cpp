@@ -5,7 +5,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_bench_test {
 namespace {
 
 using test::ProgramResult;
@@ -97,4 +97,4 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     EXPECT_EQ(compare(4.0).exitCode, 0);
 }
 
-}  // namespace raygraph
+}  // namespace raygraph::program_bench_test

@@ -9,7 +9,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_bias_test {
 namespace {
 
 using session::Bias;
@@ -186,4 +186,4 @@ TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_bias_test

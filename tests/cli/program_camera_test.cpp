@@ -5,7 +5,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph {
+namespace raygraph::program_camera_test {
 namespace {
 
 using test::ProgramResult;
@@ -95,4 +95,4 @@ TEST(ProgramCamera, PicturesThatCannotAllBeAreNotBegun) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_camera_test

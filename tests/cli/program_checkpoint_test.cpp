@@ -10,7 +10,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph {
+namespace raygraph::program_checkpoint_test {
 namespace {
 
 using test::ProgramResult;
@@ -332,4 +332,4 @@ TEST(ProgramCheckpoint, WhatCannotBeSavedOrGoneOnWithIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_checkpoint_test

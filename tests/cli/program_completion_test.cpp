@@ -13,7 +13,7 @@
 #include "tests/support/environment_variable.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_completion_test {
 namespace {
 
 using test::RunProgram;
@@ -206,4 +206,4 @@ TEST(Environment, ChoosesTheDeviceWhereNoOptionDoes) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_completion_test

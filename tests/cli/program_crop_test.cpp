@@ -6,8 +6,8 @@
 
 #include "base/read_file.h"
 #include "base/text.h"
-#include "editor/session/render_file.h"
-#include "editor/session/render_sums.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/file/render_sums.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/cli/animated_box.h"
@@ -15,7 +15,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_crop_test {
 namespace {
 
 using test::ProgramResult;
@@ -216,4 +216,4 @@ TEST(ProgramCrop, WhatIsNotAPartOfThePictureIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_crop_test

@@ -6,7 +6,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph {
+namespace raygraph::program_devices_test {
 namespace {
 
 using test::ProgramResult;
@@ -73,4 +73,4 @@ TEST(ProgramDevices, WhatIsNoDeviceIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_devices_test

@@ -13,7 +13,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_display_test {
 namespace {
 
 using nlohmann::json;
@@ -270,4 +270,4 @@ TEST(ProgramDisplay, TheMapOfTheOtherRenderIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_display_test

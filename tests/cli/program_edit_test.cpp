@@ -6,12 +6,12 @@
 
 #include "base/text.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_edit_test {
 namespace {
 
 using test::RunProgram;
@@ -233,4 +233,4 @@ TEST(ProgramEdit, RefusesWhatItCannotBeginWith) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_edit_test

@@ -8,7 +8,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_environment_test {
 namespace {
 
 using test::ProgramResult;
@@ -89,4 +89,4 @@ TEST(ProgramRender, UnlitSurfacesAreNoDarkness) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_environment_test

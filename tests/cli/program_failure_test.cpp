@@ -9,7 +9,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph {
+namespace raygraph::program_failure_test {
 namespace {
 
 // Returns the path of the Vulkan library that this process would load.
@@ -64,4 +64,4 @@ TEST(ProgramFailureLoader, WithoutAFailureItChangesNothing) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_failure_test

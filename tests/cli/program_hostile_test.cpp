@@ -8,7 +8,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_hostile_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -176,4 +176,4 @@ TEST(ProgramHostileFiles, NamesDoNotActOnTheTerminal) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_hostile_test

@@ -6,13 +6,13 @@
 #include <numbers>
 #include <sstream>
 
-#include "editor/session/image_statistics.h"
-#include "renderer/scene/extensions.h"
+#include "editor/session/file/image_statistics.h"
+#include "renderer/scene/gltf/extensions.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_json_test {
 namespace {
 
 using nlohmann::json;
@@ -243,4 +243,4 @@ TEST(ProgramJson, AReportThatWouldReplaceARenderIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_json_test

@@ -8,7 +8,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_light_group_test {
 namespace {
 
 using session::RenderFile;
@@ -94,4 +94,4 @@ TEST(ProgramLightGroup, ResumedAndMergedAreThoseOfOneRun) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_light_group_test

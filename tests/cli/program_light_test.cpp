@@ -9,7 +9,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_light_test {
 namespace {
 
 using test::ProgramResult;
@@ -184,4 +184,4 @@ TEST(ProgramLight, BenchTimesScenesInTheirOwnLightAlone) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_light_test

@@ -9,7 +9,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::program_log_test {
 namespace {
 
 using test::ExpectError;
@@ -81,11 +81,11 @@ TEST(ProgramLog, WarningsAreShownAndMoreIfItIsAskedFor) {
 
 TEST(ProgramLog, WithoutAListenerLibrariesMakeNoInformation) {
     Written({}, nullptr, [](ProgramLog& log) {
-        EXPECT_FALSE(log.ForLibraries().Listens(LogLevel::Info));
-        EXPECT_TRUE(log.ForLibraries().Listens(LogLevel::Warning));
+        EXPECT_FALSE(log.ForLibraries().IsEnabled(LogLevel::Info));
+        EXPECT_TRUE(log.ForLibraries().IsEnabled(LogLevel::Warning));
         log.AddListener([](const LogMessage&) {});
-        EXPECT_TRUE(log.ForLibraries().Listens(LogLevel::Info));
-        EXPECT_FALSE(log.ForLibraries().Listens(LogLevel::Debug));
+        EXPECT_TRUE(log.ForLibraries().IsEnabled(LogLevel::Info));
+        EXPECT_FALSE(log.ForLibraries().IsEnabled(LogLevel::Debug));
     });
 }
 
@@ -175,4 +175,4 @@ TEST(ProgramLog, LinesOfManyThreadsStayWhole) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::program_log_test

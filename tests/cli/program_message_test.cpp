@@ -7,7 +7,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph {
+namespace raygraph::program_message_test {
 namespace {
 
 using test::EnvironmentVariable;
@@ -156,4 +156,4 @@ TEST_F(ProgramMessages, LogMayBeADevice) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_message_test

@@ -8,7 +8,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_motion_test {
 namespace {
 
 using nlohmann::json;
@@ -190,4 +190,4 @@ TEST(ProgramMotion, ShutterBlursAndIsResumed) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_motion_test

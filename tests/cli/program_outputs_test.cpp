@@ -17,7 +17,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph {
+namespace raygraph::program_outputs_test {
 namespace {
 
 using test::ProgramResult;
@@ -326,4 +326,4 @@ TEST(ProgramOutputs, StdoutThatIsClosedIsAFailureAndNoOtherFile) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_outputs_test

@@ -6,7 +6,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_points_test {
 namespace {
 
 using nlohmann::json;
@@ -74,4 +74,4 @@ TEST(ProgramPoints, RadiiAreSettingsOfARender) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_points_test

@@ -7,7 +7,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_progress_test {
 namespace {
 
 using nlohmann::json;
@@ -128,4 +128,4 @@ TEST(ProgramProgress, QuietIsNoPlaceForLines) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_progress_test

@@ -16,7 +16,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_render_test {
 namespace {
 
 using test::ProgramResult;
@@ -377,4 +377,4 @@ TEST(ProgramInfo, ListsTheDevices) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_render_test

@@ -23,7 +23,7 @@ namespace {
 
 // Called in the child: the program takes signals as if a shell with a terminal had started it, even if the
 // tests run in the background of a script, which ignores some.
-void TakeSignals() {
+void SynchronizeSignals() {
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU, SIGXFSZ, SIGUSR1, SIGUSR2})
         std::signal(number, SIG_DFL);
 }
@@ -97,7 +97,7 @@ ProgramResult RunProgramBeside(
     const pid_t process = fork();
     if (process < 0) throw std::runtime_error("fork failed");
     if (process == 0) {
-        TakeSignals();
+        SynchronizeSignals();
         Redirect(output.c_str(), STDOUT_FILENO);
         Redirect(messages.c_str(), STDERR_FILENO);
         if (prepare) prepare();
@@ -128,7 +128,7 @@ ProgramResult RunProgramOnTerminal(
     const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
     if (process < 0) throw std::runtime_error("forkpty failed");
     if (process == 0) {
-        TakeSignals();
+        SynchronizeSignals();
         Become(folder, pointers);
     }
     ProgramResult result;

@@ -5,7 +5,7 @@
 #include "tests/support/environment_variable.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_shard_test {
 namespace {
 
 using test::EnvironmentVariable;
@@ -149,4 +149,4 @@ TEST(ProgramShard, WhatCannotBeDividedIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_shard_test

@@ -5,7 +5,7 @@
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_usage_test {
 namespace {
 
 using test::ProgramResult;
@@ -137,4 +137,4 @@ TEST(Program, InfoOfASceneNeedsNoDevice) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_usage_test

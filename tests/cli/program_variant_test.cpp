@@ -2,13 +2,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "editor/session/content_hash.h"
-#include "renderer/scene/load_gltf.h"
+#include "editor/session/file/content_hash.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::program_variant_test {
 namespace {
 
 using nlohmann::json;
@@ -106,4 +106,4 @@ TEST(ProgramVariant, EditOpensInIt) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::program_variant_test

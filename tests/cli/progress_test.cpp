@@ -10,7 +10,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::progress_test {
 namespace {
 
 TEST(Progress, LineShowsWhatIsKnown) {
@@ -97,16 +97,16 @@ TEST(Progress, LineIsBelowWhatIsPrintedAboveIt) {
     ASSERT_NE(terminal.Stream(), nullptr);
     Progress progress(terminal.Stream(), false);
     ASSERT_TRUE(progress.IsOn());
-    progress.PrintAbove("first\n");
+    progress.PrintAboveProgress("first\n");
     EXPECT_EQ(terminal.Shown(), "first\n") << "there is no line yet";
     progress.ShowSamples("", {.samplesDone = 3});
-    progress.PrintAbove("second\n");
-    progress.PrintAbove("third\n");
+    progress.PrintAboveProgress("second\n");
+    progress.PrintAboveProgress("third\n");
     EXPECT_EQ(terminal.Shown(), "second\nthird\n  3 samples");
     progress.ShowStep("4");
     EXPECT_EQ(terminal.Shown(), "  4") << "nothing is left of the longer one";
     progress.Clear();
-    progress.PrintAbove("fourth\n");
+    progress.PrintAboveProgress("fourth\n");
     EXPECT_EQ(terminal.Shown(), "fourth\n");
 }
 
@@ -116,7 +116,7 @@ TEST(Progress, LineThatIsWiderThanTheTerminalIsCut) {
     Progress progress(terminal.Stream(), false);
     progress.ShowStep(std::string(100, 'x'));
     EXPECT_EQ(terminal.Shown(), "  " + std::string(37, 'x'));
-    progress.PrintAbove("above\n");
+    progress.PrintAboveProgress("above\n");
     EXPECT_EQ(terminal.Shown(), "above\n  " + std::string(37, 'x'));
 }
 
@@ -147,7 +147,7 @@ TEST(Progress, QuietMeansOffOnATerminalToo) {
     ASSERT_NE(terminal.Stream(), nullptr);
     Progress progress(terminal.Stream(), true);
     progress.ShowStep("x");
-    progress.PrintAbove("above\n");
+    progress.PrintAboveProgress("above\n");
     EXPECT_EQ(terminal.Shown(), "above\n");
 }
 
@@ -251,4 +251,4 @@ TEST(Progress, RestoringIsAnEventOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::progress_test

@@ -1,16 +1,16 @@
-#include "editor/session/render_file.h"
+#include "editor/session/file/render_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
-#include "editor/session/merge.h"
+#include "editor/session/file/merge.h"
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/format_of_words.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::session {
+namespace raygraph::session::render_file_test {
 namespace {
 
 using test::ExpectError;
@@ -325,14 +325,14 @@ TEST(RenderFile, FilesOfWordsAreReadAndMerged) {
     const std::filesystem::path path = folder / "a.exr";
     for (const RenderFile& written : {MakeRenderOfAllSums(), MakeAdaptiveRender()}) {
         WriteRenderFile(path, written);
-        const image::ExrImage file = test::InFormatOfWords(image::ReadExr(path), written);
+        const image::ExrImage file = test::WithWordChannels(image::ReadExr(path), written);
         EXPECT_NE(file.UintChannel("squares4.B"), nullptr);
         image::WriteExr(path, file);
         ExpectSameSums(ReadRenderFile(path), written);
     }
     const RenderFile first = MakeRender(0, 3), second = MakeRender(3, 2);
     WriteRenderFile(path, first);
-    image::WriteExr(path, test::InFormatOfWords(image::ReadExr(path), first));
+    image::WriteExr(path, test::WithWordChannels(image::ReadExr(path), first));
     WriteRenderFile(folder / "b.exr", second);
     const RenderFile merged = Merge({{"a", ReadRenderFile(path)}, {"b", ReadRenderFile(folder / "b.exr")}});
     EXPECT_EQ(merged.sums.radiance, MakeRender(0, 5).sums.radiance);
@@ -445,4 +445,4 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::render_file_test

@@ -3,7 +3,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::render_job_test {
 namespace {
 
 TEST(RenderJob, TextSaysAllOfIt) {
@@ -32,4 +32,4 @@ TEST(RenderJob, ATextThatIsNoneIsBadInput) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::render_job_test

@@ -1,11 +1,11 @@
 // Tests the sums of a render as one process sends them to another.
-#include "editor/session/render_sums.h"
+#include "editor/session/file/render_sums.h"
 
 #include <algorithm>
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::render_sums_test {
 namespace {
 
 TEST(RenderSums, AllOfThemAreEachOnce) {
@@ -23,4 +23,4 @@ TEST(RenderSums, AllOfThemAreEachOnce) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::render_sums_test

@@ -6,7 +6,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::report_test {
 namespace {
 
 std::vector<std::string> Keys(const nlohmann::json& json) {
@@ -91,7 +91,7 @@ TEST(Report, WhatIsNotKnownIsNull) {
 
 TEST(Report, SaysWhyCompactionIsOff) {
     Report report;
-    report.acceleration.whyCompactionOff = std::string("ratio 1.000");
+    report.acceleration.compactionDisabledReason = std::string("ratio 1.000");
     const nlohmann::json json = nlohmann::json::parse(ToJson(report));
     EXPECT_EQ(json.at("acceleration").at("why_compaction_off"), "ratio 1.000");
 }
@@ -111,4 +111,4 @@ TEST(Report, ATextFileIsReplacedWhole) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::report_test

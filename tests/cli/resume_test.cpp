@@ -3,7 +3,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::resume_test {
 namespace {
 
 using test::ExpectError;
@@ -129,4 +129,4 @@ TEST(Resume, ACompleteRenderHasTheSamplesOrTheError) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::resume_test

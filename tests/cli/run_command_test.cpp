@@ -12,7 +12,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::run_command_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -193,4 +193,4 @@ TEST(CommandFiles, ResumedRenderIsReplacedByARenderAlone) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::run_command_test

@@ -1,8 +1,8 @@
-#include "editor/session/sample_ranges.h"
+#include "editor/session/file/sample_ranges.h"
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::sample_ranges_test {
 
 TEST(SampleRanges, TextReadsBack) {
     const SampleRanges ranges{{0, 64}, {128, 1}, {200, 0xFFFFFFFFu - 199}};
@@ -33,4 +33,4 @@ TEST(SampleRanges, OneSharedSampleIsAnOverlap) {
     EXPECT_FALSE(Overlap({{0, 10}, {20, 10}}, {{10, 10}, {30, 10}}));
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::sample_ranges_test

@@ -5,14 +5,14 @@
 #include <map>
 #include <optional>
 
-#include "editor/session/merge.h"
+#include "editor/session/file/merge.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::session_adaptive_test {
 
 namespace {
 
@@ -154,12 +154,12 @@ TEST_F(SessionAdaptiveTest, FormsAndFramesOfAnySizeGiveTheSameBits) {
     const SettingTexts texts{{"seed", "3"}, {"crop", "3,2,15,9"}};
     SessionDesc desc = DescOfAll(texts);
     const RenderFile loop = Render(desc, 80);
-    desc.samplesAtOnce = 8;
+    desc.batchSize = 8;
     ExpectSame(loop, Render(desc, 80));
     if (!RoundsAlike()) return;
     SessionDesc wavefront = DescOfAll(texts);
     wavefront.tracing.form = passes::IntegratorForm::Wavefront;
-    wavefront.samplesAtOnce = 16;
+    wavefront.batchSize = 16;
     ExpectSame(loop, Render(wavefront, 80));
 }
 
@@ -208,7 +208,7 @@ TEST_F(SessionAdaptiveTest, ResumedRenderHasTheBitsOfOneThatWasNot) {
 TEST_F(SessionAdaptiveTest, SurfacesDoNotMakeFramesSmaller) {
     const auto framesWith = [](bool hasSurfaces) {
         SessionDesc desc = Desc({{"brdf", "lambert"}});
-        desc.samplesAtOnce = 16;
+        desc.batchSize = 16;
         if (hasSurfaces) desc.aovs.Set(Aov::Albedo, true);
         Session session(Device(), Scene("cornell.gltf"), desc);
         session.Run({.samples = 128});
@@ -321,4 +321,4 @@ TEST_F(SessionAdaptiveTest, WhatHasSamplesOfAllPixelsIsRefused) {
         ErrorKind::BadInput, [&] { Merge(std::move(parts)); }, "part.exr cannot be merged", "adaptive");
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::session_adaptive_test

@@ -25,11 +25,11 @@ class SessionCaseTest : public testing::VulkanTest, public ::testing::WithParamI
   protected:
     // Settings in `more` replace those of the case.
     static RenderFile RenderCase(const SessionCase& of, const SettingTexts& more, uint32_t samples,
-                                 uint32_t samplesAtOnce = 0, const TracingChoice& tracing = {}) {
+                                 uint32_t batchSize = 0, const TracingChoice& tracing = {}) {
         SettingTexts texts = more;
         texts.insert(of.settings.begin(), of.settings.end());
         SessionDesc desc;
-        desc.samplesAtOnce = samplesAtOnce;
+        desc.batchSize = batchSize;
         desc.tracing = tracing;
         desc.settings = SettingsFrom(texts);
         if (of.hasAll) {

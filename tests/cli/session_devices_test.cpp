@@ -1,12 +1,12 @@
 // Tests pictures that several devices render together, and renders that consist of several runs. It needs a
 // device, which is opened several times.
-#include "editor/session/render_sums.h"
+#include "editor/session/file/render_sums.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::session_devices_test {
 
 namespace {
 
@@ -301,4 +301,4 @@ TEST_F(SessionDevicesTest, NextPictureMayBeResumed) {
     EXPECT_THROW(session.StartPicture({.resumed = &foreign}), Error);
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::session_devices_test

@@ -6,7 +6,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/cli/session_case.h"
 
-namespace raygraph::session {
+namespace raygraph::session::session_forms_test {
 
 namespace {
 
@@ -15,8 +15,8 @@ using passes::IntegratorForm;
 class SessionFormsTest : public SessionCaseTest {
   protected:
     static RenderFile Render(const SessionCase& of, const TracingChoice& tracing, uint32_t samples = 4,
-                             uint32_t samplesAtOnce = 1) {
-        return RenderCase(of, {{"size", "20x12"}}, samples, samplesAtOnce, tracing);
+                             uint32_t batchSize = 1) {
+        return RenderCase(of, {{"size", "20x12"}}, samples, batchSize, tracing);
     }
     static double MeanOfColors(const Texels& texels) {
         double sum = 0.0;
@@ -97,4 +97,4 @@ INSTANTIATE_TEST_SUITE_P(
                       SessionCase{"glass_sphere.gltf", {{"aperture", "0.2"}, {"background", "1,2,3"}}},
                       SessionCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}}}));
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::session_forms_test

@@ -1,15 +1,15 @@
 // Tests of how a session decides on the studio, records it, and takes it from a file. They need a device.
-#include "editor/session/default_light.h"
-#include "editor/session/light_color.h"
-#include "editor/session/merge.h"
+#include "editor/session/file/merge.h"
 #include "editor/session/session.h"
+#include "editor/session/settings/default_light.h"
+#include "editor/session/settings/light_color.h"
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::session_light_test {
 
 namespace {
 
@@ -154,4 +154,4 @@ TEST_F(SessionLightTest, TheColorOfTheStudioIsGrayAndThatOfItsTint) {
     EXPECT_FALSE(LightColor(Dark(), settings));
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::session_light_test

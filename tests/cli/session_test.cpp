@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "editor/session/content_hash.h"
-#include "editor/session/merge.h"
+#include "editor/session/file/content_hash.h"
+#include "editor/session/file/merge.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::session_test {
 
 namespace {
 
@@ -355,4 +355,4 @@ TEST_F(RestoringTest, StoppedRestoringIsGoneOnWith) {
     EXPECT_EQ(session.Result().render.albedo, once.Result().render.albedo);
 }
 
-}  // namespace raygraph::session
+}  // namespace raygraph::session::session_test

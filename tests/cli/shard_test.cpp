@@ -7,7 +7,7 @@
 #include "editor/cli/frame_range.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::shard_test {
 
 // Prints failed comparisons.
 void PrintTo(const Shard& shard, std::ostream* out) {
@@ -163,4 +163,4 @@ TEST(Shard, FramesOfAPartHaveTheirTimesAndNumbers) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::shard_test

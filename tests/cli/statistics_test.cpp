@@ -1,11 +1,11 @@
 #include <cmath>
 
 #include "base/median.h"
-#include "editor/session/image_statistics.h"
-#include "editor/session/pass_times.h"
+#include "editor/session/file/image_statistics.h"
+#include "editor/session/frames/pass_times.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::statistics_test {
 namespace {
 
 TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
@@ -58,4 +58,4 @@ TEST(PassTimes, PassesOfOneNameInAFrameAddUp) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::statistics_test

@@ -4,7 +4,7 @@
 #include "editor/cli/command_tree.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::suggestion_test {
 namespace {
 
 TEST(Suggestion, CountsWhatIsWrong) {
@@ -86,4 +86,4 @@ TEST(OptionText, IsBriefWithItsFirstClause) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::suggestion_test

@@ -1,4 +1,4 @@
-#include "editor/session/sum_residuals.h"
+#include "editor/session/file/sum_residuals.h"
 
 #include <bit>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::session {
+namespace raygraph::session::sum_residuals_test {
 namespace {
 
 constexpr uint32_t kWidth = 7;
@@ -38,7 +38,7 @@ size_t WordsOf(const SumResiduals& residuals, bool ofSquares, bool onlyNonZero) 
     for (size_t i = 0; i < kSumWordCount; ++i) {
         const LargeArray<uint32_t>& of = residuals.words[i];
         const bool isAnything = std::ranges::any_of(of, [](uint32_t word) { return word != 0; });
-        if (kSumWords[i].isOfSquares == ofSquares && !of.empty() && (isAnything || !onlyNonZero))
+        if (kSumWords[i].isSquareSum == ofSquares && !of.empty() && (isAnything || !onlyNonZero))
             words = std::max(words, kSumWords[i].word + 1);
     }
     return words;
@@ -146,4 +146,4 @@ TEST(SumResiduals, OtherSumsHaveOtherDigests) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::sum_residuals_test

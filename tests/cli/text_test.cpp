@@ -1,7 +1,7 @@
 #include "editor/cli/scene_text.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::cli::text_test {
 namespace {
 
 TEST(SceneText, NumbersAreGrouped) {
@@ -41,4 +41,4 @@ TEST(SceneText, LightWithAProfileSaysHowBrightItIs) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::cli::text_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/source_file.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::actions_test {
 
 TEST(Actions, ShiftTellsApartWhereItCounts) {
     EXPECT_EQ(ActionOf({Key::S, true, false}), Action::SavePicture);
@@ -38,4 +38,4 @@ TEST(Actions, DocsHaveTheTableOfHelp) {
     EXPECT_NE(page.find("\n" + expected + "\n"), std::string::npos) << expected;
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::actions_test

@@ -2,14 +2,14 @@
 #include <fstream>
 #include <iterator>
 
-#include "editor/session/content_hash.h"
+#include "editor/session/file/content_hash.h"
 #include "editor/session/session.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/editor/editor_test.h"
 #include "tests/editor/moving_scene.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::animation_test {
 
 namespace {
 
@@ -166,4 +166,4 @@ TEST_F(EditorAnimationTest, CommandsNeedAnimationsOfThatName) {
     Play("size 640x400\nkey space\nexpect playing no\nexpect time rest\n");
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::animation_test

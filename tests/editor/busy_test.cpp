@@ -2,7 +2,7 @@
 #include "editor/app/edit.h"
 #include "tests/editor/editor_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::busy_test {
 
 TEST(FrameInput, WhatComesLaterIsAddedAndWhatWasHeldHasHappened) {
     FrameInput input;
@@ -167,4 +167,4 @@ TEST_F(BusyTest, FramesThatCopyAScene_AreNotHeldBackByAPreview) {
     EXPECT_GT(copying, 0);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::busy_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace raygraph::editor {
+namespace raygraph::editor::camera_controller_test {
 
 namespace {
 
@@ -112,4 +112,4 @@ TEST(CameraController, FlyGoesAlongItsOwnAxes) {
     ExpectNear(camera.Pivot(), {1, 2, -3});
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::camera_controller_test

@@ -4,12 +4,12 @@
 #include <limits>
 
 #include "base/error.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::document_test {
 
 namespace {
 
@@ -245,4 +245,4 @@ TEST_F(DocumentTest, LightThatWouldBeFlatKeepsItsPlace) {
     EXPECT_FALSE(lit.CanUndo());
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::document_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raygraph::editor {
+namespace raygraph::editor::frame_history_test {
 
 namespace {
 
@@ -55,4 +55,4 @@ TEST(TimeLeft, FallsWithTheSquareOfTheError) {
     EXPECT_EQ(SecondsLeft(0.005, 0.01, 100.0, 10.0), 0.0);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::frame_history_test

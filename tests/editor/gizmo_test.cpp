@@ -8,7 +8,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-namespace raygraph::editor {
+namespace raygraph::editor::gizmo_test {
 
 namespace {
 
@@ -61,16 +61,16 @@ TEST(GizmoMaths, PlacesAndRaysAreInverse) {
 
 TEST(GizmoMaths, NearestAlongIsTheFootOfTheCommonPerpendicular) {
     // A line along x, and a ray down that passes it at x = 3
-    EXPECT_NEAR(*NearestAlong({1, 0, 0}, {1, 0, 0}, {{3, 5, 2}, {0, -1, 0}}), 2.0f, 1e-6f);
+    EXPECT_NEAR(*ClosestPointOnAxis({1, 0, 0}, {1, 0, 0}, {{3, 5, 2}, {0, -1, 0}}), 2.0f, 1e-6f);
     const glm::vec3 slanted = glm::normalize(glm::vec3(1, -1, 0));
-    EXPECT_NEAR(*NearestAlong({0, 0, 0}, {1, 0, 0}, {{0, 2, 7}, slanted}), 2.0f, 1e-5f);
-    EXPECT_FALSE(NearestAlong({0, 0, 0}, {1, 0, 0}, {{0, 1, 0}, {1, 0, 0}}));
+    EXPECT_NEAR(*ClosestPointOnAxis({0, 0, 0}, {1, 0, 0}, {{0, 2, 7}, slanted}), 2.0f, 1e-5f);
+    EXPECT_FALSE(ClosestPointOnAxis({0, 0, 0}, {1, 0, 0}, {{0, 1, 0}, {1, 0, 0}}));
 }
 
 TEST(GizmoMaths, PlaneIsMetInFrontAlone) {
-    ExpectNear(*MeetPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {0, -1, 0}}), {2, 1, 3});
-    EXPECT_FALSE(MeetPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {0, 1, 0}}));
-    EXPECT_FALSE(MeetPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {1, 0, 0}}));
+    ExpectNear(*IntersectPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {0, -1, 0}}), {2, 1, 3});
+    EXPECT_FALSE(IntersectPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {0, 1, 0}}));
+    EXPECT_FALSE(IntersectPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {1, 0, 0}}));
 }
 
 TEST(Gizmo, MoveAlongAnAxisStaysOnIt) {
@@ -202,11 +202,11 @@ TEST(Gizmo, LocalTransformFollowsBelowATurnedParent) {
                              glm::scale(glm::mat4(1.0f), glm::vec3(2.0f)));
     const glm::mat4x3 local(glm::translate(glm::mat4(1.0f), glm::vec3(0.5f, 0, 0)));
     const glm::mat4 change = glm::translate(glm::mat4(1.0f), glm::vec3(0, 1, 0));
-    const glm::mat4 after = glm::mat4(parent) * glm::mat4(*LocalAfter(change, parent, local));
+    const glm::mat4 after = glm::mat4(parent) * glm::mat4(*ApplyToLocal(change, parent, local));
     ExpectNear(glm::vec3(after[3]), Applied(glm::mat4(parent), {0.5f, 0, 0}) + glm::vec3(0, 1, 0));
     glm::mat4x3 flat = parent;
     flat[0] = glm::vec3(0.0f);
-    EXPECT_FALSE(LocalAfter(change, flat, local));
+    EXPECT_FALSE(ApplyToLocal(change, flat, local));
 }
 
 // Otherwise a rotated joint would move by rounding, which an animation may not allow.
@@ -225,4 +225,4 @@ TEST(Gizmo, WhatTheToolLeavesAloneStaysToTheBit) {
     }
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::gizmo_test

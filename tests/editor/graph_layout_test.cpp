@@ -7,7 +7,7 @@
 
 #include "renderer/graph/compile.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::graph_layout_test {
 
 namespace {
 
@@ -104,4 +104,4 @@ TEST_F(GraphLayoutTest, LanesOfOneRowDoNotTouch) {
     EXPECT_TRUE(nothing.boxes.empty() && nothing.lanes.empty());
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::graph_layout_test

@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace raygraph::editor {
+namespace raygraph::editor::hierarchy_test {
 
 namespace {
 
@@ -40,4 +40,4 @@ TEST(Hierarchy, OneRootIsOpenAndADeepChainNeedsNoStack) {
     EXPECT_EQ(Hierarchy().Rows().size(), 0u);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::hierarchy_test

@@ -5,10 +5,10 @@
 
 #include <vector>
 
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::inspector_fields_test {
 
 using scene::FieldOf;
 using scene::Light;
@@ -117,4 +117,4 @@ TEST(InspectorFields, EachKindOfLightShowsWhatItHas) {
               (Names{"color", "intensity", "range", "innerConeAngle", "outerConeAngle"}));
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::inspector_fields_test

@@ -1,9 +1,9 @@
 // Tests of the light in which the editor shows the open scene.
-#include "editor/session/render_file.h"
+#include "editor/session/file/render_file.h"
 #include "renderer/image/image.h"
 #include "tests/editor/editor_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::light_test {
 
 namespace {
 
@@ -63,4 +63,4 @@ TEST_F(LightTest, AMapTakesItsPlaceUntilItIsRemoved) {
     EXPECT_TRUE(HasStudio());
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::light_test

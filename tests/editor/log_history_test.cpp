@@ -4,7 +4,7 @@
 
 #include <thread>
 
-namespace raygraph::editor {
+namespace raygraph::editor::log_history_test {
 namespace {
 
 LogEntry Entry(LogLevel level, const char* category, const char* text) {
@@ -66,4 +66,4 @@ TEST(LogHistory, IsAddedToBesideItsReader) {
 }
 
 }  // namespace
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::log_history_test

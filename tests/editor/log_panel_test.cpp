@@ -8,7 +8,7 @@
 #include "renderer/image/image.h"
 #include "tests/editor/editor_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::log_panel_test {
 
 namespace {
 
@@ -83,4 +83,4 @@ TEST_F(LogPanelTest, AFailedLoadIsAMessage) {
     EXPECT_NE(Log().Text(before).find("broken.gltf"), std::string::npos) << Log().Text(before);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::log_panel_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raygraph::editor {
+namespace raygraph::editor::memory_rows_test {
 namespace {
 
 std::string Lines(const std::vector<MemoryRow>& rows) {
@@ -28,4 +28,4 @@ TEST(MemoryRows, SayWhatIsInTheHostsMemoryForWantOfTheDevices) {
 }
 
 }  // namespace
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::memory_rows_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
-namespace raygraph::editor {
+namespace raygraph::editor::placement_test {
 
 namespace {
 
@@ -72,4 +72,4 @@ TEST(Placement, MirroredAndFlatNodes) {
     EXPECT_LT(glm::length(Placed(flat, of, after)[2] - glm::vec3(0, 0, 2)), 1e-5f);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::placement_test

@@ -3,12 +3,12 @@
 
 #include "base/read_file.h"
 #include "editor/app/document.h"
-#include "renderer/scene/deform.h"
+#include "renderer/scene/animation/deform.h"
 #include "tests/editor/moving_scene.h"
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::pose_edit_test {
 
 namespace {
 
@@ -144,7 +144,7 @@ TEST_F(PoseEditTest, SavingInAPoseChangesNothingInTheFile) {
                       gpu);
     document.Save(folder.Path() / "posed.gltf");
     EXPECT_EQ(ReadFile(folder.Path() / "posed.gltf"), ReadFile(folder.Path() / "rest.gltf"));
-    EXPECT_EQ(ReadFile(document.SaveBeside()), ReadFile(folder.Path() / "rest.gltf"));
+    EXPECT_EQ(ReadFile(document.SaveRecoveryCopy()), ReadFile(folder.Path() / "rest.gltf"));
 }
 
 TEST_F(PoseEditTest, JointsThatAreMovedTakeTheMeshAlong) {
@@ -158,9 +158,9 @@ TEST_F(PoseEditTest, JointsThatAreMovedTakeTheMeshAlong) {
     // All joints are edited, and then the mesh as a whole
     document.Apply(MovedTo(moving::FirstJoint, {0, 0, 2}), gpu);
     EXPECT_EQ(OnDevice(moving::Skinned), glm::vec3(0, 0, 2));
-    EXPECT_TRUE(document.IsPlacedByJoints(moving::Skinned));
-    EXPECT_FALSE(document.IsPlacedByJoints(moving::Rider));
-    EXPECT_FALSE(document.IsPlacedByJoints(moving::FirstJoint));
+    EXPECT_TRUE(document.IsPlacedBySkin(moving::Skinned));
+    EXPECT_FALSE(document.IsPlacedBySkin(moving::Rider));
+    EXPECT_FALSE(document.IsPlacedBySkin(moving::FirstJoint));
 }
 
 TEST_F(PoseEditTest, FieldsOfAMaterialThatAnAnimationLeavesAloneAreEdited) {
@@ -182,4 +182,4 @@ TEST_F(PoseEditTest, FieldsOfAMaterialThatAnAnimationLeavesAloneAreEdited) {
     EXPECT_EQ(document.Scene().materials[0].baseColorFactor, glm::vec4(1, 0, 0, 1));
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::pose_edit_test

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::reload_test {
 
 namespace {
 
@@ -91,4 +91,4 @@ TEST(ReloadWhilePreparing, WaitsForNoPipelineThatIsBeingMade) {
     EXPECT_EQ(editor.FrameError(), "");
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::reload_test

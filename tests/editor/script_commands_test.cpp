@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::script_commands_test {
 
 namespace {
 
@@ -89,4 +89,4 @@ TEST(ScriptCommands, ControlCharactersAndBrokenUtf8AreRefused) {
     }
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::script_commands_test

@@ -9,15 +9,15 @@
 #include <string>
 
 #include "editor/app/saved_render.h"
-#include "editor/session/content_hash.h"
+#include "editor/session/file/content_hash.h"
 #include "editor/session/session.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/editor/editor_test.h"
 #include "tests/support/environment_variable.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::script_test {
 
 namespace {
 
@@ -279,7 +279,7 @@ TEST_F(ScriptTest, PicturesOnTheirWayAreWrittenBeforeTheEditorCloses) {
     EXPECT_LT(close(), 1000);
     EXPECT_TRUE(std::filesystem::exists(folder.Path() / "a.png"));
     EXPECT_EQ(session::ReadRenderFile(folder.Path() / "a.exr").sceneFile, "cornell.gltf");
-    EXPECT_TRUE(editor.IsLeaving());
+    EXPECT_TRUE(editor.IsQuitting());
 }
 
 // Pictures that can never arrive do not keep the editor open: the window is minimized.
@@ -411,4 +411,4 @@ TEST_F(ScriptTest, ReloadSaysThatThereAreNoSources) {
     Play("key F5\nexpect message --shaders\n");
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::script_test

@@ -10,7 +10,7 @@
 #include "tests/support/environment_variable.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::settings_test {
 
 namespace {
 
@@ -38,7 +38,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     settings.tool = GizmoTool::Scale;
     settings.toolSpace = GizmoSpace::Local;
     settings.pivot = GizmoPivot::Origin;
-    settings.NoteOpened("/scenes/a.gltf");
+    settings.AddRecentFile("/scenes/a.gltf");
     const std::filesystem::path config = folder.Path() / "new" / "raygraph";
     WriteSettings(config, settings);
     EXPECT_EQ(ReadSettings(config, message), settings);
@@ -101,8 +101,8 @@ TEST_F(SettingsTest, ValuesOutOfRangeArePutIntoIt) {
 
 TEST_F(SettingsTest, RecentFilesAreFewAndTheNewestComesFirst) {
     Settings settings;
-    for (int i = 0; i < 14; ++i) settings.NoteOpened("/s/" + std::to_string(i) + ".gltf");
-    settings.NoteOpened("/s/x/../9.gltf");
+    for (int i = 0; i < 14; ++i) settings.AddRecentFile("/s/" + std::to_string(i) + ".gltf");
+    settings.AddRecentFile("/s/x/../9.gltf");
     ASSERT_EQ(settings.recent.size(), Settings::kMaxRecent);
     EXPECT_EQ(settings.recent[0], "/s/9.gltf");
     EXPECT_EQ(settings.recent[1], "/s/13.gltf");
@@ -123,4 +123,4 @@ TEST_F(SettingsTest, FolderThatCannotBeWrittenIsAnError) {
     EXPECT_THROW(WriteSettings(folder.Path() / "file", {}), Error);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::settings_test

@@ -5,7 +5,7 @@
 
 #include "tests/editor/moving_scene.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::timeline_test {
 
 namespace {
 
@@ -135,4 +135,4 @@ TEST(Timeline, OfASceneWithoutAnimationsStaysAtRest) {
     EXPECT_TRUE(timeline.Shown().empty());
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::timeline_test

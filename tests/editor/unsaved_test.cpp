@@ -4,11 +4,11 @@
 
 #include "base/read_file.h"
 #include "editor/app/edit.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/editor/editor_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::unsaved_test {
 
 namespace {
 
@@ -120,4 +120,4 @@ TEST_F(UnsavedTest, IsSavedBesideTheSceneWhenTheEditorEndsByAnError) {
     EXPECT_NE(std::string(end().what()).find("; unsaved edits are lost: "), std::string::npos);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::unsaved_test

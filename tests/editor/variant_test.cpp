@@ -2,14 +2,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "editor/session/content_hash.h"
+#include "editor/session/file/content_hash.h"
 #include "editor/session/session.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/variants.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/variants.h"
 #include "tests/editor/editor_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::variant_test {
 
 using VariantTest = EditorTest;
 
@@ -68,4 +68,4 @@ TEST_F(VariantTest, IsShownInAllViewsAndIsNoEdit) {
     EXPECT_EQ(save("samples 1\n").sceneHash, hashOf(saved, 0));
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::variant_test

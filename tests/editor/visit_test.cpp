@@ -6,12 +6,12 @@
 #include <string>
 
 #include "base/read_file.h"
-#include "editor/session/content_hash.h"
+#include "editor/session/file/content_hash.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/editor/editor_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::visit_test {
 
 class VisitTest : public EditorTest {};
 
@@ -63,4 +63,4 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
         EXPECT_EQ(document.Scene().materials.at(i).baseColorFactor, original.materials[i].baseColorFactor);
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::visit_test

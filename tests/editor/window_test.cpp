@@ -18,7 +18,7 @@
 #include "tests/rhi/gate.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::window_test {
 
 namespace {
 
@@ -138,4 +138,4 @@ TEST(WindowTest, AFrameThatTakesLongIsNotWaitedFor) {
     EXPECT_EQ(messages.Text(0, true), "");
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::window_test

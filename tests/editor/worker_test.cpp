@@ -11,14 +11,14 @@
 #include "editor/app/editor.h"
 #include "editor/app/screen.h"
 #include "editor/app/script.h"
-#include "editor/session/content_hash.h"
-#include "editor/session/render_file.h"
-#include "renderer/scene/load_gltf.h"
+#include "editor/session/file/content_hash.h"
+#include "editor/session/file/render_file.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::editor {
+namespace raygraph::editor::worker_test {
 
 namespace {
 
@@ -139,4 +139,4 @@ TEST_F(SavingTest, SceneWhoseEditsWereSavedIsReadOnceAndNotByTheWindowsThread) {
     EXPECT_EQ(session::ReadRenderFile(picture).sceneHash, "");
 }
 
-}  // namespace raygraph::editor
+}  // namespace raygraph::editor::worker_test

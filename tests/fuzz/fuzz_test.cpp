@@ -9,11 +9,11 @@
 #include "tests/fuzz/mutator.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::fuzz {
+namespace raygraph::fuzz::fuzz_test {
 
 namespace {
 
-class Fuzz : public testing::TestWithParam<Target> {
+class Fuzz : public ::testing::TestWithParam<Target> {
   protected:
     // Returns false after a finding.
     static bool Holds(Input input) {
@@ -27,7 +27,7 @@ class Fuzz : public testing::TestWithParam<Target> {
     }
 };
 
-std::string NameOf(const testing::TestParamInfo<Target>& target) {
+std::string NameOf(const ::testing::TestParamInfo<Target>& target) {
     return target.param.name;
 }
 
@@ -71,7 +71,7 @@ TEST_P(Fuzz, ChangedInputsKeepThePromises) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Fuzz, testing::ValuesIn(Targets().begin(), Targets().end()), NameOf);
+INSTANTIATE_TEST_SUITE_P(All, Fuzz, ::testing::ValuesIn(Targets().begin(), Targets().end()), NameOf);
 
 // A target that accepts everything would find nothing.
 TEST(FuzzTarget, ReportsOtherExceptionsAndLines) {
@@ -122,4 +122,4 @@ TEST(FuzzTarget, RepairsLengthsAndChecksums) {
     }
 }
 
-}  // namespace raygraph::fuzz
+}  // namespace raygraph::fuzz::fuzz_test

@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "renderer/scene/file_access.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/file_access.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/temporary_folder.h"
 

@@ -5,11 +5,11 @@
 #include <fstream>
 #include <memory>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/check.h"
 #include "tests/fuzz/gltf_files.h"
 
 namespace raygraph::fuzz {

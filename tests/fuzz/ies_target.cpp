@@ -1,8 +1,8 @@
 // Fuzzes light profiles: files of IES LM-63.
 #include <cmath>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/ies_file.h"
+#include "renderer/scene/formats/ies_file.h"
+#include "renderer/scene/model/check.h"
 #include "tests/fuzz/target.h"
 
 namespace raygraph::fuzz {

@@ -4,9 +4,9 @@
 #include <cstring>
 
 #include "editor/cli/resume_settings.h"
-#include "editor/session/adaptive_counts.h"
-#include "editor/session/merge.h"
-#include "editor/session/render_file.h"
+#include "editor/session/file/merge.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/frames/adaptive_counts.h"
 #include "renderer/image/exr.h"
 #include "tests/fuzz/choices.h"
 #include "tests/support/format_of_words.h"
@@ -81,7 +81,7 @@ struct Renders {
             session::WriteRenderFile(path, MakeRender(isFull, 0));
             (isFull ? full : small) = image::ReadExr(path);
             // Its sums have no digest, so that changed ones can be resumed
-            if (isFull) full = test::InFormatOfWords(std::move(full), MakeRender(isFull, 0));
+            if (isFull) full = test::WithWordChannels(std::move(full), MakeRender(isFull, 0));
             (isFull ? laterFull : laterSmall) = MakeRender(isFull, 1000);
         }
         session::WriteRenderFile(folder / "valid.exr", MakeRender(false, 0, true));
@@ -156,13 +156,13 @@ void Change(image::ExrImage& file, Choices& choices) {
 
 // Whatever a file claims about its pixels, more samples are added.
 void GoOn(const session::RenderFile& render) {
-    using Kind = session::AdaptiveCounts::Next::Kind;
+    using NextKind = session::AdaptiveCounts::Next::Kind;
     session::AdaptiveCounts counts({render.size.width, render.size.height}, *render.adaptive);
-    const session::NotedSamples noted{std::vector<float>(kPixels, 1.0f), std::vector<float>(kPixels, 1.0f)};
+    const session::PixelVariances noted{std::vector<float>(kPixels, 1.0f), std::vector<float>(kPixels, 1.0f)};
     const uint32_t average = counts.Average() + counts.Average() / 2 + 1;
     uint64_t before = counts.Total();
-    for (auto next = counts.NextTo(average); next.kind != Kind::Nothing; next = counts.NextTo(average)) {
-        if (next.kind == Kind::Decision) {
+    for (auto next = counts.NextTo(average); next.kind != NextKind::Nothing; next = counts.NextTo(average)) {
+        if (next.kind == NextKind::Decision) {
             counts.Decide(next.color, noted);
             continue;
         }

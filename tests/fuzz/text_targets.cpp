@@ -9,9 +9,9 @@
 #include "editor/app/settings.h"
 #include "editor/cli/arguments.h"
 #include "editor/cli/bench_compare.h"
-#include "editor/session/sample_ranges.h"
-#include "editor/session/setting_table.h"
-#include "renderer/scene/camera_view.h"
+#include "editor/session/file/sample_ranges.h"
+#include "editor/session/settings/setting_table.h"
+#include "renderer/scene/model/camera_view.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/temporary_folder.h"
 

@@ -6,7 +6,7 @@
 #include "renderer/graph/frame_graph.h"
 #include "tests/graph/access_table.h"
 
-namespace raygraph {
+namespace raygraph::access_test {
 namespace {
 
 using golden::AccessRow;
@@ -48,4 +48,4 @@ TEST(AccessTable, EffectsOnContents) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::access_test

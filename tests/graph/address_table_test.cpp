@@ -1,7 +1,7 @@
 // Buffers that shaders reach by the addresses of a uniform block, which the graph fills in.
 #include "tests/graph/graph_test.h"
 
-namespace raygraph {
+namespace raygraph::address_table_test {
 namespace {
 
 class AddressTableFrame : public GraphTest {
@@ -53,4 +53,4 @@ TEST_F(AddressTableFrame, BuffersAreReadAndWrittenFrameAfterFrame) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::address_table_test

@@ -5,7 +5,7 @@
 #include "tests/graph/graph_maker.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::barrier_planner_test {
 namespace {
 
 constexpr VkPipelineStageFlags2 kCompute = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
@@ -363,4 +363,4 @@ TEST(Barriers, ExportedTexture_IsWaitedForWhateverItsOwnerDid) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::barrier_planner_test

@@ -4,7 +4,7 @@
 #include "tests/graph/graph_maker.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::binding_test {
 namespace {
 
 rhi::ShaderInterface InterfaceOf(const std::string& name, const std::string& text) {
@@ -275,4 +275,4 @@ void main() { imageStore(target, ivec2(0), texture(textures[3], vec2(0.5))); })"
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::binding_test

@@ -9,7 +9,7 @@
 #include "tests/rhi/gate.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::dropped_semaphores_test {
 namespace {
 
 constexpr Extent2D kExtent{16, 16};
@@ -135,8 +135,8 @@ TEST_F(DroppedSemaphores, AreForwardedByTheRenderersEnd) {
 TEST_F(DroppedSemaphores, AreLeftAloneWhereAskedFor) {
     m_host.Signal();
     m_renderer.BeginFrame();
-    m_renderer.WaitSemaphore(m_host.before.Use(), WhenDropped::LeaveAlone);
-    m_renderer.SignalSemaphore(m_host.progress.At(1), WhenDropped::LeaveAlone);
+    m_renderer.WaitSemaphore(m_host.before.Use(), DropPolicy::LeaveAlone);
+    m_renderer.SignalSemaphore(m_host.progress.At(1), DropPolicy::LeaveAlone);
     m_renderer.DropFrame();
     Device().WaitIdle();
     EXPECT_EQ(m_host.progress.Value(), 0u);
@@ -148,7 +148,7 @@ TEST_F(DroppedSemaphores, AreLeftAloneWhereAskedFor) {
 TEST_F(DroppedSemaphores, AreLeftAloneByADropThatIsToldSo) {
     m_renderer.BeginFrame();
     m_host.Declare(m_renderer);
-    m_renderer.DropFrame(WhenDropped::LeaveAlone);
+    m_renderer.DropFrame(DropPolicy::LeaveAlone);
     Device().WaitIdle();
     EXPECT_EQ(m_host.progress.Value(), 0u);
     m_host.Signal();
@@ -173,4 +173,4 @@ TEST(DroppedSemaphoresOfAFailedSubmission, AreForwarded) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::dropped_semaphores_test

@@ -7,7 +7,7 @@
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::failure_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -204,4 +204,4 @@ TEST_F(Failure, LostDevice_AfterTheRendererIsGone) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::failure_test

@@ -3,7 +3,7 @@
 
 #include "tests/graph/graph_test.h"
 
-namespace raygraph {
+namespace raygraph::frame_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -406,4 +406,4 @@ void main() { for (int i = 0; i < 4; ++i) result[i] = values.factors[i] + float(
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::frame_test

@@ -3,7 +3,7 @@
 #include "tests/rhi/gate.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::frame_timing_test {
 namespace {
 
 constexpr Extent2D kExtent{37, 19};
@@ -11,19 +11,19 @@ constexpr Extent2D kExtent{37, 19};
 class FrameTimingTest : public GraphTest {};
 
 TEST_F(FrameTimingTest, WouldWait_SaysWhenAllFramesInFlightArePending) {
-    EXPECT_FALSE(m_renderer.WouldWait());
+    EXPECT_FALSE(m_renderer.WouldBlock());
     testing::Gate gate(Device());
     for (uint32_t frame = 0; frame < Device().FramesInFlight(); ++frame) {
-        EXPECT_FALSE(m_renderer.WouldWait()) << "before frame " << frame;
+        EXPECT_FALSE(m_renderer.WouldBlock()) << "before frame " << frame;
         m_renderer.BeginFrame();
         m_renderer.WaitSemaphore(gate.At(1));
         m_renderer.Present(Fill(m_renderer, "a", kExtent, 1.0f));
         m_renderer.Execute();
     }
-    EXPECT_TRUE(m_renderer.WouldWait());
+    EXPECT_TRUE(m_renderer.WouldBlock());
     gate.Open();
     Device().WaitIdle();
-    EXPECT_FALSE(m_renderer.WouldWait());
+    EXPECT_FALSE(m_renderer.WouldBlock());
 }
 
 TEST_F(FrameTimingTest, NextPass_IsTheIdInTheTimings) {
@@ -74,4 +74,4 @@ TEST_F(FrameTimingTest, Timings_ArriveForEveryFrameInOrder) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::frame_timing_test

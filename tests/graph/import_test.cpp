@@ -6,7 +6,7 @@
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::import_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -188,4 +188,4 @@ TEST(ImportOfAnotherQueueFamily, BufferIsAcquiredAndReleasedByItsOwnBarriers) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::import_test

@@ -1,7 +1,7 @@
 // Which transients share memory, and how it changes hands.
 #include "tests/graph/graph_maker.h"
 
-namespace raygraph {
+namespace raygraph::memory_planner_test {
 namespace {
 
 uint64_t BlockMebibytes(const Plan& plan) {
@@ -171,4 +171,4 @@ TEST(Aliasing, BlockUnusedForAFrame_KeepsItsState) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::memory_planner_test

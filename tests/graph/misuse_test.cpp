@@ -3,7 +3,7 @@
 #include "tests/graph/graph_maker.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::misuse_test {
 namespace {
 
 TEST(Misuse, StaleId_NamesThePassThatWroteSince) {
@@ -180,4 +180,4 @@ TEST(Access, EveryKindOfPass_HasMasksForItsLegalAccesses) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::misuse_test

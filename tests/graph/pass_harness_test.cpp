@@ -7,7 +7,7 @@
 
 #include "tests/graph/graph_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::pass_harness_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -102,4 +102,4 @@ TEST_F(Harness, RunAfterAnError_StartsClean) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::pass_harness_test

@@ -3,7 +3,7 @@
 
 #include "tests/graph/graph_maker.h"
 
-namespace raygraph {
+namespace raygraph::plan_test {
 namespace {
 
 TEST(Plan, ThreePassFrame_ReadsAsWritten) {
@@ -270,4 +270,4 @@ TEST(PlanJson, NamesThePartOfATexture) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::plan_test

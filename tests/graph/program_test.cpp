@@ -9,7 +9,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/option_rows.h"
 
-namespace raygraph {
+namespace raygraph::program_test {
 
 namespace {
 
@@ -279,4 +279,4 @@ TEST_F(ProgramLife, RayTracingPipelinesOfAFrame_AreMadeInOrderOnLavapipe) {
     EXPECT_EQ(here, device->Info().isLavapipe ? 3 : 1);
 }
 
-}  // namespace raygraph
+}  // namespace raygraph::program_test

@@ -11,7 +11,7 @@
 #include "tests/graph/oracle.h"
 #include "tests/graph/random_frames.h"
 
-namespace raygraph {
+namespace raygraph::random_graph_test {
 namespace {
 
 using oracle::Oracle;
@@ -242,4 +242,4 @@ TEST(RandomGraph, ShortenedLifetimeIsFound) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::random_graph_test

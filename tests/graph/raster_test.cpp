@@ -6,7 +6,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/option_rows.h"
 
-namespace raygraph {
+namespace raygraph::raster_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -323,4 +323,4 @@ TEST_F(Raster, TargetsThatDoNotFit_AreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::raster_test

@@ -8,7 +8,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph {
+namespace raygraph::reload_test {
 namespace {
 
 using ::testing::Contains;
@@ -250,4 +250,4 @@ TEST_F(AddedShader, WordsThatDoNotFit_LeaveTheOneThatWasThere) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::reload_test

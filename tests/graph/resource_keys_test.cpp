@@ -10,7 +10,7 @@
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/option_rows.h"
 
-namespace raygraph {
+namespace raygraph::resource_keys_test {
 namespace {
 
 template <typename Desc>
@@ -258,4 +258,4 @@ TEST_F(SamplerKeys, ADescriptionThatDiffersInAnyPartButItsName_IsOfAnotherSample
         });
 }
 
-}  // namespace raygraph
+}  // namespace raygraph::resource_keys_test

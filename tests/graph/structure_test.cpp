@@ -9,7 +9,7 @@
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::structure_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -232,4 +232,4 @@ void main() {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::structure_test

@@ -6,7 +6,7 @@
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::subresource_frame_test {
 namespace {
 
 using ::testing::Each;
@@ -416,4 +416,4 @@ TEST_F(SubresourceFrames, LimitsOfATexture_AreNamed) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::subresource_frame_test

@@ -4,7 +4,7 @@
 #include "tests/graph/graph_maker.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph {
+namespace raygraph::subresource_misuse_test {
 namespace {
 
 TEST(SubresourceMisuse, PartThatTheTextureDoesNotHave) {
@@ -159,4 +159,4 @@ TEST(SubresourceMisuse, TargetOfSeveralLayersOrOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::subresource_misuse_test

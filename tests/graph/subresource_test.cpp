@@ -6,7 +6,7 @@
 #include "renderer/graph/barrier_merge.h"
 #include "tests/graph/graph_maker.h"
 
-namespace raygraph {
+namespace raygraph::subresource_test {
 namespace {
 
 constexpr VkPipelineStageFlags2 kCompute = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
@@ -392,4 +392,4 @@ TEST(MergedBarriers, CheckerboardOfLayersAndLevels_LosesNone) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::subresource_test

@@ -17,18 +17,18 @@
 #include <thread>
 
 #include "base/atomic_file.h"
-#include "base/os/signals.h"
+#include "base/os.h"
 #include "tests/image/image_files.h"
 #include "tests/support/failing_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph::test {
+namespace raygraph::test::atomic_file_system_test {
 namespace {
 
 TEST(AtomicFile, DeviceIsWrittenTo) {
     AtomicFile file("/dev/null");
-    EXPECT_EQ(file.WhyInPlace(), "");
+    EXPECT_EQ(file.InPlaceReason(), "");
     file.Seek(4);
     file.Write(ToBytes("text"));
     file.Commit();
@@ -85,7 +85,7 @@ TEST(AtomicFile, ProcessThatIsAskedToEndWaitsForNoReader) {
     const fs::path pipe = folder / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     os::SignalWatch watch([] {});
-    watch.StartNoting();
+    watch.StartDeferring();
     std::raise(SIGTERM);
     const auto refused = [&] {
         AtomicFile file(pipe);
@@ -125,7 +125,7 @@ std::string ReplaceInChild(const fs::path& path) {
             AtomicFile file(path);
             file.Write(ToBytes("new"));
             file.Commit();
-            return "written, " + file.WhyInPlace();
+            return "written, " + file.InPlaceReason();
         } catch (const Error& error) {
             return error.what();
         }
@@ -211,11 +211,11 @@ TEST(AtomicFile, FileThatMayNotChangeIsRefused) {
 
 // The system does not always tell beforehand that a name cannot be replaced.
 TEST(AtomicFile, FileThatTurnsOutToBeIrreplaceableIsWrittenInPlace) {
-    for (const int openNameless : {0, EOPNOTSUPP}) {
+    for (const int openUnnamed : {0, EOPNOTSUPP}) {
         const TemporaryFolder folder;
         const fs::path path = folder / "out.txt";
         Put(path, "old text");
-        const testing::FailingFiles failing({.openNameless = openNameless, .renameat = EBUSY});
+        const testing::FailingFiles failing({.openUnnamed = openUnnamed, .renameat = EBUSY});
         {
             AtomicFile file(path);
             file.Write(ToBytes("new"));
@@ -239,7 +239,7 @@ TEST(AtomicFile, FileThatCannotBeLinkedReplacesTheTargetAtOnceAllTheSame) {
             AtomicFile file(path);
             file.Write(ToBytes(text));
             file.Commit();
-            EXPECT_EQ(file.WhyInPlace(), "");
+            EXPECT_EQ(file.InPlaceReason(), "");
             EXPECT_EQ(TextOf(path), text) << error;
             EXPECT_EQ(FileCount(folder.Path()), 1u) << error;
             const std::string ofOld(std::istreambuf_iterator<char>(before), {});
@@ -302,7 +302,7 @@ TEST(AtomicFile, WriteInPlaceThatBreaksOffIsATornFile) {
     std::string said;
     try {
         file.Commit();
-    } catch (const TornFile& error) {
+    } catch (const IncompleteFile& error) {
         said = error.what();
     }
     EXPECT_EQ(said, path.string() + ": cannot write: File too large; its old content is lost");
@@ -325,7 +325,7 @@ TEST(AtomicFile, FailureToRenameForAnotherReasonLeavesTheOldFile) {
 
 TEST(AtomicFile, FileSystemWithoutNamelessFilesGetsTheSame) {
     const TemporaryFolder folder;
-    const testing::FailingFiles failing({.openNameless = EOPNOTSUPP});
+    const testing::FailingFiles failing({.openUnnamed = EOPNOTSUPP});
     for (const std::string text : {"new", "newer"}) {
         AtomicFile file(folder / "out.txt");
         EXPECT_EQ(FileCount(folder.Path()), text == "new" ? 1u : 2u) << "it has a name meanwhile";
@@ -348,12 +348,12 @@ void WriteAndBeKilled(const fs::path& path) {
 }
 
 TEST(AtomicFile, KilledProcessLeavesNothingWhereTheNextOneWrites) {
-    for (const int openNameless : {0, EOPNOTSUPP}) {
+    for (const int openUnnamed : {0, EOPNOTSUPP}) {
         const TemporaryFolder folder;
         {
-            const testing::FailingFiles failing({.openNameless = openNameless});
+            const testing::FailingFiles failing({.openUnnamed = openUnnamed});
             WriteAndBeKilled(folder / "a.txt");
-            EXPECT_TRUE(openNameless == 0 || FileCount(folder.Path()) == 1u) << "or this shows nothing";
+            EXPECT_TRUE(openUnnamed == 0 || FileCount(folder.Path()) == 1u) << "or this shows nothing";
         }
         AtomicFile file(folder / "b.txt");
         file.Commit();
@@ -364,7 +364,7 @@ TEST(AtomicFile, KilledProcessLeavesNothingWhereTheNextOneWrites) {
 
 TEST(AtomicFile, FileThatIsBeingWrittenIsNotTakenForALeftOne) {
     const TemporaryFolder folder;
-    const testing::FailingFiles failing({.openNameless = EOPNOTSUPP});
+    const testing::FailingFiles failing({.openUnnamed = EOPNOTSUPP});
     AtomicFile ours(folder / "a.txt");
     EXPECT_EQ(ReplaceInChild(folder / "b.txt"), "written, ");
     ours.Write(ToBytes("ours"));
@@ -389,4 +389,4 @@ TEST(AtomicFile, FileOfAnotherComputerIsLeftForADay) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::atomic_file_system_test

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph::test {
+namespace raygraph::test::atomic_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -209,4 +209,4 @@ TEST(ReadFile, FailuresAreNamedWithTheReason) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::atomic_file_test

@@ -4,7 +4,7 @@
 #include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 
-namespace raygraph::test {
+namespace raygraph::test::basis_lz_test {
 namespace {
 
 using image::DecodeImage8;
@@ -120,4 +120,4 @@ TEST(BasisLz, ReferencesOutsideThePictureAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::basis_lz_test

@@ -8,7 +8,7 @@
 #include "renderer/image/bc7_tables.h"
 #include "tests/image/block_writer.h"
 
-namespace raygraph::test {
+namespace raygraph::test::bc_blocks_test {
 namespace {
 
 using image::Bc1Alpha;
@@ -224,7 +224,7 @@ class Bc7Block {
     std::array<int, 16> m_indices = {}, m_secondIndices = {};
 };
 
-class Bc7Mode : public testing::TestWithParam<unsigned> {};
+class Bc7Mode : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(Bc7Mode, DecodesWhatItsFieldsSay) {
     std::mt19937 random(GetParam());
@@ -237,7 +237,7 @@ TEST_P(Bc7Mode, DecodesWhatItsFieldsSay) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Bc7Mode, testing::Range(0u, 8u));
+INSTANTIATE_TEST_SUITE_P(All, Bc7Mode, ::testing::Range(0u, 8u));
 
 // A block of mode 6 by hand: red from 0 to 255, green constant, blue falling, alpha 255; indices 0 to 15.
 TEST(Bc7, BlockOfModeSixByHand) {
@@ -282,4 +282,4 @@ TEST(Bc7, AnchorsLieInTheirParts) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::bc_blocks_test

@@ -5,7 +5,7 @@
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
 
-namespace raygraph::test {
+namespace raygraph::test::dds_test {
 namespace {
 
 using image::DecodeImage8;
@@ -167,4 +167,4 @@ TEST(Dds, SizesThatTheBytesDoNotHoldAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::dds_test

@@ -9,7 +9,7 @@
 #include "tests/image/image_files.h"
 #include "tests/support/reference_assets.h"
 
-namespace raygraph::test {
+namespace raygraph::test::environment_test {
 namespace {
 
 using image::DecodeEnvironment;
@@ -48,7 +48,7 @@ struct Coding {
     double tolerance;  // relative to the largest value; 0: exact
 };
 
-class EnvironmentOfCoding : public testing::TestWithParam<Coding> {};
+class EnvironmentOfCoding : public ::testing::TestWithParam<Coding> {};
 
 TEST_P(EnvironmentOfCoding, ValuesAreRead) {
     const Coding& coding = GetParam();
@@ -72,7 +72,7 @@ TEST_P(EnvironmentOfCoding, ValuesAreRead) {
 
 INSTANTIATE_TEST_SUITE_P(
     Exr, EnvironmentOfCoding,
-    testing::Values(
+    ::testing::Values(
         Coding{Imf::FLOAT, Imf::NO_COMPRESSION, 0, 0}, Coding{Imf::HALF, Imf::RLE_COMPRESSION, 0, 0},
         Coding{Imf::FLOAT, Imf::ZIPS_COMPRESSION, 0, 0}, Coding{Imf::UINT, Imf::ZIP_COMPRESSION, 0, 0},
         Coding{Imf::HALF, Imf::PIZ_COMPRESSION, 0, 0}, Coding{Imf::FLOAT, Imf::PXR24_COMPRESSION, 0, 1e-4},
@@ -278,7 +278,7 @@ TEST(Environment, OtherFilesAreRefusedByTheirContent) {
 }
 
 // Uses maps by other programs, from the asset collection.
-class EnvironmentAssets : public testing::Test {
+class EnvironmentAssets : public ::testing::Test {
   protected:
     void SetUp() override {
         RAYGRAPH_SKIP_WITHOUT_ASSETS();
@@ -346,4 +346,4 @@ TEST_F(EnvironmentAssets, EveryReferenceImageIsRead) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::environment_test

@@ -18,7 +18,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::test {
+namespace raygraph::test::exr_test {
 namespace {
 
 using image::ExrImage;
@@ -259,4 +259,4 @@ TEST(Exr, ReadingAnotherFormatIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::exr_test

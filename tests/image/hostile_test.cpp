@@ -14,7 +14,7 @@
 #include "tests/image/texture_files.h"
 #include "tests/image/uastc_writer.h"
 
-namespace raygraph::test {
+namespace raygraph::test::hostile_test {
 namespace {
 
 using image::DecodeLimits;
@@ -147,7 +147,7 @@ TEST(Hostile, EveryTruncationIsRefusedUnlessAllTexelsAreThere) {
                 continue;
             }
             Refusal(sample.name, [&] { Decode(prefix, sample.name, kSmall); });
-            if (testing::Test::HasFailure()) return;
+            if (::testing::Test::HasFailure()) return;
         }
     }
     // A JPEG may lack at least the two bytes of its end marker, a PNG the twelve of its end chunk
@@ -406,4 +406,4 @@ TEST(Hostile, ExrOfTooManyChannelsIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::hostile_test

@@ -10,7 +10,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::test {
+namespace raygraph::test::image8_test {
 namespace {
 
 using image::DecodeImage8;
@@ -223,4 +223,4 @@ TEST(DecodeImage8, NameWithControlCharactersStaysOnOneLine) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::image8_test

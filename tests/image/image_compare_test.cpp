@@ -9,7 +9,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace raygraph::test {
+namespace raygraph::test::image_compare_test {
 namespace {
 
 // Draws pixels around a reference with a known variance, which is that of a mean over samples.
@@ -44,7 +44,7 @@ TEST(ZTest, RightPictureIsCalledWrongAsOftenAsStated) {
     std::mt19937 random(1);
     int wrongCount = 0;
     for (int i = 0; i < kPictures; ++i)
-        wrongCount += Draw(random, 16, 16, 0.1).Test(kSignificance).IsAnyFailed();
+        wrongCount += Draw(random, 16, 16, 0.1).Test(kSignificance).HasFailures();
     // The count is binomial: five standard deviations either way are allowed.
     const double deviation = std::sqrt(kPictures * kSignificance * (1 - kSignificance));
     EXPECT_NEAR(wrongCount, kPictures * kSignificance, 5 * deviation);
@@ -60,7 +60,7 @@ TEST(ZTest, NominalFractionOfARightPictureIsTheSignificance) {
 TEST(ZTest, BiasOfOnePercentIsFoundByTheSumWhereNoPixelShowsIt) {
     std::mt19937 random(3);
     const ZTestResult result = Draw(random, 200, 200, 0.1, 1.01).Test(0.01);
-    EXPECT_FALSE(result.IsAnyFailed());
+    EXPECT_FALSE(result.HasFailures());
     EXPECT_GT(result.overallZ, 8.0);
     EXPECT_LT(Draw(random, 200, 200, 0.1, 0.99).Test(0.01).overallZ, -8.0);
 }
@@ -73,7 +73,7 @@ TEST(ZTest, BiasOfOnePercentFailsAlmostEveryPixelOfAQuietPicture) {
 TEST(ZTest, OneWrongPixelIsFoundAndNamed) {
     std::mt19937 random(5);
     NoisyPicture picture = Draw(random, 100, 100, 0.1);
-    ASSERT_FALSE(picture.Test(0.01).IsAnyFailed());
+    ASSERT_FALSE(picture.Test(0.01).HasFailures());
     picture.mean[4321] += 8.0f * std::sqrt(picture.variance[4321]);
     const ZTestResult result = picture.Test(0.01);
     EXPECT_EQ(result.failedCount, 1u);
@@ -96,7 +96,7 @@ TEST(ZTest, VarianceOfTheReferenceCounts) {
 TEST(ZTest, WithoutVarianceOnlyRoundingPasses) {
     const std::vector<float> reference = {1.0f, 0.0f}, rounded = {1.000001f, 0.0f}, wrong = {1.001f, 0.0f};
     const auto view = [](const std::vector<float>& plane) { return Estimate{{2, 1, plane}, {}}; };
-    EXPECT_FALSE(ZTest(view(rounded), view(reference)).IsAnyFailed());
+    EXPECT_FALSE(ZTest(view(rounded), view(reference)).HasFailures());
     EXPECT_EQ(ZTest(view(wrong), view(reference)).failedCount, 1u);
 }
 
@@ -153,4 +153,4 @@ TEST(ImageCompare, BlocksAtTheEdgeAreMeansOfWhatTheyHold) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::image_compare_test

@@ -7,7 +7,7 @@
 #include "tests/image/texture_files.h"
 #include "tests/image/uastc_writer.h"
 
-namespace raygraph::test {
+namespace raygraph::test::ktx2_test {
 namespace {
 
 using image::DecodeImage8;
@@ -215,4 +215,4 @@ TEST(Ktx2, PartsOutsideTheFileAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::ktx2_test

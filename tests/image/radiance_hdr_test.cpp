@@ -8,7 +8,7 @@
 #include "tests/image/image_files.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::test {
+namespace raygraph::test::radiance_hdr_test {
 namespace {
 
 using image::DecodeEnvironment;
@@ -91,7 +91,7 @@ TEST(RadianceHdr, ExposureIsNotAppliedAndSaidSo) {
     EXPECT_TRUE(DecodeEnvironment(MakeHdr(1, 1, row, "EXPOSURE=1.0\n"), "x.hdr").warnings.empty());
 }
 
-class WriteHdrOfWidth : public testing::TestWithParam<uint32_t> {};
+class WriteHdrOfWidth : public ::testing::TestWithParam<uint32_t> {};
 
 // The largest channel has eight bits, so every channel is within 1/256 of it (half of a step, which is at
 // most 1/128).
@@ -125,7 +125,7 @@ TEST_P(WriteHdrOfWidth, ComesBackWithinHalfAStepAndThenExactly) {
 }
 
 // The widths are flat, the smallest coded one, and longer than one literal and one run.
-INSTANTIATE_TEST_SUITE_P(RadianceHdr, WriteHdrOfWidth, testing::Values(1u, 7u, 8u, 127u, 129u, 1000u));
+INSTANTIATE_TEST_SUITE_P(RadianceHdr, WriteHdrOfWidth, ::testing::Values(1u, 7u, 8u, 127u, 129u, 1000u));
 
 TEST(WriteHdr, ExtremesAreKeptOrClamped) {
     const TemporaryFolder folder;
@@ -147,4 +147,4 @@ TEST(WriteHdr, ExtremesAreKeptOrClamped) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::radiance_hdr_test

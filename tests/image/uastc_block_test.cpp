@@ -8,13 +8,13 @@
 #include "renderer/image/uastc_tables.h"
 #include "tests/image/uastc_writer.h"
 
-namespace raygraph::test {
+namespace raygraph::test::uastc_block_test {
 namespace {
 
 using image::BlockTexels;
 using image::DecodeUastc;
 
-class UastcMode : public testing::TestWithParam<size_t> {};
+class UastcMode : public ::testing::TestWithParam<size_t> {};
 
 TEST_P(UastcMode, DecodesWhatItsFieldsSay) {
     std::mt19937 random(static_cast<uint32_t>(GetParam()));
@@ -31,7 +31,7 @@ TEST_P(UastcMode, DecodesWhatItsFieldsSay) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, UastcMode, testing::Range(size_t{0}, size_t{19}));
+INSTANTIATE_TEST_SUITE_P(All, UastcMode, ::testing::Range(size_t{0}, size_t{19}));
 
 // Returns the numbers of an endpoint in the order of the bits that store them.
 std::vector<int> Numbers(size_t mode) {
@@ -154,4 +154,4 @@ TEST(Uastc, DivisionsAreThoseOfBc7) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::uastc_block_test

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/images/reference_image.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::cornell_reference_test {
 
 namespace {
 
@@ -80,4 +80,4 @@ TEST_F(CornellReference, Trace_AgreesWithPbrtInTheMean) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], expected[c], 0.015 * expected[c]) << "channel " << c;
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::cornell_reference_test

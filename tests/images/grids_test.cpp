@@ -11,7 +11,7 @@
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::grids_test {
 
 namespace {
 
@@ -240,4 +240,4 @@ TEST_F(Grids, StoredMeshesAreThePlainOne) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::grids_test

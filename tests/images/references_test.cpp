@@ -5,11 +5,11 @@
 #include <functional>
 #include <string>
 
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/images/reference_image.h"
 #include "tests/support/reference_assets.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::references_test {
 
 namespace {
 
@@ -120,4 +120,4 @@ TEST_F(References, Trace_MetalSpheresUnderAnEnvironmentMapAreAsInCycles) {
                      {.relative = 0.03, .meanError = 0.2, .minCoverage = 1.0});
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::references_test

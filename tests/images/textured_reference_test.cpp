@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::textured_reference_test {
 
 namespace {
 
@@ -176,7 +176,7 @@ TEST_F(TexturedReference, Trace_LambertUnderASunIsWhatTheReferenceProgramSays) {
         const test::ZTestResult result =
             test::ZTest({mean, Channel(varianceOfMean, kSize, channel)}, {expected, {}},
                         {.relativeFloor = 1e-3, .absoluteFloor = 5e-4});
-        EXPECT_FALSE(result.IsAnyFailed())
+        EXPECT_FALSE(result.HasFailures())
             << "channel " << channel << ": " << result.failedCount << " pixels, the worst at "
             << result.greatestPixel % kSize << ", " << result.greatestPixel / kSize << ": "
             << mean.At(result.greatestPixel) << " for " << expected.At(result.greatestPixel);
@@ -189,4 +189,4 @@ TEST_F(TexturedReference, Trace_LambertUnderASunIsWhatTheReferenceProgramSays) {
     EXPECT_NEAR(test::Mean(alpha), test::Mean(covered), 0.003);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::textured_reference_test

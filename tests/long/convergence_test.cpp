@@ -3,7 +3,7 @@
 #include "tests/support/same_image.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::convergence_test {
 
 using passes::TraceSettings;
 
@@ -32,7 +32,7 @@ class Convergence : public VulkanTest {
 }  // namespace
 
 TEST_F(Convergence, Trace_EveryStrategyConvergesToOneImage) {
-    scene::SceneData scene = RoomUnderALamp();
+    scene::SceneData scene = RoomWithLamp();
     scene::Light light;
     light.lightToWorld = Translation({-1.0f, 0.5f, 1.0f});
     scene.lights = {light};
@@ -63,8 +63,8 @@ TEST_F(Convergence, Trace_EveryStrategyConvergesToOneImage) {
 }
 
 TEST_F(Convergence, Trace_SamplersAndRoulettesAgreeInTheDepthOfARoom) {
-    render.scene.SetScene(ShiningRoom());
-    TraceSettings settings = ViewOfShiningRoom(64);
+    render.scene.SetScene(EmissiveRoom());
+    TraceSettings settings = ViewOfEmissiveRoom(64);
     settings.roulette.start = 8;
     const RenderedImage reference = render.Render(settings, 256);
     const Variant variants[] = {
@@ -103,4 +103,4 @@ TEST_F(Convergence, Trace_EveryMicrofacetModelLosesOnlyLight) {
             }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::convergence_test

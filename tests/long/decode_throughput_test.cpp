@@ -18,7 +18,7 @@
 
 #include "base/stopwatch.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
@@ -26,7 +26,7 @@
 #include "tests/support/reference_assets.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::test {
+namespace raygraph::test::decode_throughput_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -336,4 +336,4 @@ TEST(DecodeThroughput, ReferenceScenes) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::decode_throughput_test

@@ -2,14 +2,14 @@
 // some.
 #include "tests/support/failure_sweep.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::injected_failure_test {
 namespace {
 
-using Make = SweptScenario (*)();
+using Make = SweepScenario (*)();
 
 class EachFailure : public ::testing::TestWithParam<std::tuple<Make, FailingCall>> {
   protected:
-    SweptScenario Scenario() const { return std::get<0>(GetParam())(); }
+    SweepScenario Scenario() const { return std::get<0>(GetParam())(); }
     FailingCall Call() const { return std::get<1>(GetParam()); }
 };
 
@@ -36,4 +36,4 @@ INSTANTIATE_TEST_SUITE_P(In, EachFailure,
                          NameOf);
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::injected_failure_test

@@ -12,7 +12,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_options_test {
 
 using passes::PathSettings;
 using passes::TraceSettings;
@@ -275,4 +275,4 @@ TEST_F(TraceOptions, Trace_EveryOutputComesWhenAskedForAndLeavesTheRadiance) {
     expectSame({.parts = true, .lightGroups = true});
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_options_test

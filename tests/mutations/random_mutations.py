@@ -8,7 +8,7 @@ from mutation import Mutation
 # Where lines are drawn from: what ends up in a user's picture, file or frame. How the window draws its panels
 # (editor/app) is judged by eye.
 ROOTS = ("base", "rhi", "renderer", "passes", "shaders", "editor/viewport", "editor/session", "editor/cli")
-GENERATED = ("renderer/gpu_scene/energy_tables.cpp",)
+GENERATED = ("renderer/gpu_scene/materials/energy_tables.cpp",)
 SUFFIXES = (".cpp", ".h", ".glsl", ".rgen", ".rchit", ".rahit", ".rmiss", ".comp", ".vert", ".frag")
 
 _SWAPS = [(" + ", " - "), (" - ", " + "), (" * ", " / "), (" / ", " * "), (" < ", " <= "), (" <= ", " < "), (" > ", " >= "),

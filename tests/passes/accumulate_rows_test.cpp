@@ -7,7 +7,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::accumulate_rows_test {
 
 using passes::Accumulation;
 
@@ -89,4 +89,4 @@ TEST_F(AccumulateRows, RefusesATextureThatTheSamplesDoNotFill) {
     EXPECT_NE(ErrorOf({2, 3}, {.count = 4}), "accepted");
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::accumulate_rows_test

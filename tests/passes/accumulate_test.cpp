@@ -13,7 +13,7 @@
 #include "renderer/graph/pass_harness.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::accumulate_test {
 
 using passes::Accumulation;
 using passes::ExactSums;
@@ -375,4 +375,4 @@ TEST_F(AccumulateTest, Accumulate_CulledAddsNothing) {
     EXPECT_NE(harness.Plan().find("culled"), std::string::npos);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::accumulate_test

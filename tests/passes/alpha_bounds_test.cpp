@@ -1,9 +1,9 @@
 // Any-hit shaders run where alpha can be below one, and nowhere else.
-#include "renderer/gpu_scene/alpha_bounds.h"
+#include "renderer/gpu_scene/geometry/alpha_bounds.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::alpha_bounds_test {
 
 namespace {
 
@@ -94,4 +94,4 @@ TEST_F(AlphaBounds, WhatIsKnownOfAnImageIsNotComputedAgain) {
     EXPECT_EQ(LowestTextureAlphas(scene), std::vector<float>{0.4f});
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::alpha_bounds_test

@@ -1,15 +1,15 @@
 // The tree that stands for a driver's: exact after any changes, and the rule by which a TLAS is rebuilt.
-#include "renderer/gpu_scene/box_tree.h"
+#include "renderer/gpu_scene/geometry/box_tree.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
-#include "renderer/gpu_scene/spatial_order.h"
-#include "renderer/gpu_scene/tlas_quality.h"
+#include "renderer/gpu_scene/geometry/spatial_order.h"
+#include "renderer/gpu_scene/instances/tlas_quality.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::box_tree_test {
 namespace {
 
 using glm::vec3;
@@ -30,7 +30,7 @@ struct World {
         std::vector<scene::Bounds> boxes;
         for (const uint32_t i : order) boxes.push_back(BoxAt(places[i]));
         tree.Assign(boxes);
-        quality.NoteBuild(tree.Cost(), places.size());
+        quality.OnBuild(tree.Cost(), places.size());
     }
     template <typename Move>
     void MoveAll(Move&& move) {
@@ -48,7 +48,7 @@ struct World {
         for (size_t leaf = 0; leaf < order.size(); ++leaf) tree.Set(leaf, BoxAt(places[order[leaf]]));
         tree.Refresh();
     }
-    bool IsRebuildDue() { return quality.NoteFrame(tree.Cost(), places.size()); }
+    bool IsRebuildDue() { return quality.UpdateDecay(tree.Cost(), places.size()); }
     // Frames until a rebuild is due, at most `limit`.
     uint32_t FramesToRebuild(uint32_t limit) {
         for (uint32_t frame = 0; frame < limit; ++frame)
@@ -228,11 +228,11 @@ TEST(TlasQuality, FewThatAreScatteredHaveALargeSceneRebuiltAfterManyFrames) {
 
 TEST(TlasQuality, WhatWasHiddenWhenTheTreeWasBuiltIsBuiltOnce) {
     TlasQuality quality;
-    quality.NoteBuild(0.0, 0);
-    EXPECT_FALSE(quality.NoteFrame(0.0, 10));
-    EXPECT_TRUE(quality.NoteFrame(5.0, 10));
-    quality.NoteBuild(5.0, 10);
-    EXPECT_FALSE(quality.NoteFrame(5.0, 10));
+    quality.OnBuild(0.0, 0);
+    EXPECT_FALSE(quality.UpdateDecay(0.0, 10));
+    EXPECT_TRUE(quality.UpdateDecay(5.0, 10));
+    quality.OnBuild(5.0, 10);
+    EXPECT_FALSE(quality.UpdateDecay(5.0, 10));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::box_tree_test

@@ -5,9 +5,9 @@
 #include <limits>
 #include <random>
 
-#include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/deform/deform_resources.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::deform_emitters_test {
 namespace {
 
 using glm::vec3;
@@ -82,7 +82,7 @@ vec3 Fused(const scene::Primitive& primitive, size_t vertex, std::span<const flo
 void ExpectWithinError(const Shape& shape, std::span<const float> weights,
                        std::span<const glm::mat4x3> matrices, double sharpness) {
     std::vector<Emitter> emitters = shape.emitters;
-    PlaceEmitters(PoseOf(shape, weights, matrices), emitters);
+    PoseEmitters(PoseOf(shape, weights, matrices), emitters);
     double worst = 0.0;
     for (size_t i = 0; i < emitters.size(); ++i) {
         const vec3 corners[] = {emitters[i].p0, emitters[i].p1, emitters[i].p2};
@@ -161,4 +161,4 @@ TEST(DeformOutline, ItsBoxContainsWhatIsMovedByFiniteJoints) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::deform_emitters_test

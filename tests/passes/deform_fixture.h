@@ -100,7 +100,7 @@ class DeformTest : public VulkanTest {
         const SceneIds ids = render.scene.Declare(render.renderer);
         const passes::RasterVisibility seen =
             passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
-        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+        return render.ReadHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
 
     SceneRender render{Device()};

@@ -2,7 +2,7 @@
 #include "tests/passes/deform_fixture.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::deform_hidden_test {
 
 namespace {
 
@@ -176,4 +176,4 @@ TEST_F(DeformTest, VariantsOfCopiesAreBuiltOnceWhereTheyShareAStructure) {
     ExpectSameHits(Drawn(BothFigures()), hits, 40);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::deform_hidden_test

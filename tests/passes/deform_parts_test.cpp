@@ -1,11 +1,11 @@
 // GpuScene: deforming meshes of several primitives, large ones, mirrored ones and broken ones.
 #include <limits>
 
-#include "renderer/scene/check.h"
+#include "renderer/scene/model/check.h"
 #include "shaders/shared/deform_records.h"
 #include "tests/passes/deform_fixture.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::deform_parts_test {
 
 namespace {
 
@@ -173,4 +173,4 @@ TEST_F(DeformTest, MeshesOfMillionsOfVerticesAreDeformedToTheLast) {
     ExpectNear(actual[0][1], ofSmall);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::deform_parts_test

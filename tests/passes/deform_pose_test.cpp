@@ -1,12 +1,12 @@
 // GpuScene::SetPose: everything that an applier changes arrives, and poses that it allows are taken.
 #include <limits>
 
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/passes/deform_fixture.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::deform_pose_test {
 
 namespace {
 
@@ -265,4 +265,4 @@ TEST_F(DeformTest, PosesOfOtherInstancesThanTheDeformedOnesAreRefusedAsAWhole) {
     EXPECT_EQ(refused({false, true, false}), "GpuScene: SetPose: 1 weight for instance 0, which has 0");
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::deform_pose_test

@@ -1,10 +1,10 @@
 // GpuScene: scenes with deforming meshes, as copies, lamps, large ones and published ones.
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/passes/deform_fixture.h"
 #include "tests/support/error_of.h"
 #include "tests/support/reference_assets.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::deform_scenes_test {
 
 // The sheet four times: deformed by two skins, by the first one of these at another node, which is hidden, and
 // not at all.
@@ -163,4 +163,4 @@ TEST_F(DeformTest, AWalkingFoxIsWhereTheCpuHasIt) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::deform_scenes_test

@@ -4,7 +4,7 @@
 #include "tests/passes/deform_fixture.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::deform_test {
 
 TEST_F(DeformTest, SkinnedVerticesAreThoseOfTheFormula) {
     ExpectFormula({.influences = 2});
@@ -250,4 +250,4 @@ TEST_F(DeformTest, PosesOfAnOutlineAreThoseOfTheScene) {
     ExpectNear(OnDevice(full.Streams()), full.Streams());
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::deform_test

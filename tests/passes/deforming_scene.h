@@ -7,9 +7,9 @@
 #include <cmath>
 #include <vector>
 
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose_applier.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/geometry/round_primitives.h"
 #include "tests/support/scene_render.h"
 
 namespace raygraph::testing {

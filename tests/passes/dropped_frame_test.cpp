@@ -6,7 +6,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::dropped_frame_test {
 
 using passes::Accumulation;
 using passes::ResetCause;
@@ -212,4 +212,4 @@ TEST_F(DroppedAccumulationTest, ResetAfterTheDeclarationIsKept) {
     EXPECT_EQ(accumulation.SampleCount(), 1u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::dropped_frame_test

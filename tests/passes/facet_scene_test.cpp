@@ -7,7 +7,7 @@
 
 #include "tests/support/triangle_soup.h"
 
-namespace raygraph {
+namespace raygraph::facet_scene_test {
 namespace {
 
 FacetScene FacetsOf(const BvhScene& scene, bool isBackCulled = false) {
@@ -22,13 +22,13 @@ FacetScene FacetsOf(const BvhScene& scene, bool isBackCulled = false) {
 }
 
 TEST(FacetScene, FindsTheNearestOfAllTriangles) {
-    const BvhScene scene = testing::SoupWithInstances();
+    const BvhScene scene = testing::InstancedTriangleSoup();
     const FacetScene facets = FacetsOf(scene);
     uint32_t hits = 0;
     const std::vector<gpu::BenchRay> rays = testing::RandomRays(2000, 7);
     for (const gpu::BenchRay& ray : rays) {
         const ExactHit exact = TraceExactly(scene, ray);
-        if (exact.isDoubtful) continue;
+        if (exact.isAmbiguous) continue;
         const std::optional<FacetHit> hit = facets.Trace(ray.origin, ray.direction);
         EXPECT_EQ(facets.IsOccluded(ray.origin, ray.direction, ray.tMax), exact.t >= 0.0);
         ASSERT_EQ(hit.has_value(), exact.t >= 0.0);
@@ -95,4 +95,4 @@ TEST(FacetScene, WhatHasNoInverseOrNoFacetsIsNotHit) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::facet_scene_test

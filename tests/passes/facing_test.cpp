@@ -3,7 +3,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::facing_test {
 
 namespace {
 
@@ -187,4 +187,4 @@ TEST_F(Facing, AlphaThatLetsNothingThroughCostsNoGroup) {
     EXPECT_EQ(groups(material), 2u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::facing_test

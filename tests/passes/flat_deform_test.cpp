@@ -1,9 +1,9 @@
 // Lamps that joints and morph targets flatten.
-#include "renderer/scene/deform.h"
+#include "renderer/scene/animation/deform.h"
 #include "tests/passes/flat_nodes.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::flat_deform_test {
 
 using glm::vec3;
 
@@ -65,4 +65,4 @@ TEST_F(FlatDeform, TheInsideOfALampIsNotSampled) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::flat_deform_test

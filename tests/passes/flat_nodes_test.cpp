@@ -10,7 +10,7 @@
 #include "tests/support/two_levels.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::flat_nodes_test {
 
 using glm::vec2;
 using glm::vec3;
@@ -68,7 +68,7 @@ class FlatNodes : public VulkanTest, public ::testing::WithParamInterface<uint32
         const SceneIds ids = render.scene.Declare(render.renderer);
         const passes::RasterVisibility seen =
             passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
-        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+        return render.ReadHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
     // The radiance of a small wall in the plane z = 0, which is white, over that of light all around it.
     double LightOnWall(bool isSampled, uint32_t samples) {
@@ -81,7 +81,7 @@ class FlatNodes : public VulkanTest, public ::testing::WithParamInterface<uint32
 
     void SetScene(scene::SceneData&& data) {
         render.scene.SetScene(std::move(data));
-        if (GetParam() == 2) MakeTwoLevels(render);
+        if (GetParam() == 2) ForceTwoLevelTree(render);
     }
 
     SceneRender render{Device(), {.traversal = GetParam() == 0 ? Traversal::Driver : Traversal::Own}};
@@ -445,4 +445,4 @@ TEST_P(FlatNodes, InstancesOfANodeMayBeFlat) {
     EXPECT_EQ(Covered(render.TraceOnce(Along({0, 0, 1}))), 0u) << "all of them face the other side";
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::flat_nodes_test

@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::glossiness_test {
 
 namespace {
 
@@ -186,4 +186,4 @@ TEST_F(Glossiness, DiffuseColorGetsWhatTheStrongestChannelOfTheSpecularLeaves) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::glossiness_test

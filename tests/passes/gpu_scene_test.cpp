@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::gpu_scene_test {
 
 namespace {
 
@@ -170,7 +170,7 @@ TEST_F(GpuSceneTest, Compaction_IsPolledAndKeepsEveryHit) {
     const GpuSceneStatistics& statistics = render.scene.Statistics();
     EXPECT_EQ(statistics.compactionsPending, 0u);
     if (statistics.isCompactionOff)
-        EXPECT_FALSE(statistics.whyCompactionOff.empty());
+        EXPECT_FALSE(statistics.compactionDisabledReason.empty());
     else
         EXPECT_LT(statistics.blasBytesCompacted, statistics.blasBytesBuilt);
 }
@@ -381,7 +381,7 @@ TEST_F(GpuSceneTest, SetViewpoint_ThoseThatTakeTurnsLeaveTheOrigin) {
 TEST_F(GpuSceneTest, TransformThatIsSetAsItIsMovesNothing) {
     scene::SceneData scene =
         SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))}, {Translation({10000, 0, 0})});
-    scene.instances[0].translationRest = {0.0004f, 0.0f, 0.0f};
+    scene.instances[0].translationResidual = {0.0004f, 0.0f, 0.0f};
     render.scene.SetScene(std::move(scene));
     const SceneRevisions before = render.scene.Revisions();
     render.scene.SetTransform(0, render.scene.Transform(0));
@@ -420,4 +420,4 @@ TEST_F(GpuSceneTest, SetViewpoint_LightsComeAlong) {
     EXPECT_NEAR(radiance[1] / radiance[0], 1.0, 0.01);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::gpu_scene_test

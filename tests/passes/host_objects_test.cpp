@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::host_objects_test {
 namespace {
 
 constexpr uint32_t kMiss = 0xFFFFFFFFu;
@@ -213,4 +213,4 @@ TEST_F(HostObjects, WhatIsNotThereIsRefused) {
               "GpuScene: MarkChanged: mesh 0 is not one of the host's");
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::host_objects_test

@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::ies_light_scene_test {
 
 namespace {
 
@@ -135,4 +135,4 @@ TEST_F(IesLightScene, EditsOfColorAndFactorShowAndOthersAreRefused) {
     EXPECT_EQ(Traced(kPoints[1]), glm::vec3(0.0f));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::ies_light_scene_test

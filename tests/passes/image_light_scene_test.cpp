@@ -3,7 +3,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::image_light_scene_test {
 
 namespace {
 
@@ -100,4 +100,4 @@ TEST_F(ImageLightScene, GivesWayToWhatAHostSetsAndToTheNextScene) {
     ExpectTowards({1, 0, 0}, red);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::image_light_scene_test

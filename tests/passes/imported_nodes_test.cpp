@@ -6,7 +6,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::imported_nodes_test {
 
 namespace {
 
@@ -116,4 +116,4 @@ TEST_F(ImportedNodes, HiddenLightLightsNothing) {
     EXPECT_EQ(raster(), 0.0f);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::imported_nodes_test

@@ -7,11 +7,11 @@
 #include <sstream>
 #include <type_traits>
 
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/passes/gltf_square.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::imported_scene_test {
 
 namespace {
 
@@ -324,4 +324,4 @@ TEST_F(ImportedScene, NestedNodesPlaceTheirMeshes) {
     ExpectNear(records[0].objectToWorld[3], {2, 0, -1}, 1e-6f, "place");
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::imported_scene_test

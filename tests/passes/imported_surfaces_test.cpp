@@ -2,7 +2,7 @@
 #include "tests/passes/gltf_square.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::imported_surfaces_test {
 
 namespace {
 
@@ -110,4 +110,4 @@ TEST_F(ImportedSurfaces, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
         }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::imported_surfaces_test

@@ -2,12 +2,12 @@
 #include <algorithm>
 
 #include "passes/raster.h"
-#include "renderer/scene/variants.h"
+#include "renderer/scene/model/variants.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::imported_variants_test {
 
 namespace {
 
@@ -238,4 +238,4 @@ TEST_F(ImportedVariants, SwitchingCountsAsAChangeAndKeepsEdits) {
     EXPECT_THROW(render.scene.SetVariant(0), Error);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::imported_variants_test

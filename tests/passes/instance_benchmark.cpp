@@ -29,7 +29,7 @@
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 #include "rhi/device.h"
 
 namespace raygraph {

@@ -7,7 +7,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/failing_memory.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::instance_changes_test {
 namespace {
 
 class UpdatesOnly : public InstanceChanges {
@@ -153,4 +153,4 @@ TEST_F(InstanceChanges, HidingRecordsWhatOneInstanceTakes) {
     EXPECT_EQ(plan.find("UploadLights"), std::string::npos);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::instance_changes_test

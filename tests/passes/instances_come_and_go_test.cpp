@@ -5,7 +5,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/failing_memory.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::instances_come_and_go_test {
 namespace {
 
 // A grid of which half of the cells are taken at first, and what should be in each.
@@ -245,4 +245,4 @@ TEST_F(InstancesComeAndGo, WithoutMemoryNothingIsAddedOrRemoved) {
     Check();
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::instances_come_and_go_test

@@ -2,11 +2,11 @@
 #include <cstring>
 #include <map>
 
-#include "renderer/gpu_scene/light_set.h"
+#include "renderer/gpu_scene/lights/light_set.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::light_objects_test {
 
 namespace {
 
@@ -230,4 +230,4 @@ TEST_F(LightObjects, GroupsMaterialsAndPunctualLightsAreAddedToo) {
     EXPECT_FALSE(world.Probabilities().contains(4));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::light_objects_test

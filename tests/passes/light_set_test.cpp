@@ -9,7 +9,7 @@
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::light_set_test {
 
 namespace {
 
@@ -257,7 +257,7 @@ TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {
     EXPECT_EQ(tables.set.hasEnvironment, 1u);
     EXPECT_EQ(tables.set.activeCount, 6u);
     EXPECT_EQ(tables.set.environmentRotation, 1.0f);
-    EXPECT_GT(tables.set.unboundedShare, 0.0f);
+    EXPECT_GT(tables.set.unboundedProbability, 0.0f);
     EXPECT_EQ(Changes(), 2u);
     render.scene.SetEnvironment({.radiance = glm::vec3(0.5f), .rotation = 2.0f});
     EXPECT_EQ(Frame().set.environmentRotation, 2.0f);
@@ -341,4 +341,4 @@ TEST_F(LightSetTest, UploadThatLeadsNowhereStaysDue) {
     EXPECT_EQ(Rebuilds(), 1u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::light_set_test

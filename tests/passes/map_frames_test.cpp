@@ -4,13 +4,13 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
-#include "renderer/scene/deform.h"
-#include "renderer/scene/still_scene.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/gltf/still_scene.h"
 #include "shaders/shared/trace_options.h"
 #include "tests/passes/gltf_square.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::map_frames_test {
 
 using passes::TraceSettings;
 
@@ -371,4 +371,4 @@ TEST_F(MapFrames, ScaledNode_ScalesTheRelief) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::map_frames_test

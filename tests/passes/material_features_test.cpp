@@ -1,5 +1,5 @@
 // What a material needs of pipelines: a feature too few leaves a lobe out of the picture.
-#include "renderer/gpu_scene/material_features.h"
+#include "renderer/gpu_scene/materials/material_features.h"
 
 #include <gtest/gtest.h>
 
@@ -7,13 +7,13 @@
 #include <limits>
 #include <string>
 
-#include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/group_kinds.h"
-#include "renderer/gpu_scene/material_records.h"
-#include "renderer/gpu_scene/scene_geometry.h"
+#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/geometry/scene_geometry.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
+#include "renderer/gpu_scene/materials/material_records.h"
 #include "shaders/shared/trace_options.h"
 
-namespace raygraph {
+namespace raygraph::material_features_test {
 namespace {
 
 using scene::Material;
@@ -204,4 +204,4 @@ TEST(MaterialFeatures, LightPassesStraightIntoAirAndBetweenMediaOfOneIndexThatSc
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::material_features_test

@@ -1,14 +1,14 @@
 // A material as the device reads it: each number from the field that it is named after.
-#include "renderer/gpu_scene/material_records.h"
+#include "renderer/gpu_scene/materials/material_records.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <type_traits>
 
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
-namespace raygraph {
+namespace raygraph::material_records_test {
 namespace {
 
 using scene::Material;
@@ -105,4 +105,4 @@ TEST(MaterialRecords, HaveATransformOfEachTexture) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::material_records_test

@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::material_texture_test {
 
 using passes::TraceSettings;
 using scene::ColorSpace;
@@ -447,4 +447,4 @@ TEST_F(MaterialTextures, NormalMapBendsTheNormalAlongItsTangents) {
                 }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::material_texture_test

@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::mesh_lights_test {
 
 using passes::TraceSettings;
 
@@ -249,4 +249,4 @@ TEST_F(MeshLights, LampsComeAndGoInPlace) {
     EXPECT_EQ(Statistics().lightCount, kMany + 1);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::mesh_lights_test

@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::more_features_test {
 
 using passes::TraceSettings;
 
@@ -122,4 +122,4 @@ TEST(ProgramFeatures, AreThoseThatSettingsUse) {
     EXPECT_EQ(of({}, [](TraceSettings& s) { s.isEnvironmentHidden = true; }), kTraceHiddenEnvironment);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::more_features_test

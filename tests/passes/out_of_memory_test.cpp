@@ -5,15 +5,15 @@
 #include <numeric>
 
 #include "base/error.h"
-#include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/draw_table.h"
+#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/instances/draw_table.h"
 #include "rhi/device.h"
 #include "tests/support/error_of.h"
 #include "tests/support/failing_memory.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::out_of_memory_test {
 namespace {
 
 // The Error that `action` throws while allocations of more than `bytes` fail.
@@ -148,4 +148,4 @@ TEST_F(OutOfMemoryTest, Frame_IsDropped) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::out_of_memory_test

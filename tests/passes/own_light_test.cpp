@@ -1,5 +1,5 @@
 // Which scenes have light of their own, and which are black without the studio.
-#include "renderer/gpu_scene/own_light.h"
+#include "renderer/gpu_scene/lights/own_light.h"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +7,14 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <string_view>
 
-#include "renderer/scene/light_fields.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/support/reference_assets.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::own_light_test {
 namespace {
 
 const glm::vec3 kGray(0.5f);
@@ -286,7 +286,7 @@ TEST(OwnLight, ItDoesNotDependOnPlaceUnitOrNumberOfPlacements) {
                 for (scene::Instance& instance : data.instances) {
                     instance.objectToWorld = glm::mat4x3(glm::scale(glm::mat4(1.0f), glm::vec3(unit)) *
                                                          glm::mat4(instance.objectToWorld));
-                    instance.translationRest = instance.objectToWorld[3];
+                    instance.translationResidual = instance.objectToWorld[3];
                     instance.objectToWorld[3] = place;
                     data.bounds.Extend(place);
                 }
@@ -406,4 +406,4 @@ TEST(OwnLight, PublishedModelsAreLitOrNot) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::own_light_test

@@ -7,7 +7,7 @@
 #include "tests/support/two_levels.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::own_traversal_test {
 
 using passes::TraceSettings;
 
@@ -103,13 +103,13 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
         EXPECT_LT(unlike, 4 * 48 * 48 / 1000) << "the smallest thing covers more";
         EXPECT_GT(sum, 0.0);
         EXPECT_NEAR(sumOfOwn, sum, 0.002 * sum);
-        EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "");
+        EXPECT_EQ(render.scene.Statistics().noWideBvhReason, "");
     }
 
     // Of an empty scene there is nothing of which to make two.
     void SetScene(scene::SceneData&& data) {
         render.scene.SetScene(std::move(data));
-        if (GetParam() == 2) MakeTwoLevels(render);
+        if (GetParam() == 2) ForceTwoLevelTree(render);
     }
 
     SceneRender render{Device(), {.traversal = Traversal::Own}};
@@ -164,10 +164,10 @@ TEST_P(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
         {.mesh = static_cast<uint32_t>(data.meshes.size() - 1), .objectToWorld = glm::mat4x3(1.0f)});
     const uint32_t round = static_cast<uint32_t>(data.instances.size() - 1);
     SetScene(std::move(data));
-    EXPECT_NE(render.scene.Statistics().whyNoWideTrees, "");
+    EXPECT_NE(render.scene.Statistics().noWideBvhReason, "");
     EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values) << "by the driver";
     render.scene.SetVisible(round, false);
-    if (GetParam() == 2) MakeTwoLevels(render);
+    if (GetParam() == 2) ForceTwoLevelTree(render);
     ExpectAlike("without what is round");
 }
 
@@ -221,7 +221,7 @@ TEST_P(OwnTraversal, AMeshThatReachesTooFarIsPlacedOrTheDrivers) {
     SetScene(std::move(data));
     if (GetParam() == 1) return ExpectAlike("in one level");
     EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values);
-    EXPECT_EQ(render.scene.Statistics().whyNoWideTrees, "a mesh reaches too far for a tree");
+    EXPECT_EQ(render.scene.Statistics().noWideBvhReason, "a mesh reaches too far for a tree");
 }
 
 // A tree over all of their triangles would take too long to build.
@@ -253,4 +253,4 @@ TEST_P(OwnTraversal, BuildsNothingForTheDriver) {
     EXPECT_GT(render.scene.Statistics().tlasRebuilds, 0u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::own_traversal_test

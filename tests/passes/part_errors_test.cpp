@@ -2,7 +2,7 @@
 #include "tests/passes/scene_parts.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::part_errors_test {
 namespace {
 
 // So many more bytes of the device, while it lives.
@@ -208,4 +208,4 @@ TEST_F(SceneParts, TexturesOfPartsOnTheirWayCountForTheBudget) {
     EXPECT_EQ(small.scene.Statistics().reducedTextures, 1u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::part_errors_test

@@ -1,9 +1,9 @@
 // Indices that are used again: parts, poses and light groups mean what had them, not what has them now.
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/pose_applier.h"
 #include "tests/passes/scene_parts.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::part_indices_test {
 
 TEST_F(SceneParts, PartsRemoveWhatIsStillTheirs) {
     const AddedPart part = render.scene.Add(SquareOf(1, 1, true));
@@ -86,4 +86,4 @@ TEST_F(SceneParts, PosesMoveWhatTheSceneBrought) {
     EXPECT_EQ(render.scene.Light(0).intensity, 7.0f);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::part_indices_test

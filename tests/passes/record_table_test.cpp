@@ -10,7 +10,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::record_table_test {
 namespace {
 
 constexpr uint32_t kCount = 1000;
@@ -165,7 +165,7 @@ TEST(FrameStagingTest, MemoryIsUsedAgainOnceTheDeviceHasReadIt) {
     Gate gate(*device);
     const rhi::SemaphoreUse wait = gate.At(1);
     const uint64_t busy = device->Submit(device->BeginCommands("reads it"), {&wait, 1});
-    staging.NoteSubmitted();
+    staging.MarkSubmitted();
     const std::byte* const second = staging.Take(1000).Mapped().data();
     EXPECT_NE(second, first);
     EXPECT_EQ(staging.Take(1000).Mapped().data(), second);
@@ -175,4 +175,4 @@ TEST(FrameStagingTest, MemoryIsUsedAgainOnceTheDeviceHasReadIt) {
     EXPECT_GE(staging.Take(5000).Size(), 5000u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::record_table_test

@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::recursion_test {
 
 using passes::PathForm;
 
@@ -85,4 +85,4 @@ TEST_F(LambertPathTest, BothForms_GiveTheSamePicture) {
         << "another sample is another picture";
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::recursion_test

@@ -1,5 +1,5 @@
 // The measure by which deforming structures are rebuilt: what a rebuild would gain, and nothing else.
-#include "renderer/gpu_scene/refit_quality.h"
+#include "renderer/gpu_scene/geometry/refit_quality.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "tests/support/failing_memory.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::refit_quality_test {
 namespace {
 
 using glm::vec3;
@@ -48,7 +48,7 @@ TEST(RefitQuality, WhatMovesAsAWholeDoesNotDecay) {
     const std::vector<vec3> rest = SheetSample();
     RefitQuality quality;
     EXPECT_EQ(quality.Follow(rest), 1.0f);
-    quality.NoteBuild();
+    quality.OnBuild();
     EXPECT_EQ(quality.Follow(rest), 1.0f);
     const auto expectGood = [&](const std::vector<vec3>& corners, const char* what) {
         EXPECT_LT(quality.Follow(corners), RefitQuality::kMaxDecay) << what;
@@ -65,13 +65,13 @@ TEST(RefitQuality, WhatIsScrambledDecaysUntilItIsBuiltAgain) {
     const std::vector<vec3> rest = SheetSample(), scrambled = Scrambled(rest);
     RefitQuality quality;
     quality.Follow(rest);
-    quality.NoteBuild();
+    quality.OnBuild();
     EXPECT_GT(quality.Follow(scrambled), 2.0f);
-    quality.NoteBuild();
+    quality.OnBuild();
     EXPECT_EQ(quality.Follow(scrambled), 1.0f);
     EXPECT_GT(quality.Follow(rest), 2.0f);
-    quality.NoteBuild();
-    quality.NoteBuild();  // of another structure, of the same pose
+    quality.OnBuild();
+    quality.OnBuild();  // of another structure, of the same pose
     EXPECT_EQ(quality.Follow(rest), 1.0f);
     EXPECT_GT(quality.Follow(scrambled), 2.0f) << "the build was that of the other pose";
 }
@@ -83,12 +83,12 @@ TEST(RefitQuality, BuildsAreNotedWithoutMemory) {
     quality.Follow(rest);
     {
         const FailingMemory none(0);
-        quality.NoteBuild();
+        quality.OnBuild();
     }
     EXPECT_GT(quality.Follow(scrambled), 2.0f);
     {
         const FailingMemory none(0);
-        quality.NoteBuild();
+        quality.OnBuild();
     }
     EXPECT_EQ(quality.Follow(scrambled), 1.0f);
 }
@@ -96,13 +96,13 @@ TEST(RefitQuality, BuildsAreNotedWithoutMemory) {
 TEST(RefitQuality, PointsAndNothingHaveNoQualityToLose) {
     RefitQuality quality;
     EXPECT_EQ(quality.Follow({}), 1.0f);
-    quality.NoteBuild();
+    quality.OnBuild();
     EXPECT_EQ(quality.Follow({}), 1.0f);
     const std::vector<vec3> point(3 * 8, vec3(1.0f));
     RefitQuality ofPoint;
     ofPoint.Follow(point);
-    ofPoint.NoteBuild();
+    ofPoint.OnBuild();
     EXPECT_EQ(ofPoint.Follow(point), 1.0f);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::refit_quality_test

@@ -1,16 +1,16 @@
 // What pipelines need for the materials of a scene is found when something has changed, and only then.
-#include "renderer/gpu_scene/scene_materials.h"
+#include "renderer/gpu_scene/materials/scene_materials.h"
 
-#include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/environment_upload.h"
+#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/geometry/scene_geometry.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/group_kinds.h"
-#include "renderer/gpu_scene/material_records.h"
-#include "renderer/gpu_scene/scene_geometry.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
+#include "renderer/gpu_scene/lights/environment_upload.h"
+#include "renderer/gpu_scene/materials/material_records.h"
 #include "rhi/blas_builder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::scene_materials_test {
 namespace {
 
 scene::Material Metal() {
@@ -95,4 +95,4 @@ TEST_F(SceneMaterialsTest, FeaturesAreFoundAfterEachKindOfChangeAlone) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::scene_materials_test

@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::scene_memory_test {
 
 namespace {
 
@@ -300,4 +300,4 @@ TEST_F(SceneLimitTest, TexturesShareAnImageUnlessItDiffersOnTheDevice) {
     EXPECT_EQ(bytes(other), 8u) << "another number of levels";
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::scene_memory_test

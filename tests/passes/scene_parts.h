@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/streaming/prepared_scene.h"
 #include "tests/passes/cells.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"

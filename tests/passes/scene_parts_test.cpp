@@ -8,7 +8,7 @@
 #include "tests/passes/scene_parts.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::scene_parts_test {
 
 TEST_F(SceneParts, WhatIsAddedIsSeenAndTheRestStays) {
     std::vector<Cell> expected = Seen();
@@ -337,4 +337,4 @@ TEST_F(SceneParts, PiecesOfLargeMeshesAreSeenAsTheWholeOnes) {
     EXPECT_EQ(pieces.normal.values, whole.normal.values);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::scene_parts_test

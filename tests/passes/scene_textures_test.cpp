@@ -1,7 +1,7 @@
 // The textures of a GpuScene on the device: their levels, and what a budget leaves of them.
 #include <algorithm>
 
-#include "renderer/gpu_scene/texture_upload.h"
+#include "renderer/gpu_scene/materials/texture_upload.h"
 #include "renderer/graph/pass_harness.h"
 #include "rhi/shader_compiler.h"
 #include "tests/rhi/fake_loader.h"
@@ -9,7 +9,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::scene_textures_test {
 
 namespace {
 
@@ -51,7 +51,7 @@ class SceneTextures : public VulkanTest {
         const Extent2D extent{kMaxLevels + 1, count};
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
-        hasLevels = ids.features.Has(kTraceTextureLod);
+        makesMipLevels = ids.features.Has(kTraceTextureLod);
         TextureId rows = render.renderer.CreateTexture("rows", {.extent = extent});
         render.renderer.AddPass(
             "ReadSlots", PassKind::Compute,
@@ -76,7 +76,7 @@ class SceneTextures : public VulkanTest {
     }
 
     GpuSceneStatistics statistics;
-    bool hasLevels = false;
+    bool makesMipLevels = false;
 };
 
 // Black and white columns of `stripe` texels.
@@ -128,7 +128,7 @@ TEST_F(SceneTextures, HaveOneLevelUnlessAskedFor) {
     EXPECT_EQ(textures[0].firstTexels.size(), 1u);
     EXPECT_EQ(statistics.textureBytes, 8u * 4 * 4);
     EXPECT_EQ(statistics.reducedTextures, 0u);
-    EXPECT_FALSE(hasLevels);
+    EXPECT_FALSE(makesMipLevels);
 }
 
 TEST_F(SceneTextures, LevelsAreMeansInLinearLight) {
@@ -136,7 +136,7 @@ TEST_F(SceneTextures, LevelsAreMeansInLinearLight) {
     scene.textures.push_back({.name = "data", .image = 0});
     scene.textures.push_back({.name = "alone", .image = 0, .sampler = {.usesMips = false}});
     const auto textures = Set({.textureLevels = true}, std::move(scene));
-    EXPECT_TRUE(hasLevels);
+    EXPECT_TRUE(makesMipLevels);
     for (const size_t texture : {0u, 1u}) {
         EXPECT_EQ(textures[texture].extent, (Extent2D{8, 4}));
         ASSERT_EQ(textures[texture].firstTexels.size(), 4u);
@@ -429,7 +429,7 @@ TEST_F(SceneTextures, MakingLevelsTakesTheMemoryOfTwoImages) {
     Device().LimitMemory(Device().Memory().usedBytes + kNeeded + 2 * kImage + kSpare);
     std::vector<SceneTexture> textures;
     EXPECT_NO_THROW(uploader.FlushAfter([&] {
-        TextureUpload upload(Device(), uploader, scene, {.hasLevels = true});
+        TextureUpload upload(Device(), uploader, scene, {.makesMipLevels = true});
         for (uint32_t i = 0; i < scene.textures.size(); ++i) {
             uint64_t budget = UINT64_MAX;
             EXPECT_TRUE(upload.Make(i, budget));
@@ -440,4 +440,4 @@ TEST_F(SceneTextures, MakingLevelsTakesTheMemoryOfTwoImages) {
     Device().WaitIdle();
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::scene_textures_test

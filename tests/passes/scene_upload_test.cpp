@@ -1,10 +1,10 @@
 // Scenes that frames copy to the device beside the one that is shown.
-#include "renderer/gpu_scene/scene_upload.h"
+#include "renderer/gpu_scene/streaming/scene_upload.h"
 
 #include "tests/passes/scene_parts.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::scene_upload_test {
 namespace {
 
 // Frames of 64 KiB.
@@ -96,4 +96,4 @@ TEST_F(SceneUploads, OneThatDoesNotFitIsRefusedWhenItIsSet) {
     EXPECT_EQ(Seen()[0], (Cell{0, ColorOf(0)}));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::scene_upload_test

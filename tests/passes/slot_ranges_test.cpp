@@ -8,7 +8,7 @@
 
 #include "tests/support/failing_memory.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::slot_ranges_test {
 namespace {
 
 // The same by flags, and what has to hold after each call.
@@ -113,4 +113,4 @@ TEST(SlotRanges, WithoutMemoryNothingIsTaken) {
     EXPECT_EQ(ranges.Allocate(1000), 100u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::slot_ranges_test

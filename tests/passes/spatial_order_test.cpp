@@ -1,5 +1,5 @@
 // The order in which builders get triangles and instances.
-#include "renderer/gpu_scene/spatial_order.h"
+#include "renderer/gpu_scene/geometry/spatial_order.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-namespace raygraph::testing {
+namespace raygraph::testing::spatial_order_test {
 namespace {
 
 using glm::vec3;
@@ -118,4 +118,4 @@ TEST(SpatialOrder, TrianglesFollowTheirCenters) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::spatial_order_test

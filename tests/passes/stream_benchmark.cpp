@@ -16,14 +16,14 @@
 #include <string>
 #include <vector>
 
-#include "base/os/heap.h"
+#include "base/os.h"
 #include "base/stopwatch.h"
 #include "passes/trace.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/streaming/prepared_scene.h"
 #include "renderer/graph/renderer.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 #include "rhi/device.h"
 
 namespace raygraph {
@@ -168,7 +168,7 @@ void Run(rhi::Device& device, const Sizes& sizes) {
 }  // namespace raygraph
 
 int main(int argc, char** argv) {
-    raygraph::os::KeepLargeBlocksApart();
+    raygraph::os::MapLargeBlocks();
     raygraph::Sizes sizes;
     uint32_t* const values[] = {&sizes.meshes, &sizes.triangles, &sizes.textures, &sizes.pixels};
     for (int i = 1; i < argc && i <= 4; ++i)

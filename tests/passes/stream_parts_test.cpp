@@ -1,7 +1,7 @@
 // Parts that stream: each frame takes what its budget allows, and shows what is there.
 #include "tests/passes/scene_parts.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::stream_parts_test {
 namespace {
 
 // Frames of 64 KiB.
@@ -82,4 +82,4 @@ TEST_F(StreamedParts, WhatIsRemovedOnItsWayStops) {
     EXPECT_FALSE(last->isComplete);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::stream_parts_test

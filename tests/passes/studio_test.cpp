@@ -1,15 +1,15 @@
 // The built-in studio: what it does to a gray ball, and when a GpuScene shows it.
-#include "renderer/scene/studio.h"
+#include "renderer/scene/model/studio.h"
 
 #include <cmath>
 #include <functional>
 
-#include "renderer/gpu_scene/prepared_scene.h"
+#include "renderer/gpu_scene/streaming/prepared_scene.h"
 #include "tests/passes/scene_parts.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::studio_test {
 namespace {
 
 const glm::vec3 kGray(0.18f);
@@ -269,4 +269,4 @@ TEST(StudioMap, ItsKeyAndRimLightsAreAboveWhatLevelCamerasSee) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::studio_test

@@ -1,6 +1,6 @@
 // MakeTextureLevels alone: every level against means worked out here in double, for sizes that halve evenly and
 // for those that do not.
-#include "renderer/gpu_scene/texture_levels.h"
+#include "renderer/gpu_scene/materials/texture_levels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::texture_levels_test {
 
 namespace {
 
@@ -276,4 +276,4 @@ TEST_F(TextureLevelPass, SmallNormalMapsWidenOnlyTheLevelsThatAverageThem) {
     EXPECT_GT(levels[3].At(0, 0)[1], 0.5f);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::texture_levels_test

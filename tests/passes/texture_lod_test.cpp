@@ -6,7 +6,7 @@
 #include "tests/passes/level_texture.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::texture_lod_test {
 
 using passes::TraceSettings;
 
@@ -277,4 +277,4 @@ TEST_F(TextureLod, SceneWithoutLevelsIsReadAtLevel0) {
     EXPECT_NE(render.TraceOnce(settings).values, finest.values);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::texture_lod_test

@@ -1,11 +1,11 @@
 // Which levels of textures go to the device, and how theirs are made: plans, without a device.
-#include "renderer/gpu_scene/texture_plan.h"
+#include "renderer/gpu_scene/materials/texture_plan.h"
 
 #include <gmock/gmock.h>
 
-#include "renderer/gpu_scene/texture_uses.h"
+#include "renderer/gpu_scene/materials/texture_uses.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::texture_plan_test {
 
 namespace {
 
@@ -14,9 +14,9 @@ using ::testing::ElementsAre;
 
 constexpr uint64_t kMiB = uint64_t{1} << 20;
 
-std::vector<TextureSizes> Textures(std::initializer_list<rhi::Extent2D> extents, bool hasLevels) {
+std::vector<TextureSizes> Textures(std::initializer_list<rhi::Extent2D> extents, bool makesMipLevels) {
     std::vector<TextureSizes> sizes;
-    for (const rhi::Extent2D extent : extents) sizes.push_back(PlainTextureSizes(extent, hasLevels));
+    for (const rhi::Extent2D extent : extents) sizes.push_back(PlainTextureSizes(extent, makesMipLevels));
     return sizes;
 }
 
@@ -166,4 +166,4 @@ TEST(TextureUses, CoatsHaveNormalsOfTheirOwn) {
     EXPECT_EQ(*uses[0].normals, (PairedNormals{1, 1.0f, 0.5f}));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::texture_plan_test

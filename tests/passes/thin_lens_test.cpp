@@ -6,7 +6,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::thin_lens_test {
 
 namespace {
 
@@ -108,4 +108,4 @@ TEST_F(ThinLens, Trace_OrthographicCamerasHaveNoLens) {
     EXPECT_EQ(render.TraceOnce(settings).values, without.values);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::thin_lens_test

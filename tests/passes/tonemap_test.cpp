@@ -10,7 +10,7 @@
 #include "tests/support/option_rows.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::tonemap_test {
 
 namespace {
 
@@ -162,4 +162,4 @@ TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
     rows.ExpectComplete();
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::tonemap_test

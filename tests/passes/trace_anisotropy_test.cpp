@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_anisotropy_test {
 
 using passes::TraceSettings;
 
@@ -259,4 +259,4 @@ TEST_F(TraceAnisotropy, Trace_BrushedPaneCastsAShadow) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_anisotropy_test

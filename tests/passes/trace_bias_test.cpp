@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_bias_test {
 
 using passes::TraceSettings;
 
@@ -152,4 +152,4 @@ TEST_F(TraceBias, Trace_ShadowTerminatorBrightensWhereLightGrazesASphereOfFewTri
     EXPECT_LT(after, 1.05 * before);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_bias_test

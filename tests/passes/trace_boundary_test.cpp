@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_boundary_test {
 
 using passes::TraceSettings;
 
@@ -74,4 +74,4 @@ TEST_F(TraceBoundary, Trace_SheetOfTheIndexOfAirMirrorsNothing) {
     EXPECT_NEAR(mirrored(1.5f), schlick, 0.04);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_boundary_test

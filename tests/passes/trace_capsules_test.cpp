@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_capsules_test {
 
 using passes::TraceSettings;
 
@@ -295,7 +295,7 @@ TEST_F(TraceCapsules, Trace_AMaterialThatIsEditedTakesEffect) {
 
 TEST_F(TraceCapsules, Trace_MeshesBesideRoundPrimitivesKeepTheirBits) {
     const auto scene = [](bool hasPoint) {
-        scene::SceneData room = RoomUnderALamp();
+        scene::SceneData room = RoomWithLamp();
         if (hasPoint) {
             room.meshes.push_back(RoundSphere(0.01f));
             scene::Instance far;
@@ -313,4 +313,4 @@ TEST_F(TraceCapsules, Trace_MeshesBesideRoundPrimitivesKeepTheirBits) {
     EXPECT_EQ(without.position.values, with.position.values);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_capsules_test

@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_clearcoat_test {
 
 using passes::TraceSettings;
 
@@ -123,4 +123,4 @@ TEST_F(TraceClearcoat, Trace_CoatFollowsASurfaceThatTheShadowTerminatorBends) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_clearcoat_test

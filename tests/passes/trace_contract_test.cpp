@@ -10,7 +10,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_contract_test {
 
 using passes::TraceSettings;
 
@@ -229,4 +229,4 @@ TEST_F(TraceContract, Trace_RefusesChancesThatAreNone) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_contract_test

@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_diffuse_transmission_test {
 
 using passes::TraceSettings;
 
@@ -119,4 +119,4 @@ TEST_F(TraceDiffuseTransmission, Trace_WhiteBodyVanishesInUnitEnvironment) {
     EXPECT_LT(tinted.z, 0.5);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_diffuse_transmission_test

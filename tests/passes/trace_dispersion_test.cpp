@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_dispersion_test {
 
 using passes::TraceSettings;
 
@@ -65,4 +65,4 @@ TEST_F(TraceDispersion, Trace_BluePassesAtAnotherAngleThanRed) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_dispersion_test

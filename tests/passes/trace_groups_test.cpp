@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_groups_test {
 
 namespace {
 
@@ -140,4 +140,4 @@ TEST_F(TraceGroups, SetLightGroups_RefusesWhatDoesNotFitTheScene) {
     EXPECT_EQ(render.scene.Declare(render.renderer).lightGroupCount, kFirst);  // none is left
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_groups_test

@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_iridescence_test {
 
 using passes::TraceSettings;
 
@@ -74,4 +74,4 @@ TEST_F(TraceIridescence, Trace_FilmOnAPaneLosesNothing) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_iridescence_test

@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_lights_test {
 
 using passes::TraceSettings;
 
@@ -202,7 +202,7 @@ TEST_F(TraceLights, Trace_HiddenOrDarkenedLightGivesNothing) {
 
 // The rest of the strategies: tests/long.
 TEST_F(TraceLights, Trace_HowLightIsFoundLeavesTheImage) {
-    render.scene.SetScene(RoomUnderALamp());
+    render.scene.SetScene(RoomWithLamp());
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     render.scene.SetEnvironmentMap(EveningSky());
     TraceSettings settings = ViewOfRoom(48);
@@ -226,4 +226,4 @@ TEST_F(TraceLights, Trace_ChanceAndLightSamplingAgreeOnWhatBothCanFind) {
     EXPECT_GT(found.variance.Mean().y, 2.0 * sampled.variance.Mean().y) << "what light sampling is for";
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_lights_test

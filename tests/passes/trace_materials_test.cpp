@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_materials_test {
 
 using passes::TraceSettings;
 
@@ -377,4 +377,4 @@ TEST_F(TraceMaterials, Trace_MicrofacetModelsLoseOnlyLight) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_materials_test

@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_parts_test {
 
 using passes::kPathPartCount;
 using passes::PathPart;
@@ -235,4 +235,4 @@ TEST_F(TraceParts, Trace_RefusesRayCountsBesideParts) {
     render.renderer.Execute();
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_parts_test

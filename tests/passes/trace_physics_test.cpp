@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_physics_test {
 
 using passes::TraceSettings;
 
@@ -131,8 +131,8 @@ TEST_F(TracePhysics, Trace_DepthZeroSeesEmissionOnly) {
 
 // The rest of the samplers and roulettes: tests/long.
 TEST_F(TracePhysics, Trace_SamplerAndRouletteLeaveTheImage) {
-    render.scene.SetScene(ShiningRoom());
-    TraceSettings settings = ViewOfShiningRoom(32);
+    render.scene.SetScene(EmissiveRoom());
+    TraceSettings settings = ViewOfEmissiveRoom(32);
     settings.roulette.start = 8;
     const RenderedImage reference = render.Render(settings, 48);
     settings.seed = 1;
@@ -189,4 +189,4 @@ TEST_F(TracePhysics, Trace_EmissiveTextureShowsThrough) {
     EXPECT_EQ(glm::vec3(seen.At(2, 2)), glm::vec3(1, 1, 1));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_physics_test

@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_precision_test {
 
 using passes::TraceSettings;
 
@@ -207,4 +207,4 @@ TEST_F(TracePrecision, Trace_ShadowOfAThinBoxBeginsAtTheBox) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_precision_test

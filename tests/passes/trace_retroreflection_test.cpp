@@ -7,7 +7,7 @@
 #include "tests/passes/gltf_square.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_retroreflection_test {
 
 using passes::TraceSettings;
 
@@ -81,4 +81,4 @@ TEST_F(TraceRetroreflection, Trace_LampAtTheCameraIsSeenInTheSurface) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_retroreflection_test

@@ -6,7 +6,7 @@
 #include "tests/passes/gltf_square.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_scatter_test {
 
 using passes::TraceSettings;
 
@@ -198,4 +198,4 @@ TEST_F(TraceScatter, Trace_WhiteSheetVanishesAndHalfOfAllIsDiffuseTransmission) 
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_scatter_test

@@ -5,7 +5,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_scattering_test {
 
 using passes::TraceSettings;
 
@@ -125,4 +125,4 @@ TEST_F(TraceScattering, SetScene_OnlyMediaThatLightPassesStraightIntoAreMatched)
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_scattering_test

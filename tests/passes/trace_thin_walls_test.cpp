@@ -6,7 +6,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::trace_thin_walls_test {
 
 using passes::TraceSettings;
 
@@ -239,4 +239,4 @@ TEST_F(TraceThinWalls, SetMaterial_LeavesTheOtherWallsOfAMesh) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::trace_thin_walls_test

@@ -8,7 +8,7 @@
 #include "tests/support/triangle_soup.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::traversal_test {
 namespace {
 
 class TraversalTest : public VulkanTest {
@@ -34,7 +34,7 @@ class TraversalTest : public VulkanTest {
         uint32_t checked = 0, hitCount = 0;
         for (size_t i = 0; i < hits.size(); ++i) {
             const ExactHit& exact = m_exact[i];
-            if (exact.isDoubtful) continue;
+            if (exact.isAmbiguous) continue;
             ++checked;
             ASSERT_EQ(hits[i].t >= 0.0f, exact.t >= 0.0) << i;
             if (exact.t < 0.0) continue;
@@ -60,7 +60,7 @@ class TraversalTest : public VulkanTest {
                glm::vec4((1.0f - b.x - b.y) * corner(0) + b.x * corner(1) + b.y * corner(2), 1.0f);
     }
 
-    const BvhScene m_scene = SoupWithInstances();
+    const BvhScene m_scene = InstancedTriangleSoup();
     std::vector<gpu::BenchRay> m_rays = RandomRays(2000, 21);
     std::vector<ExactHit> m_exact;
     ResourceState m_state;
@@ -80,7 +80,7 @@ TEST_F(TraversalTest, WideTreesFindTheSameInOneLevelAndInTwo) {
         SCOPED_TRACE(hasOneLevel);
         WideDeviceScene wide(Device(), hasOneLevel ? BuildOneLevel(m_scene) : BuildWideScene(m_scene));
         Check(Run([&](BufferId rays) {
-            return TraceByOwn(m_renderer, wide.Declare(m_renderer), rays, RayCount(), hasOneLevel);
+            return TraceBySoftware(m_renderer, wide.Declare(m_renderer), rays, RayCount(), hasOneLevel);
         }));
     }
 }
@@ -91,19 +91,19 @@ TEST_F(TraversalTest, TheFasterOneIsMeasuredOnceAndNotAtAllOnACpu) {
     if (Device().Info().type == rhi::DeviceType::Cpu) {
         EXPECT_EQ(chosen, Traversal::Own);
         EXPECT_EQ(Device().Measured(kName), std::nullopt);
-        EXPECT_GT(MeasureOwnSpeed(Device()), 0.0);
+        EXPECT_GT(MeasureSoftwareSpeed(Device()), 0.0);
         return;
     }
     const std::optional<double> measured = Device().Measured(kName);
     ASSERT_TRUE(measured);
-    EXPECT_NEAR(MeasureOwnSpeed(Device()), *measured, 0.2 * *measured);
+    EXPECT_NEAR(MeasureSoftwareSpeed(Device()), *measured, 0.2 * *measured);
     // What is remembered is believed, and decides
     for (const double speed : {0.5, 1.05, 1.2, 3.0}) {
-        Device().RememberMeasured(kName, speed);
+        Device().StoreMeasurement(kName, speed);
         EXPECT_EQ(FasterTraversal(Device()), speed > 1.1 ? Traversal::Own : Traversal::Driver);
     }
-    Device().RememberMeasured(kName, *measured);
+    Device().StoreMeasurement(kName, *measured);
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::traversal_test

@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 
-namespace raygraph::passes {
+namespace raygraph::passes::white_balance_test {
 namespace {
 
 // CIE 15: illuminant A, and daylight of 5000 and 7500 K nominally.
@@ -72,4 +72,4 @@ TEST(WhiteBalance, IsBradfordsAdaptation) {
 }
 
 }  // namespace
-}  // namespace raygraph::passes
+}  // namespace raygraph::passes::white_balance_test

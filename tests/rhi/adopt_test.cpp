@@ -9,7 +9,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::adopt_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -280,4 +280,4 @@ TEST_F(AdoptTest, QueueFamilyThatDoesNotExist_IsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::adopt_test

@@ -11,7 +11,7 @@
 #include "tests/rhi/trace_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::blas_rebuild_test {
 namespace {
 
 class BlasRebuild : public TraceTest {
@@ -168,4 +168,4 @@ TEST_F(BlasRebuild, RefitsWithoutADescriptionReadTheBuffersOfTheBuild) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::blas_rebuild_test

@@ -7,7 +7,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/padded_structures.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::blas_test {
 namespace {
 
 class BlasTest : public TraceTest {
@@ -89,7 +89,8 @@ TEST_F(BlasTest, CompactionTurnsItselfOffWhereItGainsNothingAndSaysSoOnce) {
     }
     EXPECT_EQ(statistics.bytesCompacted, statistics.bytesBuilt);
     EXPECT_EQ(statistics.pending, 0u);
-    EXPECT_NE(statistics.whyOff.find("gains nothing"), std::string::npos) << statistics.whyOff;
+    EXPECT_NE(statistics.disabledReason.find("gains nothing"), std::string::npos)
+        << statistics.disabledReason;
     EXPECT_NE(Log().Text(messagesBefore).find("BLAS compaction is off: "), std::string::npos);
 
     const size_t messagesAfter = Log().Count();
@@ -261,7 +262,7 @@ TEST_F(BlasTest, BuildsInBatchesUnderTheScratchBudgetHitTheSame) {
     Run([&](CommandList& commands) { tight.RecordBuilds(commands); });
     EXPECT_EQ(tight.Statistics().batchCount, 5u) << "each is larger than the budget: a batch of its own";
     EXPECT_EQ(tight.Statistics().buildCount, 5u);
-    EXPECT_EQ(tight.Statistics().whyOff, "not asked for");
+    EXPECT_EQ(tight.Statistics().disabledReason, "not asked for");
     EXPECT_EQ(Hits(apart), Hits(together));
 }
 
@@ -404,4 +405,4 @@ TEST_F(BlasTest, DescriptionsThatCannotBeBuiltAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::blas_test

@@ -12,7 +12,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::command_list_test {
 namespace {
 
 using rhi::BoundResource;
@@ -264,4 +264,4 @@ TEST_F(CommandListTest, MovedFromList_IsEmptyAndTheTargetsOldListIsDropped) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::command_list_test

@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::compile_ahead_test {
 namespace {
 
 // Sets an environment variable while it lives.
@@ -142,4 +142,4 @@ TEST_F(CompileAheadTest, TheFirstExecutionFindsTheMachineCode) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::compile_ahead_test

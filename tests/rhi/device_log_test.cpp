@@ -11,7 +11,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::device_log_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -126,4 +126,4 @@ TEST_F(DeviceLogTest, WhatTheDeviceIsAndLacksReachesWhoListensForIt) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::device_log_test

@@ -13,7 +13,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::device_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -394,4 +394,4 @@ TEST(HangLimit, IsOffOnACpuDevice) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::device_test

@@ -9,14 +9,14 @@
 #include "tests/support/failing_vulkan.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::failing_call_test {
 namespace {
 
 class FailingCallTest : public ::testing::Test {
   protected:
     FailingCallTest() {
         InjectFailure(std::nullopt);
-        SeparateAllocations(true);
+        UseDedicatedAllocations(true);
         device = Make();
     }
     std::unique_ptr<rhi::Device> Make() {
@@ -26,10 +26,10 @@ class FailingCallTest : public ::testing::Test {
                                     .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
     }
     ~FailingCallTest() override {
-        LiftFailure();
+        ClearInjectedFailure();
         device.reset();
         EXPECT_EQ(log.Text(), "");
-        SeparateAllocations(false);
+        UseDedicatedAllocations(false);
         InjectFailure(std::nullopt);
     }
 
@@ -61,7 +61,7 @@ TEST_F(FailingCallTest, SubmissionThatHasArrived_IsNoError) {
     EXPECT_TRUE(HasFailed());
     EXPECT_TRUE(hasArrived);
     EXPECT_EQ(value, device->LastSubmittedValue());
-    LiftFailure();
+    ClearInjectedFailure();
     device->WaitFor(value);
 }
 
@@ -84,12 +84,12 @@ uint32_t FailEach(rhi::Device& device, Make&& make) {
         InjectFailure(InjectedFailure{.number = failures + 1, .lasts = true});
         try {
             make();
-            LiftFailure();
+            ClearInjectedFailure();
             return failures;
         } catch (const Error& error) {
-            LiftFailure();
+            ClearInjectedFailure();
             EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory) << error.what();
-            EXPECT_EQ(device.Memory().usedBytes, used) << CallsUpToFailure().back();
+            EXPECT_EQ(device.Memory().usedBytes, used) << RecordedCalls().back();
         }
     }
 }
@@ -117,7 +117,7 @@ TEST_F(FailingCallTest, AllocationOnALostDevice_SaysThatItIsLost) {
     const Error error = ErrorOf([&] { std::ignore = device->CreateBuffer({.name = "b", .size = 256}); });
     EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
     EXPECT_EQ(std::string(error.what()), "buffer 'b' (256 bytes): VK_ERROR_DEVICE_LOST; no pass is known");
-    LiftFailure();
+    ClearInjectedFailure();
     EXPECT_EQ(ErrorOf([&] { device->WaitIdle(); }).Kind(), ErrorKind::DeviceLost);
 }
 
@@ -133,4 +133,4 @@ TEST_F(FailingCallTest, FailuresAreReadFromText) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::failing_call_test

@@ -137,7 +137,7 @@ void HostDevice::CreateDevice() {
     std::vector<VkPhysicalDevice> devices(count);
     m_instanceFunctions.vkEnumeratePhysicalDevices(m_instance, &count, devices.data());
     for (VkPhysicalDevice device : devices)
-        if (!m_physicalDevice && rhi::RefusalsOf(device, entry, m_instance).empty())
+        if (!m_physicalDevice && rhi::UnmetRequirements(device, entry, m_instance).empty())
             m_physicalDevice = device;
     if (!m_physicalDevice) throw std::runtime_error("host: no device meets the requirements");
 

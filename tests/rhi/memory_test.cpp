@@ -13,7 +13,7 @@
 #include "tests/support/padded_structures.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph {
+namespace raygraph::memory_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -235,4 +235,4 @@ TEST(BlasAllocationTest, FailedAllocation_LosesNoBuild) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::memory_test

@@ -10,7 +10,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::pipeline_cache_test {
 namespace {
 
 using rhi::PipelineCacheFile;
@@ -200,4 +200,4 @@ TEST_F(DeviceCacheTest, SwitchedOff_WritesNothing) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::pipeline_cache_test

@@ -16,7 +16,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::pipeline_test {
 namespace {
 
 class PipelineTest : public testing::VulkanTest {
@@ -278,4 +278,4 @@ TEST_F(RasterPipelineTest, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::pipeline_test

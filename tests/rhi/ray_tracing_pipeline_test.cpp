@@ -7,7 +7,7 @@
 #include "tests/rhi/trace_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::ray_tracing_pipeline_test {
 namespace {
 
 using RayTracingPipelineTest = TraceTest;
@@ -404,4 +404,4 @@ TEST_F(RayTracingPipelineTest, BindingsOfAllStagesAreFoundByName) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::ray_tracing_pipeline_test

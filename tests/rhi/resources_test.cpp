@@ -11,7 +11,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::resources_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -209,4 +209,4 @@ TEST(FormatTest, MipsHalveDownToOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::resources_test

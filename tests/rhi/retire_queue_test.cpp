@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::retire_queue_test {
 namespace {
 
 struct RetireQueueTest : ::testing::Test {
@@ -113,4 +113,4 @@ TEST_F(RetireQueueTest, CollectAll_RunsWhatIsLeftEvenForOpenLists) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::retire_queue_test

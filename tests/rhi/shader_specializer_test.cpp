@@ -24,7 +24,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::shader_specializer_test {
 namespace {
 
 using test::TemporaryFolder;
@@ -364,4 +364,4 @@ TEST_F(SpecializedShadersTest, UnwritableFolderIsAMessageNotAnError) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::shader_specializer_test

@@ -9,7 +9,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::subresources_test {
 namespace {
 
 using rhi::CommandList;
@@ -148,4 +148,4 @@ TEST_F(SubresourcesTest, TexturesOfSeveralLayers_AreNoBindlessOnesAndNotUploaded
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::subresources_test

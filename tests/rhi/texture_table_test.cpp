@@ -14,7 +14,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::texture_table_test {
 namespace {
 
 constexpr uint32_t kCapacity = 8;
@@ -167,4 +167,4 @@ TEST_F(TextureTableTest, LargestTableCanBeMade) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::texture_table_test

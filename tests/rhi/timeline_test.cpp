@@ -9,7 +9,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::timeline_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -171,4 +171,4 @@ TEST_F(TimelineTest, ThreadsSubmitAndDestroyAtTheSameTime) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::timeline_test

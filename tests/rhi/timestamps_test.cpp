@@ -7,7 +7,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::timestamps_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -105,4 +105,4 @@ TEST_F(TimestampsTest, EmptyPool_IsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::timestamps_test

@@ -7,7 +7,7 @@
 #include "tests/rhi/trace_test.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::tlas_test {
 namespace {
 
 class TlasTest : public TraceTest {
@@ -183,4 +183,4 @@ TEST_F(TlasTest, InstanceFieldsBeyond24BitsAreRefusedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::tlas_test

@@ -13,7 +13,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::upload_test {
 namespace {
 
 using rhi::BufferUsage;
@@ -289,4 +289,4 @@ TEST_F(UploadTest, BadReadbacks_NameTheSource) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::upload_test

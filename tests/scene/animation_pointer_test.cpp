@@ -5,13 +5,13 @@
 #include <array>
 #include <concepts>
 
-#include "renderer/scene/material_fields.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
-#include "renderer/scene/still_scene.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/gltf/still_scene.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/scene/motion_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::animation_pointer_test {
 namespace {
 
 using glm::vec2;
@@ -360,4 +360,4 @@ TEST(AnimationPointer, MalformedOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::animation_pointer_test

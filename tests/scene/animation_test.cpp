@@ -1,5 +1,5 @@
 // The value of an animation's sampler at a time, against values computed by hand.
-#include "renderer/scene/animation.h"
+#include "renderer/scene/animation/animation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace raygraph::scene {
+namespace raygraph::scene::animation_test {
 namespace {
 
 double Number(const AnimationSampler& sampler, double seconds, uint32_t interval = 0) {
@@ -153,4 +153,4 @@ TEST(AnimationSampler, RememberedIntervalIsOnlyAHint) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::animation_test

@@ -5,11 +5,11 @@
 #include <array>
 #include <limits>
 
-#include "renderer/scene/pose.h"
+#include "renderer/scene/animation/pose.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/motion_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::broken_keys_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -118,4 +118,4 @@ TEST(BrokenKeys, MaterialsThatNoPrimitiveHasMayHaveBrokenKeys) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::broken_keys_test

@@ -1,4 +1,4 @@
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::camera_view_test {
 namespace {
 
 using glm::vec3;
@@ -158,4 +158,4 @@ TEST(CameraView, UnknownChoiceListsTheCameras) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::camera_view_test

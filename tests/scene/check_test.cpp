@@ -1,5 +1,5 @@
 // Check: which scenes are valid, and the messages for those that are not.
-#include "renderer/scene/check.h"
+#include "renderer/scene/model/check.h"
 
 #include <gtest/gtest.h>
 
@@ -7,13 +7,13 @@
 #include <limits>
 #include <random>
 
-#include "renderer/scene/deform.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::check_test {
 namespace {
 
 using testing::ErrorTextOf;
@@ -138,7 +138,7 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
          "instances[0]: its transform is not finite"},
         {[](SceneData& s) { s.instances[0].objectToWorld[1] = s.instances[0].objectToWorld[2] = {}; },
          "instances[0]: its transform is scaled to nothing or to a line"},
-        {[](SceneData& s) { s.instances[0].translationRest.z = kNan; },
+        {[](SceneData& s) { s.instances[0].translationResidual.z = kNan; },
          "instances[0]: its transform is not finite"},
         {[](SceneData& s) { s.nodes[0].parent = 9; }, "nodes[0]: parent is 9, there are 2"},
         {[](SceneData& s) {
@@ -290,7 +290,7 @@ TEST(Check, DeformedInstancesOfASkinAreAtOnePlace) {
     scene.instances[1].isCollapsed = true;  // its transform is of another time, and is not compared
     EXPECT_NO_THROW(Check(scene));
     scene.instances[1] = scene.instances[0];
-    scene.instances[1].translationRest.y = 1e-3f;
+    scene.instances[1].translationResidual.y = 1e-3f;
     EXPECT_EQ(ErrorTextOf([&] { Check(scene); }), message);
     scene.instances[1].isDeformed = false;
     EXPECT_NO_THROW(Check(scene));
@@ -343,4 +343,4 @@ TEST(Check, TransformsHaveAnInverseIfItsNumbersAreFloats) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::check_test

@@ -5,7 +5,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::container_test {
 namespace {
 
 Bytes TriangleGlb(const Bytes& positions) {
@@ -159,4 +159,4 @@ TEST(Load, ProgressRisesFromNoughtToOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::container_test

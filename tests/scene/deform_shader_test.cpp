@@ -1,13 +1,13 @@
-// The formula that devices deform vertices by is that of renderer/scene/deform.h, on random vertices.
+// The formula that devices deform vertices by is that of renderer/scene/animation/deform.h, on random vertices.
 #include "core/deform.glsl"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "renderer/scene/deform.h"
+#include "renderer/scene/animation/deform.h"
 
-namespace raygraph {
+namespace raygraph::deform_shader_test {
 namespace {
 
 struct Random {
@@ -65,15 +65,15 @@ TEST(Deform, TargetsAndJointsMoveVerticesAsOnTheCpu) {
         base.tangent = primitive.tangents[i];
         shading::ShapedVertex moved = base;
         for (uint32_t t = 0; t < kTargets; ++t)
-            shading::AddTarget(moved, weights[t], primitive.targets[t].positions[i],
-                               primitive.targets[t].normals[i], primitive.targets[t].tangents[i]);
-        moved = shading::EndTargets(moved, base);
+            shading::AddMorphTarget(moved, weights[t], primitive.targets[t].positions[i],
+                                    primitive.targets[t].normals[i], primitive.targets[t].tangents[i]);
+        moved = shading::NormalizeMorphed(moved, base);
         const scene::DeformedVertex morphed = scene::MorphVertex(primitive, i, weights);
         ExpectSame(moved, morphed);
         glm::mat4x3 joints(0.0f);
         for (uint32_t k = kInfluences * i; k < kInfluences * (i + 1); ++k)
             joints += primitive.influences.weights[k] * matrices[primitive.influences.joints[k]];
-        ExpectSame(shading::MoveByJoints(joints, moved), scene::SkinVertex(primitive, i, morphed, matrices));
+        ExpectSame(shading::ApplySkinning(joints, moved), scene::SkinVertex(primitive, i, morphed, matrices));
     }
     EXPECT_EQ(scene::MorphVertex(primitive, 5, weights).normal, primitive.normals[5]);
 }
@@ -101,4 +101,4 @@ TEST(Deform, FlatNormalFacesTheFrontAndIsUpWithoutArea) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::deform_shader_test

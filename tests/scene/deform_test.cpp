@@ -1,5 +1,5 @@
 // Tests how morph targets and joints deform a vertex, against numbers computed by hand.
-#include "renderer/scene/deform.h"
+#include "renderer/scene/animation/deform.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/model/check.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::deform_test {
 namespace {
 
 using glm::mat4x3;
@@ -194,7 +194,7 @@ SceneData Bones(const glm::dvec3& place) {
     for (const uint32_t joint : {0u, 1u}) {
         const glm::dvec3 at = place + glm::dvec3(joint, 0, 0);
         scene.nodes[joint].translation = vec3(at);
-        scene.nodes[joint].translationRest = vec3(at - glm::dvec3(vec3(at)));
+        scene.nodes[joint].translationResidual = vec3(at - glm::dvec3(vec3(at)));
     }
     scene.nodes[2].mesh = 0;
     scene.nodes[2].skin = 0;
@@ -230,9 +230,9 @@ TEST(SkinFrame, InstanceIsAtTheFirstJointWhateverItsNodeSays) {
 // At 10,000 km floats are 1 m apart: matrices in world space would lose the quarter of a meter.
 TEST(JointMatrices, KeepTheirDigitsFarFromTheOrigin) {
     SceneData scene = Bones({1e7 + 0.125, -1e7, 0});
-    scene.nodes[1].translationRest.x += 0.25f;
+    scene.nodes[1].translationResidual.x += 0.25f;
     DeformInstances(scene);
-    const PlacedTransform frame{scene.instances[0].objectToWorld, scene.instances[0].translationRest};
+    const PlacedTransform frame{scene.instances[0].objectToWorld, scene.instances[0].translationResidual};
     EXPECT_EQ(frame.Place(), glm::dvec3(1e7 + 0.125, -1e7, 0));
     std::vector<mat4x3> matrices(2);
     JointMatrices(WorldTransforms(scene), scene.skins[0], frame, matrices);
@@ -248,8 +248,8 @@ TEST(SkinFrame, MirrorsWhatItsJointsMirror) {
     const Instance& instance = scene.instances[0];
     EXPECT_TRUE(instance.IsMirrored());
     std::vector<mat4x3> matrices(2);
-    JointMatrices(WorldTransforms(scene), scene.skins[0], {instance.objectToWorld, instance.translationRest},
-                  matrices);
+    JointMatrices(WorldTransforms(scene), scene.skins[0],
+                  {instance.objectToWorld, instance.translationResidual}, matrices);
     EXPECT_GT(glm::determinant(glm::mat3(matrices[0])), 0.0f);
     const DeformedVertex vertex = Skinned(scene.meshes[0].primitives[0], matrices);
     ExpectNear(instance.objectToWorld * vec4(vertex.position, 1), {1, 2, -3});
@@ -321,4 +321,4 @@ TEST(DeformedBounds, LeaveOutJointsThatMoveNothing) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::deform_test

@@ -1,5 +1,5 @@
 // The list of extensions is true: the importer reads those that it says, each has its test, and the page has all.
-#include "renderer/scene/extensions.h"
+#include "renderer/scene/gltf/extensions.h"
 
 #include <gtest/gtest.h>
 
@@ -12,11 +12,11 @@
 #include <set>
 #include <string_view>
 
-#include "renderer/scene/gltf_schema.h"
+#include "renderer/scene/gltf/schema.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::test {
+namespace raygraph::test::extensions_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -107,4 +107,4 @@ TEST(Extensions, PageNamesEachThatIsRead) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::extensions_test

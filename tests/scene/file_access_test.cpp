@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <fstream>
 
-#include "renderer/scene/file_access.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/file_access.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::file_access_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -261,4 +261,4 @@ TEST(FileAccess, LinkToASceneFindsWhatStandsBesideTheLink) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::file_access_test

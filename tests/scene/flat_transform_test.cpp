@@ -1,5 +1,5 @@
 // Tests of transforms that flatten a mesh into a plane, and of the invertible ones that replace them.
-#include "renderer/scene/flat_transform.h"
+#include "renderer/scene/geometry/flat_transform.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <glm/gtc/quaternion.hpp>
 #include <random>
 
-#include "renderer/scene/check.h"
+#include "renderer/scene/model/check.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::flat_transform_test {
 namespace {
 
 using glm::vec3;
@@ -237,4 +237,4 @@ TEST(FlatTransform, MeanScaleIsOfTheDirectionsThatAreLeft) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::flat_transform_test

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {

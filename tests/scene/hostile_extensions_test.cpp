@@ -5,7 +5,7 @@
 #include "tests/scene/gltf_document.h"
 #include "tests/support/material_extensions.h"
 
-namespace raygraph::test {
+namespace raygraph::test::hostile_extensions_test {
 namespace {
 
 GltfDocument WithExtensions(const Json& extensions) {
@@ -71,4 +71,4 @@ TEST(HostileExtensions, ValuesOfOtherTypesAreRefusedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::hostile_extensions_test

@@ -1,5 +1,5 @@
 // Files of light profiles, as they are and as they must not be.
-#include "renderer/scene/ies_file.h"
+#include "renderer/scene/formats/ies_file.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "tests/support/ies_text.h"
 
-namespace raygraph::test {
+namespace raygraph::test::ies_file_test {
 namespace {
 
 using scene::IesFile;
@@ -185,4 +185,4 @@ TEST(LightProfile, MeanIntensityIsTheIntegralOverAllDirections) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::ies_file_test

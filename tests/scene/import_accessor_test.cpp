@@ -6,7 +6,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_accessor_test {
 namespace {
 
 using glm::vec2;
@@ -276,4 +276,4 @@ TEST(Buffer, ShorterThanItsByteLengthIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_accessor_test

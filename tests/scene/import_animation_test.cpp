@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
 #include "tests/scene/motion_document.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_animation_test {
 namespace {
 
 using glm::vec3;
@@ -275,4 +275,4 @@ TEST(ImportAnimation, MemoryIsCharged) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_animation_test

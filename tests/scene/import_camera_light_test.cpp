@@ -5,7 +5,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_camera_light_test {
 namespace {
 
 using glm::vec3;
@@ -190,4 +190,4 @@ TEST(Lights, MalformedOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_camera_light_test

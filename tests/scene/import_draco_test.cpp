@@ -12,11 +12,11 @@
 #include <tuple>
 
 #include "base/text.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_draco_test {
 namespace {
 
 using glm::vec2;
@@ -411,4 +411,4 @@ TEST(Draco, JointsAndWeightsAreDecoded) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_draco_test

@@ -3,14 +3,14 @@
 
 #include <cmath>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/material_fields.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/check.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_glossiness_test {
 namespace {
 
 using scene::Material, scene::SceneData;
@@ -194,4 +194,4 @@ TEST(Glossiness, MaterialStaysOneOfTheExtension) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_glossiness_test

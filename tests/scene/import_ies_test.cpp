@@ -4,13 +4,13 @@
 
 #include <fstream>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/check.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/ies_text.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_ies_test {
 namespace {
 
 using glm::vec3;
@@ -204,4 +204,4 @@ TEST(IesLights, CheckRefusesProfilesThatNoFileHas) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_ies_test

@@ -7,11 +7,11 @@
 #include <glm/gtc/quaternion.hpp>
 #include <random>
 
-#include "renderer/scene/cube_map.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/formats/cube_map.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_image_light_test {
 namespace {
 
 using glm::dvec3;
@@ -424,4 +424,4 @@ TEST(ImageLights, SavingKeepsThemAndTheirFaces) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_image_light_test

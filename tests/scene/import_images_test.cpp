@@ -13,7 +13,7 @@
 #include "tests/scene/gltf_document.h"
 #include "tests/support/peak_memory.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_images_test {
 namespace {
 
 constexpr std::array<uint32_t, 5> kThreadCounts{1, 2, 3, 16, 0xFFFFFFFFu};
@@ -213,4 +213,4 @@ TEST(ImageThreads, ThereAreAsManyAsAskedFor) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_images_test

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/reference_assets.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_instancing_test {
 namespace {
 
 using glm::vec3;
@@ -214,7 +214,7 @@ TEST(Instancing, KeepsItsDigitsFarFromTheOrigin) {
     const scene::SceneData scene = Load(document);
     ASSERT_EQ(scene.instances.size(), 2u);
     const auto place = [](const scene::Instance& instance) {
-        return scene::PlacedTransform{instance.objectToWorld, instance.translationRest}.Place().x;
+        return scene::PlacedTransform{instance.objectToWorld, instance.translationResidual}.Place().x;
     };
     EXPECT_EQ(place(scene.instances[0]), 10000000.375);
     EXPECT_EQ(place(scene.instances[1]), 10000000.625);
@@ -240,4 +240,4 @@ TEST(Instancing, PublishedSceneHasItsBoxes) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_instancing_test

@@ -6,7 +6,7 @@
 #include "tests/scene/gltf_document.h"
 #include "tests/support/h_function.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_material_extension_test {
 namespace {
 
 using glm::vec3;
@@ -312,4 +312,4 @@ TEST(MaterialExtensions, MultiscatterColorIsTheAlbedoOfAHalfSpace) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_material_extension_test

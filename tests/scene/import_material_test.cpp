@@ -6,7 +6,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_material_test {
 namespace {
 
 using glm::vec3;
@@ -261,4 +261,4 @@ TEST(Textures, ImagesBeyondTheLimitsAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_material_test

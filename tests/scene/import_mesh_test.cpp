@@ -1,10 +1,10 @@
 // Primitives: topology, normals, tangents, colors, and the checks on them.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/triangles.h"
+#include "renderer/scene/geometry/triangles.h"
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_mesh_test {
 namespace {
 
 using glm::vec2;
@@ -330,4 +330,4 @@ TEST(Triangles, TangentsWithoutLengthBecomePerpendicularToTheNormal) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_mesh_test

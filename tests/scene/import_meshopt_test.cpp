@@ -7,12 +7,12 @@
 #include <fstream>
 #include <random>
 
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/motion_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/encode_exponentials.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_meshopt_test {
 namespace {
 
 using glm::vec3;
@@ -385,4 +385,4 @@ TEST(Meshopt, WhatMovesIsWhatWasEncoded) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_meshopt_test

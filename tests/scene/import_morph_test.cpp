@@ -3,12 +3,12 @@
 
 #include <array>
 
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
 #include "tests/scene/motion_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_morph_test {
 namespace {
 
 using glm::vec3;
@@ -214,4 +214,4 @@ TEST(ImportMorph, MemoryIsCharged) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_morph_test

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cmath>
 
-#include "renderer/scene/check.h"
+#include "renderer/scene/model/check.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_nodes_test {
 namespace {
 
 using glm::vec3;
@@ -145,7 +145,7 @@ TEST(Nodes, PlacesFarFromTheOriginKeepTheDigitsOfTheFile) {
     const scene::SceneData scene = Load(document);
     const glm::dvec3 expected(far + near, 0.1, -far);  // float would store 10000.0127
     const scene::Instance& instance = scene.instances[0];
-    const scene::PlacedTransform placed{instance.objectToWorld, instance.translationRest};
+    const scene::PlacedTransform placed{instance.objectToWorld, instance.translationResidual};
     for (int i = 0; i < 3; ++i) {
         EXPECT_NEAR(placed.Place()[i], expected[i], 1e-9) << i;
         EXPECT_EQ(instance.objectToWorld[3][i], static_cast<float>(expected[i])) << i;
@@ -288,4 +288,4 @@ TEST(Statistics, PlacedTrianglesCountEveryInstance) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_nodes_test

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "renderer/scene/round_primitives.h"
-#include "renderer/scene/triangles.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/geometry/triangles.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_points_test {
 namespace {
 
 using glm::vec3;
@@ -152,4 +152,4 @@ TEST(ImportPoints, ARadiusReadsBackAsItsText) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_points_test

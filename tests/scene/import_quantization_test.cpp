@@ -6,7 +6,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_quantization_test {
 namespace {
 
 using glm::vec2;
@@ -173,4 +173,4 @@ TEST(Quantization, ThirtyTwoBitsAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_quantization_test

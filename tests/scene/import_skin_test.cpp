@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
-#include "renderer/scene/deform.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/motion_document.h"
 #include "tests/scene/same_scene.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_skin_test {
 namespace {
 
 using glm::vec3;
@@ -28,7 +28,7 @@ std::vector<vec3> Deformed(scene::SceneData& scene) {
     const scene::Skin& skin = scene.skins[scene.nodes[instance.node].skin];
     std::vector<glm::mat4x3> matrices(skin.joints.size());
     scene::JointMatrices(scene::WorldTransforms(scene), skin,
-                         {instance.objectToWorld, instance.translationRest}, matrices);
+                         {instance.objectToWorld, instance.translationResidual}, matrices);
     scene::DeformedStreams streams;
     scene::DeformPrimitive(OnlyPrimitive(scene), scene::MorphWeights(scene, instance), matrices, streams);
     for (vec3& position : streams.positions) position = instance.objectToWorld * glm::vec4(position, 1.0f);
@@ -307,4 +307,4 @@ TEST(ImportSkin, SavingKeepsItAndTheAnimations) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_skin_test

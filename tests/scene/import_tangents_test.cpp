@@ -5,7 +5,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_tangents_test {
 namespace {
 
 using glm::vec2;
@@ -194,4 +194,4 @@ TEST(ImportTangents, SplitVerticesKeepTheirOtherAttributes) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_tangents_test

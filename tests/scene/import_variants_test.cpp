@@ -1,14 +1,14 @@
 // KHR_materials_variants: which materials there are to choose from, and that saving keeps them.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/save_gltf.h"
-#include "renderer/scene/variants.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/check.h"
+#include "renderer/scene/model/variants.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_variants_test {
 namespace {
 
 constexpr const char* kExtension = "KHR_materials_variants";
@@ -188,4 +188,4 @@ TEST(Variants, SavingKeepsThemAndTheMaterialWithoutOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_variants_test

@@ -1,11 +1,11 @@
 // KHR_node_visibility: what is hidden, and that it is saved.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 
-namespace raygraph::test {
+namespace raygraph::test::import_visibility_test {
 namespace {
 
 constexpr const char* kExtension = "KHR_node_visibility";
@@ -105,4 +105,4 @@ TEST(Visibility, IsSavedInAFileWithoutExtensions) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::import_visibility_test

@@ -1,5 +1,5 @@
 // The list of a light's fields: each is checked, read and saved.
-#include "renderer/scene/light_fields.h"
+#include "renderer/scene/model/light_fields.h"
 
 #include <gtest/gtest.h>
 
@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/gltf_choice.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/check.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::light_fields_test {
 namespace {
 
 // A list that lacks a field of its struct does not compile.
@@ -116,4 +116,4 @@ TEST(LightFields, EachIsReadFromItsPlaceAndComesBackFromAFile) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::light_fields_test

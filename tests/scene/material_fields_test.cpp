@@ -1,5 +1,5 @@
 // The lists of a material's and a light's fields, and that importer, saver and Check go by them.
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/model/material_fields.h"
 
 #include <gtest/gtest.h>
 
@@ -16,15 +16,15 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/scene/check.h"
-#include "renderer/scene/gltf_choice.h"
-#include "renderer/scene/load_gltf.h"
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
+#include "renderer/scene/model/check.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::material_fields_test {
 namespace {
 
 template <typename Field>
@@ -401,4 +401,4 @@ TEST(TextureTransforms, TakeAQuarterOfTheImageAsTheExtensionsExampleSays) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::material_fields_test

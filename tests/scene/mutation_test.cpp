@@ -6,16 +6,16 @@
 #include <chrono>
 #include <random>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/model/check.h"
 #include "tests/image/texture_files.h"
 #include "tests/scene/motion_document.h"
 #include "tests/support/ies_text.h"
 #include "tests/support/material_extensions.h"
 
-namespace raygraph::test {
+namespace raygraph::test::mutation_test {
 namespace {
 
 using Random = std::mt19937;
@@ -321,4 +321,4 @@ TEST_F(Mutations, ExchangedDigitsOfTheTextNeverCrash) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::mutation_test

@@ -3,7 +3,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::normal_maps_test {
 namespace {
 
 using Texels = std::vector<uint8_t>;
@@ -40,4 +40,4 @@ TEST(NormalMaps, OthersStayAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::normal_maps_test

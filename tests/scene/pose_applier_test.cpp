@@ -1,5 +1,5 @@
 // Poses applied to a scene, and what is said to have changed.
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/pose_applier.h"
 
 #include <gtest/gtest.h>
 
@@ -11,13 +11,13 @@
 #include <optional>
 #include <random>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/material_fields.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/model/check.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/scene/pose_scene.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::pose_applier_test {
 namespace {
 
 using glm::vec3;
@@ -43,7 +43,7 @@ class Applied : public ::testing::Test {
         UpdateWorldTransforms(fresh);
         for (size_t i = 0; i < fresh.instances.size(); ++i) {
             EXPECT_EQ(fresh.instances[i].objectToWorld, m_scene.instances[i].objectToWorld);
-            EXPECT_EQ(fresh.instances[i].translationRest, m_scene.instances[i].translationRest);
+            EXPECT_EQ(fresh.instances[i].translationResidual, m_scene.instances[i].translationResidual);
         }
         EXPECT_EQ(fresh.cameras[0].cameraToWorld, m_scene.cameras[0].cameraToWorld);
         EXPECT_EQ(fresh.lights[0].lightToWorld, m_scene.lights[0].lightToWorld);
@@ -103,7 +103,7 @@ TEST_F(Applied, TranslationsKeepTheDigitsBetweenTheirKeys) {
     Add(m_scene, OfNode(AnimatedProperty::Translation, 0), {1e7f, 0, 0}, {1e7f + 1, 0, 0});
     At(0.25);
     const Instance& instance = m_scene.instances[0];
-    EXPECT_EQ((PlacedTransform{instance.objectToWorld, instance.translationRest}.Place().x), 1e7 + 2.25);
+    EXPECT_EQ((PlacedTransform{instance.objectToWorld, instance.translationResidual}.Place().x), 1e7 + 2.25);
     ExpectAsIfLoadedSo();
 }
 
@@ -348,4 +348,4 @@ TEST(PoseApplier, OneOfManyInstancesTakesLittleOfTheTimeOfAll) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::pose_applier_test

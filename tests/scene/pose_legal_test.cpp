@@ -6,11 +6,11 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/scene/material_fields.h"
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/scene/pose_scene.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::pose_legal_test {
 namespace {
 
 using List = std::vector<uint32_t>;
@@ -109,4 +109,4 @@ TEST_F(LegalPose, WhatIsDeformedBeyondNumbersIsHidden) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::pose_legal_test

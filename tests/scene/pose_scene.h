@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/model/check.h"
 
 namespace raygraph::scene {
 

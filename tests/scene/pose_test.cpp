@@ -1,5 +1,5 @@
 // Poses: clips blended with each other and with the rest pose.
-#include "renderer/scene/pose.h"
+#include "renderer/scene/animation/pose.h"
 
 #include <gtest/gtest.h>
 
@@ -9,14 +9,14 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/material_fields.h"
-#include "renderer/scene/pose_applier.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/model/check.h"
+#include "renderer/scene/model/material_fields.h"
 #include "tests/scene/pose_scene.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::pose_test {
 namespace {
 
 using glm::vec3;
@@ -24,7 +24,7 @@ using glm::vec3;
 TEST(Pose, WithoutClipsIsTheRestPoseToTheBit) {
     SceneData scene = Chain();
     scene.nodes[1].translation = {0.1f, 0.2f, 0.3f};
-    scene.nodes[1].translationRest = {1e-9f, 0, 0};
+    scene.nodes[1].translationResidual = {1e-9f, 0, 0};
     scene.nodes[1].rotation = glm::normalize(glm::quat(0.3f, 0.1f, 0.7f, 0.2f));
     Add(scene, OfNode(AnimatedProperty::Translation, 1), {0, 0, 0}, {1, 1, 1});
     Add(scene, OfNode(AnimatedProperty::Rotation, 1), AboutZ(0), AboutZ(1));
@@ -38,7 +38,7 @@ TEST(Pose, WithoutClipsIsTheRestPoseToTheBit) {
     applier.Apply(posed, evaluator.Evaluate(scene, {}));
     for (uint32_t i = 0; i < 3; ++i) {
         EXPECT_EQ(posed.nodes[i].translation, scene.nodes[i].translation);
-        EXPECT_EQ(posed.nodes[i].translationRest, scene.nodes[i].translationRest);
+        EXPECT_EQ(posed.nodes[i].translationResidual, scene.nodes[i].translationResidual);
         EXPECT_EQ(posed.nodes[i].rotation, scene.nodes[i].rotation);
         EXPECT_EQ(posed.nodes[i].scale, scene.nodes[i].scale);
     }
@@ -170,4 +170,4 @@ TEST(Pose, TenThousandNodesTakeMilliseconds) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::pose_test

@@ -5,15 +5,15 @@
 #include <array>
 #include <vector>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose.h"
-#include "renderer/scene/pose_applier.h"
-#include "renderer/scene/still_scene.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/gltf/still_scene.h"
+#include "renderer/scene/model/check.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/reference_assets.h"
 
-namespace raygraph::test {
+namespace raygraph::test::published_motion_test {
 namespace {
 
 using glm::vec3;
@@ -227,4 +227,4 @@ TEST(PublishedMotion, FrozenScenesAreThere) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::published_motion_test

@@ -12,7 +12,7 @@
 #include "tests/support/reference_assets.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::test {
+namespace raygraph::test::reference_scenes_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -340,4 +340,4 @@ TEST(MalformedScenes, IndexBeyondTheVerticesIsNamed) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::reference_scenes_test

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "renderer/scene/scene_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::test {
 
@@ -69,7 +69,7 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
     EXPECT_EQ(a.nodeOrder, b.nodeOrder);
     ASSERT_EQ(a.nodes.size(), b.nodes.size());
     for (size_t i = 0; i < a.nodes.size(); ++i) {
-        ExpectSameFields(a.nodes[i], b.nodes[i], "translation", "translationRest", "rotation", "scale",
+        ExpectSameFields(a.nodes[i], b.nodes[i], "translation", "translationResidual", "rotation", "scale",
                          "matrix");
         EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
     }
@@ -98,7 +98,7 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
     }
     ASSERT_EQ(a.cameras.size(), b.cameras.size());
     for (size_t i = 0; i < a.cameras.size(); ++i)
-        ExpectSameFields(a.cameras[i], b.cameras[i], "cameraToWorld", "translationRest");
+        ExpectSameFields(a.cameras[i], b.cameras[i], "cameraToWorld", "translationResidual");
     ASSERT_EQ(a.lights.size(), b.lights.size());
     for (size_t i = 0; i < a.lights.size(); ++i) {
         EXPECT_EQ(a.lights[i].name, b.lights[i].name);

@@ -1,7 +1,7 @@
 // Compares the results of two loads.
 #pragma once
 
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::test {
 

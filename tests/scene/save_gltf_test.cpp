@@ -1,5 +1,5 @@
 // Files saved again: what was edited is there, and everything else as it was.
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +8,13 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <sstream>
 
-#include "renderer/scene/split_place.h"
+#include "renderer/scene/geometry/split_place.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/reference_assets.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::test {
+namespace raygraph::test::save_gltf_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -200,21 +200,21 @@ TEST_F(SaveGltf, PlacesFarAwayKeepTheirRest) {
     scene::SceneData edited = scene::LoadGltf(source);
     const scene::SplitPlace far = scene::Split({10'000.5003, -6e6 + 0.125, 3.0});
     edited.nodes[0].translation = far.rounded;
-    edited.nodes[0].translationRest = far.rest;
+    edited.nodes[0].translationResidual = far.rest;
     glm::mat4x3 moved = edited.nodes[1].LocalTransform();
     moved[3] = far.rounded;
     edited.nodes[1].matrix = moved;
-    edited.nodes[1].translationRest = far.rest;
+    edited.nodes[1].translationResidual = far.rest;
     scene::UpdateWorldTransforms(edited);
     const scene::SceneData saved = Save(source, edited, Target("far.gltf"));
     ExpectSame(edited, saved);
-    for (const scene::Node& node : saved.nodes) EXPECT_EQ(node.translationRest, far.rest);
+    for (const scene::Node& node : saved.nodes) EXPECT_EQ(node.translationResidual, far.rest);
     // The rest alone
     edited = saved;
-    edited.nodes[0].translationRest += glm::vec3(1e-4f, 0, 0);
+    edited.nodes[0].translationResidual += glm::vec3(1e-4f, 0, 0);
     scene::UpdateWorldTransforms(edited);
-    EXPECT_EQ(Save(Target("far.gltf"), edited, Target("farther.gltf")).nodes[0].translationRest,
-              edited.nodes[0].translationRest);
+    EXPECT_EQ(Save(Target("far.gltf"), edited, Target("farther.gltf")).nodes[0].translationResidual,
+              edited.nodes[0].translationResidual);
 }
 
 TEST_F(SaveGltf, TurnedAndShearedNodes) {
@@ -447,4 +447,4 @@ TEST_F(SaveGltf, FailuresAreOneLineAndLeaveWhatIsThere) {
     EXPECT_FALSE(fs::exists(Target("a.gltf")));
 }
 
-}  // namespace raygraph::test
+}  // namespace raygraph::test::save_gltf_test

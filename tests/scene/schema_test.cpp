@@ -3,21 +3,21 @@
 
 #include <limits>
 
-#include "renderer/scene/gltf_schema_rows.h"
+#include "renderer/scene/gltf/schema_rows.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/peak_memory.h"
 
-namespace raygraph::test {
+namespace raygraph::test::schema_test {
 namespace {
 
 // A property of the type that the checker does not support cannot be declared.
 template <typename Row>
 concept CanBePutIntoRange = requires(const Row& row) {
-    row.PutIntoRange();
+    row.ClampToRange();
 };
 template <typename Row>
 concept CanBeLeftOut = requires(const Row& row) {
-    row.OrLeftOut("", "");
+    row.OrOmitted("", "");
 };
 using scene::schema::NumberRow, scene::schema::NumbersRow, scene::schema::WholeRow, scene::schema::TextRow;
 static_assert(CanBePutIntoRange<NumberRow> && CanBePutIntoRange<NumbersRow>);
@@ -27,11 +27,11 @@ static_assert(!CanBeLeftOut<NumbersRow> && !CanBeLeftOut<TextRow> && !CanBeLeftO
 
 TEST(Schema, RowsThatContradictThemselvesAreNoConstants) {
     using namespace scene::schema;
-    EXPECT_ANY_THROW(Number("a").Required().OrLeftOut("", ""));
-    EXPECT_ANY_THROW(Whole("a").OrLeftOutWhateverItIs("", "").Required());
-    EXPECT_ANY_THROW(Number("a").Above(0.0f).PutIntoRange());
-    EXPECT_ANY_THROW(Number("a").PutIntoRange().Below(1.0f));
-    EXPECT_NO_THROW(Number("a").Between(0.0f, 1.0f).PutIntoRange().Required());
+    EXPECT_ANY_THROW(Number("a").Required().OrOmitted("", ""));
+    EXPECT_ANY_THROW(Whole("a").OrOmittedIfInvalid("", "").Required());
+    EXPECT_ANY_THROW(Number("a").Above(0.0f).ClampToRange());
+    EXPECT_ANY_THROW(Number("a").ClampToRange().Below(1.0f));
+    EXPECT_NO_THROW(Number("a").Between(0.0f, 1.0f).ClampToRange().Required());
 }
 
 TEST(Schema, WhatHasNoRowMayBeAnything) {
@@ -201,4 +201,4 @@ TEST(Model, NamesInUrisAreTakenAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::schema_test

@@ -1,5 +1,5 @@
 // Primitives in pieces: every triangle once, with the bits of its vertices, and no piece beyond its limits.
-#include "renderer/scene/split_mesh.h"
+#include "renderer/scene/geometry/split_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include <random>
 #include <set>
 
-#include "renderer/scene/deform.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/geometry/round_primitives.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::scene {
+namespace raygraph::scene::split_mesh_test {
 namespace {
 
 class Numbers {
@@ -312,4 +312,4 @@ TEST(SplitPrimitive, WithoutTrianglesIsOnePiece) {
 }
 
 }  // namespace
-}  // namespace raygraph::scene
+}  // namespace raygraph::scene::split_mesh_test

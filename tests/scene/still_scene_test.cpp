@@ -1,19 +1,19 @@
 // A scene at one time: which clips a list names, and what freezing makes of nodes, skins and targets.
-#include "renderer/scene/still_scene.h"
+#include "renderer/scene/gltf/still_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 
-#include "renderer/scene/check.h"
-#include "renderer/scene/deform.h"
-#include "renderer/scene/pose_applier.h"
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/model/check.h"
 #include "tests/scene/motion_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::still_scene_test {
 namespace {
 
 using glm::vec3;
@@ -270,4 +270,4 @@ TEST(FreezePose, VerticesThatAreNotFiniteAreNotShown) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::still_scene_test

@@ -1,5 +1,5 @@
 // Tangents that are generated where a file has none.
-#include "renderer/scene/tangents.h"
+#include "renderer/scene/geometry/tangents.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 
 #include "tests/scene/gltf_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::tangents_test {
 namespace {
 
 using glm::vec2;
@@ -301,4 +301,4 @@ TEST(MoveTangents, StayWhereTheMovedImageHasNoDirection) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::tangents_test

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/scene/save_gltf.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/motion_document.h"
 
-namespace raygraph::test {
+namespace raygraph::test::unused_defects_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -383,4 +383,4 @@ TEST(BrokenCharacters, SceneIsSavedWithThemReplaced) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::unused_defects_test

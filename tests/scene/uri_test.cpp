@@ -1,4 +1,4 @@
-#include "renderer/scene/uri.h"
+#include "renderer/scene/gltf/uri.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::test {
+namespace raygraph::test::uri_test {
 namespace {
 
 std::string Decoded(std::string_view uri) {
@@ -74,4 +74,4 @@ TEST(Text, PrintableKeepsUtf8AndHidesTheRest) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::uri_test

@@ -10,7 +10,7 @@
 
 #include "bxdf/bsdf.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::anisotropy_test {
 namespace {
 
 SurfaceMaterial Brushed(float strength, float roughness) {
@@ -112,7 +112,7 @@ TEST(Anisotropy, EstimatesOfOneBounceHaveItAsTheirMean) {
         constexpr int kSide = 150;
         for (int i = 0; i < kSide * kSide; ++i) {
             const vec3 wm =
-                SampleFacetSeen(alpha, wo, (vec2(i / kSide, i % kSide) + vec2(0.5f)) / float(kSide));
+                SampleVisibleFacet(alpha, wo, (vec2(i / kSide, i % kSide) + vec2(0.5f)) / float(kSide));
             const vec3 wi = Reflect(wo, wm);
             if (!(wi.z > 0.0f)) continue;
             const float curve = SchlickWeight(dot(wo, wm));
@@ -221,7 +221,7 @@ TEST(Anisotropy, IsReciprocalButForTheLightOfLaterBounces) {
     EXPECT_GT(WorstRatio(Stretched(Metal(0.0f), 1.0f, 0.3f)), 1.1) << "the bounds are of something";
 }
 
-// The normals of StretchOf are those of the stretch: the mean square tilt along x of what they reflect is that
+// The normals of AnisotropySampleOf are those of the stretch: the mean square tilt along x of what they reflect is that
 // of samples, and none is across. Round facets have one direction, which is that without a stretch.
 TEST(Anisotropy, PartsOfAStretchedReflectionLieAlongIt) {
     const vec3 up(0.0f, 0.0f, 1.0f);
@@ -230,7 +230,7 @@ TEST(Anisotropy, PartsOfAStretchedReflectionLieAlongIt) {
         const GltfBxDF lobe = Stretched(Metal(0.0f), strength, 0.2f);
         double parts = 0.0, weights = 0.0, samples = 0.0, all = 0.0;
         for (uint i = 0; i < kParts; ++i) {
-            const StretchPart part = StretchOf(lobe.alpha, up, i, kParts);
+            const AnisotropySample part = AnisotropySampleOf(lobe.alpha, up, i, kParts);
             EXPECT_NEAR(part.wi.y, 0.0f, 1e-6f);
             parts += double{part.weight} * std::abs(double{part.wi.x});
             weights += double{part.weight};
@@ -247,9 +247,10 @@ TEST(Anisotropy, PartsOfAStretchedReflectionLieAlongIt) {
             << strength;
     }
     const vec3 wo = DirectionAt(0.6f, 1.0f);
-    EXPECT_LT(length(StretchOf(vec2(0.3f), wo, 3u, kParts).wi - DominantReflection(wo, std::sqrt(0.3f))),
-              1e-5f);
+    EXPECT_LT(
+        length(AnisotropySampleOf(vec2(0.3f), wo, 3u, kParts).wi - DominantReflection(wo, std::sqrt(0.3f))),
+        1e-5f);
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::anisotropy_test

@@ -6,7 +6,7 @@
 #include "shared/scene_records.h"
 #include "tests/shading/gltf_lobe.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::boundary_test {
 namespace {
 
 // The mean over the hemisphere, weighted by the cosine, of what a facet of the lobe reflects.
@@ -165,4 +165,4 @@ TEST(Boundary, InfiniteIndexReflectsAllInEveryModel) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::boundary_test

@@ -8,7 +8,7 @@
 #include "core/capsule.glsl"
 #include "core/ray_offset.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::capsule_test {
 namespace {
 
 using glm::dvec3;
@@ -293,4 +293,4 @@ TEST(Capsule, AllRaysThatStartInsideLeaveOnce) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::capsule_test

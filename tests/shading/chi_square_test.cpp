@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace raygraph::test {
+namespace raygraph::test::chi_square_test {
 namespace {
 
 TEST(ChiSquare, IncompleteGammaMeetsItsClosedForms) {
@@ -139,4 +139,4 @@ TEST(ChiSquare, WrongDirectionDensityIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::test
+}  // namespace raygraph::test::chi_square_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-namespace raygraph::shading {
+namespace raygraph::shading::clearcoat_test {
 namespace {
 
 constexpr vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -155,16 +155,16 @@ TEST(Clearcoat, SmoothCoatOverAMirrorHasTwoReflections) {
 // A lamp under a coat: the share that the coat does not reflect.
 TEST(Clearcoat, PassesWhatItDoesNotReflect) {
     for (const float cosine : {1.0f, 0.5f, 0.1f}) {
-        EXPECT_NEAR(PassedByClearcoat(0.6f, 0.0f, cosine), 1.0f - 0.6f * Schlick(cosine), 2e-3f);
+        EXPECT_NEAR(ClearcoatTransmittance(0.6f, 0.0f, cosine), 1.0f - 0.6f * Schlick(cosine), 2e-3f);
         for (const float roughness : {0.3f, 0.9f}) {
             const Albedo coat =
                 MeasureAlbedo(Coat(roughness * roughness, 0.6f), DirectionAt(cosine, 0.0f), 1u << 14u);
-            EXPECT_NEAR(PassedByClearcoat(0.6f, roughness, cosine), 1.0 - coat.reflected.x, 6e-3)
+            EXPECT_NEAR(ClearcoatTransmittance(0.6f, roughness, cosine), 1.0 - coat.reflected.x, 6e-3)
                 << roughness << ", cos " << cosine;
         }
     }
-    EXPECT_EQ(PassedByClearcoat(0.0f, 0.5f, 0.5f), 1.0f);
+    EXPECT_EQ(ClearcoatTransmittance(0.0f, 0.5f, 0.5f), 1.0f);
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::clearcoat_test

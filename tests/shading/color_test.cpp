@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace raygraph::shading {
+namespace raygraph::shading::color_test {
 namespace {
 
 TEST(Color, SrgbMeetsPublishedPairs) {
@@ -22,7 +22,7 @@ TEST(Color, SrgbMeetsPublishedPairs) {
 TEST(Color, IdsAreDistinctColorsOfTwoBrightnesses) {
     std::vector<vec3> colors;
     for (uint id = 0; id < 64; ++id) {
-        const vec3 color = ColorOfId(id);
+        const vec3 color = IdColor(id);
         EXPECT_FLOAT_EQ(std::max({color.x, color.y, color.z}), id % 2 == 0 ? 0.95f : 0.7f) << id;
         EXPECT_GE(std::min({color.x, color.y, color.z}), 0.17f) << id;
         for (size_t other = 0; other < colors.size(); ++other)
@@ -50,4 +50,4 @@ TEST(Color, LuminanceOfWhiteIsOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::color_test

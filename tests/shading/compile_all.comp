@@ -86,9 +86,9 @@ vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {
     BSDFSample s = Sample_f(g, uc, u);
     float pdf = 0.0f;
     vec3 value = Evaluate(g, s.wi, pdf) + f(g, s.wi);
-    float chance = StraightChance(g);
-    value += StraightShare(g) + f(WithoutStraight(g, chance), s.wi) + 
-             StraightShare(material, SettingOf(material, uc, u), wo);
+    float chance = PassThroughProbability(g);
+    value += PassThroughWeight(g) + f(WithoutPassThrough(g, chance), s.wi) + 
+             PassThroughWeight(material, SettingOf(material, uc, u), wo);
     return value * (PDF(g, s.wi) + pdf + float(g.flags));
 }
 
@@ -101,14 +101,14 @@ vec3 LobesAlone(vec3 wo, float uc, vec2 u) {
     vec3 sum = vec3(0.0f);
 #define ADD(Lobe, name, feature)                                                       \
     Lobe name;                                                                         \
-    PlaceLobe(name, material, setting, view, share);                                   \
+    InitLobe(name, material, setting, view, share);                                   \
     BSDFSample name##Sample = Sample_f(name, view, uc, u);                             \
     sum += f(name, view, name##Sample.wi) * PDF(name, view, name##Sample.wi);          \
     sum += Reflected(name, view).albedo + Transmitted(name, view).albedo;              \
     sum += vec3(Weight(name, view), float(Flags(name, view)),                          \
-                PassedTo(name, view, PairOf(view, name##Sample.wi, false)));           \
+                NormalizedTransmittance(name, view, PairOf(view, name##Sample.wi, false)));           \
     sum += WalkOf(name, view).reflect * float(IsWalked(name));                         \
-    sum += StraightShare(WithoutStraight(name), view) * StraightChance(name, view);
+    sum += PassThroughWeight(WithoutPassThrough(name), view) * PassThroughProbability(name, view);
     GLTF_LOBES(ADD)
 #undef ADD
     return sum;

@@ -9,7 +9,7 @@
 #include "tests/shading/lobe_checks.h"
 #include "tests/shading/microfacet_cases.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::conductor_test {
 namespace {
 
 LoneLobe<ConductorBxDF> White(vec2 alpha) {
@@ -69,7 +69,7 @@ TEST(Conductor, PDFIntegratesToTheShareOfNormalsThatReflectAboveTheHorizon) {
 
 TEST(Conductor, SampleAgreesWithFAndPDF) {
     for (const MicrofacetCase& c : MicrofacetCases(true)) {
-        SCOPED_TRACE(testing::Message() << c);
+        SCOPED_TRACE(::testing::Message() << c);
         for (MaskingModel masking : kMaskingModels) {
             const ScopedModels models(c.distribution, masking);
             // The normal found again from wi is off by rounding, which a narrow lobe magnifies.
@@ -164,4 +164,4 @@ TEST(Conductor, StatedAlbedoIsReflected) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::conductor_test

@@ -10,7 +10,7 @@
 #include "tests/shading/lobe_checks.h"
 #include "tests/shading/microfacet_cases.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::dielectric_test {
 namespace {
 
 LoneLobe<GlassBxDF> LoneGlass(vec2 alpha, float eta, bool isThin = false) {
@@ -124,7 +124,7 @@ TEST(Glass, SampleAgreesWithFAndPDF) {
     const MultiscatterScope single(MultiscatterKind::Off);
     for (const GlassCase& c : GlassCases(true)) {
         for (MaskingModel masking : kMaskingModels) {
-            SCOPED_TRACE(testing::Message() << c << ", masking " << static_cast<int>(masking));
+            SCOPED_TRACE(::testing::Message() << c << ", masking " << static_cast<int>(masking));
             const ScopedModels models(c.surface.distribution, masking, FresnelModel::Dielectric);
             // The normal found again from wi is off by rounding, more so where wo and wi nearly cancel.
             const float contrast = c.isThin ? 1.0f : std::abs(c.eta - 1.0f);
@@ -317,7 +317,7 @@ TEST(Glass, StatedAlbedoIsReflectedAndTransmitted) {
 float PlacedShareAt(const GltfBxDF& material, vec3 wo) {
     DielectricLayerBxDF layer{};
     float share = 1.0f;
-    PlaceLobe(layer, material, material, ViewOf(material, wo), share);
+    InitLobe(layer, material, material, ViewOf(material, wo), share);
     return share;
 }
 
@@ -379,7 +379,7 @@ TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
                 const FacetView view = ViewOf(material, wo);
                 DielectricLayerBxDF layer{};
                 float share = 1.0f;
-                PlaceLobe(layer, material, material, view, share);
+                InitLobe(layer, material, material, view, share);
                 const double reflected = Reflected(layer, view).albedo.x;
                 EXPECT_NEAR(share, 0.75 - reflected, 1e-4) << "alpha " << alpha << " cos " << cosine;
                 if (alpha > 0.0f) {
@@ -387,7 +387,7 @@ TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
                     EXPECT_NEAR(reflected, sampled.mean, 5.0 * sampled.error + 1e-3) << alpha;
                 }
                 const auto passed = [&](float cosI) {
-                    return PassedTo(layer, view, PairOf(view, DirectionAt(cosI, 0.0f), false));
+                    return NormalizedTransmittance(layer, view, PairOf(view, DirectionAt(cosI, 0.0f), false));
                 };
                 EXPECT_NEAR(passed(cosine) / passed(1.0f),
                             share / PlacedShareAt(material, DirectionAt(1.0f, 0.6f)), 1e-4);
@@ -403,4 +403,4 @@ TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::dielectric_test

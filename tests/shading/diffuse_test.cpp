@@ -11,7 +11,7 @@
 #include "core/rng.glsl"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::diffuse_test {
 namespace {
 
 DiffuseBxDF Lobe(vec3 albedo) {
@@ -131,4 +131,4 @@ TEST(Lambert, BlackAndEdgeOnSurfacesGiveNoSample) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::diffuse_test

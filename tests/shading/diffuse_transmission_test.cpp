@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace raygraph::shading {
+namespace raygraph::shading::diffuse_transmission_test {
 namespace {
 
 // Makes a material without a layer: Lambert's two lobes alone.
@@ -246,4 +246,4 @@ TEST(DiffuseTransmission, WalksAboveItKeepTheSum) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::diffuse_transmission_test

@@ -61,7 +61,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     return surface;
 }
 
-vec3 UnblockedShare(Ray, float, float, uint) {
+vec3 ShadowTransmittance(Ray, float, float, uint) {
     return vec3(0.0f);
 }
 
@@ -81,7 +81,7 @@ Medium MediumAt(uint) {
 // The bridge is declared: now the integrator over it.
 #include "integrator/extend_path.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::dispersion_test {
 
 namespace {
 
@@ -266,4 +266,4 @@ TEST_F(Dispersion, FilmOfTheIndexOfAirChangesNothing) {
     }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::dispersion_test

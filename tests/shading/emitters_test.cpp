@@ -1,11 +1,11 @@
 // Tests which triangles of a mesh may emit, and the effect of their texture.
-#include "renderer/gpu_scene/emitters.h"
+#include "renderer/gpu_scene/lights/emitters.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace raygraph {
+namespace raygraph::emitters_test {
 namespace {
 
 // Two triangles, the halves of a square whose texture coordinates run over (low..high)^2.
@@ -136,4 +136,4 @@ TEST_F(Emitters, AbsurdTextureCoordinatesDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::emitters_test

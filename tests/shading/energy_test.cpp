@@ -4,7 +4,7 @@
 
 #include "shared/energy_tables.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::energy_test {
 namespace {
 
 const std::vector<float> kAlphas = {0.002f, 0.03f, 0.1f, 0.23f, 0.45f, 0.72f, 1.0f};
@@ -176,4 +176,4 @@ TEST(Energy, FurnaceIsNeverAboveOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::energy_test

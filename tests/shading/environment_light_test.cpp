@@ -9,7 +9,7 @@
 #include "tests/shading/random_values.h"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::environment_light_test {
 namespace {
 
 TEST(EnvironmentLight, DirectionsFollowTheDensityOfTheCells) {
@@ -189,4 +189,4 @@ TEST(EnvironmentLight, PDFIntegratesToOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::environment_light_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <complex>
 
-namespace raygraph::shading {
+namespace raygraph::shading::fresnel_test {
 namespace {
 
 constexpr std::array kIndices = {1.1f, 1.5f, 2.4f, 1.0f / 1.5f};
@@ -172,4 +172,4 @@ TEST(Fresnel, CosinesBeyondOneAreTakenAsOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::fresnel_test

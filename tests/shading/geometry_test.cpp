@@ -11,7 +11,7 @@
 #include "shared/unit_vector.h"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::geometry_test {
 namespace {
 
 float Uniform(std::mt19937& generator) {
@@ -187,4 +187,4 @@ TEST(Equirect, UniformTexelsGiveADensityOverSolidAngle) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::geometry_test

@@ -7,7 +7,7 @@
 #include "core/frame.glsl"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::gltf_test {
 namespace {
 
 struct View {
@@ -218,17 +218,17 @@ TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
         lobe.eta = 0.6f + 1.5f * unit(random);
         const vec3 wo = DirectionAt(0.02f + 0.98f * unit(random), 0.8f);
         const GltfBSDF wall = Prepare(lobe, wo);
-        const float chance = StraightChance(wall);
+        const float chance = PassThroughProbability(wall);
         const BSDFSample through = Sample_f(wall, 0.9999999f, vec2(0.5f));
         ASSERT_TRUE(IsTransmissive(through.flags));
         EXPECT_NEAR(through.pdf, chance, 1e-6f);
         EXPECT_LT(length(through.wi + wo), 1e-6f);
-        const vec3 share = StraightShare(lobe, lobe, wo);
-        EXPECT_EQ(StraightShare(wall), share);
+        const vec3 share = PassThroughWeight(lobe, lobe, wo);
+        EXPECT_EQ(PassThroughWeight(wall), share);
         for (int channel = 0; channel < 3; ++channel)
             EXPECT_NEAR(through.f[channel] * wo.z, share[channel], 2e-6f);
         // The rest of the wall: the same lobes, chosen as before among the samples that do not go straight
-        const GltfBSDF rest = WithoutStraight(wall, chance);
+        const GltfBSDF rest = WithoutPassThrough(wall, chance);
         for (const float uc : {0.01f, 0.3f, 0.7f, 0.99f}) {
             const BSDFSample before = Sample_f(wall, uc * (1.0f - chance), vec2(0.3f, 0.6f));
             const BSDFSample after = Sample_f(rest, uc, vec2(0.3f, 0.6f));
@@ -372,4 +372,4 @@ TEST(Gltf, NothingIsInfiniteAtTheEnds) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::gltf_test

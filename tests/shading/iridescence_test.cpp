@@ -10,7 +10,7 @@
 
 #include "bxdf/bsdf.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::iridescence_test {
 namespace {
 
 constexpr vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -213,4 +213,4 @@ TEST(Iridescence, FilmIsRelativeToTheMediumAround) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::iridescence_test

@@ -7,7 +7,7 @@
 
 #include "tests/shading/lobe_checks.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::lafortune_test {
 namespace {
 
 LafortuneBxDF Lobe(vec3 diffuse, vec3 specular, float exponent) {
@@ -83,7 +83,7 @@ TEST(Lafortune, ChoosesAmongDiffuseSpecularAndNothing) {
     EXPECT_EQ(Flags(Lobe(vec3(0.0f), kSpecular, 1.0f)), kBxDFReflection | kBxDFGlossy);
     EXPECT_EQ(Flags(Lobe(vec3(0.0f), vec3(0.0f), 1.0f)), kBxDFNone);
     // Shares that lie in different channels leave nothing to absorb.
-    const vec2 chances = LobeChances(Lobe(vec3(0.9f, 0.0f, 0.0f), vec3(0.0f, 0.9f, 0.0f), 1.0f));
+    const vec2 chances = LobeProbabilities(Lobe(vec3(0.9f, 0.0f, 0.0f), vec3(0.0f, 0.9f, 0.0f), 1.0f));
     EXPECT_NEAR(chances.x, 0.5f, 1e-6f);
     EXPECT_NEAR(chances.y, 0.5f, 1e-6f);
 }
@@ -132,4 +132,4 @@ TEST(Lafortune, ExponentsOfAlphaGiveFiniteLobes) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::lafortune_test

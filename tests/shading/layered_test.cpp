@@ -9,7 +9,7 @@
 
 #include "tests/shading/gltf_lobe.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::layered_test {
 namespace {
 
 GltfBxDF Coated(GltfBxDF base, float alpha, float weight = 1.0f) {
@@ -53,7 +53,7 @@ TEST(Layered, CoatOnASmoothPaneTakesWhatItReflects) {
             const GltfBxDF coated = Coated(pane, 0.0f, weight);
             const vec3 wo = DirectionAt(cosine, 0.4f);
             const double f = Schlick(cosine), under = 1.0 - double{weight} * f;
-            const vec3 share = StraightShare(coated, coated, wo);
+            const vec3 share = PassThroughWeight(coated, coated, wo);
             const Albedo seen = MeasureAlbedo(coated, wo, 1u << 13u);
             for (int color = 0; color < 3; ++color) {
                 const double expected = under * (1.0 - f) * double{pane.baseColor[color]};
@@ -164,4 +164,4 @@ TEST(Layered, FilmOverDiffuseTransmissionLosesNothing) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::layered_test

@@ -8,7 +8,7 @@
 #include "core/rng.glsl"
 #include "tests/shading/light_scene.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::light_irradiance_test {
 namespace {
 
 constexpr std::array kSamplers = {LightSampler::Uniform, LightSampler::Power, LightSampler::Bvh};
@@ -252,4 +252,4 @@ TEST(Irradiance, TreeHasAQuarterOfTheVarianceOfUniformChoiceInASceneOfManyLights
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::light_irradiance_test

@@ -8,11 +8,11 @@
 #include <random>
 
 #include "core/rng.glsl"
-#include "renderer/scene/ies_file.h"
+#include "renderer/scene/formats/ies_file.h"
 #include "tests/shading/light_scene.h"
 #include "tests/support/ies_text.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::light_profile_test {
 namespace {
 
 using test::IesText;
@@ -256,4 +256,4 @@ TEST_F(LightProfileShading, EverySamplerFindsTheSameIrradiance) {
     threadLightSampler = before;
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::light_profile_test

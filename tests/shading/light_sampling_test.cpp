@@ -11,7 +11,7 @@
 #include "tests/shading/random_values.h"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::light_sampling_test {
 namespace {
 
 constexpr std::array kSamplers = {LightSampler::Uniform, LightSampler::Power, LightSampler::Bvh};
@@ -319,4 +319,4 @@ TEST(LightTree, ImportanceIsNoughtOnlyWhereNoLightArrives) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::light_sampling_test

@@ -7,8 +7,8 @@
 
 #include "core/frame.glsl"
 #include "lights/light_types.glsl"
-#include "renderer/gpu_scene/environment_table.h"
-#include "renderer/gpu_scene/light_table.h"
+#include "renderer/gpu_scene/lights/environment_table.h"
+#include "renderer/gpu_scene/lights/light_table.h"
 
 namespace raygraph::shading {
 

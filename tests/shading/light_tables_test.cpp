@@ -4,11 +4,11 @@
 #include <cmath>
 #include <random>
 
-#include "renderer/gpu_scene/alias_table.h"
-#include "renderer/gpu_scene/light_bvh.h"
+#include "renderer/gpu_scene/lights/alias_table.h"
+#include "renderer/gpu_scene/lights/light_bvh.h"
 #include "tests/shading/light_scene.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::light_tables_test {
 namespace {
 
 // Returns the probability of each outcome by a table's slots.
@@ -285,7 +285,7 @@ TEST(LightTable, PowersAreThoseOfRadiometry) {
     const double sum = powers[0] + powers[1] + powers[2] + powers[3];
     for (size_t i = 0; i < 4; ++i)
         EXPECT_NEAR(double(testLights.table.AliasAt(i).probability), powers[i] / sum, 2e-6) << i;
-    EXPECT_NEAR(double(testLights.table.Set().unboundedShare), 1.0 - kMinLightShare, 1e-6);
+    EXPECT_NEAR(double(testLights.table.Set().unboundedProbability), 1.0 - kMinLightShare, 1e-6);
 }
 
 TEST(LightTable, ScalesAndPlacesBeyondReasonGiveNoNumbersThatAreNot) {
@@ -368,7 +368,7 @@ TEST(LightTable, MovedLightUpdatesItsRecordItsLeafAndTheNodesAbove) {
     std::vector<vec3> moved = places;
     moved[77] = vec3(150.0f, -20.0f, 3.0f);
     const LightTableChanges changes = MoveTo(moved, {77});
-    EXPECT_FALSE(changes.isAll || changes.isRebuilt || changes.isAlias || changes.areAllRecords);
+    EXPECT_FALSE(changes.isAll || changes.isRebuilt || changes.isAlias || changes.allRecordsChanged);
     EXPECT_EQ(changes.lights, std::vector<uint32_t>{77});
     EXPECT_LE(changes.nodes.size(), 33u);
     EXPECT_EQ(CheckTree(), 500u);
@@ -420,20 +420,20 @@ TEST(LightTable, TreeDecaysWhenLightsPartFromTheirNeighbors) {
     std::vector<vec3> moved = places;
     for (vec3& place : moved) place += vec3(3.0f, 400.0f, 0.0f);
     MoveTo(moved, all);
-    EXPECT_FALSE(testLights.table.NoteFrame()) << "all together";
+    EXPECT_FALSE(testLights.table.UpdateDecay()) << "all together";
     moved[9] += vec3(1e6f, 0.0f, 0.0f);
     MoveTo(moved, {9});
-    EXPECT_FALSE(testLights.table.NoteFrame()) << "one alone";
+    EXPECT_FALSE(testLights.table.UpdateDecay()) << "one alone";
     for (uint32_t i = 0; i < places.size(); ++i) moved[i] = places[i * 37 % places.size()];
     MoveTo(moved, all);
-    EXPECT_TRUE(testLights.table.NoteFrame()) << "each to the place of another";
+    EXPECT_TRUE(testLights.table.UpdateDecay()) << "each to the place of another";
     EXPECT_EQ(CheckTree(), 500u);
     LightTableChanges changes;
     testLights.table.BuildTree(testLights.scene, changes);
     EXPECT_TRUE(changes.isRebuilt);
-    EXPECT_FALSE(testLights.table.NoteFrame());
+    EXPECT_FALSE(testLights.table.UpdateDecay());
     EXPECT_EQ(CheckTree(), 500u);
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::light_tables_test

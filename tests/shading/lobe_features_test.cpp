@@ -7,7 +7,7 @@
 
 #include "tests/shading/gltf_lobe.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::lobe_features_test {
 namespace {
 
 class FeatureScope {
@@ -139,4 +139,4 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::lobe_features_test

@@ -28,7 +28,7 @@ inline GlassBxDF Turned(GlassBxDF lobe, const SurfaceSetting& setting) {
     return lobe;
 }
 
-// Returns the facets without the energy tables, which only PlaceLobe reads.
+// Returns the facets without the energy tables, which only InitLobe reads.
 inline FacetView FacetsOf(const SurfaceSetting& setting, vec3 wo) {
     FacetView view{};
     view.wo = wo;
@@ -76,7 +76,7 @@ BSDFSample DirectionOf(const LoneLobe<Lobe>& lone, vec3 wo, float uc, vec2 u) {
     const bool isBelow = wo.z < 0.0f;
     const Lobe lobe = isBelow ? Turned(lone.lobe, lone.setting) : lone.lobe;
     const FacetView view = FacetsOf(lone.setting, TurnedOver(wo, isBelow));
-    BSDFSample s = SampleDirection(lobe, view, DrawFor(view, DrawsCosine(lobe, uc), u), uc, u);
+    BSDFSample s = SampleDirection(lobe, view, SampleCosineOrNormal(view, SamplesCosine(lobe, uc), u), uc, u);
     if (s.flags != kBxDFNone) s.pdf = 1.0f;
     s.wi = TurnedOver(s.wi, isBelow);
     return s;
@@ -87,7 +87,7 @@ template <class Lobe>
 Lobe PlacedLobe(const GltfBxDF& material, vec3 wo) {
     Lobe lobe{};
     float share = 1.0f;
-    PlaceLobe(lobe, material, material, ViewOf(material, wo), share);
+    InitLobe(lobe, material, material, ViewOf(material, wo), share);
     return lobe;
 }
 

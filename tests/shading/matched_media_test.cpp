@@ -84,7 +84,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
 }
 
 // Acts like shadow rays that all surfaces but smooth thin walls block.
-vec3 UnblockedShare(Ray ray, float distance, float, uint) {
+vec3 ShadowTransmittance(Ray ray, float distance, float, uint) {
     const Hit hit = Intersect(ray, 0u);
     return vec3(IsHit(hit) && hit.t < distance ? 0.0f : 1.0f);
 }
@@ -100,7 +100,7 @@ Medium MediumAt(uint material) {
 // The bridge is declared: now the integrator over it.
 #include "integrator/extend_path.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::matched_media_test {
 
 namespace {
 
@@ -342,4 +342,4 @@ TEST_F(MatchedMedia, LightSamplingFindsThroughBoundariesWhatChanceFinds) {
     }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::matched_media_test

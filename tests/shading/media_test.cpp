@@ -24,7 +24,7 @@ Medium MediumAt(uint material) {
 
 #include "integrator/media.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::media_test {
 
 namespace {
 
@@ -128,4 +128,4 @@ TEST(Media, LightFadesExponentially) {
     EXPECT_EQ(Transmittance(kVacuum, 1e6f), vec3(1.0f));
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::media_test

@@ -6,12 +6,12 @@
 #include <random>
 #include <utility>
 
-#include "renderer/gpu_scene/light_mesh.h"
+#include "renderer/gpu_scene/lights/light_mesh.h"
 #include "tests/shading/light_scene.h"
 #include "tests/shading/random_values.h"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::mesh_light_test {
 namespace {
 
 constexpr std::array kSamplers = {LightSampler::Uniform, LightSampler::Power, LightSampler::Bvh};
@@ -76,7 +76,7 @@ std::vector<Choice> Choices(const LightContext& context) {
         const uint count = isMesh ? LightMeshAt(record.primitive).triangleCount : 1u;
         for (uint triangle = 0; triangle < count; ++triangle) {
             LightRecord within = record;
-            const double share = double(ChooseHitWithin(within, context, triangle));
+            const double share = double(ResolveHitMeshLight(within, context, triangle));
             choices.push_back({light, triangle, chosen * share});
         }
     }
@@ -174,7 +174,7 @@ TEST_P(MeshLight, FrequenciesAreTheProbabilitiesWhichSumToOne) {
             uint triangle = 0u;
             if (chosen.probability > 0.0f) {
                 LightRecord light = LightAt(chosen.light);
-                const float within = ChooseWithin(light, context, u, triangle);
+                const float within = ResolveMeshLight(light, context, u, triangle);
                 ASSERT_TRUE(u.x >= 0.0f && u.x < 1.0f && u.y >= 0.0f && u.y < 1.0f);
                 if (within > 0.0f) {
                     const uint first =
@@ -296,4 +296,4 @@ TEST(LightMesh, MeshesAreSharedWhereExpandingThemTakesMore) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::mesh_light_test

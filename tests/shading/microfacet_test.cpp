@@ -15,7 +15,7 @@
 #include "tests/shading/microfacet_cases.h"
 #include "tests/support/reference_assets.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::microfacet_test {
 namespace {
 
 constexpr std::array kDistributions = {MicrofacetModel::Ggx, MicrofacetModel::Beckmann,
@@ -239,4 +239,4 @@ TEST(Microfacet, WhiteGgxMetalHasTheReferenceAlbedo) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::microfacet_test

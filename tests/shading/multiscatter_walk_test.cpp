@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace raygraph::shading {
+namespace raygraph::shading::multiscatter_walk_test {
 namespace {
 
 vec3 Direction(float cosTheta, float phi) {
@@ -176,4 +176,4 @@ TEST(MultiscatterWalk, IsAFunctionOfItsSeed) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::multiscatter_walk_test

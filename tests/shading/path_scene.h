@@ -137,14 +137,14 @@ inline SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     return surface;
 }
 
-inline vec3 UnblockedShare(Ray ray, float distance, float ior, uint) {
+inline vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint) {
     vec3 passed(1.0f);
     while (true) {
         const Hit hit = Intersect(ray, 0u);
         if (!IsHit(hit) || hit.t > distance) return passed;
         if (hit.instance != kWall || scene.arePaper) return vec3(0.0f);
-        passed *= StraightShare(WallMaterial(), SettingOf(WallMaterial(), 1.5f / ior, 0.0f, 0u),
-                                vec3(std::sqrt(1.0f - Sqr(ray.direction.z)), 0.0f, abs(ray.direction.z)));
+        passed *= PassThroughWeight(WallMaterial(), SettingOf(WallMaterial(), 1.5f / ior, 0.0f, 0u),
+                                    vec3(std::sqrt(1.0f - Sqr(ray.direction.z)), 0.0f, abs(ray.direction.z)));
         ray.origin += (hit.t + 1e-4f) * ray.direction;
         distance -= hit.t + 1e-4f;
     }
@@ -167,7 +167,7 @@ inline Medium MediumAt(uint) {
 }  // namespace raygraph::shading
 
 // The bridge is declared: now the integrator over it.
-#define TRACES_AT_ONE_PLACE
+#define SINGLE_TRACE_CALL
 #include "integrator/extend_path.glsl"
 
 namespace raygraph::shading {

@@ -3,7 +3,7 @@
 
 #include "tests/shading/path_scene.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::path_test {
 
 namespace {
 class Path : public PathFixture {};
@@ -51,7 +51,7 @@ TEST_F(Path, DirectionsOfEachTwoBouncesAreSpreadTogether) {
     const auto draw = [](uint sample, uint depth) {
         PathState path = StartPath({}, StartPixelSample(uvec2(8u, 3u), sample, 1u));
         path.depth = depth;
-        return DirectionNumbers(path);
+        return BounceDirectionSample(path);
     };
     const auto boxes = [&](uint first, uint second) {
         std::set<int> taken;
@@ -128,7 +128,7 @@ TEST_F(Path, NumbersOfCandidatesAreMovedByExactlyAQuarterEach) {
     for (const int step : {0, 1, kSteps / 4 - 1, kSteps / 4, kSteps / 2 + 1, 3 * kSteps / 4, kSteps - 1}) {
         const auto u = static_cast<float>(std::ldexp(double(step), -24));
         for (uint candidate = 0; candidate < kLightCandidates; ++candidate) {
-            const vec3 v = NumbersOfCandidate(vec3(u), candidate);
+            const vec3 v = CandidateSample(vec3(u), candidate);
             const int moved = kSteps / int(kLightCandidates) * int(candidate);
             const int across = (step + moved) % kSteps, back = (step + kSteps - moved) % kSteps;
             EXPECT_EQ(double(v.x), std::ldexp(double(across), -24)) << step << ", " << candidate;
@@ -270,7 +270,7 @@ TEST_F(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
         PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
         path.scatter.position = from;
         path.scatterPDF = distance * distance / (0.5f * side * side);  // the density of light sampling
-        CollectFound(path, vec3(4.0f), 0u, 0u, distance - crossed, settings);
+        AddHitEmission(path, vec3(4.0f), 0u, 0u, distance - crossed, settings);
         EXPECT_NEAR(path.radiance.y, 2.0f, 1e-3f) << "a wall at " << crossed;
     }
 }
@@ -285,4 +285,4 @@ TEST_F(Path, CrossingAWallIsNoBounce) {
     EXPECT_LT(mean.standardError, 0.005 * expected) << "too noisy to prove anything";
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::path_test

@@ -9,7 +9,7 @@
 #include "tests/shading/wide_traversal.h"
 #include "tests/support/triangle_soup.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::ray_clearance_test {
 namespace {
 
 float Uniform(std::mt19937& generator) {
@@ -259,4 +259,4 @@ TEST(RayClearance, NoTraversalMeetsTheTriangleThatARayLeaves) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::ray_clearance_test

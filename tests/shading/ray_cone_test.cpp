@@ -5,7 +5,7 @@
 
 #include "tests/shading/path_scene.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::ray_cone_test {
 namespace {
 
 // Double precision is needed, since areas below are differences of close numbers.
@@ -242,4 +242,4 @@ TEST_F(ConeOfPath, GoesStraightThroughWalls) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::ray_cone_test

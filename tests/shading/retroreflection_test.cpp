@@ -6,7 +6,7 @@
 
 #include "tests/shading/gltf_lobe.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::retroreflection_test {
 namespace {
 
 GltfBxDF Back(GltfBxDF lobe, float share) {
@@ -156,4 +156,4 @@ TEST(Retroreflection, CoatAndSheenReflectAsBefore) {
         }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::retroreflection_test

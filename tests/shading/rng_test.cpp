@@ -12,7 +12,7 @@
 
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::rng_test {
 namespace {
 
 class SamplerTest : public ::testing::TestWithParam<SamplerKind> {
@@ -205,7 +205,7 @@ TEST_P(SamplerTest, CorrelationsVanish) {
 // Each of several surfaces behind one another blocks its fraction of the rays that the earlier ones transmit.
 TEST_P(SamplerTest, PartlyTransparentSurfacesStopRaysIndependently) {
     const auto draw = [](uvec2 pixel, uint sampleIndex, uint ray, uint surface) {
-        return AlphaDraw(AlphaSeed(StartPixelSample(pixel, sampleIndex, 1u), ray), surface);
+        return AlphaTestSample(AlphaSeed(StartPixelSample(pixel, sampleIndex, 1u), ray), surface);
     };
     struct Place {
         uint ray, surface;
@@ -300,4 +300,4 @@ TEST(Rng, LargestBitsStayBelowOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::rng_test

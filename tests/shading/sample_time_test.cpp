@@ -1,5 +1,5 @@
 // Times of samples in a shutter.
-#include "editor/session/sample_time.h"
+#include "editor/session/frames/sample_time.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "core/rng.glsl"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::session {
+namespace raygraph::session::sample_time_test {
 namespace {
 
 TEST(SampleTime, EachAlignedBlockHasOneTimeInEachPart) {
@@ -55,4 +55,4 @@ TEST(SampleTime, TimesAreIndependentOfWhereAPixelIsSampled) {
 }
 
 }  // namespace
-}  // namespace raygraph::session
+}  // namespace raygraph::session::sample_time_test

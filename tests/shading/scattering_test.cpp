@@ -69,7 +69,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
 }
 
 // Only the lamp is opaque, and shadow rays do not reach it.
-vec3 UnblockedShare(Ray, float, float, uint) {
+vec3 ShadowTransmittance(Ray, float, float, uint) {
     return vec3(1.0f);
 }
 
@@ -84,7 +84,7 @@ Medium MediumAt(uint) {
 // The bridge is declared: now the integrator over it.
 #include "integrator/extend_path.glsl"
 
-namespace raygraph::shading {
+namespace raygraph::shading::scattering_test {
 
 namespace {
 
@@ -281,4 +281,4 @@ TEST_F(Scattering, LampInFogIsFoundBySamplingAsByChance) {
     }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::scattering_test

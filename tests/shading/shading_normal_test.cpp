@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace raygraph::shading {
+namespace raygraph::shading::shading_normal_test {
 
 namespace {
 
@@ -80,7 +80,7 @@ TEST(ShadingNormal, BendsWithoutAJump) {
 }
 
 // A triangle of the unit sphere, its normals the sphere's.
-TEST(LiftToCurve, PointsOfATriangleNearTheSphereThatItsNormalsAreOf) {
+TEST(ShadowTerminatorOffset, PointsOfATriangleNearTheSphereThatItsNormalsAreOf) {
     std::mt19937 random(3);
     for (int i = 0; i < 200; ++i) {
         const vec3 axis = RandomDirection(random);
@@ -89,7 +89,8 @@ TEST(LiftToCurve, PointsOfATriangleNearTheSphereThatItsNormalsAreOf) {
         const auto lifted = [&](vec3 weights, float side) {
             const vec3 p = weights.x * v[0] + weights.y * v[1] + weights.z * v[2];
             const float size = i % 2 == 0 ? side : 10.0f * side;  // a host's normals may have any length
-            return p + LiftToCurve(weights, p, v[0], v[1], v[2], size * v[0], size * v[1], size * v[2]);
+            return p + ShadowTerminatorOffset(weights, p, v[0], v[1], v[2], size * v[0], size * v[1],
+                                              size * v[2]);
         };
         const vec3 middle = (v[0] + v[1] + v[2]) / 3.0f;
         const float gap = 1.0f - length(middle);
@@ -102,4 +103,4 @@ TEST(LiftToCurve, PointsOfATriangleNearTheSphereThatItsNormalsAreOf) {
     }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::shading_normal_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace raygraph::shading {
+namespace raygraph::shading::sheen_test {
 namespace {
 
 // Sheen over nothing that reflects.
@@ -145,4 +145,4 @@ TEST(Sheen, DoesNotTintWhatIsBelow) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::sheen_test

@@ -1,7 +1,7 @@
 // The path integrator where surfaces transmit diffusely: light from their other side, and from within bodies.
 #include "tests/shading/path_scene.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::sheet_path_test {
 
 namespace {
 class SheetPath : public PathFixture {};
@@ -131,4 +131,4 @@ TEST_F(SheetPath, WhiteDiffuselyTransmittingBallVanishesInAnEvenEnvironment) {
         }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::sheet_path_test

@@ -8,7 +8,7 @@
 #include "core/rng.glsl"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::sobol_test {
 namespace {
 
 vec2 Draw2D(uvec2 pixel, uint sampleIndex, uint seed, uint dimension) {
@@ -255,7 +255,7 @@ TEST(Sobol, EachSurfaceStopsItsShareOfEveryBlockOfSamples) {
             std::set<int> strata;
             for (uint i = 3u << k; i < 4u << k; ++i) {
                 const Sampler rng = StartPixelSample(uvec2(5u, surface), i, 8u);
-                strata.insert(static_cast<int>(std::ldexp(AlphaDraw(AlphaSeed(rng, 2u), surface), k)));
+                strata.insert(static_cast<int>(std::ldexp(AlphaTestSample(AlphaSeed(rng, 2u), surface), k)));
             }
             ASSERT_EQ(strata.size(), size_t{1} << k) << surface;
         }
@@ -362,4 +362,4 @@ TEST(Sobol, EstimatesAreUnbiased) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::sobol_test

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace raygraph::shading {
+namespace raygraph::shading::tangent_frame_test {
 
 namespace {
 
@@ -109,4 +109,4 @@ TEST(TangentFrame, TurnTangent_TurnsAsTheTrianglesFramesAreTurned) {
     }
 }
 
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::tangent_frame_test

@@ -8,7 +8,7 @@
 
 #include "tests/shading/gltf_lobe.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::thin_film_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -232,28 +232,29 @@ TEST(ThinFilm, ReflectsAlikeFromBothSides) {
         const FresnelScope scope(model);
         const FacetFresnel fresnel = Filmed(Dielectric(1.5f), Film(1.3f, 350.0f));
         for (float c = 0.05f; c <= 1.0f; c += 0.05f) {
-            const FacetShares outside = SharesOf(fresnel, c, 1.5f);
-            const FacetShares inside = SharesOf(fresnel, RefractedCosine(c, 1.5f), 1.0f / 1.5f);
+            const FresnelCoefficients outside = EvaluateFresnel(fresnel, c, 1.5f);
+            const FresnelCoefficients inside =
+                EvaluateFresnel(fresnel, RefractedCosine(c, 1.5f), 1.0f / 1.5f);
             EXPECT_LT(MaxComponent(abs(outside.reflected - inside.reflected)), 2e-4f) << c;
             EXPECT_LT(MaxComponent(abs(outside.passed - inside.passed)), 2e-4f) << c;
         }
-        EXPECT_EQ(SharesOf(fresnel, 0.7f, 1.0f / 1.5f).reflected, vec3(1.0f));
-        EXPECT_EQ(SharesOf(fresnel, 0.7f, 1.0f / 1.5f).passed, vec3(0.0f));
+        EXPECT_EQ(EvaluateFresnel(fresnel, 0.7f, 1.0f / 1.5f).reflected, vec3(1.0f));
+        EXPECT_EQ(EvaluateFresnel(fresnel, 0.7f, 1.0f / 1.5f).passed, vec3(0.0f));
     }
 }
 
 TEST(ThinFilm, WhatIsNotReflectedPassesInEachChannel) {
     const FacetFresnel fresnel = Filmed(Dielectric(1.5f), Film(1.9f, 300.0f));
     for (float c = 0.02f; c < 1.0f; c += 0.02f) {
-        const FacetShares shares = SharesOf(fresnel, c, 1.5f);
+        const FresnelCoefficients shares = EvaluateFresnel(fresnel, c, 1.5f);
         EXPECT_LT(MaxComponent(abs(shares.reflected + shares.passed - vec3(1.0f))), 1e-6f) << c;
     }
     // A tinted base passes what it did, less what the film takes
     FacetFresnel red = fresnel;
     red.f0.y = red.f0.z = 0.0f;
-    const FacetShares bare = SharesOf(Filmed(red, NoFilm()), 0.9f, 1.5f);
+    const FresnelCoefficients bare = EvaluateFresnel(Filmed(red, NoFilm()), 0.9f, 1.5f);
     EXPECT_NEAR(bare.passed.y, 1.0f - bare.reflected.x, 1e-6f);
-    const FacetShares shares = SharesOf(red, 0.9f, 1.5f);
+    const FresnelCoefficients shares = EvaluateFresnel(red, 0.9f, 1.5f);
     EXPECT_LT(MaxComponent(abs(shares.passed + shares.reflected - bare.passed - bare.reflected)), 1e-6f);
 }
 
@@ -290,4 +291,4 @@ TEST(ThinFilm, ColorsLeaveTheGamut) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::thin_film_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-namespace raygraph::shading {
+namespace raygraph::shading::tonemap_test {
 namespace {
 
 class TonemapTest : public ::testing::TestWithParam<TonemapOperator> {
@@ -179,4 +179,4 @@ TEST(Tonemap, NeutralIsSmoothWhereCompressionStarts) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::tonemap_test

@@ -13,7 +13,7 @@
 #include "tests/shading/random_values.h"
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::triangle_light_range_test {
 namespace {
 
 using glm::dvec2;
@@ -128,7 +128,7 @@ struct Shape {
     bool isSliver = false;
 };
 
-constexpr int kLeastExponent = -7, kGreatestExponent = 3;
+constexpr int kLeastExponent = -7, kMaxExponent = 3;
 
 // Adds all views of a shape, in a turned plane or not, from 10^exponent times its size away.
 void AddViews(const Shape& shape, bool isTurned, int exponent, std::vector<View>& views) {
@@ -175,7 +175,7 @@ std::vector<View> Views() {
                             {"sliver", {{0, 0}, {1, 0}, {0.3, 2e-3}}, {true, false, false}, true}};
     std::vector<View> views;
     for (const Shape& shape : shapes)
-        for (int exponent = kLeastExponent; exponent <= kGreatestExponent; ++exponent) {
+        for (int exponent = kLeastExponent; exponent <= kMaxExponent; ++exponent) {
             AddViews(shape, false, exponent, views);
             if (exponent % 2 != 0) AddViews(shape, true, exponent, views);
         }
@@ -340,4 +340,4 @@ TEST(TriangleLightRange, IrradianceIsLamberts) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::triangle_light_range_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/chi_square.h"
 
-namespace raygraph::shading {
+namespace raygraph::shading::warp_test {
 namespace {
 
 using test::ChiSquareOfDirections;
@@ -193,4 +193,4 @@ TEST(Warp, PDFsIntegrateToOne) {
 }
 
 }  // namespace
-}  // namespace raygraph::shading
+}  // namespace raygraph::shading::warp_test

@@ -15,7 +15,7 @@
 #include "tests/shading/wide_traversal.h"
 #include "tests/support/triangle_soup.h"
 
-namespace raygraph {
+namespace raygraph::wide_bvh_test {
 namespace {
 
 using testing::BuildWideMesh;
@@ -195,14 +195,14 @@ class WideLevels : public ::testing::TestWithParam<uint32_t> {
 INSTANTIATE_TEST_SUITE_P(WideTraversal, WideLevels, ::testing::Values(1u, 2u));
 
 TEST_P(WideLevels, FindTheNearestOfAllTriangles) {
-    const BvhScene scene = testing::SoupWithInstances();
+    const BvhScene scene = testing::InstancedTriangleSoup();
     const WideScene wide = Build(scene);
     uint32_t hits = 0, differences = 0;
     const std::vector<gpu::BenchRay> rays = RandomRays(2000, 7);
     for (const gpu::BenchRay& ray : rays) {
         const gpu::WideHit hit = Traverse(wide, ray, false);
         const ExactHit exact = TraceExactly(scene, ray);
-        if (exact.isDoubtful) continue;
+        if (exact.isAmbiguous) continue;
         hits += exact.t >= 0.0 ? 1 : 0;
         if (exact.t < 0.0) {
             EXPECT_LT(hit.t, 0.0f);
@@ -227,14 +227,14 @@ TEST_P(WideLevels, FindTheNearestOfAllTriangles) {
 }
 
 TEST_P(WideLevels, AnyHitIsWhetherSomethingIsNearer) {
-    const BvhScene scene = testing::SoupWithInstances();
+    const BvhScene scene = testing::InstancedTriangleSoup();
     const WideScene wide = Build(scene);
     uint32_t hits = 0;
     std::vector<gpu::BenchRay> rays = RandomRays(2000, 8);
     for (gpu::BenchRay& ray : rays) {
         ray.tMax = 0.8f;
         const ExactHit exact = TraceExactly(scene, ray);
-        if (exact.isDoubtful) continue;
+        if (exact.isAmbiguous) continue;
         EXPECT_EQ(Traverse(wide, ray, true).t >= 0.0f, exact.t >= 0.0);
         hits += exact.t >= 0.0 ? 1 : 0;
     }
@@ -440,4 +440,4 @@ TEST_P(WideLevels, FlatTrianglesAndAxisParallelRays) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::wide_bvh_test

@@ -9,8 +9,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "renderer/scene/camera_view.h"
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/model/camera_view.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::test {
 

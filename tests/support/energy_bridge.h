@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <glm/glm.hpp>
 
-#include "renderer/gpu_scene/energy_tables.h"
+#include "renderer/gpu_scene/materials/energy_tables.h"
 
 namespace raygraph::shading {
 

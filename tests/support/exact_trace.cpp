@@ -42,7 +42,7 @@ bool Meet(const glm::dvec3& origin, const glm::dvec3& d, const glm::dvec3 (&p)[3
     return true;
 }
 
-bool MeetsBox(const glm::dvec3& origin, const glm::dvec3& d, const Box& box, double margin) {
+bool IntersectsBox(const glm::dvec3& origin, const glm::dvec3& d, const Box& box, double margin) {
     double tNear = 0.0, tFar = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
         const double low = double{box.min[axis]} - margin, high = double{box.max[axis]} + margin;
@@ -77,7 +77,7 @@ ExactHit TraceExactly(const BvhScene& scene, const gpu::BenchRay& ray) {
         const BvhMesh& mesh = scene.meshes[instance.mesh];
         const double scale = std::max(glm::length(origin), std::max(glm::length(glm::dvec3(boxes[i].min)),
                                                                     glm::length(glm::dvec3(boxes[i].max))));
-        if (!MeetsBox(origin, d, boxes[i], 10.0 * kTolerance * scale)) continue;
+        if (!IntersectsBox(origin, d, boxes[i], 10.0 * kTolerance * scale)) continue;
         const glm::dmat4x3 toWorld(instance.objectToWorld);
         for (uint32_t triangle = 0; triangle < mesh.TriangleCount(); ++triangle) {
             glm::dvec3 p[3];
@@ -93,16 +93,16 @@ ExactHit TraceExactly(const BvhScene& scene, const gpu::BenchRay& ray) {
     // The nearest one that is in no doubt; those that might be nearer make it doubtful
     ExactHit hit;
     const Candidate* nearest = nullptr;
-    const auto isCertain = [&](const Candidate& c) {
+    const auto isUnambiguous = [&](const Candidate& c) {
         return !c.isAtEdge && c.t > c.doubt && c.t < double{ray.tMax} - c.doubt;
     };
     for (const Candidate& candidate : candidates)
-        if (isCertain(candidate) && (!nearest || candidate.t < nearest->t)) nearest = &candidate;
+        if (isUnambiguous(candidate) && (!nearest || candidate.t < nearest->t)) nearest = &candidate;
     if (nearest) hit = {nearest->t, nearest->instance, nearest->primitive, false};
     for (const Candidate& candidate : candidates)
         if (&candidate != nearest &&
             (!nearest || candidate.t - candidate.doubt <= nearest->t + nearest->doubt))
-            hit.isDoubtful = true;
+            hit.isAmbiguous = true;
     return hit;
 }
 

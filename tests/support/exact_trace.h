@@ -12,7 +12,7 @@ struct ExactHit {
     uint32_t primitive = 0;
     // Another answer is within the rounding of floats: the ray passes by an edge, two triangles are
     // equally far, or the hit is at an end of the ray.
-    bool isDoubtful = false;
+    bool isAmbiguous = false;
 };
 
 // The nearest triangle between 0 and the ray's tMax.

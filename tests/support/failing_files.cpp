@@ -13,7 +13,7 @@ namespace {
 raygraph::testing::FailingCalls failing;
 
 template <typename... Arguments>
-int CallUnless(int error, long call, Arguments... arguments) {
+int FailOrCall(int error, long call, Arguments... arguments) {
     if (error != 0) {
         errno = error;
         return -1;
@@ -65,17 +65,17 @@ int ReplacedOpenat(int folder, const char* path, int flags, ...) {
     const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0;
     va_end(arguments);
     const bool isNameless = (flags & O_TMPFILE) == O_TMPFILE;
-    return CallUnless(isNameless ? failing.openNameless : 0, SYS_openat, folder, path, flags, mode);
+    return FailOrCall(isNameless ? failing.openUnnamed : 0, SYS_openat, folder, path, flags, mode);
 }
 
 int ReplacedLinkat(int fromFolder, const char* from, int toFolder, const char* to, int flags) {
-    return CallUnless(failing.linkat, SYS_linkat, fromFolder, from, toFolder, to, flags);
+    return FailOrCall(failing.linkat, SYS_linkat, fromFolder, from, toFolder, to, flags);
 }
 
 int ReplacedRenameat(int fromFolder, const char* from, int toFolder, const char* to) {
-    return CallUnless(failing.renameat, SYS_renameat2, fromFolder, from, toFolder, to, 0);
+    return FailOrCall(failing.renameat, SYS_renameat2, fromFolder, from, toFolder, to, 0);
 }
 
 int ReplacedFallocate(int file, int mode, off_t offset, off_t size) {
-    return CallUnless(failing.fallocate, SYS_fallocate, file, mode, offset, size);
+    return FailOrCall(failing.fallocate, SYS_fallocate, file, mode, offset, size);
 }

@@ -8,7 +8,7 @@ namespace raygraph::testing {
 
 // Each call fails with its error number where that is not 0.
 struct FailingCalls {
-    int openNameless = 0;  // openat for a file without a name
+    int openUnnamed = 0;  // openat for a file without a name
     int linkat = 0, renameat = 0, fallocate = 0;
 };
 

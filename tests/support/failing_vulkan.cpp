@@ -65,7 +65,7 @@ struct State {
     PFN_vkGetPhysicalDeviceMemoryProperties2 memory2 = nullptr;
     std::array<PFN_vkVoidFunction, kFunctionCount> real{};
     std::atomic<VkQueue> queue{VK_NULL_HANDLE};  // queue of the newest device
-    std::atomic<bool> areHeapsSmall{false};
+    std::atomic<bool> shrinksHeaps{false};
 
     std::mutex mutex;  // guards all members below
     std::optional<InjectedFailure> failure;
@@ -79,7 +79,7 @@ State& Current() {
     return state;
 }
 
-bool IsOfQueue(FailingCall call) {
+bool IsQueueCall(FailingCall call) {
     return call == FailingCall::Submission || call == FailingCall::Wait;
 }
 
@@ -87,7 +87,7 @@ bool IsOfQueue(FailingCall call) {
 VkResult Answer(FailingCall call, const char* function) {
     State& state = Current();
     const std::lock_guard lock(state.mutex);
-    if (state.isLost && IsOfQueue(call)) return VK_ERROR_DEVICE_LOST;
+    if (state.isLost && IsQueueCall(call)) return VK_ERROR_DEVICE_LOST;
     if (!state.failure || state.failure->call.value_or(call) != call) return VK_SUCCESS;
     if (state.hasFailed) return state.failure->lasts ? state.failure->result : VK_SUCCESS;
     state.calls.push_back(function);
@@ -112,23 +112,24 @@ struct Failing;
 
 // A failed call leaves an undefined handle; here it is null.
 template <typename Handle>
-void Spoil(Handle** handle) {
+void InvalidateHandle(Handle** handle) {
     *handle = reinterpret_cast<Handle*>(uintptr_t{0xBAD});
 }
 template <typename Other>
-void Spoil(Other&&) {}
+void InvalidateHandle(Other&&) {}
 
 template <size_t kIndex, FailingCall kCall, typename... Arguments>
 struct Failing<kIndex, kCall, VkResult(VKAPI_PTR*)(Arguments...)> {
     static inline const char* function = "";
     // Pipelines and command buffers are null then.
-    static constexpr bool kIsSpoiled =
+    static constexpr bool kInvalidatesHandle =
         kCall == FailingCall::Creation && kIndex != k_vkCreateComputePipelines &&
         kIndex != k_vkCreateGraphicsPipelines && kIndex != k_vkCreateRayTracingPipelinesKHR &&
         kIndex != k_vkAllocateCommandBuffers && kIndex != k_vkAllocateDescriptorSets;
     static VKAPI_ATTR VkResult VKAPI_CALL Call(Arguments... arguments) {
         if (const VkResult answer = Answer(kCall, function); answer != VK_SUCCESS) {
-            if constexpr (kIsSpoiled) Spoil(std::get<sizeof...(Arguments) - 1>(std::tie(arguments...)));
+            if constexpr (kInvalidatesHandle)
+                InvalidateHandle(std::get<sizeof...(Arguments) - 1>(std::tie(arguments...)));
             return answer;
         }
         return reinterpret_cast<VkResult(VKAPI_PTR*)(Arguments...)>(Current().real[kIndex])(arguments...);
@@ -140,20 +141,20 @@ VKAPI_ATTR void VKAPI_CALL GetDeviceQueue(VkDevice device, uint32_t family, uint
     Current().queue = *queue;
 }
 
-void MakeSmall(VkPhysicalDeviceMemoryProperties& properties) {
+void ShrinkHeaps(VkPhysicalDeviceMemoryProperties& properties) {
     constexpr VkDeviceSize kSmall = 1024;  // blocks of an eighth
-    if (!Current().areHeapsSmall) return;
+    if (!Current().shrinksHeaps) return;
     for (uint32_t i = 0; i < properties.memoryHeapCount; ++i) properties.memoryHeaps[i].size = kSmall;
 }
 
 VKAPI_ATTR void VKAPI_CALL Memory(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties* properties) {
     Current().memory(device, properties);
-    MakeSmall(*properties);
+    ShrinkHeaps(*properties);
 }
 
 VKAPI_ATTR void VKAPI_CALL Memory2(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties2* properties) {
     Current().memory2(device, properties);
-    MakeSmall(properties->memoryProperties);
+    ShrinkHeaps(properties->memoryProperties);
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, const char* name) {
@@ -243,7 +244,7 @@ void InjectFailure(const std::optional<InjectedFailure>& failure) {
     state.hasFailed = state.isLost = false;
 }
 
-void LiftFailure() {
+void ClearInjectedFailure() {
     State& state = Current();
     const std::lock_guard lock(state.mutex);
     state.failure.reset();
@@ -255,14 +256,14 @@ bool HasFailed() {
     return state.hasFailed;
 }
 
-std::vector<const char*> CallsUpToFailure() {
+std::vector<const char*> RecordedCalls() {
     State& state = Current();
     const std::lock_guard lock(state.mutex);
     return state.calls;
 }
 
-void SeparateAllocations(bool isOn) {
-    Current().areHeapsSmall = isOn;
+void UseDedicatedAllocations(bool isOn) {
+    Current().shrinksHeaps = isOn;
 }
 
 }  // namespace raygraph::testing

@@ -26,7 +26,7 @@ struct InjectedFailure {
     std::optional<FailingCall> call;  // none: of any kind
     uint64_t number = 1;              // index of the first call that fails, among those of its kind
     VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
-    bool lasts = false;        // all later calls of the kind fail, too, until LiftFailure
+    bool lasts = false;        // all later calls of the kind fail, too, until ClearInjectedFailure
     std::string Text() const;  // in ParseFailure's syntax
 };
 // "allocation:17:oom", "wait:3:lost", "any:200:oom", "allocation:17:oom:on" for one that lasts. Null: no such
@@ -34,7 +34,7 @@ struct InjectedFailure {
 std::optional<InjectedFailure> ParseFailure(const std::string& text);
 
 // Vulkan's functions carry no user data, so all this is the process's. Threads: any, but for InjectFailure
-// and LiftFailure while others call Vulkan.
+// and ClearInjectedFailure while others call Vulkan.
 
 // The functions of `system`, with failures. Another loader may not be in use.
 PFN_vkGetInstanceProcAddr FailingLoader(PFN_vkGetInstanceProcAddr system);
@@ -43,13 +43,13 @@ PFN_vkGetInstanceProcAddr FailingLoader(PFN_vkGetInstanceProcAddr system);
 // failure, calls are only counted.
 void InjectFailure(const std::optional<InjectedFailure>& failure);
 // Calls succeed again. A lost device stays lost.
-void LiftFailure();
+void ClearInjectedFailure();
 // Returns whether the last injected failure has occurred.
 bool HasFailed();
 // The functions of its kind that were called from then on up to the failure, which is of the last one.
-std::vector<const char*> CallsUpToFailure();
+std::vector<const char*> RecordedCalls();
 // If on, heaps are reported as so small that the allocator gives each buffer and texture its own memory, so
 // that each allocation can fail. Call it before the device is created.
-void SeparateAllocations(bool isOn);
+void UseDedicatedAllocations(bool isOn);
 
 }  // namespace raygraph::testing

@@ -5,7 +5,7 @@
 #include "base/error.h"
 #include "passes/trace.h"
 #include "renderer/gpu_scene/camera_record.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/source_file.h"
 
 namespace raygraph::testing {
@@ -14,13 +14,13 @@ namespace {
 
 constexpr Extent2D kSize{16, 16};
 
-using Picture = SweptWorld::Picture;
+using Picture = SweepFixture::Picture;
 
 scene::SceneData Load() {
     return scene::LoadGltf(test::SourceFile("scenes/texture_orientation.gltf"));
 }
 
-passes::TraceSettings SettingsOf(const SweptWorld& world, uint32_t sampleIndex) {
+passes::TraceSettings SettingsOf(const SweepFixture& world, uint32_t sampleIndex) {
     passes::TraceSettings settings;
     settings.extent = kSize;
     settings.camera = ToRecord(world.camera);
@@ -29,14 +29,14 @@ passes::TraceSettings SettingsOf(const SweptWorld& world, uint32_t sampleIndex) 
     return settings;
 }
 
-void Read(SweptWorld& world) {
+void Read(SweepFixture& world) {
     world.readback.Wait();
     const std::span<const std::byte> bytes = world.readback.Bytes();
     world.pictures.emplace_back(bytes.begin(), bytes.end());
 }
 
 // A picture of the scene as it is now; not one of the frames of the scenario.
-Picture Look(SweptWorld& world) {
+Picture Look(SweepFixture& world) {
     world.renderer->BeginFrame();
     const SceneIds ids = world.scene->Declare(*world.renderer);
     const Readback readback =
@@ -47,7 +47,7 @@ Picture Look(SweptWorld& world) {
 }
 
 // The passes by themselves: a sample more, and the mean of all.
-void TraceFrame(SweptWorld& world) {
+void TraceFrame(SweepFixture& world) {
     Renderer& renderer = *world.renderer;
     renderer.BeginFrame();
     const SceneIds ids = world.scene->Declare(renderer);
@@ -59,7 +59,7 @@ void TraceFrame(SweptWorld& world) {
     world.readback = readback;
 }
 
-void ViewFrame(SweptWorld& world, viewport::View view) {
+void ViewFrame(SweepFixture& world, viewport::View view) {
     Renderer& renderer = *world.renderer;
     viewport::ShowSettings show;
     show.view = view;
@@ -70,9 +70,9 @@ void ViewFrame(SweptWorld& world, viewport::View view) {
     world.readback = readback;
 }
 
-void Start(SweptScenario& steps) {
-    steps.push_back({"renderer", [](SweptWorld& world) { world.renderer.emplace(*world.device); }});
-    steps.push_back({"scene", [](SweptWorld& world) {
+void Start(SweepScenario& steps) {
+    steps.push_back({"renderer", [](SweepFixture& world) { world.renderer.emplace(*world.device); }});
+    steps.push_back({"scene", [](SweepFixture& world) {
                          world.scene.emplace(*world.renderer, GpuSceneDesc{.textureLevels = true,
                                                                            // A scene that has once had no
                                                                            // memory for own trees has none,
@@ -80,7 +80,7 @@ void Start(SweptScenario& steps) {
                                                                            .traversal = Traversal::Driver});
                      }});
     steps.push_back({"open",
-                     [](SweptWorld& world) {
+                     [](SweepFixture& world) {
                          scene::SceneData data = Load();
                          // The camera changes only if the scene does
                          const scene::CameraView view = scene::ChooseView(data, "", 1.0f);
@@ -90,9 +90,9 @@ void Start(SweptScenario& steps) {
                      true});
 }
 
-void OpenAnother(SweptScenario& steps) {
+void OpenAnother(SweepScenario& steps) {
     steps.push_back({"open another",
-                     [](SweptWorld& world) {
+                     [](SweepFixture& world) {
                          scene::SceneData data = Load();
                          for (scene::Material& material : data.materials) material.baseColorFactor.g = 0.25f;
                          world.scene->SetScene(std::move(data));
@@ -100,8 +100,8 @@ void OpenAnother(SweptScenario& steps) {
                      true});
 }
 
-void EditMaterials(SweptScenario& steps) {
-    steps.push_back({"material", [](SweptWorld& world) {
+void EditMaterials(SweepScenario& steps) {
+    steps.push_back({"material", [](SweepFixture& world) {
                          // The sides of surfaces change, and with them the draws
                          const scene::SceneData data = Load();
                          for (uint32_t i = 0; i < data.materials.size(); ++i) {
@@ -114,9 +114,9 @@ void EditMaterials(SweptScenario& steps) {
 }
 
 // The scene once more, beside itself: meshes, textures, lights that emit.
-void AddAndRemove(SweptScenario& steps) {
+void AddAndRemove(SweepScenario& steps) {
     steps.push_back({"part",
-                     [](SweptWorld& world) {
+                     [](SweepFixture& world) {
                          scene::SceneData data = Load();
                          for (scene::Instance& instance : data.instances)
                              instance.objectToWorld[3] += 0.3f * world.camera.right;
@@ -125,14 +125,14 @@ void AddAndRemove(SweptScenario& steps) {
                      true});
     steps.push_back({"frame with the part", TraceFrame});
     steps.push_back({"read", Read});
-    steps.push_back({"part gone", [](SweptWorld& world) { world.scene->Remove(world.part); }});
+    steps.push_back({"part gone", [](SweepFixture& world) { world.scene->Remove(world.part); }});
     steps.push_back({"frame without the part", TraceFrame});
     steps.push_back({"read", Read});
 }
 
-rhi::Device& MakeDevice(SweptWorld& world) {
+rhi::Device& MakeDevice(SweepFixture& world) {
     const static std::shared_ptr<rhi::VulkanLoader> system = rhi::VulkanLoader::Open();
-    SeparateAllocations(true);
+    UseDedicatedAllocations(true);
     world.device = rhi::Device::Create({.name = "swept",
                                         .validation = true,
                                         .log = world.log.Listener(),
@@ -142,19 +142,19 @@ rhi::Device& MakeDevice(SweptWorld& world) {
 }
 
 // Holds the results of a run without failure: its pictures, and what was visible before each step.
-struct Undisturbed {
+struct UnfailedRun {
     std::vector<Picture> pictures;
     std::vector<Picture> before;  // by step; empty where nothing has been seen
 };
 
-std::string MessagesOf(const SweptWorld& world) {
+std::string MessagesOf(const SweepFixture& world) {
     std::string text;
     for (const MessageLog::Message& message : world.log.All())
         if (message.IsValidation() || message.level == LogLevel::Error) text += message.text + "\n";
     return text;
 }
 
-void Destroy(SweptWorld& world) {
+void Destroy(SweepFixture& world) {
     world.readback = {};
     world.viewport.reset();
     world.scene.reset();
@@ -162,12 +162,12 @@ void Destroy(SweptWorld& world) {
     world.device.reset();
 }
 
-Undisturbed RunUndisturbed(const SweptScenario& scenario) {
+UnfailedRun RunWithoutFailures(const SweepScenario& scenario) {
     InjectFailure(std::nullopt);
-    SweptWorld world;
+    SweepFixture world;
     MakeDevice(world);
-    Undisturbed result;
-    for (const SweptStep& step : scenario) {
+    UnfailedRun result;
+    for (const SweepStep& step : scenario) {
         result.before.push_back(step.keepsScene ? Look(world) : Picture{});
         step.run(world);
     }
@@ -178,7 +178,7 @@ Undisturbed RunUndisturbed(const SweptScenario& scenario) {
 }
 
 // A lost device stays lost: every call that needs it says so.
-void ExpectLost(SweptWorld& world) {
+void ExpectLost(SweepFixture& world) {
     const auto expectLost = [](const char* what, const std::function<void()>& call) {
         try {
             call();
@@ -201,8 +201,8 @@ std::string Signature(const std::vector<const char*>& calls) {
 
 // Takes a step with failures until it is done. Returns how often it failed; `first` becomes the number of the
 // first call that it could do without, plus the stride, and 0 if there was none.
-uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& before, InjectedFailure failure,
-                  uint64_t stride, uint64_t& first) {
+uint32_t RunSweepStep(SweepFixture& world, const SweepStep& step, const Picture& before,
+                      InjectedFailure failure, uint64_t stride, uint64_t& first) {
     failure.number = std::max<uint64_t>(1, first);
     first = 0;
     std::set<std::string> seen;
@@ -217,8 +217,8 @@ uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& befor
             EXPECT_EQ(problem.find('\n'), std::string::npos) << problem;
             EXPECT_TRUE(HasFailed()) << problem;
         }
-        LiftFailure();
-        const std::vector<const char*> calls = CallsUpToFailure();
+        ClearInjectedFailure();
+        const std::vector<const char*> calls = RecordedCalls();
         const std::string where = "step \"" + step.name + "\", " + failure.Text() +
                                   (calls.empty() ? "" : std::string(" ") + calls.back());
         SCOPED_TRACE(where);
@@ -233,7 +233,7 @@ uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& befor
     }
 }
 
-void ExpectPictures(const SweptWorld& world, const Undisturbed& expected) {
+void ExpectPictures(const SweepFixture& world, const UnfailedRun& expected) {
     ASSERT_EQ(world.pictures.size(), expected.pictures.size());
     for (size_t i = 0; i < world.pictures.size(); ++i)
         EXPECT_TRUE(world.pictures[i] == expected.pictures[i]) << "picture " << i;
@@ -241,21 +241,21 @@ void ExpectPictures(const SweptWorld& world, const Undisturbed& expected) {
 
 }  // namespace
 
-SweptScenario RendererScenario() {
-    SweptScenario steps;
+SweepScenario RendererScenario() {
+    SweepScenario steps;
     Start(steps);
     for (int frame = 0; frame < 3; ++frame) {
         steps.push_back({"frame", TraceFrame});
         steps.push_back({"read", Read});
     }
     steps.push_back({"environment map",
-                     [](SweptWorld& world) {
+                     [](SweepFixture& world) {
                          image::ImageF map{.width = 4, .height = 2, .rgba = std::vector<float>(32, 0.5f)};
                          world.scene->SetEnvironmentMap(map);
                      },
                      true});
     EditMaterials(steps);
-    steps.push_back({"transform", [](SweptWorld& world) {
+    steps.push_back({"transform", [](SweepFixture& world) {
                          scene::PlacedTransform transform = world.scene->Transform(0);
                          transform.matrix[3].x += 0.1f;
                          world.scene->SetTransform(0, transform);
@@ -269,11 +269,11 @@ SweptScenario RendererScenario() {
     return steps;
 }
 
-SweptScenario ViewportScenario() {
+SweepScenario ViewportScenario() {
     using viewport::View;
-    SweptScenario steps;
+    SweepScenario steps;
     Start(steps);
-    steps.push_back({"viewport", [](SweptWorld& world) {
+    steps.push_back({"viewport", [](SweepFixture& world) {
                          world.viewport.emplace(*world.renderer, *world.scene,
                                                 viewport::ViewportDesc{.name = "swept", .size = kSize});
                          world.viewport->SetCamera(world.camera);
@@ -286,27 +286,27 @@ SweptScenario ViewportScenario() {
                                                     .hasTransmission = false});
                      }});
     for (const View view : {View::Raster, View::PathTraced, View::Wipe}) {
-        steps.push_back({"frame", [view](SweptWorld& world) { ViewFrame(world, view); }});
+        steps.push_back({"frame", [view](SweepFixture& world) { ViewFrame(world, view); }});
         steps.push_back({"read", Read});
     }
     EditMaterials(steps);
-    steps.push_back({"frame of edits", [](SweptWorld& world) { ViewFrame(world, View::Raster); }});
+    steps.push_back({"frame of edits", [](SweepFixture& world) { ViewFrame(world, View::Raster); }});
     steps.push_back({"read", Read});
     OpenAnother(steps);
-    steps.push_back({"frame of another scene", [](SweptWorld& world) { ViewFrame(world, View::Wipe); }});
+    steps.push_back({"frame of another scene", [](SweepFixture& world) { ViewFrame(world, View::Wipe); }});
     steps.push_back({"read", Read});
     return steps;
 }
 
-uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCall> call, bool lasts,
+uint32_t SweepOutOfMemory(const SweepScenario& scenario, std::optional<FailingCall> call, bool lasts,
                           uint64_t stride) {
-    const Undisturbed expected = RunUndisturbed(scenario);
+    const UnfailedRun expected = RunWithoutFailures(scenario);
     const InjectedFailure failure{.call = call, .lasts = lasts};
     uint32_t failures = 0;
     // Numbers by step; if a step succeeds without a call, the calls after it are tested in another run
     std::vector<uint64_t> first(scenario.size(), 1);
     for (bool isDone = false; !isDone && !::testing::Test::HasFailure();) {
-        SweptWorld world;
+        SweepFixture world;
         MakeDevice(world);
         isDone = true;
         for (size_t i = 0; i < scenario.size(); ++i) {
@@ -314,7 +314,7 @@ uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCa
                 scenario[i].run(world);
                 continue;
             }
-            failures += TakeStep(world, scenario[i], expected.before[i], failure, stride, first[i]);
+            failures += RunSweepStep(world, scenario[i], expected.before[i], failure, stride, first[i]);
             if (first[i] != 0) isDone = false;
         }
         ExpectPictures(world, expected);
@@ -324,20 +324,20 @@ uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCa
     return failures;
 }
 
-uint32_t SweepDeviceLoss(const SweptScenario& scenario, std::optional<FailingCall> call, uint64_t stride) {
+uint32_t SweepDeviceLoss(const SweepScenario& scenario, std::optional<FailingCall> call, uint64_t stride) {
     InjectedFailure failure{.call = call, .result = VK_ERROR_DEVICE_LOST};
     for (uint32_t losses = 0;; ++losses, failure.number += stride) {
-        SweptWorld world;
+        SweepFixture world;
         MakeDevice(world);
         InjectFailure(failure);
-        const SweptStep* step = scenario.data();
+        const SweepStep* step = scenario.data();
         try {
             for (; step != scenario.data() + scenario.size(); ++step) step->run(world);
         } catch (const Error& error) {
             EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost) << error.what();
         }
         const bool hasFailed = HasFailed();
-        const std::string where = failure.Text() + " " + CallsUpToFailure().back();
+        const std::string where = failure.Text() + " " + RecordedCalls().back();
         SCOPED_TRACE(where);
         if (hasFailed) ExpectLost(world);
         Destroy(world);

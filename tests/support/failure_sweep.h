@@ -17,7 +17,7 @@
 namespace raygraph::testing {
 
 // Holds all that a scenario makes; it is destroyed in reverse order.
-struct SweptWorld {
+struct SweepFixture {
     using Picture = std::vector<std::byte>;
 
     MessageLog log;
@@ -33,26 +33,26 @@ struct SweptWorld {
 };
 
 // A step can be taken again after an Error{OutOfMemory}, as if it had not been tried.
-struct SweptStep {
+struct SweepStep {
     std::string name;
-    std::function<void(SweptWorld&)> run;
+    std::function<void(SweepFixture&)> run;
     // The scene of before stays open if the step fails, and a frame shows it.
     bool keepsScene = false;
 };
 
-using SweptScenario = std::vector<SweptStep>;
-SweptScenario RendererScenario();  // path tracing by passes, edits, a part that comes and goes, another scene
-SweptScenario ViewportScenario();  // both views, and both in one picture, picked from and captured
+using SweepScenario = std::vector<SweepStep>;
+SweepScenario RendererScenario();  // path tracing by passes, edits, a part that comes and goes, another scene
+SweepScenario ViewportScenario();  // both views, and both in one picture, picked from and captured
 
 // Out of memory in every stride-th call of each step, or of one kind: the failure is injected, the step
 // tried, and taken again with the next call failing, until none does. It has to fail by Error{OutOfMemory},
 // or do without the call. What was open stays open, and in the end the pictures are those of a run without
 // failures. `lasts`: all calls after the one fail, too. Returns the number of failures.
-uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCall> call, bool lasts,
+uint32_t SweepOutOfMemory(const SweepScenario& scenario, std::optional<FailingCall> call, bool lasts,
                           uint64_t stride);
 
 // The device is lost in every stride-th call, one life for each: that step or a later one fails by
 // Error{DeviceLost}, and so does everything that needs the device from then on. Returns the number of losses.
-uint32_t SweepDeviceLoss(const SweptScenario& scenario, std::optional<FailingCall> call, uint64_t stride);
+uint32_t SweepDeviceLoss(const SweepScenario& scenario, std::optional<FailingCall> call, uint64_t stride);
 
 }  // namespace raygraph::testing

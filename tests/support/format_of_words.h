@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "editor/session/render_file.h"
+#include "editor/session/file/render_file.h"
 #include "renderer/image/exr.h"
 
 namespace raygraph::test {
 
 // `file` is what WriteRenderFile wrote of `render`.
-inline image::ExrImage InFormatOfWords(image::ExrImage file, const session::RenderFile& render) {
+inline image::ExrImage WithWordChannels(image::ExrImage file, const session::RenderFile& render) {
     std::erase_if(file.channels, [](const image::ExrChannel& channel) {
         return channel.name.find("sum") != std::string::npos ||
                channel.name.find("squares") != std::string::npos;

@@ -64,7 +64,7 @@ struct ZTestResult {
     // shows.
     double overallZ = 0.0;
 
-    bool IsAnyFailed() const { return failedCount > 0; }
+    bool HasFailures() const { return failedCount > 0; }
 };
 ZTestResult ZTest(const Estimate& test, const Estimate& reference, const ZTestSettings& settings = {});
 

@@ -71,7 +71,7 @@ void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference,
     }
 }
 
-scene::SceneData RoomUnderALamp() {
+scene::SceneData RoomWithLamp() {
     scene::Material floor = Lambert(glm::vec3(0.7f, 0.5f, 0.3f));
     floor.roughnessFactor = 0.4f;
     floor.metallicFactor = 0.5f;
@@ -109,13 +109,13 @@ passes::TraceSettings ViewOfRoom(uint32_t size) {
     return settings;
 }
 
-scene::SceneData ShiningRoom() {
+scene::SceneData EmissiveRoom() {
     return SceneOf({BoxMesh(1.0f), BoxMesh(0.4f, 1)},
                    {Lambert(glm::vec3(0.6f, 0.3f, 0.7f), glm::vec3(0.3f)), Lambert(glm::vec3(0.8f))},
                    {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})});
 }
 
-passes::TraceSettings ViewOfShiningRoom(uint32_t size) {
+passes::TraceSettings ViewOfEmissiveRoom(uint32_t size) {
     return LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, size);
 }
 

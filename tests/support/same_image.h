@@ -20,12 +20,12 @@ void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference,
 
 // A glossy floor and a box in the open, under a small lamp whose emission has a texture and whose alpha stops
 // part of the rays.
-scene::SceneData RoomUnderALamp();
+scene::SceneData RoomWithLamp();
 image::ImageF EveningSky();  // bright on one side, black below
 passes::TraceSettings ViewOfRoom(uint32_t size);
 
 // A closed box that shines, of Lambert's, with another box in it.
-scene::SceneData ShiningRoom();
-passes::TraceSettings ViewOfShiningRoom(uint32_t size);
+scene::SceneData EmissiveRoom();
+passes::TraceSettings ViewOfEmissiveRoom(uint32_t size);
 
 }  // namespace raygraph::testing

@@ -5,7 +5,7 @@
 #include <glm/gtc/constants.hpp>
 #include <utility>
 
-#include "renderer/scene/round_primitives.h"
+#include "renderer/scene/geometry/round_primitives.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -15,7 +15,7 @@ namespace {
 // Renderers that no test has at the moment.
 struct Idle {
     Idle() {
-        VulkanTest::BeforeTheDeviceGoes([this] { renderers.clear(); });
+        VulkanTest::OnDeviceDestroy([this] { renderers.clear(); });
     }
     std::vector<std::unique_ptr<Renderer>> renderers;
 };
@@ -98,10 +98,10 @@ FloatImage SceneRender::TraceOnce(const passes::TraceSettings& settings) {
 SceneRender::Hits SceneRender::PrimaryHits(const passes::TraceSettings& settings) {
     renderer.BeginFrame();
     const SceneIds ids = scene.Declare(renderer);
-    return TakeHits(passes::PrimaryHits(renderer, ids, settings, passes::FilmPosition::Center));
+    return ReadHits(passes::PrimaryHits(renderer, ids, settings, passes::FilmPosition::Center));
 }
 
-SceneRender::Hits SceneRender::TakeHits(const passes::PrimaryHitIds& hits) {
+SceneRender::Hits SceneRender::ReadHits(const passes::PrimaryHitIds& hits) {
     const Readback albedo = renderer.ReadBack(hits.albedo);
     const Readback normal = renderer.ReadBack(hits.normal);
     const Readback position = renderer.ReadBack(hits.position);

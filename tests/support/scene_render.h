@@ -10,7 +10,7 @@
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
-#include "renderer/scene/camera_view.h"
+#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::testing {
 
@@ -66,7 +66,7 @@ class SceneRender {
     };
     Hits PrimaryHits(const passes::TraceSettings& settings);
     // Executes the open frame and reads these textures of it.
-    Hits TakeHits(const passes::PrimaryHitIds& hits);
+    Hits ReadHits(const passes::PrimaryHitIds& hits);
 
   private:
     RendererLease m_lent;

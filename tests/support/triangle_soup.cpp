@@ -38,7 +38,7 @@ BvhMesh TriangleSoup(uint32_t count, float size, uint32_t seed) {
     return mesh;
 }
 
-BvhScene SoupWithInstances() {
+BvhScene InstancedTriangleSoup() {
     BvhScene scene;
     scene.meshes = {TriangleSoup(300, 0.15f, 11), TriangleSoup(50, 0.4f, 12)};
     const glm::mat4 one(1.0f);

@@ -13,7 +13,7 @@ namespace raygraph::testing {
 // Triangles of about this size around points in [-1, 1]^3.
 BvhMesh TriangleSoup(uint32_t count, float size, uint32_t seed);
 // Two meshes, placed in several ways, some of them mirrored and of another scale on each axis.
-BvhScene SoupWithInstances();
+BvhScene InstancedTriangleSoup();
 // Returns rays of different lengths from points in [-2, 2]^3, most of them through [-1, 1]^3.
 std::vector<gpu::BenchRay> RandomRays(uint32_t count, uint32_t seed);
 

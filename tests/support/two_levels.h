@@ -10,7 +10,7 @@ namespace raygraph::testing {
 
 // Shows for a moment more triangles than a tree of one level is rebuilt for, after which it has two levels
 // until another scene is set.
-inline void MakeTwoLevels(SceneRender& render) {
+inline void ForceTwoLevelTree(SceneRender& render) {
     const auto declare = [&] {
         render.renderer.BeginFrame();
         std::ignore = render.scene.Declare(render.renderer);

@@ -120,7 +120,7 @@ MessageLog& VulkanTest::Log() {
     return Shared().log;
 }
 
-void VulkanTest::BeforeTheDeviceGoes(std::function<void()> destroy) {
+void VulkanTest::OnDeviceDestroy(std::function<void()> destroy) {
     Shared().beforeItGoes.push_back(std::move(destroy));
 }
 

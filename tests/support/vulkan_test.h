@@ -48,7 +48,7 @@ class VulkanTest : public ::testing::Test {
     // Returns what the shared device logs from LogLevel::Info on, our own messages included.
     static MessageLog& Log();
     // Runs `destroy` before the shared device is destroyed: for what tests share on it.
-    static void BeforeTheDeviceGoes(std::function<void()> destroy);
+    static void OnDeviceDestroy(std::function<void()> destroy);
 
   private:
     uint64_t m_validationCount;

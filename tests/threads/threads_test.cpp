@@ -15,7 +15,7 @@
 #include "renderer/graph/pass_harness.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "rhi/command_list.h"
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
@@ -26,7 +26,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::threads_test {
 namespace {
 
 class Threads : public VulkanTest {};
@@ -284,4 +284,4 @@ TEST(ThreadsWithoutADevice, PicturesAndScenesAreReadAtOnce) {
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::threads_test

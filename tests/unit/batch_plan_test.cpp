@@ -5,7 +5,7 @@
 
 #include "rhi/build_scratch.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::batch_plan_test {
 namespace {
 
 using Batches = std::vector<BatchPlan::Batch>;
@@ -55,4 +55,4 @@ TEST(BatchPlan, NothingNeedsNothing) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::batch_plan_test

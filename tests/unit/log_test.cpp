@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 
-namespace raygraph {
+namespace raygraph::log_test {
 namespace {
 
 TEST(Log, MessagesBelowItsLevelAreNotMade) {
@@ -17,10 +17,10 @@ TEST(Log, MessagesBelowItsLevelAreNotMade) {
         std::vector<LogLevel> sent;
         const Log log([&](const LogMessage& message) { sent.push_back(message.level); }, least);
         for (const LogLevel level : {LogLevel::Debug, LogLevel::Info, LogLevel::Warning, LogLevel::Error}) {
-            EXPECT_EQ(log.Listens(level), level >= least);
+            EXPECT_EQ(log.IsEnabled(level), level >= least);
             log.Send(level, log_category::kScene, "text");
         }
-        EXPECT_FALSE(log.Listens(LogLevel::Off)) << "it is a threshold, and no message's level";
+        EXPECT_FALSE(log.IsEnabled(LogLevel::Off)) << "it is a threshold, and no message's level";
         log.Send(LogLevel::Off, log_category::kScene, "text");
         EXPECT_EQ(sent.size(), size_t(LogLevel::Off) - size_t(least)) << Name(least);
         for (const LogLevel level : sent) EXPECT_GE(level, least);
@@ -29,9 +29,9 @@ TEST(Log, MessagesBelowItsLevelAreNotMade) {
 
 TEST(Log, WithoutACallbackNobodyListens) {
     for (const Log& log : {Log(), Log(Log::Callback(), LogLevel::Debug)}) {
-        EXPECT_FALSE(log.Listens(LogLevel::Error));
+        EXPECT_FALSE(log.IsEnabled(LogLevel::Error));
         log.Send(LogLevel::Error, log_category::kScene, "nobody hears it");
-        EXPECT_FALSE(log.Listens(LogLevel::Off));
+        EXPECT_FALSE(log.IsEnabled(LogLevel::Off));
         log.Send(LogLevel::Off, log_category::kScene, "nor this");
     }
 }
@@ -54,16 +54,16 @@ struct Counted {
 };
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::log_test
 
 template <>
-struct fmt::formatter<raygraph::Counted> : fmt::formatter<int> {
-    auto format(const raygraph::Counted& value, fmt::format_context& context) const {
+struct fmt::formatter<raygraph::log_test::Counted> : fmt::formatter<int> {
+    auto format(const raygraph::log_test::Counted& value, fmt::format_context& context) const {
         return fmt::formatter<int>::format(++value.formatted, context);
     }
 };
 
-namespace raygraph {
+namespace raygraph::log_test {
 namespace {
 
 TEST(Log, TextsAreFormattedOnlyForWhoListens) {
@@ -105,4 +105,4 @@ TEST(Text, DurationsHaveUnits) {
 }
 
 }  // namespace
-}  // namespace raygraph
+}  // namespace raygraph::log_test

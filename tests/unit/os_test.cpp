@@ -17,15 +17,11 @@
 #include <vector>
 
 #include "base/large_pages.h"
-#include "base/os/dynamic_library.h"
-#include "base/os/file.h"
-#include "base/os/new_file.h"
-#include "base/os/process.h"
-#include "base/os/signals.h"
+#include "base/os.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
 
-namespace raygraph::os {
+namespace raygraph::os::os_test {
 namespace {
 
 using Path = std::filesystem::path;
@@ -141,16 +137,16 @@ TEST_F(OsFile, NewOneNeedsAFolder) {
 
 TEST_F(OsFile, AskingWhetherItCanBeReplacedLeavesIt) {
     const Path path = Write("a", "text");
-    EXPECT_FALSE(RefusalToReplace(path));
-    EXPECT_FALSE(RefusalToWrite(path));
+    EXPECT_FALSE(CheckReplaceable(path));
+    EXPECT_FALSE(CheckOverwritable(path));
     EXPECT_EQ(TextOf(path), "text");
-    EXPECT_FALSE(RefusalToWrite("/dev/null"));
-    EXPECT_EQ(RefusalToWrite(folder / "none"), std::errc::no_such_file_or_directory);
+    EXPECT_FALSE(CheckOverwritable("/dev/null"));
+    EXPECT_EQ(CheckOverwritable(folder / "none"), std::errc::no_such_file_or_directory);
     // The folder is empty, and may have replaced a file after that was checked
     std::filesystem::create_directory(folder / "b");
-    EXPECT_EQ(RefusalToReplace(folder / "b"), std::errc::is_a_directory);
+    EXPECT_EQ(CheckReplaceable(folder / "b"), std::errc::is_a_directory);
     EXPECT_TRUE(std::filesystem::is_directory(folder / "b"));
-    EXPECT_FALSE(RefusalToReplace(folder / "none"));
+    EXPECT_FALSE(CheckReplaceable(folder / "none"));
 }
 
 TEST_F(OsFile, StreamsWithoutPositionsReportThat) {
@@ -233,13 +229,13 @@ TEST(OsProcess, TerminalIsKnownWithItsWidth) {
 }
 
 TEST(OsProcess, PatternsAreTheShells) {
-    EXPECT_TRUE(FitsPattern("lamp", "lamp"));
-    EXPECT_TRUE(FitsPattern("lamp 3", "lamp*"));
-    EXPECT_TRUE(FitsPattern("lamp", "l?m[a-p]"));
-    EXPECT_FALSE(FitsPattern("lamp 3", "lamp"));
-    EXPECT_FALSE(FitsPattern("Lamp", "lamp"));
-    EXPECT_FALSE(FitsPattern("", "?"));
-    EXPECT_TRUE(FitsPattern("", "*"));
+    EXPECT_TRUE(MatchesPattern("lamp", "lamp"));
+    EXPECT_TRUE(MatchesPattern("lamp 3", "lamp*"));
+    EXPECT_TRUE(MatchesPattern("lamp", "l?m[a-p]"));
+    EXPECT_FALSE(MatchesPattern("lamp 3", "lamp"));
+    EXPECT_FALSE(MatchesPattern("Lamp", "lamp"));
+    EXPECT_FALSE(MatchesPattern("", "?"));
+    EXPECT_TRUE(MatchesPattern("", "*"));
 }
 
 volatile std::sig_atomic_t othersCalls = 0;
@@ -252,7 +248,7 @@ TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
     const auto before = std::signal(SIGTERM, [](int) { othersCalls = othersCalls + 1; });
     {
         SignalWatch watch(EndAtOnce);
-        watch.StartNoting();
+        watch.StartDeferring();
         EXPECT_FALSE(watch.IsTerminated());
         std::raise(SIGTERM);
         EXPECT_TRUE(watch.IsTerminated());
@@ -264,7 +260,7 @@ TEST(OsSignals, AreNotedAndLeftToOthersAfterwards) {
     EXPECT_EQ(othersCalls, 1);
     {
         SignalWatch watch(EndAtOnce);
-        watch.StartNoting();
+        watch.StartDeferring();
         EXPECT_FALSE(watch.IsTerminated()) << "what an earlier one noted is past";
         std::raise(SIGUSR2);
         EXPECT_TRUE(watch.IsTerminated());
@@ -284,7 +280,7 @@ TEST(OsSignals, EachGoesToWhoHadItBefore) {
         before[i] = std::signal(kSignals[i], [](int signal) { othersSignal = signal; });
     {
         SignalWatch watch(EndAtOnce);
-        watch.StartNoting();
+        watch.StartDeferring();
     }
     for (const int signal : kSignals) {
         othersSignal = 0;
@@ -299,7 +295,7 @@ TEST(OsSignals, SaveIsNotedFromTheStartAndForgottenOnceItIsDone) {
     EXPECT_FALSE(watch.IsSaveRequested());
     std::raise(SIGUSR1);
     EXPECT_TRUE(watch.IsSaveRequested());
-    watch.ForgetSave();
+    watch.ClearSaveRequest();
     EXPECT_FALSE(watch.IsSaveRequested());
     std::raise(SIGUSR1);
     EXPECT_TRUE(watch.IsSaveRequested());
@@ -309,7 +305,7 @@ TEST(OsSignals, SaveIsNotedFromTheStartAndForgottenOnceItIsDone) {
 TEST(OsSignals, EachThatAsksToEndIsNoted) {
     for (const int signal : {SIGTERM, SIGUSR2, SIGHUP, SIGXCPU}) {
         SignalWatch watch(EndAtOnce);
-        watch.StartNoting();
+        watch.StartDeferring();
         std::raise(signal);
         EXPECT_TRUE(watch.IsTerminated()) << signal;
         EXPECT_FALSE(watch.IsInterrupted()) << signal;
@@ -323,7 +319,7 @@ TEST(OsSignals, OneThatWasIgnoredBeforeStaysIgnored) {
         const auto before = std::signal(signal, SIG_IGN);
         {
             SignalWatch watch(EndAtOnce);
-            watch.StartNoting();
+            watch.StartDeferring();
             std::raise(signal);
             EXPECT_FALSE(watch.IsInterrupted() || watch.IsTerminated() || watch.IsSaveRequested()) << signal;
         }
@@ -358,7 +354,7 @@ TEST(LargeArray, IsInLargePagesIfItIsLarge) {
 // These tests run in a child, since they change its streams and signals.
 TEST(OsProcessDeathTest, WritesFailInsteadOfEndingTheProcess) {
     const auto writeInVain = [] {
-        LetWritesFail();
+        IgnoreWriteSignals();
         int ends[2];
         if (pipe(ends) != 0) std::_Exit(1);
         close(ends[0]);
@@ -376,7 +372,7 @@ TEST(OsProcessDeathTest, WritesFailInsteadOfEndingTheProcess) {
 TEST(OsProcessDeathTest, NoFileTakesThePlaceOfAClosedStream) {
     const auto open = [] {
         for (const int stream : {0, 1, 2}) close(stream);
-        LetWritesFail();
+        IgnoreWriteSignals();
         std::FILE* file = std::tmpfile();
         if (file == nullptr || fileno(file) <= 2) std::_Exit(1);
         char byte = 0;
@@ -388,7 +384,7 @@ TEST(OsProcessDeathTest, NoFileTakesThePlaceOfAClosedStream) {
 TEST(OsSignalsDeathTest, SecondInterruptEndsTheProcess) {
     const auto interruptTwice = [] {
         SignalWatch watch(EndAtOnce);
-        watch.StartNoting();
+        watch.StartDeferring();
         std::raise(SIGINT);
         std::raise(SIGINT);
         std::_Exit(0);
@@ -408,4 +404,4 @@ TEST(OsSignalsDeathTest, TerminationEndsTheProcessWhileThereIsNothingToSave) {
 }
 
 }  // namespace
-}  // namespace raygraph::os
+}  // namespace raygraph::os::os_test

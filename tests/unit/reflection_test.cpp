@@ -9,7 +9,7 @@
 #include "rhi/shader_compiler.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::reflection_test {
 namespace {
 
 ShaderReflection ReflectGlsl(StageKind stage, const std::string& text) {
@@ -305,4 +305,4 @@ TEST(Reflection, WordsThatAreNoModuleAreRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::reflection_test

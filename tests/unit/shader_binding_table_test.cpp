@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::shader_binding_table_test {
 namespace {
 
 constexpr TableProperties kLavapipe{
@@ -108,4 +108,4 @@ TEST(ShaderBindingTable, RecordLongerThanTheDevicesStrideIsRefused) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::shader_binding_table_test

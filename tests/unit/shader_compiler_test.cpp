@@ -15,7 +15,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::shader_compiler_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,4 +211,4 @@ TEST_F(ShaderCompiler, ThreadsCompileAtTheSameTimeToTheSameWords) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::shader_compiler_test

@@ -5,7 +5,7 @@
 #include "rhi/shader_compiler.h"
 #include "tests/support/error_of.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::shader_interface_test {
 namespace {
 
 NamedReflection Stage(const std::string& name, const std::string& declarations, const std::string& body) {
@@ -164,4 +164,4 @@ TEST(ShaderInterface, SpecializationConstantsOfAllStagesAreListedOnce) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::shader_interface_test

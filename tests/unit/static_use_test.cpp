@@ -11,7 +11,7 @@
 #include "rhi/shader_compiler.h"
 #include "shaders/embedded.h"
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::static_use_test {
 namespace {
 
 using Resources = spirv_cross::SmallVector<spirv_cross::Resource>;
@@ -100,4 +100,4 @@ void main() {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::static_use_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raygraph::rhi {
+namespace raygraph::rhi::subresources_test {
 namespace {
 
 TEST(Subresources, Default_IsAllOfTheTexture) {
@@ -29,7 +29,7 @@ TEST(Subresources, Text_NamesWhatIsNotAll) {
 }
 
 TEST(Subresources, WhatIsNotThere_IsNamedWithWhatIs) {
-    const auto missing = [](const Subresources& part) { return MissingText(Resolved(part, 5, 1), 5, 1); };
+    const auto missing = [](const Subresources& part) { return DescribeMissing(Resolved(part, 5, 1), 5, 1); };
     EXPECT_EQ(missing(Level(4)), "");
     EXPECT_EQ(missing({}), "");
     EXPECT_EQ(missing(Level(5)), "level 5, there are 5");
@@ -54,4 +54,4 @@ TEST(Subresources, PartsOverlap_WhereTheyShareALevelOfALayer) {
 }
 
 }  // namespace
-}  // namespace raygraph::rhi
+}  // namespace raygraph::rhi::subresources_test

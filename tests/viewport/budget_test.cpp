@@ -6,7 +6,7 @@
 #include "editor/viewport/frame_budget.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::budget_test {
 
 using passes::Region;
 using passes::TileCursor;
@@ -16,12 +16,12 @@ TEST(FrameBudgetTest, Tiles_GrowStepByStepToWhatTheLimitAllows) {
     FrameBudget budget;
     budget.SetLimit(10.0);
     const Extent2D picture{1000, 1000};
-    EXPECT_EQ(budget.Affordable(picture, {}, budget.TracingMs()), FrameBudget::kFirstPixels);
+    EXPECT_EQ(budget.PixelsWithin(picture, {}, budget.TracingMs()), FrameBudget::kFirstPixels);
     // A device of 10,000 pixels a millisecond
     TileCursor cursor;
     uint64_t last = 0;
     for (int frame = 0; frame < 8; ++frame) {
-        const Region tile = cursor.Next(picture, budget.Affordable(picture, cursor, budget.TracingMs()));
+        const Region tile = cursor.Next(picture, budget.PixelsWithin(picture, cursor, budget.TracingMs()));
         EXPECT_LE(double(tile.PixelCount()) / 1e4, 10.0);
         EXPECT_LE(tile.PixelCount(), std::max<uint64_t>(4 * last, FrameBudget::kFirstPixels));
         budget.LearnTile(picture.height, tile, double(tile.PixelCount()) / 1e4);
@@ -46,7 +46,7 @@ TEST(FrameBudgetTest, Costs_RiseAtOnceFallByHalvesAndBelongToARow) {
     EXPECT_NEAR(budget.Expect(32, {0, 0, 100, 1}), 1.05, 1e-9);
     TileCursor atBottom;
     atBottom.Advance({100, 320}, {0, 0, 100, 300});
-    EXPECT_GT(budget.Affordable({100, 320}, atBottom, 1.0), 5 * budget.Affordable({100, 320}, {}, 1.0));
+    EXPECT_GT(budget.PixelsWithin({100, 320}, atBottom, 1.0), 5 * budget.PixelsWithin({100, 320}, {}, 1.0));
     budget.Forget();
     EXPECT_FALSE(budget.HasLearned());
 }
@@ -151,7 +151,7 @@ TEST_F(ViewportBudget, PictureInTiles_IsThatOfWholeSamples) {
     for (; frames < 2000 && tiled.Samples() < 2; ++frames) tiled.RenderFrames(1);
     EXPECT_GT(frames, 1u);
     EXPECT_EQ(tiled.Samples(), 2u);
-    EXPECT_EQ(tiled.viewport.Progress().pathTracedShare, 0.0);
+    EXPECT_EQ(tiled.viewport.Progress().pathTracedFraction, 0.0);
     EXPECT_EQ(tiled.Picture(), whole);
 }
 
@@ -251,4 +251,4 @@ TEST_F(ViewportBudget, WithoutTimes_AFrameStillAddsSomething) {
     EXPECT_GE(untimed.Progress().pathTracedSamples, 1u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::budget_test

@@ -10,7 +10,7 @@
 #include "renderer/graph/pass_harness.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::compare_test {
 
 namespace {
 
@@ -204,4 +204,4 @@ TEST_F(Compare, Viewport_MakesAMapAnewOnlyWhenItsPicturesChange) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::compare_test

@@ -25,7 +25,7 @@
 extern "C" size_t __sanitizer_get_current_allocated_bytes();
 #endif
 
-namespace raygraph::testing {
+namespace raygraph::testing::endurance_test {
 
 namespace {
 
@@ -160,4 +160,4 @@ TEST_F(ViewportEndurance, TwoThousandFrames_LeaveMemoryAsItWas) {
     RecordProperty("host bytes more", std::to_string(int64_t(ResidentBytes()) - int64_t(residentBytes)));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::endurance_test

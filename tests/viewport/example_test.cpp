@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "editor/viewport/vulkan_interop.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/source_file.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::example_test {
 
 namespace {
 
@@ -65,4 +65,4 @@ TEST_F(Example, TheExample_Runs) {
     EXPECT_TRUE(host.picked[0].isHit);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::example_test

@@ -11,7 +11,7 @@
 #include "renderer/graph/pass_harness.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::flip_test {
 
 namespace {
 
@@ -237,4 +237,4 @@ TEST_F(FlipTest, Flip_RefusesWhatItCannotCompare) {
                  Error);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::flip_test

@@ -3,7 +3,7 @@
 #include "editor/viewport/vulkan_interop.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::host_image_test {
 
 using viewport::HostImage;
 
@@ -107,4 +107,4 @@ TEST_F(HostImageTest, WhatCannotBeShown_IsRefused) {
     EXPECT_THROW(target.Show(viewed.renderer, shown), Error);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::host_image_test

@@ -4,7 +4,7 @@
 #include "tests/support/error_of.h"
 #include "tests/support/failure_sweep.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::injected_failure_test {
 namespace {
 
 // Primes: neighboring steps differ in what they meet.
@@ -49,7 +49,7 @@ TEST(InjectedFailure, PipelineThatCannotBeMade_IsNotThereAndFailsWhereItIsNeeded
         InjectFailure(InjectedFailure{.call = FailingCall::Creation, .lasts = true});
         while (!renderer.PreparePipelines(first, renderer.NextPass())) {
         }
-        LiftFailure();
+        ClearInjectedFailure();
         EXPECT_TRUE(HasFailed());
         EXPECT_FALSE(renderer.HasPipelines(first, renderer.NextPass()));
         EXPECT_TRUE(renderer.PreparePipelines(first, renderer.NextPass())) << "nothing is left to wait for";
@@ -61,4 +61,4 @@ TEST(InjectedFailure, PipelineThatCannotBeMade_IsNotThereAndFailsWhereItIsNeeded
 }
 
 }  // namespace
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::injected_failure_test

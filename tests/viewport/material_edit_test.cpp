@@ -1,7 +1,7 @@
 // Materials that change in a shown scene so that rays come to treat their surfaces in another way.
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::material_edit_test {
 
 namespace {
 
@@ -89,4 +89,4 @@ TEST_F(ViewportMaterialEdit, AnEditedWall_IsAsInASceneThatHasItSo) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::material_edit_test

@@ -9,7 +9,7 @@
 #include "tests/support/option_rows.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::options_test {
 
 using viewport::BudgetSettings;
 using viewport::MotionView;
@@ -259,4 +259,4 @@ TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
     rows.ExpectComplete();
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::options_test

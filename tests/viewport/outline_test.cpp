@@ -10,11 +10,11 @@
 
 #include "base/error.h"
 #include "renderer/graph/pass_harness.h"
-#include "renderer/scene/deform.h"
+#include "renderer/scene/animation/deform.h"
 #include "tests/support/option_rows.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::outline_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -236,4 +236,4 @@ TEST_F(OutlinedViewport, CameraSetAfterDeclareIsOfTheNextFramesLine) {
     EXPECT_THAT(viewed.renderer.DescribePlan(), HasSubstr("OutlineInstances"));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::outline_test

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::pixel_test {
 
 namespace {
 
@@ -120,7 +120,7 @@ TEST_F(Pixel, Inspection_HasMeanSamplesAndStandardError) {
 
 TEST_F(Pixel, Error_IsThatOfAllPixels) {
     viewed.RenderFrames(6);
-    const viewport::ErrorRequest request = viewed.viewport.RequestError();
+    const viewport::NoiseRequest request = viewed.viewport.RequestNoise();
     EXPECT_FALSE(request.IsReady());
     const viewport::Capture capture = viewed.viewport.RequestCapture();
     viewed.RenderFrames(1);
@@ -136,7 +136,7 @@ TEST_F(Pixel, Error_IsThatOfAllPixels) {
     }
     const double count = 3.0 * 24 * 16;
     const double expected = std::sqrt(variance / count / all.sampleCount) / (mean / count);
-    const viewport::ErrorEstimate estimate = request.Result();
+    const viewport::NoiseEstimate estimate = request.Result();
     EXPECT_EQ(estimate.sampleCount, all.sampleCount);
     ASSERT_TRUE(estimate.relativeError);
     EXPECT_NEAR(*estimate.relativeError, expected, 1e-6) << "of a picture this small, every pixel is probed";
@@ -179,4 +179,4 @@ TEST_F(Pixel, Capture_IsThePictureOfWholeSamplesWithWhatLiesBehindIt) {
     EXPECT_TRUE(drawn.Result().isRaster);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::pixel_test

@@ -4,7 +4,7 @@
 
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::prepared_pipelines_test {
 namespace {
 
 constexpr Extent2D kSize{24, 16};
@@ -107,7 +107,7 @@ class Previewed : public PreparedPipelines {
 TEST_F(PreparedPipelines, FramesGoOnWithThePictureThatThereIs) {
     EXPECT_FALSE(Begin()) << "the path tracer's pipeline takes longer";
     renderer.BeginFrame();
-    EXPECT_FALSE(viewport.DeclareKept().IsValid()) << "there has been no picture";
+    EXPECT_FALSE(viewport.DeclareLastPicture().IsValid()) << "there has been no picture";
     renderer.DropFrame();
     using std::chrono::steady_clock;
     const steady_clock::time_point start = steady_clock::now();
@@ -134,7 +134,7 @@ TEST_F(PreparedPipelines, FramesGoOnWithThePictureThatThereIs) {
     viewport.SetView(View::Raster);
     EXPECT_FALSE(Begin());
     renderer.BeginFrame();
-    const TextureId kept = viewport.DeclareKept();
+    const TextureId kept = viewport.DeclareLastPicture();
     ASSERT_TRUE(kept.IsValid());
     const Readback shown = renderer.ReadBack(kept);
     renderer.Execute();
@@ -372,4 +372,4 @@ TEST_F(Previewed, FeaturesThatCome_RestartWithThePipelineThatHasThem) {
     EXPECT_EQ(shown, Expected(std::move(data)));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::prepared_pipelines_test

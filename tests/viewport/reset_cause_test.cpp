@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "renderer/scene/deform.h"
+#include "renderer/scene/animation/deform.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::reset_cause_test {
 
 using passes::ResetCause;
 using viewport::PathSettings;
@@ -299,4 +299,4 @@ TEST_F(ViewportResetCause, AnotherSceneIsShownAtOnce) {
     EXPECT_EQ(viewed.viewport.ResetCount(ResetCause::Geometry), 2u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::reset_cause_test

@@ -6,7 +6,7 @@
 #include "tests/support/option_rows.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::reset_settings_test {
 
 using passes::RasterSettings;
 using passes::RasterShadows;
@@ -167,4 +167,4 @@ TEST_F(ViewportResetSettings, EveryFieldAndValueOfTheRasterViewDoesSoToItAlone) 
         [&](const RasterSettings& s) { viewed.viewport.SetRaster(s); }, ResetCause::Settings);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::reset_settings_test

@@ -3,7 +3,7 @@
 
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::reset_test {
 
 using passes::ResetCause;
 using ::testing::HasSubstr;
@@ -120,7 +120,7 @@ TEST_F(ViewportReset, ToggledAway_TheViewIsCulledAndGoesOnWhenItIsBack) {
     viewed.viewport.SetView(View::Raster);
     viewed.RenderFrames(3);
     const std::string culled = CulledPasses(viewed.renderer.DescribePlan());
-    const bool isLoop = passes::FormOn(Device()) == passes::IntegratorForm::Loop;
+    const bool isLoop = passes::DefaultForm(Device()) == passes::IntegratorForm::Loop;
     const std::string tracing = isLoop ? "    Trace (" : "    WaveFirst (";
     EXPECT_THAT(culled, HasSubstr(tracing));
     EXPECT_THAT(culled, Not(HasSubstr("    RasterShade (")));
@@ -212,4 +212,4 @@ TEST_F(ViewportReset, SetLight_IsSeenAndRebuildsTheLightTablesAlone) {
     EXPECT_THROW(viewed.scene.SetLight(1, viewed.scene.Light(0)), Error);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::reset_test

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "tests/viewport/viewport_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::tiles_test {
 
 using passes::Region;
 using passes::TileCursor;
@@ -139,4 +139,4 @@ TEST_F(Tiles, WhatDoesNotFit_IsRefused) {
         Error);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::tiles_test

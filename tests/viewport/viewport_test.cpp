@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::viewport_test {
 
 namespace {
 
@@ -168,4 +168,4 @@ TEST_F(ViewportTest, MaxSamples_StopTheView) {
     EXPECT_EQ(straight.Picture(), done);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::viewport_test

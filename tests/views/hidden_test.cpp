@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::hidden_test {
 
 using passes::FilmPosition;
 using passes::Rasterizer;
@@ -65,7 +65,7 @@ class Hidden : public VulkanTest {
         for (const Rasterizer rasterizer : {Rasterizer::Compute, Rasterizer::Device}) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
-            add(render.TakeHits(passes::RasterHits(
+            add(render.ReadHits(passes::RasterHits(
                 render.renderer, ids, settings,
                 passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center, rasterizer))));
         }
@@ -158,4 +158,4 @@ TEST_F(Hidden, ShadowsOfWhatIsHiddenAreGone) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::hidden_test

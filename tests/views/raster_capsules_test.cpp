@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_capsules_test {
 
 using passes::FilmPosition;
 using passes::Rasterizer;
@@ -20,7 +20,7 @@ class RasterCapsules : public VulkanTest {
         passes::RasterVisibility seen =
             passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center, rasterizer);
         if (isBehindGlass) seen = passes::DrawBehindGlass(render.renderer, ids, settings, seen);
-        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+        return render.ReadHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
 
     // Compares both views of a scene of so many instances, all of which are visible.
@@ -122,4 +122,4 @@ TEST_F(RasterCapsules, CastShadowsOnWhatIsDrawn) {
         }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_capsules_test

@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_frame_test {
 
 using passes::FilmPosition;
 using passes::TraceSettings;
@@ -86,4 +86,4 @@ TEST_F(RasterFrame, CostsTheHostTheSameForAnyNumberOfInstances) {
     RecordProperty("passes", std::to_string(many.passCount));
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_frame_test

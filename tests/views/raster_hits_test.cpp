@@ -2,14 +2,14 @@
 #include <cmath>
 
 #include "passes/raster.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "shaders/shared/chunk_records.h"
 #include "shaders/shared/draw_records.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_hits_test {
 
 using passes::FilmPosition;
 using passes::Rasterizer;
@@ -37,7 +37,7 @@ class RasterHits : public VulkanTest {
         const passes::RasterVisibility seen =
             passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center, rasterizer);
         EXPECT_EQ(seen.rasterizer, rasterizer);
-        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+        return render.ReadHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
 
     // Returns the number of drawn placements, without those outside of the picture.
@@ -327,4 +327,4 @@ TEST_F(RasterHits, RaysSeeWhatMovedWhileOnlyTheRasterViewWasShown) {
     EXPECT_EQ(render.PrimaryHits(settings).ids[36].x, 1u);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_hits_test

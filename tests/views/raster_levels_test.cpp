@@ -8,7 +8,7 @@
 #include "tests/passes/level_texture.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_levels_test {
 
 using passes::TraceSettings;
 
@@ -148,4 +148,4 @@ TEST_F(RasterLevels, AnisotropicFilterKeepsLinesAlongAFootprint) {
     EXPECT_GT(contrast(8.0f), 0.4f);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_levels_test

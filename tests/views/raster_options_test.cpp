@@ -10,7 +10,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_options_test {
 
 using passes::RasterSettings;
 using passes::RasterShadows;
@@ -175,4 +175,4 @@ TEST_F(RasterOptions, WhatOnlyPathsHaveChangesNothing) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_options_test

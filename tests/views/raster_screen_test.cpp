@@ -11,7 +11,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_screen_test {
 
 using passes::FilmPosition;
 using passes::RasterVisibility;
@@ -240,4 +240,4 @@ TEST_F(RasterScreen, BlurredLevelsKeepTheMean) {
     }
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_screen_test

@@ -4,7 +4,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_shade_test {
 
 using passes::FilmPosition;
 using passes::TraceSettings;
@@ -400,4 +400,4 @@ TEST_F(RasterShade, JitteredSamplesSmoothEdgesAsTracedOnesDo) {
         ASSERT_NEAR(drawn.values[i].x, traced.values[i].x, 0.06f) << "pixel " << i;
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_shade_test

@@ -7,7 +7,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::raster_shadow_test {
 
 using passes::FilmPosition;
 using passes::RasterShadows;
@@ -308,4 +308,4 @@ TEST_F(RasterShadow, LightsBeyondTheAtlasCastNoShadow) {
         << "dark lights take no tiles";
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::raster_shadow_test

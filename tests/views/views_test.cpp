@@ -8,7 +8,7 @@
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::testing {
+namespace raygraph::testing::views_test {
 
 using passes::FilmPosition;
 using passes::TraceSettings;
@@ -234,4 +234,4 @@ TEST(HeatColor, GrowsEvenlyLighterAndStaysWithinTheScreensColors) {
     EXPECT_GT(last, 0.75f);
 }
 
-}  // namespace raygraph::testing
+}  // namespace raygraph::testing::views_test

@@ -7,7 +7,7 @@
 #include "base/version.h"
 #include "editor/viewport/viewport.h"
 #include "renderer/graph/plan_text.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 #include "rhi/reflection.h"
 #include "rhi/shader_compiler.h"
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "editor/session/content_hash.h"
-#include "editor/session/merge.h"
+#include "editor/session/file/content_hash.h"
+#include "editor/session/file/merge.h"
 #include "editor/session/session.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 
 using namespace raygraph;  // NOLINT: an example
 using session::Aov;

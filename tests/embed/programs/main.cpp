@@ -15,7 +15,7 @@
 #include "gpu.h"
 #include "passes/compare.h"
 #include "renderer/gpu_scene/host_objects.h"
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 
 using namespace raygraph;  // NOLINT: the example reads better
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/gltf/load_gltf.h"
 
 int main(int argc, char** argv) {
     if (argc != 2) {

@@ -1,0 +1,367 @@
+#include "editor/session/frames/sample_frames.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/check.h"
+#include "editor/session/frames/light_group_tiles.h"
+#include "passes/project_hits.h"
+#include "passes/raster.h"
+#include "passes/scene_bindings.h"
+#include "renderer/graph/readback_values.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// Returns the persistent texture of the pixels' hits, from one frame to the next.
+TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) {
+    return renderer.Persist("motion hits", {passes::RegionOf(settings).Extent(), Format::Rgba32Uint});
+}
+
+// 0 of what is behind the camera at one of the times.
+std::vector<float> MotionOf(const Texels& open, const Texels& close) {
+    std::vector<float> motion(open.size() / 2, 0.0f);
+    for (size_t i = 0; i < open.size() / 4; ++i) {
+        if (open[4 * i + 2] != 0.0f || close[4 * i + 2] != 0.0f) continue;
+        for (size_t c = 0; c < 2; ++c) motion[2 * i + c] = close[4 * i + c] - open[4 * i + c];
+    }
+    return motion;
+}
+
+}  // namespace
+
+SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
+    : m_scene(scene),
+      m_renderer(scene.GraphRenderer()),
+      m_plan(plan),
+      m_secondTraces(plan.retraced),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
+      m_isKeepingCenter(plan.hasUnblurred && plan.aovs.NeedsCenterRay()),
+      m_isKeepingMotion(plan.hasUnblurred && plan.aovs.Has(Aov::Motion)) {
+    for (size_t i = 0; i < passes::kPathPartCount; ++i)
+        if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
+            m_parts.push_back({i, Accumulated(Name(aov))});
+    m_batchSize = ChooseBatchSize();
+    if (plan.isAdaptive && plan.continues == nullptr)
+        m_adaptive = std::make_unique<AdaptiveFrames>(m_renderer, Size(), plan.firstSample);
+    if (plan.continues != nullptr) RestoreFrom(*plan.continues);
+    m_plan.continues = nullptr;
+}
+
+void SampleFrames::RestoreFrom(const RenderFile& render) {
+    const Extent2D extent{render.size.width, render.size.height};
+    const uint32_t count = render.samples.front().count;
+    const RenderSums& sums = render.sums;
+    m_renderer.BeginFrame();
+    passes::Restore(m_renderer, m_radiance.accumulation, extent, count, sums.radiance);
+    const bool hasAverages =
+        !(m_isKeepingAlbedo && sums.albedo.IsEmpty()) && !(m_isKeepingNormal && sums.normal.IsEmpty());
+    uint32_t averaged = count;
+    if (render.adaptive) {
+        m_adaptive =
+            std::make_unique<AdaptiveFrames>(m_renderer, extent, m_plan.firstSample, *render.adaptive);
+        averaged = m_uniformSamples = m_adaptive->Counts().Least();
+    }
+    if (m_isKeepingAlbedo && hasAverages)
+        passes::Restore(m_renderer, m_albedo.accumulation, extent, averaged, sums.albedo);
+    if (m_isKeepingNormal && hasAverages)
+        passes::Restore(m_renderer, m_normal.accumulation, extent, averaged, sums.normal);
+    for (KeptPart& part : m_parts)
+        passes::Restore(m_renderer, part.sum.accumulation, extent, count, sums.parts[part.index]);
+    if (m_plan.lightGroupCount > 0) {
+        const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
+        passes::Restore(m_renderer, m_groups.accumulation,
+                        {tiles.width * extent.width, tiles.height * extent.height}, count,
+                        ToTiles(sums.lightGroups, render.size));
+    }
+    m_secondTraces.Restore(m_renderer, render);
+    m_renderer.Execute();
+    m_submitted = count;
+    m_samples = render.samples;
+    m_lastRestored = static_cast<uint32_t>(m_samples.back().End() - 1);
+    if (!hasAverages) m_toRestore = count;
+}
+
+void SampleFrames::RestoreSample() {
+    RG_CHECK(m_toRestore > 0);
+    const uint32_t sample = m_lastRestored + 1 - m_toRestore;
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Declare(sample);
+    DeclareAverages(ids, m_scene.SettingsFor(sample));
+    m_renderer.Execute();
+    --m_toRestore;
+}
+
+Extent2D SampleFrames::Size() const {
+    return passes::RegionOf(m_scene.SettingsFor(0)).Extent();
+}
+
+uint32_t SampleFrames::ChooseBatchSize() const {
+    const passes::TraceSettings settings = m_scene.SettingsFor(0);
+    // These differ between samples: the time, second traces, the length of all paths
+    if (!TracesPaths() || m_scene.IsBlurred() || m_secondTraces.HasAny() ||
+        settings.roulette.kind == Roulette::Frame)
+        return 1;
+    if (m_plan.batchSize > 0) return m_plan.batchSize;
+    const bool hasGroups = m_plan.lightGroupCount > 0;
+    const uint32_t most =
+        passes::PreferredBatchSize(m_renderer.Device(), settings,
+                                   hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
+    // Albedo and normal have passes for each sample
+    return m_isKeepingAlbedo || m_isKeepingNormal ? std::min(most, 16u) : most;
+}
+
+void SampleFrames::Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast) {
+    const passes::SampleRows rows{.count = count, .height = Size().height};
+    const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, samples, rows, into.accumulation);
+    if (isLast) m_renderer.Present(ids.sums[0]);
+}
+
+void SampleFrames::AccumulateTraced(TextureId samples, const passes::TraceSettings& settings,
+                                    passes::Accumulation& accumulation, bool withVariance) {
+    const uint32_t count = settings.sampleCount;
+    const passes::AccumulatedIds ids =
+        settings.pixels.HasPixels()
+            ? passes::AccumulateListed(m_renderer, samples, count, settings.pixels, Size(), accumulation,
+                                       withVariance)
+            : passes::Accumulate(m_renderer, samples, {.count = count, .height = Size().height}, accumulation,
+                                 withVariance);
+    m_renderer.Present(ids.sums[0]);
+}
+
+passes::TraceIds SampleFrames::DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings) {
+    if (TracesPaths())
+        return passes::Trace(m_renderer, ids, settings,
+                             {.parts = !m_parts.empty(), .lightGroups = m_plan.lightGroupCount > 0});
+    return {.radiance = passes::AnyRasterShade(m_renderer, ids, settings, passes::FilmPosition::Jittered,
+                                               m_filteredEnvironment, m_plan.raster)};
+}
+
+void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings) {
+    const passes::TraceIds sample = DeclareSamples(ids, settings);
+    if (TracesPaths()) m_counts.push_back({m_renderer.ReadBack(sample.counts), passes::PathCount(settings)});
+    for (KeptPart& part : m_parts)
+        AccumulateTraced(sample.parts[part.index], settings, part.sum.accumulation);
+    if (m_plan.lightGroupCount > 0) AccumulateTraced(sample.lightGroups, settings, m_groups.accumulation);
+    if (!m_adaptive)
+        m_secondTraces.Declare(m_renderer, settings, sample.radiance,
+                               [&](const auto& others) { return DeclareSamples(ids, others).radiance; });
+    AccumulateTraced(sample.radiance, settings, m_radiance.accumulation, m_plan.withVariance);
+}
+
+void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings) {
+    const passes::FilmPosition film =
+        passes::IsAverageable(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
+    Keep(passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfaceSource::Rays), 1,
+         m_radiance);
+}
+
+void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+    const passes::PrimaryHitIds hits =
+        passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
+    if (m_isKeepingAlbedo) Keep(hits.albedo, 1, m_albedo, isLast);
+    if (m_isKeepingNormal) Keep(hits.normal, 1, m_normal, isLast);
+}
+
+// Decisions at random, as whether a surface that is partly transparent is seen, are those of the picture's
+// first sample: whoever renders it, and however often it is finished.
+void SampleFrames::TraceUnblurred() {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.DeclareUnblurred();
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+    if (m_isKeepingCenter) {
+        const passes::PrimaryHitIds hits =
+            passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Center);
+        m_position = m_renderer.ReadBack(hits.position);
+        m_ids = m_renderer.ReadBack(hits.ids);
+    }
+    if (m_isKeepingMotion)
+        m_renderer.Present(passes::TraceHits(m_renderer, ids, settings, MotionHits(m_renderer, settings)));
+    m_renderer.Execute();
+    m_wasSharpTraced = true;
+    if (!m_isKeepingMotion) return;
+    m_placesAtOpen = ProjectAt(0.0, settings.camera);
+    m_placesAtClose = ProjectAt(1.0, settings.camera);
+}
+
+Readback SampleFrames::ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy) {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.DeclareInShutter(shutterPosition);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+    const Readback places = m_renderer.ReadBack(
+        passes::ProjectHits(m_renderer, ids, settings, MotionHits(m_renderer, settings), seenBy));
+    m_renderer.Execute();
+    return places;
+}
+
+void SampleFrames::RenderSamples(SampleRange samples) {
+    RG_CHECK(samples.count > 0 && samples.count <= m_batchSize);
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Declare(samples.first);
+    passes::TraceSettings settings = m_scene.SettingsFor(samples.first);
+    settings.sampleCount = samples.count;
+    if (ShowsLight())
+        DeclareRadiance(ids, settings);
+    else
+        DeclareValues(ids, settings);
+    for (uint32_t i = 0; i < samples.count && (m_isKeepingAlbedo || m_isKeepingNormal); ++i)
+        DeclareAverages(ids, m_scene.SettingsFor(samples.first + i), i + 1 == samples.count);
+    m_pending.push_back({m_renderer.Execute(), samples.count});
+    if (!m_samples.empty() && m_samples.back().End() == samples.first)
+        m_samples.back().count += samples.count;
+    else
+        m_samples = Union(m_samples, {samples});
+    m_submitted += samples.count;
+    m_hasPicture = false;
+    NonFiniteSamples();
+    m_times.Add(m_renderer.TakeTimings());
+}
+
+TextureId SampleFrames::ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts,
+                                 bool withVariance) {
+    const passes::AccumulatedIds ids = Resolve(from.accumulation, extent, withVariance, counts);
+    from.mean = m_renderer.ReadBack(ids.mean);
+    if (m_plan.withSums) from.sums = passes::SumsReadback(m_renderer, ids);
+    if (withVariance) m_variance = m_renderer.ReadBack(ids.variance);
+    return ids.mean;
+}
+
+TextureId SampleFrames::DeclareDisplay(TextureId mean) {
+    return ShowsLight() ? passes::Tonemap(m_renderer, mean, m_plan.tonemap)
+                        : passes::PaintView(m_renderer, mean, m_plan.view);
+}
+
+void SampleFrames::FinishPicture() {
+    m_hasPicture = true;
+    if ((m_isKeepingCenter || m_isKeepingMotion) && !m_wasSharpTraced) TraceUnblurred();
+    if (m_submitted == 0) return;
+    CatchUpUniformSamples();
+    const Extent2D size = Size();
+    m_renderer.BeginFrame();
+    const std::optional<TextureId> counts = DeclareCounts();
+    if (m_adaptive) m_adaptive->ReadBack();
+    const TextureId mean = ReadBack(m_radiance, size, counts, ShowsLight() && m_plan.withVariance);
+    m_display = m_renderer.ReadBack(DeclareDisplay(mean));
+    if (m_isKeepingAlbedo) ReadBack(m_albedo, size);
+    if (m_isKeepingNormal) ReadBack(m_normal, size);
+    for (KeptPart& part : m_parts) ReadBack(part.sum, size, counts);
+    if (m_plan.lightGroupCount > 0) {
+        const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
+        ReadBack(m_groups, {tiles.width * size.width, tiles.height * size.height}, counts);
+    }
+    if (ShowsLight()) m_secondTraces.ReadBack(m_renderer, size);
+    m_renderer.Execute();
+}
+
+uint64_t SampleFrames::NonFiniteSamples() {
+    for (; !m_counts.empty() && m_counts.front().counts.IsReady(); m_counts.pop_front()) {
+        const auto counts = ValuesOf<passes::TraceCounts>(m_counts.front().counts).front();
+        m_nonFiniteSamples += counts.nonFiniteSamples;
+        m_rays += counts.Rays();
+        m_paths += m_counts.front().paths;
+    }
+    return m_nonFiniteSamples;
+}
+
+std::optional<double> SampleFrames::RaysPerSample() {
+    NonFiniteSamples();
+    if (m_paths == 0) return std::nullopt;
+    return static_cast<double>(m_rays) / static_cast<double>(m_paths);
+}
+
+void SampleFrames::WaitForSamples() {
+    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back().doneAt);
+}
+
+void SampleFrames::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
+    mean = WaitForValues<float>(from.mean);
+    if (m_plan.withSums) sums = from.sums.Values();
+}
+
+void SampleFrames::ZeroMeans(RenderFile& render) const {
+    const passes::ExactSums zeros = passes::MakeExactSums(PixelCount(render.size), false);
+    RenderSums& sums = render.sums;
+    sums.radiance = passes::MakeExactSums(PixelCount(render.size), ShowsLight() && m_plan.withVariance);
+    if (m_isKeepingAlbedo) sums.albedo = zeros;
+    if (m_isKeepingNormal) sums.normal = zeros;
+    for (const KeptPart& part : m_parts) sums.parts[part.index] = zeros;
+    sums.lightGroups.assign(m_plan.lightGroupCount, zeros);
+    render.lightGroups.resize(m_plan.lightGroupCount);
+}
+
+void SampleFrames::TakeMeans(RenderFile& render) const {
+    Take(m_radiance, render.radiance, render.sums.radiance);
+    if (ShowsLight() && m_plan.withVariance) render.variance = WaitForValues<float>(m_variance);
+    if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
+    if (m_isKeepingNormal) Take(m_normal, render.normal, render.sums.normal);
+    for (const KeptPart& part : m_parts)
+        Take(part.sum, render.parts[part.index], render.sums.parts[part.index]);
+    if (m_plan.lightGroupCount > 0) {
+        Texels tiles;
+        passes::ExactSums sums;
+        Take(m_groups, tiles, sums);
+        render.lightGroups = FromTiles(tiles, render.size, m_plan.lightGroupCount);
+        if (m_plan.withSums) render.sums.lightGroups = FromTiles(sums, render.size, m_plan.lightGroupCount);
+    }
+}
+
+void SampleFrames::TakePicture(RenderFile& render) const {
+    if (m_submitted > 0)
+        TakeMeans(render);
+    else
+        ZeroMeans(render);
+    if (ShowsLight()) m_secondTraces.Take(render, m_plan.withSums);
+    if (m_isKeepingCenter) {
+        const std::vector<uint32_t> hits = WaitForValues<uint32_t>(m_ids);
+        if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(WaitForValues<float>(m_position), 3);
+        if (m_plan.aovs.Has(Aov::Instance)) render.instance = ChannelOf(hits, 0);
+        if (m_plan.aovs.Has(Aov::Material)) render.material = ChannelOf(hits, 1);
+    }
+    if (m_isKeepingMotion)
+        render.motion = MotionOf(WaitForValues<float>(m_placesAtOpen), WaitForValues<float>(m_placesAtClose));
+    render.samples = m_samples;
+    if (m_adaptive) render.adaptive = m_adaptive->Take();
+}
+
+void SampleFrames::DropPicture() {
+    m_hasPicture = false;
+    for (Accumulated* of : {&m_radiance, &m_albedo, &m_normal, &m_groups}) {
+        of->mean = {};
+        of->sums = {};
+    }
+    for (KeptPart& part : m_parts) {
+        part.sum.mean = {};
+        part.sum.sums = {};
+    }
+    m_variance = m_display = {};
+    m_secondTraces.DropReadbacks();
+}
+
+image::Image8 SampleFrames::TakeDisplay() const {
+    const Extent2D size = m_display.Extent();
+    return {size.width, size.height, WaitForValues<uint8_t>(m_display)};
+}
+
+image::Image8 SampleFrames::DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount) {
+    passes::Accumulation shown("shown");
+    m_renderer.BeginFrame();
+    passes::Restore(m_renderer, shown, Size(), sampleCount, {.sums = sums.sums, .squares = {}});
+    m_renderer.Execute();
+    m_renderer.BeginFrame();
+    const TextureId mean = passes::Resolve(m_renderer, shown, Size(), false).mean;
+    m_display = m_renderer.ReadBack(DeclareDisplay(mean));
+    m_renderer.Execute();
+    shown.Reset(passes::ResetCause::Start);
+    passes::Forget(m_renderer, shown);
+    return TakeDisplay();
+}
+
+const PassTimes& SampleFrames::Times() {
+    WaitForSamples();
+    m_times.Add(m_renderer.TakeTimings());
+    return m_times;
+}
+
+}  // namespace raygraph::session

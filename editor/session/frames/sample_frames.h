@@ -1,0 +1,190 @@
+// Renders samples of one picture on one device, one or more a frame, and returns the accumulated result. For
+// editor/session/ alone.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "editor/session/file/image_statistics.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/frames/adaptive_frames.h"
+#include "editor/session/frames/device_scene.h"
+#include "editor/session/frames/pass_times.h"
+#include "editor/session/frames/second_traces.h"
+#include "passes/accumulate.h"
+#include "passes/filter_environment.h"
+#include "passes/tonemap.h"
+#include "passes/views.h"
+
+namespace raygraph::session {
+
+struct FramePlan {
+    View view = View::PathTraced;
+    AovSet aovs;                            // additional outputs
+    uint32_t firstSample = 0;               // index of the picture's first sample
+    uint32_t lightGroupCount = 0;           // rendered separately; 0: none
+    bool withVariance = false;              // variance of the radiance
+    bool isAdaptive = false;                // see PictureSettings; with variance
+    bool withSums = false;                  // returns the sums of everything accumulated
+    uint32_t batchSize = 0;                 // see SessionDesc
+    passes::RasterSettings raster;          // of the raster view
+    passes::TonemapSettings tonemap;        // of the display picture
+    bool hasUnblurred = true;               // renders depth, ids and motion if asked for
+    RetracedBiases retraced{};              // biases without which samples are traced again
+    const RenderFile* continues = nullptr;  // render that is continued; only used by the constructor
+};
+
+class SampleFrames {
+  public:
+    // `scene` outlives the object.
+    SampleFrames(DeviceScene& scene, const FramePlan& plan);
+
+    // Returns how many samples a frame renders at most, a power of two; 1 if one keeps the device busy.
+    uint32_t PreferredBatchSize() const { return m_batchSize; }
+    // Submits new samples of the picture, at most PreferredBatchSize, in one frame; waits while as many
+    // frames are in flight as the device allows.
+    void RenderSamples(SampleRange samples);
+    // Is called for an adaptive picture instead: submits samples where they are needed, on the way to
+    // `average` samples per pixel, at most `most` more than it has. Then the state of the picture is a
+    // function of its average.
+    void RenderAdaptive(uint32_t average, uint32_t most);
+    // Returns how many continued samples still need their albedo and normals traced, which had no sums,
+    // before the first RenderSamples.
+    uint32_t SamplesToRestore() const { return m_toRestore; }
+    // Submits the surfaces of the next such sample; waits as RenderSamples does.
+    void RestoreSample();
+    // Return the samples in the picture, continued ones included: those that the device has finished, all
+    // submitted ones, and their ranges. For an adaptive picture they are averages per pixel, rounded down.
+    uint32_t SamplesDone();
+    uint32_t SamplesSubmitted() const { return m_submitted; }
+    const SampleRanges& Samples() const { return m_samples; }
+    // Starts to estimate the error of the submitted samples, of which there must be some, unless an estimate
+    // is pending.
+    void MeasureError();
+    // Returns the newest estimate that has arrived; 0 for a black picture.
+    const std::optional<MeasuredError>& NewestError();
+    // Measures the error of all samples, and waits for it.
+    MeasuredError MeasureErrorNow();
+    // Returns how many finished samples of this object were infinite or NaN, and count as black.
+    uint64_t NonFiniteSamples();
+    // Waits until the device has finished what was submitted.
+    void WaitForSamples();
+    Extent2D Size() const;  // of the picture
+
+    // Submits the readback of what Take* return. More samples may follow.
+    void FinishPicture();
+    // Returns true after FinishPicture, until the next sample.
+    bool HasPicture() const { return m_hasPicture; }
+    // Call it after FinishPicture: fills in the picture, its channels and samples, and waits for them. The
+    // rest of the render is kept. Without a sample, sums are zero, and there are no means.
+    void TakePicture(RenderFile& render) const;
+    // Returns the tone-mapped picture with the alpha of plan.tonemap, or the view as PaintView shows it,
+    // opaque.
+    image::Image8 TakeDisplay() const;
+    // Does so for the sums of `sampleCount` samples by several devices.
+    image::Image8 DisplayOf(const passes::ExactSums& sums, uint32_t sampleCount);
+    // Frees the memory of readbacks; there is no picture until the next FinishPicture.
+    void DropPicture();
+    // Returns the sums of the radiance alone, with squares; zeros without a sample.
+    passes::ExactSums RadianceSums();
+
+    // Rays of a path, on average over all that were rendered here; none without a path.
+    std::optional<double> RaysPerSample();
+    // GPU times of all frames of samples.
+    const PassTimes& Times();
+    bool ShowsLight() const { return passes::ShowsLight(m_plan.view); }
+    bool TracesPaths() const { return m_plan.view == View::PathTraced; }
+
+  private:
+    // An accumulated picture; FinishPicture sets the readbacks.
+    struct Accumulated {
+        explicit Accumulated(const char* name) : accumulation(name) {}
+        passes::Accumulation accumulation;
+        Readback mean;
+        passes::SumsReadback sums;
+    };
+    struct KeptPart {
+        size_t index;  // index of the PathPart
+        Accumulated sum;
+    };
+    struct Measurement {
+        uint32_t sampleCount = 0;
+        Readback mean, variance;
+        std::vector<uint32_t> counts;  // by pixel, for adaptive pictures
+    };
+
+    void RestoreFrom(const RenderFile& render);
+    uint32_t ChooseBatchSize() const;
+    // Declares samples of the radiance, by the pipeline of all samples.
+    passes::TraceIds DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings);
+    // Adds the samples and their by-products.
+    void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings);
+    // Declares a view that shows no light.
+    void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings);
+    // Adds surfaces to the means over the samples.
+    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast = true);
+    void TraceUnblurred();  // depth, ids and motion, in frames of their own
+    Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
+    // Accumulates samples of Trace, or of their texture.
+    void AccumulateTraced(TextureId samples, const passes::TraceSettings& settings,
+                          passes::Accumulation& accumulation, bool withVariance = false);
+    // Accumulates samples of all pixels; `isLast`: the last of the frame.
+    void Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast = true);
+    // Declares surfaces and removed light, which have as many samples as all pixels.
+    void DeclareUniformSamples(const SceneIds& ids);
+    void CatchUpUniformSamples();
+    void RenderListed(uint32_t average);
+    // Declares the counts of an adaptive picture, for Resolve.
+    std::optional<TextureId> DeclareCounts();
+    passes::AccumulatedIds Resolve(const passes::Accumulation& accumulation, Extent2D extent,
+                                   bool withVariance, const std::optional<TextureId>& counts);
+    // Returns the mean. Without counts, all pixels have equally many samples.
+    TextureId ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts = {},
+                       bool withVariance = false);
+    TextureId DeclareDisplay(TextureId mean);
+    void TakeMeans(RenderFile& render) const;
+    void ZeroMeans(RenderFile& render) const;
+    void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
+
+    DeviceScene& m_scene;
+    Renderer& m_renderer;
+    FramePlan m_plan;
+    SecondTraces m_secondTraces;
+    uint32_t m_batchSize = 1;
+    bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter, m_isKeepingMotion;
+    bool m_hasPicture = false;
+    bool m_wasSharpTraced = false;
+    uint32_t m_submitted = 0;     // samples in the picture, continued ones included
+    SampleRanges m_samples;       // which
+    uint32_t m_lastRestored = 0;  // the last sample of the render that goes on
+    uint32_t m_toRestore = 0;     // the last ones of those that were continued
+    // Submitted samples that may not be done: the timeline's value when they are
+    struct PendingSamples {
+        uint64_t doneAt;
+        uint64_t count;  // adaptive pictures: of all pixels together
+    };
+    std::deque<PendingSamples> m_pending;
+
+    std::unique_ptr<AdaptiveFrames> m_adaptive;  // set for an adaptive picture
+    uint32_t m_uniformSamples = 0;               // samples with surfaces
+
+    Accumulated m_radiance{"radiance"};  // or the view's values
+    Accumulated m_albedo{"albedo"}, m_normal{"normal"};
+    passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
+    Accumulated m_groups{"lightGroups"};
+    std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
+    Readback m_variance, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
+    struct CountsOfFrame {
+        Readback counts;  // TraceCounts
+        uint64_t paths;
+    };
+    std::deque<CountsOfFrame> m_counts;  // until they have arrived
+    uint64_t m_nonFiniteSamples = 0, m_rays = 0, m_paths = 0;
+    std::optional<Measurement> m_measurement;  // under way
+    std::optional<MeasuredError> m_error;
+    PassTimes m_times;
+};
+
+}  // namespace raygraph::session

@@ -1,0 +1,155 @@
+#include "editor/session/settings/parse.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "base/printable.h"
+#include "base/text.h"
+
+namespace raygraph::session {
+
+namespace {
+
+[[noreturn]] void RefuseText(std::string_view text, const std::string& expected) {
+    throw MakeError(ErrorKind::Usage, "{} is not {}", Quoted(text), expected);
+}
+
+// A bound as the user would write it: 1000000, not 1000000.000000.
+std::string BoundText(double value) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+    return {text.data(), end};
+}
+
+constexpr std::string_view kAutomatic = "auto", kUnits = "KMG";
+
+}  // namespace
+
+uint32_t ParseCount(std::string_view text, uint32_t minimum, uint32_t maximum) {
+    uint32_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || error != std::errc() || end != text.data() + text.size() || value < minimum ||
+        value > maximum)
+        RefuseText(text, Text("a whole number from {} to {}", minimum, maximum));
+    return value;
+}
+
+double ParseNumber(std::string_view text, double minimum, double maximum) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool isNumber =
+        !text.empty() && error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+    if (isNumber && value >= minimum && value <= maximum) return value;
+
+    const bool hasMinimum = minimum > std::numeric_limits<double>::lowest();
+    const bool hasMaximum = maximum < std::numeric_limits<double>::max();
+    std::string expected = "a number";
+    if (hasMinimum && hasMaximum)
+        expected += " from " + BoundText(minimum) + " to " + BoundText(maximum);
+    else if (hasMinimum)
+        expected += " of at least " + BoundText(minimum);
+    else if (hasMaximum)
+        expected += " of at most " + BoundText(maximum);
+    RefuseText(text, expected);
+}
+
+uint64_t ParseBudget(std::string_view text) {
+    if (text == kAutomatic) return 0;
+    constexpr double kMostBytes = 0x1p50;
+    const size_t unit = text.empty() ? std::string_view::npos : kUnits.find(text.back());
+    const std::string_view digits = text.substr(0, text.size() - (unit == std::string_view::npos ? 0 : 1));
+    try {
+        const double units = unit == std::string_view::npos ? 1.0 : std::exp2(10.0 * (1.0 + double(unit)));
+        const double bytes = std::floor(ParseNumber(digits, 0.0, kMostBytes) * units);
+        if (bytes >= 1.0 && bytes <= kMostBytes) return static_cast<uint64_t>(bytes);
+    } catch (const Error&) {
+        // The message for the whole text says more than the one for its digits
+    }
+    RefuseText(text, Text("{} or a size like 512M or 1.5G", kAutomatic));
+}
+
+rhi::Extent2D ParseSize(std::string_view text) {
+    const size_t cross = text.find('x');
+    if (cross != std::string_view::npos) {
+        try {
+            return {ParseCount(text.substr(0, cross), 1, kMaxImageSide),
+                    ParseCount(text.substr(cross + 1), 1, kMaxImageSide)};
+        } catch (const Error&) {
+            // The message for the whole text says more than the one for its half
+        }
+    }
+    RefuseText(text, Text("a size like 640x360, each side from 1 to {}", kMaxImageSide));
+}
+
+std::array<float, 3> ParseRadiance(std::string_view text) {
+    std::array<float, 3> radiance{};
+    try {
+        const std::vector<std::string_view> parts = ParseList(text);
+        if (parts.size() == radiance.size()) {
+            for (size_t i = 0; i < parts.size(); ++i)
+                radiance[i] =
+                    static_cast<float>(ParseNumber(parts[i], 0.0, std::numeric_limits<float>::max()));
+            return radiance;
+        }
+    } catch (const Error&) {
+        // refused below
+    }
+    RefuseText(text, "three numbers like 0.5,0.5,1, none of them negative");
+}
+
+std::vector<std::string_view> ParseList(std::string_view text) {
+    std::vector<std::string_view> parts;
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t end = std::min(text.find(',', begin), text.size());
+        if (end == begin) RefuseText(text, "a list of names with single commas between them");
+        parts.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return parts;
+}
+
+size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& names) {
+    std::string list;
+    for (size_t i = 0; i < names.size(); ++i) {
+        if (names[i] == text) return i;
+        if (i > 0) list += i + 1 == names.size() ? " or " : ", ";
+        list += names[i];
+    }
+    RefuseText(text, (names.size() > 1 ? "one of " : "") + list);
+}
+
+std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,
+                        size_t ofDefault) {
+    std::string list;
+    for (size_t i = 0; i < texts.size(); ++i) {
+        if (i > 0) list += i + 1 == texts.size() ? " or " : ", ";
+        list += texts[i];
+        std::string note(notes[i]);
+        if (i == ofDefault) note += note.empty() ? "default" : "; default";
+        if (!note.empty()) list += " (" + note + ")";
+    }
+    return list;
+}
+
+std::string ToText(float value) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+    return {text.data(), end};
+}
+
+std::string ToText(rhi::Extent2D size) {
+    return Text("{}x{}", size.width, size.height);
+}
+
+std::string BudgetText(uint64_t bytes) {
+    if (bytes == 0) return std::string(kAutomatic);
+    size_t units = 0;
+    for (; units < kUnits.size() && bytes % 1024 == 0; ++units) bytes /= 1024;
+    return Text("{}{}", bytes, units == 0 ? "" : kUnits.substr(units - 1, 1));
+}
+
+std::string ToText(const std::array<float, 3>& radiance) {
+    return ToText(radiance[0]) + "," + ToText(radiance[1]) + "," + ToText(radiance[2]);
+}
+
+}  // namespace raygraph::session

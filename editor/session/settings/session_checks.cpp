@@ -1,0 +1,152 @@
+#include "editor/session/settings/session_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/path_text.h"
+#include "base/printable.h"
+#include "base/text.h"
+#include "base/version.h"
+#include "editor/session/file/render_flaws.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// A file records one choice, and a picture of another scene under it could never be made again.
+void RequireChoice(const char* setting, const char* unnamed, const std::string& asked,
+                   const std::string& loaded, const SceneInput& input) {
+    if (loaded == asked) return;
+    const auto called = [&](const std::string& choice) { return choice.empty() ? unnamed : Quoted(choice); };
+    throw SettingError(ErrorKind::Usage, Text("{}: {} of {} is to be rendered, but {} was loaded", setting,
+                                              called(asked), Printable(input.file), called(loaded)));
+}
+
+void RequireScene(const SceneInput& input, const PictureSettings& settings) {
+    if (settings.light == DefaultLight::Studio && !input.environmentFile.empty())
+        throw SettingError(ErrorKind::Usage, Text("light: the studio takes the place of the map {}",
+                                                  Printable(input.environmentFile)));
+    RequireChoice("scene", "the default one", settings.scene, input.scene, input);
+    RequireChoice("variant", "none", settings.variant, input.variant, input);
+    if (settings.at && !input.isAnimated)
+        throw SettingError(ErrorKind::Usage, Text("at: {} is a time, but {} was loaded without animations",
+                                                  AtText(settings.at), Printable(input.file)));
+    if (!settings.at && input.isAnimated)
+        throw SettingError(ErrorKind::Usage, Text("at: no time is given, but {} was loaded with animations",
+                                                  Printable(input.file)));
+    if (!settings.at && !settings.clips.empty())
+        throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
+    if (!settings.at && settings.shutter)
+        throw SettingError(ErrorKind::Usage, "shutter: it is around a time, and none is given");
+    const auto requireRadius = [&](const char* setting, const scene::RoundRadius& asked,
+                                   const scene::RoundRadius& loaded) {
+        if (loaded != asked)
+            throw SettingError(ErrorKind::Usage,
+                               Text("{}: {} is to be rendered with {}, but was loaded with {}", setting,
+                                    Printable(input.file), ToText(asked), ToText(loaded)));
+    };
+    requireRadius("points", settings.pointsAndLines.points, input.pointsAndLines.points);
+    requireRadius("lines", settings.pointsAndLines.lines, input.pointsAndLines.lines);
+}
+
+}  // namespace
+
+void Refuse(const std::string& why) {
+    throw Error(ErrorKind::Usage, "Session: " + why);
+}
+
+void RequireValidDesc(const SessionDesc& desc) {
+    const PictureSettings& settings = desc.settings;
+    RequireReadable(settings);
+    for (const Aov aov : kAovs)
+        if (desc.aovs.Has(aov) && !CanHave(aov, settings))
+            Refuse(Text("the view {} with these biases has no {}", Name(settings.view), Name(aov)));
+    if (settings.shutter && !passes::IsAverageable(settings.view))
+        throw SettingError(ErrorKind::Usage,
+                           Text("shutter: the view {} is not averaged over samples, so nothing is blurred",
+                                Name(settings.view)));
+    if (settings.crop && !CanCrop(settings.view))
+        throw SettingError(ErrorKind::Usage,
+                           Text("crop: the view {} is drawn as a whole", Name(settings.view)));
+    if (settings.light == DefaultLight::Studio && settings.background)
+        throw SettingError(ErrorKind::Usage, "light: the studio takes the place of a background");
+    if (const uint32_t samples = desc.batchSize; samples > 64 || (samples & (samples - 1)) != 0)
+        Refuse(Text("{} samples at once: a power of two up to 64", samples));
+    if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
+        Refuse(Text("the view {} has no light by groups", Name(settings.view)));
+    if (desc.resumed == nullptr) return;
+    RequireResumable(*desc.resumed);
+    const RenderFile& render = desc.resumed->render;
+    if (desc.firstSample != render.samples.front().first || desc.aovs != AovsOf(render))
+        Refuse(Text("first sample and AOVs are not those of {}", desc.resumed->path));
+    if (!desc.withVariance) Refuse("a render is resumed with its variance");
+}
+
+void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
+    if (!desc.settings.isAdaptive) return;
+    const auto refuse = [](const std::string& why) {
+        throw SettingError(ErrorKind::Usage, "adaptive: " + why);
+    };
+    if (const View view = desc.settings.view; view != View::PathTraced)
+        refuse(Text("the view {} has as many samples in all pixels", Name(view)));
+    if (deviceCount > 1) refuse("several devices share samples of all pixels");
+    if (desc.group != nullptr) refuse("several processes share samples of all pixels");
+    if (desc.settings.shutter) refuse("the samples of a time that the shutter sees are those of all pixels");
+    if (desc.settings.paths.roulette.kind == Roulette::Frame)
+        refuse("the length of a sample's paths, by rr, is that of all pixels");
+    if (desc.firstSample >= 1u << 31)
+        refuse(
+            Text("pixels with many samples need more indices than there are from {} on", desc.firstSample));
+    if (!desc.withVariance) refuse("what pixels need is told by their variance, and none is kept");
+}
+
+void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
+    const std::string mismatch = FirstMismatch(resumed.render, described);
+    if (!mismatch.empty())
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path, mismatch);
+}
+
+void RequireValidRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bool canEstimateError) {
+    if (!rule.samples && !rule.seconds && !rule.relativeError) Refuse("a run without an end");
+    if (rule.relativeError && !canEstimateError)
+        Refuse("there is no variance that an error could be estimated from");
+    if (rule.relativeError && !(*rule.relativeError > 0.0))
+        Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
+    if (rule.seconds && !std::isfinite(*rule.seconds))
+        Refuse(Text("a run of {} seconds has no end", *rule.seconds));
+    if (rule.samples && *rule.samples < std::max(before, 1u))
+        Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
+    const uint64_t wanted = std::max<uint64_t>(uint64_t{before} + 1, rule.samples.value_or(1));
+    if (wanted > std::numeric_limits<uint32_t>::max()) Refuse("there are as many samples as can be counted");
+    const uint64_t last = firstSample + wanted - 1;
+    if (last > std::numeric_limits<uint32_t>::max())
+        Refuse(Text("sample {} is beyond the last, 4294967295", last));
+}
+
+RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
+                          const rhi::DeviceInfo& device) {
+    RequireScene(input, settings);
+    const Version version = LibraryVersion();
+    RenderFile render;
+    render.size = RenderedPart(settings).Extent();
+    render.settings = Texts(settings);
+    render.sceneFile = input.file;
+    render.sceneHash = input.hash;
+    render.environmentFile = input.environmentFile;
+    render.environmentHash = input.environmentHash;
+    render.version = Text("{}.{}.{}", version.major, version.minor, version.patch);
+    render.device = device.name;
+    render.driver = device.driver;
+    return render;
+}
+
+SessionDesc Resuming(const ResumedRender& render) {
+    RequireResumable(render);
+    return {.settings = SettingsFrom(render.render.settings),
+            .aovs = AovsOf(render.render),
+            .firstSample = render.render.samples.front().first,
+            .resumed = &render};
+}
+
+}  // namespace raygraph::session

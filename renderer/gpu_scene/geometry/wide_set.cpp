@@ -1,0 +1,380 @@
+#include "renderer/gpu_scene/geometry/wide_set.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <limits>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "renderer/gpu_scene/geometry/scene_geometry.h"
+#include "renderer/gpu_scene/instances/instance_set.h"
+
+namespace raygraph {
+namespace {
+
+uint32_t FlagsOf(const GroupKind& kind) {
+    const bool isTested = !kind.isOpaque || kind.isThinWall;
+    return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
+}
+
+// Above that cost of a ray, of what it was, a tree is built again.
+constexpr double kRebuildDecay = 1.3;
+
+// No memory, or a table that no shader can bind.
+bool IsTooLarge(const std::exception& error) {
+    if (const auto* known = dynamic_cast<const Error*>(&error))
+        return known->Kind() == ErrorKind::OutOfMemory || known->Kind() == ErrorKind::Usage;
+    return dynamic_cast<const std::bad_alloc*>(&error) || dynamic_cast<const std::length_error*>(&error);
+}
+
+}  // namespace
+
+WideSet::WideSet(rhi::Device& device, bool rebuildsDecayed)
+    : m_rebuildsDecayed(rebuildsDecayed),
+      m_nodes(device, "wideNodes", "UploadWideNodes"),
+      m_triangles(device, "wideTriangles", "UploadWideTriangles"),
+      m_instances(device, "wideInstances", "UploadWideInstances") {}
+
+void WideSet::Follow(SceneGeometry& geometry, const InstanceSet& instances) {
+    const bool isBuildReady =
+        m_future.valid() && m_future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    if (m_hasFailed || (m_version == instances.Version() && !isBuildReady)) return;
+    try {
+        if (!m_rebuildsDecayed && m_initialTransforms.empty()) StoreInitialPlacements(geometry, instances);
+        std::vector<Part> parts = VisibleParts(geometry, instances);
+        m_version = instances.Version();
+        if (!m_unavailableReason.empty()) return;
+        if (isBuildReady) {
+            Built built = m_future.get();
+            const bool isCurrent = std::ranges::equal(built.parts, parts, [](const Part& a, const Part& b) {
+                return a.tree == b.tree && a.number == b.number && a.flags == b.flags;
+            });
+            if (isCurrent) Take(std::move(built));
+        }
+        if (m_isBuilt && parts == m_parts) return;
+        if (!m_isBuilt || !Refit(parts)) return Build(geometry, parts);
+        m_parts = std::move(parts);
+        if (m_rebuildsDecayed && m_top.refit.Decay() > kRebuildDecay) Renew();
+    } catch (const std::exception& error) {
+        if (!IsTooLarge(error)) throw;
+        // Frames in flight may still read what there was
+        m_unavailableReason = error.what();
+        m_hasFailed = true;
+        ForgetAll();
+    }
+}
+
+void WideSet::StoreInitialPlacements(const SceneGeometry& geometry, const InstanceSet& instances) {
+    uint64_t triangles = 0;
+    for (const InstanceSet::Placement& placement : instances.Placements()) {
+        glm::mat4x3& placed = m_initialTransforms.emplace_back(1.0f);
+        if (placement.group == InstanceSet::kNoGroup) continue;
+        placed = instances.DeviceTransform(placement.instance);
+        if (const auto& tree = geometry.groups[placement.group].tree) triangles += tree->triangles.size();
+    }
+    m_hadFewTriangles = triangles <= kMaxLevelTriangles;
+}
+
+uint64_t WideSet::MaxOneLevelTriangles() const {
+    if (!m_rebuildsDecayed) return m_hadFewTriangles ? std::numeric_limits<uint64_t>::max() : 0;
+    return m_isBuilt ? kMaxRebuiltTriangles : kMaxLevelTriangles;
+}
+
+void WideSet::ForgetAll() {
+    m_nodes.Clear();
+    m_triangles.Clear();
+    m_instances.Clear();
+    m_placed = {};
+    m_top = {};
+    m_parts = {};
+}
+
+std::vector<WideSet::Part> WideSet::VisibleParts(const SceneGeometry& geometry,
+                                                 const InstanceSet& instances) {
+    m_unavailableReason.clear();
+    std::vector<Part> parts;
+    const std::span<const InstanceSet::Placement> all = instances.Placements();
+    for (uint32_t i = 0; i < all.size(); ++i) {
+        if (all[i].group == InstanceSet::kNoGroup || !instances.IsVisible(all[i].instance)) continue;
+        const GroupResources& group = geometry.groups[all[i].group];
+        if (!group.tree) {
+            m_unavailableReason =
+                "the scene has round primitives, meshes that deform, or others without a tree";
+            return {};
+        }
+        parts.push_back({.tree = group.tree,
+                         .group = all[i].group,
+                         .objectToWorld = instances.DeviceTransform(all[i].instance),
+                         .number = i,
+                         .flags = FlagsOf(group.kind)});
+    }
+    return parts;
+}
+
+PlacedTriangles WideSet::TrianglesOf(const Part& part) {
+    return {.triangles = part.tree->triangles,
+            .objectToWorld = part.objectToWorld,
+            .number = part.number,
+            .flags = part.flags};
+}
+
+WidePlacement WideSet::PlacementOf(const Part& part) const {
+    const Placed& placed = m_placed[part.group];
+    return {.objectToWorld = part.objectToWorld,
+            .box = placed.box,
+            .root = placed.nodes.first,
+            .number = part.number,
+            .flags = part.flags};
+}
+
+std::vector<WidePlacement> WideSet::PlacementsOf(std::span<const Part> parts) const {
+    std::vector<WidePlacement> placements;
+    for (const Part& part : parts) placements.push_back(PlacementOf(part));
+    return placements;
+}
+
+void WideSet::Build(SceneGeometry& geometry, const std::vector<Part>& parts) {
+    std::vector<Part> asSet = parts;
+    for (Part& part : asSet)
+        if (part.number < m_initialTransforms.size()) part.objectToWorld = m_initialTransforms[part.number];
+    BuildFrom(geometry, std::move(asSet));
+    if (!m_unavailableReason.empty() || m_parts == parts) return;
+    if (Refit(parts))
+        m_parts = parts;
+    else
+        BuildFrom(geometry, std::vector(parts));
+}
+
+void WideSet::BuildFrom(SceneGeometry& geometry, std::vector<Part>&& parts) {
+    m_future = {};  // waits for what reads the triangles of parts
+    if (m_isOneLevel) {
+        uint64_t count = 0;
+        std::vector<PlacedTriangles> placed;
+        for (const Part& part : parts) {
+            placed.push_back(TrianglesOf(part));
+            count += part.tree->triangles.size();
+        }
+        FreeTopLevel();
+        m_isOneLevel = count <= MaxOneLevelTriangles() &&
+                       Take({.parts = parts, .level = BuildWideLevel(placed), .instances = {}});
+    }
+    m_isBuilt = true;
+    if (m_isOneLevel) return;
+    // There are no more nodes above instances than instances, or one
+    FollowMeshes(geometry, parts.size() + 1);
+    for (size_t i = 0; m_unavailableReason.empty() && i < parts.size(); ++i)
+        if (const uint32_t depth = m_placed[parts[i].group].depth; depth > kMaxMeshDepth)
+            m_unavailableReason = Text("a mesh has a tree of {} levels, of {} at most", depth, kMaxMeshDepth);
+    if (!m_unavailableReason.empty()) {
+        m_isBuilt = false;
+        return;
+    }
+    WideInstances tree = BuildWideInstances(PlacementsOf(parts));
+    const uint32_t depth = tree.depth;
+    if (Take({.parts = std::move(parts), .level = {}, .instances = std::move(tree)})) return;
+    m_isBuilt = false;
+    m_unavailableReason =
+        Text("the instances have a tree of {} levels, of {} at most", depth, kMaxInstanceDepth);
+}
+
+bool WideSet::Take(Built&& built) {
+    const bool isOneLevel = built.instances.instances.empty();
+    if (isOneLevel ? built.level.mesh.depth > kMaxMeshDepth : built.instances.depth > kMaxInstanceDepth)
+        return false;
+    FreeTopLevel();
+    Top top;
+    // Where the primitives of each part are
+    std::vector<uint32_t> parts;
+    if (isOneLevel) {
+        for (const WideLevel::Source& source : built.level.sources) {
+            parts.push_back(source.placed);
+            top.sources.push_back(source.triangle);
+        }
+    } else {
+        parts = built.instances.placements;
+        top.boxes = std::move(built.instances.boxes);
+    }
+    top.firstEntries.assign(built.parts.size() + 1, 0);
+    for (const uint32_t part : parts)
+        if (part < built.parts.size()) ++top.firstEntries[part + 1];
+    for (size_t i = 0; i < built.parts.size(); ++i) top.firstEntries[i + 1] += top.firstEntries[i];
+    top.places.resize(top.firstEntries.back());
+    std::vector<uint32_t> next = top.firstEntries;
+    for (uint32_t i = 0; i < parts.size(); ++i)
+        if (parts[i] < built.parts.size()) top.places[next[parts[i]]++] = i;
+
+    top.nodes = std::move(isOneLevel ? built.level.mesh.nodes : built.instances.nodes);
+    if (isOneLevel) top.triangles = StoreTriangles(built.level.mesh.triangles);
+    top.inTable = StoreNodes(top.nodes, top.triangles.first);
+    m_top = std::move(top);
+    m_top.refit = WideRefit(m_top.nodes, [this](uint32_t primitive) { return BoxOf(primitive); });
+    if (isOneLevel) built.instances.instances.emplace_back();
+    built.instances.instances[0].root = m_top.inTable.first;
+    StoreInstances(std::move(built.instances.instances));
+    m_parts = std::move(built.parts);
+    return true;
+}
+
+Box WideSet::BoxOf(uint32_t primitive) const {
+    if (!m_isOneLevel) return m_top.boxes[primitive];
+    const gpu::WideTriangle& triangle = m_triangles[m_top.triangles.first + primitive];
+    Box box;
+    for (const glm::vec3& corner : {triangle.p0, triangle.p1, triangle.p2}) box.Extend(corner);
+    return box;
+}
+
+bool WideSet::Refit(const std::vector<Part>& parts) {
+    if (parts.size() != m_parts.size()) return false;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        Part moved = m_parts[i];
+        moved.objectToWorld = parts[i].objectToWorld;
+        if (!(moved == parts[i])) return false;
+    }
+    std::vector<uint32_t> moved;
+    for (uint32_t i = 0; i < parts.size(); ++i) {
+        if (parts[i].objectToWorld == m_parts[i].objectToWorld) continue;
+        if (!(m_isOneLevel ? MoveTriangles(parts[i], i, moved) : MoveInstance(parts[i], i, moved)))
+            return false;
+    }
+    for (const uint32_t node :
+         m_top.refit.Refit(m_top.nodes, moved, [this](uint32_t primitive) { return BoxOf(primitive); }))
+        StoreNode(m_top.inTable.first + node, m_top.nodes[node], m_top.inTable.first, m_top.triangles.first);
+    return true;
+}
+
+bool WideSet::MoveTriangles(const Part& part, uint32_t index, std::vector<uint32_t>& moved) {
+    const uint32_t first = m_top.firstEntries[index], end = m_top.firstEntries[index + 1];
+    const std::optional<std::vector<gpu::WideTriangle>> triangles = PlaceTriangles(TrianglesOf(part));
+    if (!triangles || triangles->size() != end - first) return false;
+    for (uint32_t i = first; i < end; ++i) {
+        const uint32_t primitive = m_top.places[i];
+        m_triangles.Edit(m_top.triangles.first + primitive) = (*triangles)[m_top.sources[primitive]];
+        moved.push_back(primitive);
+    }
+    return true;
+}
+
+bool WideSet::MoveInstance(const Part& part, uint32_t index, std::vector<uint32_t>& moved) {
+    const std::optional<PlacedInstance> placed = PlaceInstance(PlacementOf(part));
+    if (!placed || m_top.firstEntries[index] == m_top.firstEntries[index + 1]) return false;
+    const uint32_t primitive = m_top.places[m_top.firstEntries[index]];
+    m_instances.Edit(primitive) = placed->instance;
+    m_top.boxes[primitive] = placed->box;
+    moved.push_back(primitive);
+    return true;
+}
+
+void WideSet::Renew() {
+    if (m_future.valid()) return;
+    const auto build = [parts = m_parts,
+                        placements = m_isOneLevel ? std::vector<WidePlacement>() : PlacementsOf(m_parts),
+                        isOneLevel = m_isOneLevel]() mutable {
+        Built built{.parts = std::move(parts), .level = {}, .instances = {}};
+        if (!isOneLevel) {
+            built.instances = BuildWideInstances(placements);
+            return built;
+        }
+        std::vector<PlacedTriangles> placed;
+        for (const Part& part : built.parts) placed.push_back(TrianglesOf(part));
+        built.level = BuildWideLevel(placed);
+        return built;
+    };
+    try {
+        m_future = std::async(std::launch::async, build);
+    } catch (const std::system_error&) {
+        // Without a thread the tree stays as it is
+    }
+}
+
+void WideSet::FollowMeshes(const SceneGeometry& geometry, size_t spareNodes) {
+    m_placed.resize(std::max(m_placed.size(), geometry.groups.size()));
+    const auto treeOf = [&](size_t i) {
+        return i < geometry.groups.size() ? geometry.groups[i].tree : std::shared_ptr<WideMesh>();
+    };
+    size_t nodes = 0, triangles = 0;
+    for (size_t i = 0; i < m_placed.size(); ++i) {
+        const std::shared_ptr<WideMesh> tree = treeOf(i);
+        if (m_placed[i].tree == tree) continue;
+        Free(m_placed[i]);
+        if (!tree) continue;
+        if (tree->nodes.empty()) BuildTree(*tree);
+        if (tree->nodes.empty()) {
+            m_unavailableReason = "a mesh reaches too far for a tree";
+            return;
+        }
+        nodes += tree->nodes.size();
+        triangles += tree->triangles.size();
+    }
+    m_nodes.Reserve(m_nodeSlots.End() + nodes + spareNodes);
+    m_triangles.Reserve(m_triangleSlots.End() + triangles);
+    for (size_t i = 0; i < m_placed.size(); ++i)
+        if (const std::shared_ptr<WideMesh> tree = treeOf(i); tree != m_placed[i].tree)
+            Place(m_placed[i], tree);
+}
+
+void WideSet::Place(Placed& placed, const std::shared_ptr<WideMesh>& tree) {
+    placed.box = tree->box;
+    placed.depth = tree->depth;
+    placed.triangles = StoreTriangles(tree->triangles);
+    placed.nodes = StoreNodes(tree->nodes, placed.triangles.first);
+    tree->triangles = {};
+    tree->nodes = {};
+    placed.tree = tree;
+}
+
+WideSet::Range WideSet::StoreTriangles(std::span<const gpu::WideTriangle> triangles) {
+    const auto count = static_cast<uint32_t>(triangles.size());
+    const Range range{m_triangleSlots.Allocate(count), count};
+    m_triangles.Grow(m_triangleSlots.End());
+    m_triangles.Write(range.first, triangles);
+    return range;
+}
+
+WideSet::Range WideSet::StoreNodes(std::span<const gpu::WideNode> nodes, uint32_t firstPrimitive) {
+    const auto count = static_cast<uint32_t>(nodes.size());
+    const Range range{m_nodeSlots.Allocate(count), count};
+    m_nodes.Grow(m_nodeSlots.End());
+    for (uint32_t i = 0; i < count; ++i) StoreNode(range.first + i, nodes[i], range.first, firstPrimitive);
+    return range;
+}
+
+void WideSet::StoreNode(uint32_t place, gpu::WideNode node, uint32_t firstNode, uint32_t firstPrimitive) {
+    MoveNodes({&node, 1}, firstNode, firstPrimitive);
+    m_nodes.Edit(place) = node;
+}
+
+void WideSet::Free(Placed& placed) {
+    m_nodeSlots.Free(placed.nodes.first, placed.nodes.count);
+    m_triangleSlots.Free(placed.triangles.first, placed.triangles.count);
+    placed = {};
+}
+
+void WideSet::FreeTopLevel() {
+    m_nodeSlots.Free(m_top.inTable.first, m_top.inTable.count);
+    m_triangleSlots.Free(m_top.triangles.first, m_top.triangles.count);
+    m_top = {};
+}
+
+void WideSet::StoreInstances(std::vector<gpu::WideInstance>&& instances) {
+    m_instances.Assign(std::move(instances));
+}
+
+void WideSet::Declare(Renderer& renderer, SceneIds& ids) {
+    if (!m_unavailableReason.empty()) return;
+    ids.hasOneWideLevel = HasOneLevel();
+    ids.wideNodes = m_nodes.Declare(renderer);
+    ids.wideTriangles = m_triangles.Declare(renderer);
+    ids.wideInstances = m_instances.Declare(renderer);
+}
+
+uint64_t WideSet::Bytes() const {
+    return m_nodes.DeviceBytes() + m_triangles.DeviceBytes() + m_instances.DeviceBytes();
+}
+
+}  // namespace raygraph

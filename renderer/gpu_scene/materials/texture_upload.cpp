@@ -1,0 +1,374 @@
+#include "renderer/gpu_scene/materials/texture_upload.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "renderer/gpu_scene/materials/texture_levels.h"
+#include "renderer/gpu_scene/materials/texture_plan.h"
+#include "renderer/gpu_scene/materials/texture_uses.h"
+#include "renderer/graph/renderer.h"
+
+namespace raygraph {
+
+namespace {
+
+// Undefined where a color has no such blocks: those of one or two channels are data.
+rhi::Format FormatOf(image::BlockCoding coding, bool isSrgb) {
+    using image::BlockCoding;
+    using rhi::Format;
+    switch (coding) {
+        case BlockCoding::Bc1Opaque:
+            return isSrgb ? Format::Bc1Srgb : Format::Bc1Unorm;
+        case BlockCoding::Bc1:
+            return isSrgb ? Format::Bc1AlphaSrgb : Format::Bc1AlphaUnorm;
+        case BlockCoding::Bc2:
+            return isSrgb ? Format::Bc2Srgb : Format::Bc2Unorm;
+        case BlockCoding::Bc3:
+            return isSrgb ? Format::Bc3Srgb : Format::Bc3Unorm;
+        case BlockCoding::Bc4:
+            return isSrgb ? Format::Undefined : Format::Bc4Unorm;
+        case BlockCoding::Bc5:
+            return isSrgb ? Format::Undefined : Format::Bc5Unorm;
+        case BlockCoding::Bc7:
+            return isSrgb ? Format::Bc7Srgb : Format::Bc7Unorm;
+        case BlockCoding::None:
+            break;
+    }
+    return Format::Undefined;
+}
+
+}  // namespace
+
+class TextureUpload::Impl {
+  public:
+    Impl(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+         const TextureUploadSettings& settings)
+        : m_device(device),
+          m_uploader(uploader),
+          m_scene(scene),
+          m_settings(settings),
+          m_usesLeft(scene.images.size(), 0) {
+        ShareImages();
+        Plan();
+        m_images.resize(m_shown.size());
+        m_transfers.resize(m_shown.size());
+        m_rougher.resize(m_shown.size());
+        for (uint32_t i = 0; i < m_shown.size(); ++i) {
+            m_bytes += CopyBytes(i);
+            if (IsMade(i) && UseOf(i).normals) m_rougher[NormalsOf(*UseOf(i).normals)].push_back(i);
+        }
+    }
+
+    bool Make(uint32_t texture, uint64_t& budget, bool mayWait) {
+        const uint32_t index = m_imageOf[texture];
+        if (m_images[index]) return true;
+        // Of a normal map that roughness depends on, the means are kept until that is made
+        const std::optional<PairedNormals>& normals = UseOf(index).normals;
+        const uint32_t first = normals ? NormalsOf(*normals) : index;
+        if (!m_images[first] && !ContinueImage(first, budget, mayWait)) return false;
+        for (const uint32_t rougher : m_rougher[first])
+            if (!m_images[rougher] && !ContinueImage(rougher, budget, mayWait)) return false;
+        m_means.erase(first);
+        return m_images[index] != nullptr;
+    }
+
+    bool IsBusy() const { return m_lastFrame > m_device.CompletedValue(); }
+
+    SceneTexture Get(uint32_t texture) const {
+        return {m_images[m_imageOf[texture]], m_scene.textures[texture].sampler};
+    }
+    uint64_t Bytes() const { return m_bytes; }
+    uint64_t CopiedBytes() const { return m_copiedBytes; }
+    uint64_t PendingBytes() const {
+        uint64_t bytes = 0;
+        for (size_t i = 0; i < m_images.size(); ++i)
+            if (!m_images[i]) bytes += m_plan.choices[i].bytes;
+        return bytes;
+    }
+    const std::string& Reduction() const { return m_reduction; }
+
+  private:
+    // An image of the scene may be several on the device: in another color space, without levels, or with
+    // levels of other contents. Each is known by the first texture that it is.
+    void ShareImages() {
+        m_uses = TextureUses(m_scene);
+        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
+            const auto isSame = [&](uint32_t other) {
+                const scene::Texture &a = m_scene.textures[i], &b = m_scene.textures[other];
+                return a.image == b.image && a.colorSpace == b.colorSpace && HasLevels(a) == HasLevels(b) &&
+                       m_uses[i] == m_uses[other];
+            };
+            std::vector<uint32_t>& ofImage = m_shownOf[m_scene.textures[i].image];
+            const auto found =
+                std::ranges::find_if(ofImage, [&](uint32_t image) { return isSame(m_shown[image]); });
+            const uint32_t image = found == ofImage.end() ? static_cast<uint32_t>(m_shown.size()) : *found;
+            m_imageOf.push_back(image);
+            if (found != ofImage.end()) continue;
+            ofImage.push_back(image);
+            m_shown.push_back(i);
+            ++m_usesLeft[m_scene.textures[i].image];
+        }
+    }
+
+    // From here on, `index` is that of an image on the device.
+    const scene::Texture& TextureOf(uint32_t index) const { return m_scene.textures[m_shown[index]]; }
+    const TextureUse& UseOf(uint32_t index) const { return m_uses[m_shown[index]]; }
+    // Of the normals that it is paired with.
+    uint32_t NormalsOf(const PairedNormals& pair) const { return m_imageOf[pair.texture]; }
+    // As far as it is known.
+    float LowestAlphaOf(uint32_t index) {
+        return static_cast<float>(ImageOf(index).lowestAlpha.value_or(0)) / 255.0f;
+    }
+    scene::ImageData& ImageOf(uint32_t index) { return m_scene.images[TextureOf(index).image]; }
+    rhi::Extent2D ExtentOf(uint32_t index) {
+        const scene::ImageData& image = ImageOf(index);
+        return {image.width, image.height};
+    }
+    bool HasLevels(const scene::Texture& texture) const {
+        return m_settings.makesMipLevels && texture.sampler.usesMips;
+    }
+    bool HasLevels(uint32_t index) const { return HasLevels(TextureOf(index)); }
+    bool IsSrgb(uint32_t index) const { return TextureOf(index).colorSpace == scene::ColorSpace::Srgb; }
+    // Of several levels, or smaller or rougher than its image, and not those of its file.
+    bool IsMade(uint32_t index) {
+        const TextureChoice& choice = m_plan.choices[index];
+        if (choice.isBlocks) return false;
+        const std::optional<PairedNormals>& normals = UseOf(index).normals;
+        const bool isRougher = normals && m_plan.choices[NormalsOf(*normals)].firstLevel > 0;
+        const uint32_t levels = rhi::FullMipCount(ExtentOf(index));
+        return isRougher || (levels > 1 && (HasLevels(index) || choice.firstLevel > 0));
+    }
+
+    TextureSizes SizesOf(uint32_t index) {
+        const image::BlockLevels& blocks = ImageOf(index).blocks;
+        const rhi::Format format = FormatOf(blocks.coding, IsSrgb(index));
+        if (blocks.IsEmpty() || format == rhi::Format::Undefined || !m_device.CanSample(format))
+            return PlainTextureSizes(ExtentOf(index), HasLevels(index));
+        std::vector<uint64_t> levelBytes;
+        for (const std::vector<std::byte>& level : blocks.levels) levelBytes.push_back(level.size());
+        return BlockTextureSizes(ExtentOf(index), levelBytes, HasLevels(index));
+    }
+
+    void Plan() {
+        std::vector<TextureSizes> sizes;
+        for (uint32_t i = 0; i < m_shown.size(); ++i) sizes.push_back(SizesOf(i));
+        m_plan = PlanTextures(sizes, m_settings.budget);
+        // Normals that are not made here: nothing of them is lost, or, of those in blocks, not known
+        for (TextureUse& use : m_uses)
+            if (use.normals && !IsMade(NormalsOf(*use.normals))) use.normals.reset();
+        m_reduction = ReductionText(sizes, m_plan, m_settings.budget);
+    }
+
+    rhi::Texture Create(uint32_t index) {
+        const scene::Texture& texture = TextureOf(index);
+        const scene::ImageData& image = ImageOf(index);
+        const TextureChoice& choice = m_plan.choices[index];
+        const rhi::Extent2D extent = rhi::MipExtent(ExtentOf(index), choice.firstLevel);
+        const auto levels = choice.isBlocks
+                                ? static_cast<uint32_t>(image.blocks.levels.size()) - choice.firstLevel
+                                : rhi::FullMipCount(extent);
+        const rhi::Format plain = IsSrgb(index) ? rhi::Format::Rgba8Srgb : rhi::Format::Rgba8Unorm;
+        return m_device.CreateTexture(
+            {.name = texture.name.empty() ? image.name : texture.name,
+             .extent = extent,
+             .format = choice.isBlocks ? FormatOf(image.blocks.coding, IsSrgb(index)) : plain,
+             .mipLevels = HasLevels(index) ? levels : 1});
+    }
+
+    // What is copied of an image: its levels, or that from which they are made.
+    std::vector<std::span<const std::byte>> CopiedLevels(uint32_t index) {
+        const scene::ImageData& image = ImageOf(index);
+        const TextureChoice& choice = m_plan.choices[index];
+        if (!choice.isBlocks) return {std::as_bytes(std::span(image.rgba))};
+        const size_t end = HasLevels(index) ? image.blocks.levels.size() : choice.firstLevel + size_t{1};
+        return {image.blocks.levels.begin() + choice.firstLevel,
+                image.blocks.levels.begin() + static_cast<ptrdiff_t>(end)};
+    }
+    uint64_t CopyBytes(uint32_t index) {
+        uint64_t bytes = 0;
+        for (const std::span<const std::byte> level : CopiedLevels(index)) bytes += level.size();
+        return bytes;
+    }
+
+    // On its way to the device.
+    struct Transfer {
+        rhi::Texture texture;  // shown as it is, or that from which levels are made
+        rhi::Texture made;     // with these
+        rhi::Uploader::TextureTransfer rows;
+    };
+
+    // One image is read while the next one is copied: there are two at most.
+    bool WouldBlock() const {
+        return m_uploader.WouldBlock() || m_frameBefore > m_device.CompletedValue() ||
+               (m_renderer && m_renderer->WouldBlock());
+    }
+
+    bool ContinueImage(uint32_t index, uint64_t& budget, bool mayWait) {
+        if (budget == 0 || (!mayWait && WouldBlock())) return false;
+        std::unique_ptr<Transfer>& transfer = m_transfers[index];
+        if (!transfer) {
+            if (IsMade(index) && m_frameBefore > 0) m_device.WaitFor(m_frameBefore);
+            transfer = std::make_unique<Transfer>();
+            transfer->texture = IsMade(index) ? CreateSource(index) : Create(index);
+            transfer->rows = {.target = &transfer->texture, .levels = CopiedLevels(index)};
+        }
+        if (!transfer->rows.IsComplete()) {
+            const uint64_t copied = m_uploader.Continue(transfer->rows, budget);
+            m_copiedBytes += copied;
+            budget -= std::min(copied, budget);
+        }
+        if (!transfer->rows.IsComplete()) return false;
+        if (IsMade(index) && !MakeImage(index, *transfer, mayWait)) return false;
+        const TextureChoice& choice = m_plan.choices[index];
+        auto image = std::make_shared<SceneImage>(SceneImage{
+            .bytes = choice.bytes, .isReduced = choice.firstLevel > 0, .lowestAlpha = LowestAlphaOf(index)});
+        image->texture = std::move(IsMade(index) ? transfer->made : transfer->texture);
+        m_images[index] = std::move(image);
+        transfer.reset();
+        ReleaseSources(index);
+        return true;
+    }
+
+    void ReleaseSources(uint32_t index) {
+        if (--m_usesLeft[TextureOf(index).image] > 0) return;
+        ImageOf(index).rgba = {};
+        ImageOf(index).blocks = {};
+    }
+
+    // Those of a normal map, over several frames.
+    struct StoredMeans {
+        rhi::Texture texture;
+        rhi::Extent2D extent;  // of the image
+        ResourceState state;
+    };
+
+    StoredMeans CreateMeans(uint32_t index) {
+        const rhi::Extent2D extent = ExtentOf(index);
+        return {.texture =
+                    m_device.CreateTexture({.name = "means of '" + ImageOf(index).name + "'",
+                                            .extent = rhi::MipExtent(extent, 1),
+                                            .format = rhi::Format::Rgba32Float,
+                                            .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::Storage,
+                                            .mipLevels = rhi::FullMipCount(extent) - 1}),
+                .extent = extent,
+                .state = {}};
+    }
+
+    RoughnessWidening Widening(const PairedNormals& pair, const TextureMeans& means) const {
+        const uint32_t first = m_plan.choices[NormalsOf(pair)].firstLevel;
+        const uint32_t count = m_images[NormalsOf(pair)]->texture.Desc().mipLevels;
+        return {.normals = means,
+                .firstNormals = first,
+                .lastNormals = first + count - 1,
+                .normalScale = pair.normalScale,
+                .roughnessFactor = pair.roughnessFactor};
+    }
+
+    rhi::Texture CreateSource(uint32_t index) {
+        return m_device.CreateTexture({.name = "image of '" + ImageOf(index).name + "'",
+                                       .extent = ExtentOf(index),
+                                       .format = rhi::Format::Rgba8Unorm,
+                                       .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
+                                                rhi::TextureUsage::CopyDestination});
+    }
+
+    // A frame for each image, so that the memory of few is needed at a time. False: its pipelines are not
+    // there yet, and it may not wait for them.
+    bool MakeImage(uint32_t index, Transfer& transfer, bool mayWait) {
+        m_uploader.Flush();
+        if (!m_renderer)
+            m_renderer.emplace(m_device,
+                               RendererDesc{.name = "texture levels", .gpuTimes = false, .passMarks = false});
+        Renderer& renderer = *m_renderer;
+        renderer.BeginFrame();
+        if (!transfer.made) transfer.made = Create(index);
+        const TextureUse& use = UseOf(index);
+        TextureLevelSettings settings{.content = use.content,
+                                      .widening = {},
+                                      .means = {},
+                                      .firstLevel = m_plan.choices[index].firstLevel};
+        if (use.normals) {
+            StoredMeans& kept = m_means.at(NormalsOf(*use.normals));
+            const TextureId means = renderer.Import("normals", kept.texture, kept.state);
+            settings.widening = Widening(*use.normals, {.levels = means, .extent = kept.extent});
+        } else if (!m_rougher[index].empty()) {
+            StoredMeans& kept = m_means.insert_or_assign(index, CreateMeans(index)).first->second;
+            settings.means = renderer.Import("normals", kept.texture, kept.state);
+        }
+        ResourceState sourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}, madeState;
+        const TextureId image = renderer.Import("image", transfer.texture, sourceState);
+        const TextureId target = renderer.Import("texture", transfer.made, madeState);
+        const TextureLevels levels = MakeTextureLevels(renderer, image, target, settings);
+        renderer.Export(levels.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        if (settings.means) renderer.Export(levels.means->levels, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        if (!mayWait && !renderer.PreparePipelines()) {
+            renderer.DropFrame();
+            return false;
+        }
+        m_frameBefore = std::exchange(m_lastFrame, renderer.Execute());
+        return true;
+    }
+
+    rhi::Device& m_device;
+    rhi::Uploader& m_uploader;
+    scene::SceneData& m_scene;
+    TextureUploadSettings m_settings;
+    std::vector<uint32_t> m_usesLeft;                         // of each image of the scene
+    std::vector<TextureUse> m_uses;                           // of each texture
+    std::vector<uint32_t> m_imageOf;                          // on the device, of each texture
+    std::vector<std::shared_ptr<const SceneImage>> m_images;  // on the device; null: not there yet
+    std::vector<uint32_t> m_shown;                            // the first texture that each of them is
+    std::map<uint32_t, std::vector<uint32_t>> m_shownOf;      // images on the device, by image of the scene
+    TexturePlan m_plan;                                       // of the images on the device
+    std::string m_reduction;
+    std::vector<std::unique_ptr<Transfer>> m_transfers;  // of these images
+    std::vector<std::vector<uint32_t>> m_rougher;        // whose roughness depends on each
+    std::map<uint32_t, StoredMeans> m_means;             // of normal maps
+    uint64_t m_bytes = 0, m_copiedBytes = 0;
+    std::optional<Renderer> m_renderer;
+    uint64_t m_lastFrame = 0, m_frameBefore = 0;  // that made textures, as Device counts
+};
+
+TextureUpload::TextureUpload(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                             const TextureUploadSettings& settings)
+    : m_impl(std::make_unique<Impl>(device, uploader, scene, settings)) {}
+TextureUpload::~TextureUpload() = default;
+TextureUpload::TextureUpload(TextureUpload&& other) noexcept = default;
+
+bool TextureUpload::Make(uint32_t texture, uint64_t& budget, bool mayWait) {
+    return m_impl->Make(texture, budget, mayWait);
+}
+bool TextureUpload::IsBusy() const {
+    return m_impl->IsBusy();
+}
+uint64_t TextureUpload::PendingBytes() const {
+    return m_impl->PendingBytes();
+}
+SceneTexture TextureUpload::Get(uint32_t texture) const {
+    return m_impl->Get(texture);
+}
+uint64_t TextureUpload::Bytes() const {
+    return m_impl->Bytes();
+}
+uint64_t TextureUpload::CopiedBytes() const {
+    return m_impl->CopiedBytes();
+}
+const std::string& TextureUpload::Reduction() const {
+    return m_impl->Reduction();
+}
+
+uint64_t DefaultTextureBudget(const rhi::Device& device) {
+    rhi::MemoryHeap largest;
+    for (const rhi::MemoryHeap& heap : device.MemoryHeaps())
+        if (heap.isDeviceLocal && heap.budgetBytes > largest.budgetBytes) largest = heap;
+    uint64_t whole = largest.budgetBytes;
+    uint64_t left = whole - std::min(largest.usedBytes, whole);
+    if (const uint64_t limit = device.MemoryLimit(); limit > 0) {
+        whole = std::min(whole, limit);
+        left = std::min(left, limit - std::min(device.Memory().usedBytes, limit));
+    }
+    return std::min(whole / 2, left);
+}
+
+}  // namespace raygraph

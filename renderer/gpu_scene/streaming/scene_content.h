@@ -1,0 +1,19 @@
+// What is in a PreparedScene. For renderer/gpu_scene alone.
+#pragma once
+
+#include <vector>
+
+#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/geometry/mesh_packing.h"
+#include "renderer/scene/model/scene_data.h"
+
+namespace raygraph {
+
+struct PreparedContent {
+    scene::SceneData data;           // its primitives have been taken
+    std::vector<PackedMesh> meshes;  // in the order of the data
+    DeformPlan deform;
+    bool hasOwnLight = false;  // see own_light.h; an environment does not count
+};
+
+}  // namespace raygraph

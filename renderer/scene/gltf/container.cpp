@@ -1,0 +1,199 @@
+#include "renderer/scene/gltf/container.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "base/counted.h"
+#include "base/printable.h"
+#include "base/text.h"
+
+namespace raygraph::scene {
+namespace {
+
+constexpr uint32_t kGlbMagic = 0x46546C67;     // "glTF"
+constexpr uint32_t kJsonChunk = 0x4E4F534A;    // "JSON"
+constexpr uint32_t kBinaryChunk = 0x004E4942;  // "BIN\0"
+
+[[noreturn]] void Fail(const std::string& label, const std::string& why) {
+    throw MakeError(ErrorKind::BadInput, "{}: {}", label, why);
+}
+
+// Little endian, wherever we run.
+uint32_t ReadU32(std::span<const std::byte> bytes, size_t at) {
+    uint32_t value = 0;
+    for (size_t i = 0; i < 4; ++i) value |= std::to_integer<uint32_t>(bytes[at + i]) << (8 * i);
+    return value;
+}
+
+std::string_view AsText(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label) {
+    if (file.size() < 12) Fail(label, Text("the .glb header is cut short ({} bytes)", file.size()));
+    if (const uint32_t version = ReadU32(file, 4); version != 2)
+        Fail(label, Text("is a .glb of version {}, must be 2", version));
+    const uint32_t length = ReadU32(file, 8);
+    if (length < 12 || length > file.size())
+        Fail(label, Text("the .glb header claims {} bytes, the file has {}", length, file.size()));
+    // Bytes after the stated length are no part of the scene.
+    file = file.first(length);
+
+    GltfContainer container{.json = {}, .binary = {}, .rest = {}, .isGlb = true};
+    std::optional<std::string_view> json;
+    size_t at = 12;
+    for (size_t chunk = 0; at < file.size(); ++chunk) {
+        if (file.size() - at < 8) Fail(label, Text("chunk {}: its header is cut short", chunk));
+        const uint32_t size = ReadU32(file, at);
+        const uint32_t type = ReadU32(file, at + 4);
+        at += 8;
+        if (size > file.size() - at)
+            Fail(label, Text("chunk {}: claims {} bytes, {} are left", chunk, size, file.size() - at));
+        const auto content = file.subspan(at, size);
+        if ((type == kJsonChunk) != (chunk == 0))
+            Fail(label, chunk == 0 ? "the first chunk is not JSON"
+                                   : Text("chunk {}: is a second JSON chunk", chunk));
+        if (type == kJsonChunk) json = AsText(content);
+        if (type == kBinaryChunk) {
+            if (container.hasBinary) Fail(label, Text("chunk {}: is a second BIN chunk", chunk));
+            container.binary = content;
+            container.hasBinary = true;
+        }
+        at += size;
+        if (chunk == 0) container.rest = file.subspan(at);
+    }
+    if (!json) Fail(label, "the .glb has no JSON chunk");
+    container.json = *json;
+    return container;
+}
+
+// A scan, not a parse: counts brackets outside strings.
+void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDepth) {
+    uint32_t depth = 0;
+    bool isInString = false;
+    for (size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (isInString) {
+            if (c == '\\') ++i;
+            if (c == '"') isInString = false;
+        } else if (c == '"') {
+            isInString = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > maxDepth)
+                Fail(label, Text("JSON is nested deeper than {} levels at byte {}", maxDepth, i));
+        } else if ((c == '}' || c == ']') && depth > 0) {
+            --depth;
+        }
+    }
+}
+
+// The code unit of "\\uXXXX" at the start of `text`; nothing if it does not start so.
+std::optional<unsigned> EscapedUnit(std::string_view text) {
+    if (text.size() < 6 || !text.starts_with("\\u")) return std::nullopt;
+    unsigned unit = 0;
+    const auto [end, error] = std::from_chars(text.data() + 2, text.data() + 6, unit, 16);
+    if (error != std::errc() || end != text.data() + 6) return std::nullopt;
+    return unit;
+}
+
+// The first character of a text inside of a JSON string.
+struct Character {
+    size_t bytes = 1;
+    bool isBroken = false;
+};
+
+Character FirstCharacter(std::string_view text) {
+    if (text[0] != '\\') {
+        const size_t bytes = Utf8Length(text);
+        return {std::max<size_t>(bytes, 1), bytes == 0 || static_cast<unsigned char>(text[0]) < 0x20};
+    }
+    const std::optional<unsigned> unit = EscapedUnit(text);
+    if (!unit) return {2};  // Another escape; the parser refuses one that is none.
+    if (*unit < 0xD800 || *unit > 0xDFFF) return {6};
+    const std::optional<unsigned> next = EscapedUnit(text.substr(6));
+    const bool isPair = *unit < 0xDC00 && next && *next >= 0xDC00 && *next <= 0xDFFF;
+    return isPair ? Character{12} : Character{6, true};
+}
+
+}  // namespace
+
+std::optional<RepairedText> RepairStrings(std::string_view json) {
+    RepairedText repaired;
+    size_t kept = 0;  // bytes of `json` already handled: up to here they are in the text
+    bool isInString = false;
+    for (size_t at = 0; at < json.size();) {
+        if (json[at] == '"') isInString = !isInString;
+        if (!isInString || json[at] == '"') {
+            ++at;
+            continue;
+        }
+        const Character character = FirstCharacter(json.substr(at));
+        if (character.isBroken) {
+            if (repaired.count++ == 0) repaired.firstByte = at;
+            repaired.text += json.substr(kept, at - kept);
+            repaired.text += "\\ufffd";
+            kept = at + character.bytes;
+        }
+        at += character.bytes;
+    }
+    if (repaired.count == 0) return std::nullopt;
+    repaired.text += json.substr(std::min(kept, json.size()));
+    return repaired;
+}
+
+GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label) {
+    if (file.empty()) Fail(label, "the file is empty");
+    if (file.size() >= 4 && ReadU32(file, 0) == kGlbMagic) return OpenGlb(file, label);
+    return {.json = AsText(file), .binary = {}, .rest = {}};
+}
+
+std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte> rest) {
+    const size_t padded = (json.size() + 3) / 4 * 4, length = 20 + padded + rest.size();
+    if (length > 0xFFFFFFFFu) throw MakeError(ErrorKind::Usage, "a .glb cannot have {} bytes", length);
+    std::vector<std::byte> file;
+    file.reserve(length);
+    const auto put = [&](size_t value) {
+        for (int i = 0; i < 4; ++i) file.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFu));
+    };
+    put(kGlbMagic);
+    put(2);
+    put(length);
+    put(padded);
+    put(kJsonChunk);
+    for (const char character : json) file.push_back(static_cast<std::byte>(character));
+    file.resize(20 + padded, static_cast<std::byte>(' '));
+    file.insert(file.end(), rest.begin(), rest.end());
+    return file;
+}
+
+nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
+    const std::string& label = context.label;
+    const LoadLimits& limits = context.options.limits;
+    if (text.size() > limits.maxJsonBytes)
+        Fail(label, Text("JSON of {} bytes exceeds the limit of {}", text.size(), limits.maxJsonBytes));
+    CheckDepth(text, label, limits.maxJsonDepth);
+    const std::optional<RepairedText> repaired = RepairStrings(text);
+    if (repaired) {
+        context.Warn(
+            "", "characters",
+            Text("{} not well-formed, the first at byte {}; taken as U+FFFD",
+                 Counted(repaired->count, "character of its strings is", "characters of its strings are"),
+                 repaired->firstByte));
+        text = repaired->text;
+    }
+    try {
+        nlohmann::json json = nlohmann::json::parse(text);
+        if (!json.is_object()) Fail(label, "the JSON text is not an object");
+        return json;
+    } catch (const nlohmann::json::exception& error) {
+        // "[json.exception.parse_error.101] parse error at line 1, column 3: ..." without the code.
+        std::string_view what = error.what();
+        if (const size_t end = what.find("] "); what.starts_with('[') && end != what.npos)
+            what.remove_prefix(end + 2);
+        Fail(label, Text("not valid JSON: {}", Printable(what, 300)));
+    }
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,76 @@
+// A glTF document that has been checked, as tinygltf's model. Internal to renderer/scene.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/scene/gltf/context.h"
+#include "renderer/scene/gltf/model.h"
+#include "renderer/scene/model/scene_data.h"
+
+namespace raygraph::scene {
+
+struct BufferSource {
+    std::optional<std::string> uri;  // None: the BIN chunk.
+    uint64_t byteLength = 0;
+};
+
+struct ImageSource {
+    std::string name;
+    std::optional<std::string> uri;  // None: the buffer view.
+    uint32_t view = kNone;
+};
+
+// The numbers of an accessor's "sparse"; zeros if it has none.
+struct SparseNumbers {
+    uint64_t count = 0;
+    uint64_t indicesOffset = 0;
+    uint64_t valuesOffset = 0;
+};
+
+inline constexpr const char* kAnimationPointer = "KHR_animation_pointer";
+
+struct SkinSource {
+    std::string name;
+    std::vector<uint32_t> joints;
+    uint32_t inverseBinds = kNone;  // An accessor.
+};
+
+struct AnimationSource {
+    struct Sampler {
+        uint32_t input = 0, output = 0;  // Accessors.
+        Interpolation interpolation = Interpolation::Linear;
+    };
+    struct Channel {
+        uint32_t sampler = 0;
+        uint32_t node = kNone;
+        std::string path;
+        std::optional<std::string> pointer;  // the pointer of KHR_animation_pointer
+    };
+    std::string name;
+    std::vector<Sampler> samplers;
+    std::vector<Channel> channels;
+};
+
+struct GltfDocument {
+    // All indices are in range, but for an accessor's bufferView: views.size() - 1, one more than the file
+    // has, is none. Buffers and images are placeholders.
+    gltf::Model model;
+    // The buffers and images, which tinygltf would open; it also keeps no length of a buffer.
+    std::vector<BufferSource> buffers;
+    std::vector<ImageSource> images;
+    // Values that tinygltf refuses, or cuts to 31 bits. They are not in the model.
+    std::vector<uint32_t> strides;      // By buffer view; 0: none.
+    std::vector<SparseNumbers> sparse;  // By accessor.
+    // Objects that need none of tinygltf's checks.
+    std::vector<SkinSource> skins;
+    std::vector<AnimationSource> animations;
+};
+
+// Parses the text, checks all of it against the schema (gltf/schema.h) and makes the model. Opens nothing.
+GltfDocument ReadDocument(GltfContext& context, std::string_view json);
+
+}  // namespace raygraph::scene

@@ -1,0 +1,388 @@
+#include "renderer/scene/gltf/patch.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+#include <type_traits>
+
+#include "base/text.h"
+#include "renderer/scene/geometry/transform_parts.h"
+#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/light_profiles.h"
+#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/material_fields.h"
+
+namespace raygraph::scene {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <int Length>
+Json JsonVector(const glm::vec<Length, float>& vector) {
+    Json array = Json::array();
+    for (int i = 0; i < Length; ++i) array.push_back(JsonNumber(vector[i]));
+    return array;
+}
+
+// Writes the translation with the digits that its rest adds (scene_data.h).
+Json JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
+    Json array = Json::array();
+    for (int i = 0; i < 3; ++i)
+        array.push_back(rest[i] == 0.0f ? JsonNumber(rounded[i])
+                                        : Json(double{rounded[i]} + double{rest[i]}));
+    return array;
+}
+
+// Names the extension in extensionsUsed. References into `root` end: its members move if that is a new one.
+void Use(Json& root, const char* extension) {
+    Json& used = root["extensionsUsed"];
+    if (!used.is_array()) used = Json::array();
+    if (std::find(used.begin(), used.end(), extension) == used.end()) used.push_back(extension);
+}
+
+// --- Nodes ---
+
+// `isMoved`: its place is another than that of the file, whose numbers may have more digits.
+void PutMatrix(Json& node, const Node& edited, bool isMoved) {
+    const glm::mat4x3 local = edited.LocalTransform();
+    Json place = JsonPlace(local[3], edited.translationResidual);
+    for (size_t i = 0; i < 3 && !isMoved; ++i) {
+        if (node.contains("matrix"))
+            place[i] = node["matrix"][12 + i];
+        else if (node.contains("translation"))
+            place[i] = node["translation"][i];
+    }
+    for (const char* part : {"translation", "rotation", "scale"}) node.erase(part);
+    Json matrix = Json::array();
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 3; ++row)
+            matrix.push_back(column == 3 ? place[static_cast<size_t>(row)] : JsonNumber(local[column][row]));
+        matrix.push_back(column == 3 ? 1 : 0);
+    }
+    node["matrix"] = std::move(matrix);
+}
+
+void PatchNode(Json& node, const Node& loaded, const Node& edited) {
+    const glm::mat4x3 local = edited.LocalTransform(), before = loaded.LocalTransform();
+    const bool isMoved = local[3] != before[3] || edited.translationResidual != loaded.translationResidual;
+    // A node that is scaled to nothing has one transform, however it is turned
+    const bool haveParts = !loaded.matrix && !edited.matrix;
+    const bool isSame = !haveParts || (edited.rotation == loaded.rotation && edited.scale == loaded.scale);
+    if (local == before && !isMoved && isSame) return;
+    std::optional<TransformParts> parts;
+    if (haveParts)
+        parts = TransformParts{edited.translation, edited.rotation, edited.scale};
+    else if (!loaded.matrix)
+        parts = PartsOf(local, loaded);
+    if (!parts) {
+        PutMatrix(node, edited, isMoved);
+        return;
+    }
+    if (isMoved) node["translation"] = JsonPlace(parts->translation, edited.translationResidual);
+    if (parts->scale != loaded.scale) node["scale"] = JsonVector(parts->scale);
+    const glm::quat& q = parts->rotation;
+    if (q != loaded.rotation) node["rotation"] = JsonVector(glm::vec4(q.x, q.y, q.z, q.w));
+}
+
+constexpr const char* kVisibility = "KHR_node_visibility";
+
+void PatchVisibility(Json& root, size_t index, const Node& loaded, const Node& edited) {
+    if (edited.isVisible == loaded.isVisible) return;
+    Use(root, kVisibility);
+    root["nodes"][index]["extensions"][kVisibility]["visible"] = edited.isVisible;
+}
+
+// --- Fields ---
+
+Json JsonOf(float value) {
+    return JsonNumber(value);
+}
+Json JsonOf(bool value) {
+    return value;
+}
+Json JsonOf(uint32_t value) {
+    return value;
+}
+Json JsonOf(AlphaMode mode) {
+    return GltfName(mode);
+}
+template <int Length>
+Json JsonOf(const glm::vec<Length, float>& vector) {
+    return JsonVector(vector);
+}
+
+template <typename Owner, typename T>
+void PutField(Json& object, const Field<Owner, T>& field, const T& value) {
+    if (field.omitsZero && value == T{})
+        object.erase(field.key);
+    else
+        object[field.key] = JsonOf(value);
+}
+
+// --- Materials ---
+
+// The shortest number that gives this roughness again.
+Json JsonGlossiness(float roughness) {
+    const double exact = 1.0 - double{roughness};
+    const Json shortest = JsonNumber(static_cast<float>(exact));
+    return static_cast<float>(1.0 - shortest.get<double>()) == roughness ? shortest : Json(exact);
+}
+
+// Holds one material's JSON, a copy that is not in the tree of `root`, and puts edits there.
+class MaterialPatch {
+  public:
+    MaterialPatch(Json& root, Json& material) : m_root(root), m_material(material) {}
+
+    // They are of one kind (RequireSameKind).
+    void Put(const Material& loaded, const Material& edited) {
+        ForEachFieldOf(edited, [&](const auto& field) {
+            if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
+                PutTransform(field, loaded.*field.member, edited.*field.member);
+            else if (loaded.*field.member != edited.*field.member)
+                Put(field, edited.*field.member);
+        });
+    }
+
+  private:
+    void PutTransform(const TextureField& field, const TextureRef& loaded, const TextureRef& edited) {
+        // The transform has no place in the file without a texture, and no effect.
+        if (!loaded.IsPresent() || loaded.transform == edited.transform) return;
+        Json& extension = Extension(Object(field.object)[field.key], kTextureTransform);
+        ForEachTransformField([&](const auto& part) {
+            if (loaded.transform.*part.member != edited.transform.*part.member)
+                PutField(extension, part, edited.transform.*part.member);
+        });
+    }
+
+    template <typename T>
+    void Put(const MaterialField<T>& field, const T& value) {
+        const std::string_view object = field.object;
+        // The value has no place in the file without the texture that it belongs to, and no effect.
+        if (object.ends_with("Texture") && !m_material.contains(object)) return;
+        if (const KeyParts parts = KeyPartsOf(field.key); !parts.object.empty()) {
+            const Json::json_pointer texture(Text("/extensions/{}/{}", field.object, parts.object));
+            if (m_material.contains(texture)) m_material[texture][parts.key] = JsonOf(value);
+        } else if (IsGlossiness(field)) {
+            if constexpr (std::is_same_v<T, float>) Object(field.object)[field.key] = JsonGlossiness(value);
+        } else if (*field.key != 0) {
+            PutField(Object(field.object), field, value);
+        } else if (value != T{}) {
+            Object(field.object);
+        } else {
+            m_material["extensions"].erase(field.object);
+        }
+    }
+
+    Json& Object(const char* name) {
+        const std::string_view object = name;
+        if (object.empty()) return m_material;
+        if (object.starts_with("KHR_")) return Extension(m_material, name);
+        Json& inner = m_material[name];
+        if (object == "extras" && !inner.is_null() && !inner.is_object())
+            throw Error(ErrorKind::Usage, "a material's extras are no object: no priority can be put there");
+        return inner;
+    }
+
+    Json& Extension(Json& object, const char* name) {
+        Use(m_root, name);
+        Json& extension = object["extensions"][name];
+        if (extension.is_null()) extension = Json::object();
+        return extension;
+    }
+
+    Json& m_root;
+    Json& m_material;
+};
+
+// Compares the textures except for their transforms.
+bool HasSameTextures(const Material& a, const Material& b) {
+    bool isSame = true;
+    ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
+            isSame &= (a.*field.member).texture == (b.*field.member).texture &&
+                      (a.*field.member).texCoord == (b.*field.member).texCoord;
+    });
+    return isSame;
+}
+
+// A material stays one of the extension that it is of, and that has not all of the fields.
+void RequireSameKind(const Material& loaded, const Material& edited, size_t index) {
+    if (loaded.isSpecularGlossiness != edited.isSpecularGlossiness)
+        throw MakeError(ErrorKind::Usage, "materials[{}]: whether it is one of {} cannot be changed", index,
+                        kSpecularGlossiness);
+    if (!edited.isSpecularGlossiness) return;
+    ForEachMaterialField([&](const auto& field) {
+        if (!SpecularGlossinessField(field) && !(loaded.*field.member == edited.*field.member))
+            throw MakeError(ErrorKind::Usage, "materials[{}]: its {} cannot be changed, {} has none", index,
+                            field.name, kSpecularGlossiness);
+    });
+}
+
+// The JSON of the default material, made one of the file's that every primitive without one names.
+Json& AddDefault(Json& root) {
+    Json& materials = root["materials"];
+    if (!materials.is_array()) materials = Json::array();
+    const size_t index = materials.size();
+    for (Json& mesh : root["meshes"])
+        for (Json& primitive : mesh["primitives"])
+            if (!primitive.contains("material")) primitive["material"] = index;
+    materials.push_back({{"name", "default"}});
+    return materials.back();
+}
+
+// --- Lights ---
+
+constexpr const char* kLights = "KHR_lights_punctual";
+
+bool HasSameValues(const Light& a, const Light& b) {
+    bool isSame = a.type == b.type && a.profile == b.profile;
+    ForEachLightField(a, [&](const auto& field) { isSame &= a.*field.member == b.*field.member; });
+    return isSame;
+}
+
+void PutLight(Json& light, const Light& loaded, const Light& edited) {
+    ForEachLightField(edited, [&](const auto& field) {
+        if (edited.*field.member == loaded.*field.member) return;
+        PutField(*field.object == 0 ? light : light[field.object], field, edited.*field.member);
+    });
+}
+
+Json* LightOf(Json& node) {
+    const auto extensions = node.find("extensions");
+    if (extensions == node.end()) return nullptr;
+    const auto lights = extensions->find(kLights);
+    if (lights == extensions->end()) return nullptr;
+    const auto light = lights->find("light");
+    return light == lights->end() ? nullptr : &*light;
+}
+
+// The values of a node's light with a profile, whose color glTF bounds by 1: what is above goes to the
+// factor.
+void PutProfileLight(Json& node, const Light& loaded, Light edited) {
+    if (HasSameValues(loaded, edited)) return;
+    const float brightest = std::max({edited.color.x, edited.color.y, edited.color.z});
+    if (brightest > 1.0f) {
+        edited.color /= brightest;
+        edited.intensity *= brightest;
+    }
+    Json& light = node["extensions"][kProfileExtension];
+    if (edited.color != loaded.color) light["color"] = JsonOf(edited.color);
+    if (edited.intensity != loaded.intensity) light["multiplier"] = JsonOf(edited.intensity);
+}
+
+// The edited light of each loaded one, by their nodes, which have at most one each, and one with a profile: a
+// light that was split when the file was saved is another place down in the file than in what was edited.
+std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData& edited) {
+    std::vector<const Light*> byNode[2];
+    for (std::vector<const Light*>& ofKind : byNode) ofKind.resize(loaded.nodes.size(), nullptr);
+    for (const Light& light : edited.lights)
+        if (light.node < loaded.nodes.size()) byNode[light.profile != kNone][light.node] = &light;
+    std::vector<const Light*> lights;
+    for (const Light& light : loaded.lights) {
+        lights.push_back(byNode[light.profile != kNone].at(light.node));
+        if (!lights.back())
+            throw MakeError(ErrorKind::BadInput,
+                            "nodes[{}] has a light in the file and none in the scene: it is not the one "
+                            "that was loaded",
+                            light.node);
+    }
+    return lights;
+}
+
+[[noreturn]] void FailOther(const char* what, size_t inFile, size_t inScene) {
+    throw MakeError(ErrorKind::BadInput,
+                    "the file has {} {}, the scene {}: it is not the one that was loaded", inFile, what,
+                    inScene);
+}
+
+}  // namespace
+
+Json JsonNumber(float value) {
+    // A double of these digits is written with these digits, and is the float again when it is rounded
+    char digits[32];
+    const auto [end, failure] = std::to_chars(digits, digits + sizeof digits, value);
+    double number = value;
+    if (failure == std::errc{}) std::from_chars(digits, end, number);
+    if (static_cast<float>(number) != value) number = value;
+    return number;
+}
+
+void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
+    if (loaded.nodes.size() != edited.nodes.size())
+        FailOther("nodes", loaded.nodes.size(), edited.nodes.size());
+    for (size_t i = 0; i < loaded.nodes.size(); ++i) {
+        if (loaded.nodes[i].parent != edited.nodes[i].parent)
+            throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
+        PatchNode(root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
+        PatchVisibility(root, i, loaded.nodes[i], edited.nodes[i]);
+    }
+}
+
+void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edited) {
+    const std::vector<Material>& loaded = outline.scene.materials;
+    if (loaded.size() != edited.materials.size())
+        FailOther("materials", loaded.size(), edited.materials.size());
+    for (size_t i = 0; i < loaded.size(); ++i) {
+        if (!HasSameTextures(loaded[i], edited.materials[i]))
+            throw MakeError(ErrorKind::Usage, "materials[{}]: its textures cannot be exchanged", i);
+        RequireSameKind(loaded[i], edited.materials[i], i);
+        // The edit goes into a copy: a material that has not been edited leaves the tree as it is.
+        const bool isDefault = i == outline.defaultMaterial;
+        Json changed = isDefault ? Json::object() : root["materials"][i];
+        const Json before = changed;
+        MaterialPatch(root, changed).Put(loaded[i], edited.materials[i]);
+        if (changed == before) continue;
+        if (isDefault)
+            AddDefault(root).update(changed);
+        else
+            root["materials"][i] = std::move(changed);
+    }
+}
+
+void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
+    if (loaded.lights.size() != edited.lights.size())
+        FailOther("lights", loaded.lights.size(), edited.lights.size());
+    if (loaded.lights.empty()) return;
+    const std::vector<const Light*> now = EditedLights(loaded, edited);
+    Json& nodes = root["nodes"];
+    size_t count = loaded.lights.size();  // without those with a profile, which are the last ones
+    for (; count > 0 && loaded.lights[count - 1].profile != kNone; --count) {
+        const Light& light = loaded.lights[count - 1];
+        PutProfileLight(nodes[light.node], light, *now[count - 1]);
+    }
+    if (count == 0) return;
+    Json& lights = root["extensions"][kLights]["lights"];
+    std::vector<size_t> userCount(lights.size(), 0);  // nodes
+    for (Json& node : nodes)
+        if (const Json* light = LightOf(node)) userCount[light->get<size_t>()]++;
+    // The scene's lights by the file's: those of one are neighbors (SceneData::lights)
+    for (size_t first = 0, end = 0; first < count; first = end) {
+        const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
+        const size_t index = lightOf(first);
+        bool isAlike = true;
+        for (end = first; end < count && lightOf(end) == index; ++end) {
+            if (now[end]->type != loaded.lights[end].type)
+                throw MakeError(ErrorKind::Usage, "the light of nodes[{}]: its type cannot be changed",
+                                now[end]->node);
+            isAlike = isAlike && HasSameValues(*now[end], *now[first]);
+        }
+        if (isAlike && end - first == userCount[index]) {
+            PutLight(lights[index], loaded.lights[first], *now[first]);
+            continue;
+        }
+        // Shared with others that stay as they are
+        const Json shared = lights[index];
+        for (size_t i = first; i < end; ++i) {
+            if (HasSameValues(*now[i], loaded.lights[i])) continue;
+            Json own = shared;
+            PutLight(own, loaded.lights[i], *now[i]);
+            *LightOf(nodes[loaded.lights[i].node]) = lights.size();
+            lights.push_back(std::move(own));
+        }
+    }
+}
+
+}  // namespace raygraph::scene
