@@ -36,7 +36,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/
     DESTINATION ${RAYGRAPH_INSTALL_SHADER_DIR} COMPONENT raygraph_core
     PATTERN CMakeLists.txt EXCLUDE
     PATTERN README.md EXCLUDE
-    PATTERN embedded.h EXCLUDE)
+    PATTERN embedded.h EXCLUDE
+    PATTERN embedded.cpp EXCLUDE)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/raygraphConfig.cmake.in
     ${PROJECT_BINARY_DIR}/raygraphConfig.cmake

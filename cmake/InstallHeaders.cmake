@@ -45,8 +45,8 @@ set(public
 # What a pass binds, and what it returns, is all for others to use.
 file(GLOB folders RELATIVE ${RAYGRAPH_SOURCE_DIR}
     ${RAYGRAPH_SOURCE_DIR}/base/*.h ${RAYGRAPH_SOURCE_DIR}/passes/*.h ${RAYGRAPH_SOURCE_DIR}/shaders/shared/*.h)
-# The first needs {fmt}, which hosts do not; the second is for programs of this tree.
-list(REMOVE_ITEM folders base/text.h base/os.h)
+# The first needs {fmt}, which hosts do not; the others are for this tree.
+list(REMOVE_ITEM folders base/text.h base/os.h base/embed_file.h)
 set(todo ${public} ${folders})
 set(done)
 while(todo)

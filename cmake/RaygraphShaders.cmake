@@ -1,5 +1,6 @@
-# Shaders are compiled while the project is built and travel inside the library as SPIR-V.
+# Shaders are compiled while the project is built and travel inside the library as compressed SPIR-V.
 find_program(RAYGRAPH_GLSLANG glslangValidator REQUIRED)
+find_program(RAYGRAPH_ZSTD zstd REQUIRED)
 
 # raygraph_shader_variants(LIST STEM ALTERNATIVES...)
 #
@@ -28,15 +29,15 @@ endfunction()
 
 # raygraph_embed_shaders(TARGET ROOT <folder> SHADERS <paths relative to ROOT>... VARIANTS <of raygraph_shader_variants>...)
 #
-# Each shader becomes a header of SPIR-V words under the build folder; one generated source makes the table behind
+# Each shader becomes a file of SPIR-V under the build folder, compressed by zstd; one generated source makes the table behind
 # EmbeddedShaders() (shaders/embedded.h), which TARGET compiles. ROOT is the include root of every shader. A shader is
 # compiled again when it or anything it includes changes; an error names file and line and stops the build.
 function(raygraph_embed_shaders target)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "ROOT" "SHADERS;VARIANTS")
     set(out ${CMAKE_CURRENT_BINARY_DIR}/embedded)
-    set(includes "")
+    set(files "")
     set(entries "")
-    set(headers "")
+    set(modules "")
     set(seen "")
     foreach(shader IN LISTS arg_SHADERS arg_VARIANTS)
         string(REPLACE ":" ";" defines ${shader})
@@ -59,21 +60,23 @@ function(raygraph_embed_shaders target)
             string(APPEND preamble "#define ${define}\\n")
         endforeach()
         list(TRANSFORM defines PREPEND -D)
-        string(MAKE_C_IDENTIFIER "k_${shader}" symbol)
-        set(header ${out}/${shader}.h)
-        cmake_path(GET header PARENT_PATH folder)
+        string(MAKE_C_IDENTIFIER "raygraph_shader_${shader}" symbol)
+        set(module ${out}/${shader}.spv)
+        cmake_path(GET module PARENT_PATH folder)
         file(MAKE_DIRECTORY ${folder})
         add_custom_command(
-            OUTPUT ${header}
+            OUTPUT ${module}.zst
             COMMAND ${RAYGRAPH_GLSLANG} --quiet -V --target-env vulkan1.3 -S ${stage} ${defines} -I${arg_ROOT}
-                    --depfile ${header}.d --vn ${symbol} -o ${header} ${arg_ROOT}/${source}
+                    --depfile ${module}.d -o ${module} ${arg_ROOT}/${source}
+            COMMAND ${RAYGRAPH_ZSTD} --quiet --force -19 ${module} -o ${module}.zst
             DEPENDS ${arg_ROOT}/${source} ${RAYGRAPH_GLSLANG}
-            DEPFILE ${header}.d
+            DEPFILE ${module}.d
             COMMENT "Shader ${shader}"
             VERBATIM)
-        list(APPEND headers ${header})
-        string(APPEND includes "#include \"${header}\"\n")
-        string(APPEND entries "    EmbeddedShader{\"${shader}\", \"${source}\", \"${preamble}\", ${symbol}},\n")
+        list(APPEND modules ${module}.zst)
+        string(APPEND files "RAYGRAPH_EMBED_FILE(${symbol}, \"${module}.zst\");\n")
+        string(APPEND entries
+            "    EmbeddedShader{\"${shader}\", \"${source}\", \"${preamble}\", {${symbol}, ${symbol}_end}},\n")
     endforeach()
     list(LENGTH seen count)
     file(CONFIGURE OUTPUT ${out}/embedded.cpp @ONLY CONTENT
@@ -82,9 +85,9 @@ function(raygraph_embed_shaders target)
 
 #include <array>
 
-namespace {
-@includes@}  // namespace
+#include "base/embed_file.h"
 
+@files@
 namespace raygraph {
 
 std::span<const EmbeddedShader> EmbeddedShaders() {
@@ -95,5 +98,6 @@ std::span<const EmbeddedShader> EmbeddedShaders() {
 
 }  // namespace raygraph
 ]])
-    target_sources(${target} PRIVATE ${out}/embedded.cpp ${headers})
+    target_sources(${target} PRIVATE ${out}/embedded.cpp)
+    set_source_files_properties(${out}/embedded.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON OBJECT_DEPENDS "${modules}")
 endfunction()

@@ -74,8 +74,8 @@ const Shader& ShaderLibrary::Find(std::string_view name) {
     for (const EmbeddedShader& embedded : EmbeddedShaders())
         if (embedded.name == name)
             return Insert({.name = std::string(name),
-                           .words = embedded.words,
-                           .reflection = rhi::Reflect(embedded.words, name)});
+                           .words = embedded.Words(),
+                           .reflection = rhi::Reflect(embedded.Words(), name)});
     throw MakeError(ErrorKind::Usage, "no shader {}{}", Quoted(name), SimilarNames(name));
 }
 

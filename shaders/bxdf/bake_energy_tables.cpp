@@ -1,5 +1,5 @@
-// Writes the source file that holds the tables of shared/energy_tables.h:
-//     raygraph_bake_energy_tables renderer/gpu_scene/materials/energy_tables.cpp
+// Writes the file of the tables of shared/energy_tables.h:
+//     raygraph_bake_energy_tables renderer/gpu_scene/materials/energy_tables.cpp.bin
 // Takes about a minute, and writes the same file each time. Albedos are quadratures over visible facets in
 // double precision, apart from the shading text that they are tested against; what happens after the first
 // bounce is counted in random walks of bxdf/multiscatter_walk.glsl. Exit status 1: the file cannot be
@@ -374,23 +374,12 @@ std::vector<Entry> BakeTables() {
 }
 
 void Write(std::ostream& file, const std::vector<Entry>& table) {
-    file << "// Data table: energy of rough surfaces, made by raygraph_bake_energy_tables.\n"
-            "#include \"renderer/gpu_scene/materials/energy_tables.h\"\n\nnamespace raygraph {\nnamespace "
-            "{\n\n"
-            "// clang-format off\n"
-            "constexpr std::array<EnergyEntryBits, kEnergyEntryCount> kEntries = {{\n";
-    constexpr size_t kPerLine = 2;
-    for (size_t i = 0; i < table.size(); ++i) {
-        const char* separator = "{";
-        for (const double number : table[i]) {
-            file << separator << std::lround(std::clamp(number, 0.0, 1.0) * 65535.0);
-            separator = ",";
+    for (const Entry& entry : table) {
+        for (const double number : entry) {
+            const auto units = static_cast<uint16_t>(std::lround(std::clamp(number, 0.0, 1.0) * 65535.0));
+            file.put(static_cast<char>(units & 0xff)).put(static_cast<char>(units >> 8));
         }
-        file << ((i + 1) % kPerLine == 0 || i + 1 == table.size() ? "},\n" : "},");
     }
-    file << "}};\n// clang-format on\n\n}  // namespace\n\n"
-            "std::span<const EnergyEntryBits> EnergyTables() {\n    return kEntries;\n}\n\n}  // namespace "
-            "raygraph\n";
 }
 
 }  // namespace
@@ -398,7 +387,7 @@ void Write(std::ostream& file, const std::vector<Entry>& table) {
 
 int main(int argc, char** argv) {
     if (argc != 2) return 1;
-    std::ofstream file(argv[1]);
+    std::ofstream file(argv[1], std::ios::binary);
     if (!file) return 1;
     raygraph::Write(file, raygraph::BakeTables());
     file.close();

@@ -65,7 +65,7 @@ MayNotInclude() {
 
 CheckLayers() {
     local lower='base/|shaders/shared/'
-    MayInclude shaders/ 'shaders/|base/api.h'
+    MayInclude shaders/ 'shaders/|base/api.h|base/check.h'
     MayInclude base/ "$lower"
     MayInclude rhi/ 'base/|rhi/'
     MayInclude renderer/image/ "$lower|renderer/image/"
@@ -162,7 +162,7 @@ PublicHeaders() {
     while ((${#todo[@]})); do
         header=${todo[-1]}
         unset 'todo[-1]'
-        [[ $header != base/text.h && $header != base/os.h ]] || continue  # not installed
+        [[ $header != base/text.h && $header != base/os.h && $header != base/embed_file.h ]] || continue  # not installed
         [[ -z ${seen[$header]-} && -f $header && $header != shaders/shared/* ]] || continue
         seen[$header]=1
         while read -r included; do todo+=("$included"); done < <(sed -nE 's/^#include "([^"]+)".*/\1/p' "$header")

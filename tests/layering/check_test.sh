@@ -119,7 +119,7 @@ Expect system base/b.cpp 'int f(FILE* f) { return fileno(f); }'
 Expect system editor/app/b.cpp 'void f() { ::unlink("x"); }'
 Expect quiet editor/cli/b.cpp '#include <cstdio>\n#include <system_error>\nvoid f() { std::fclose(g); window.unlinked(); }'
 
-Expect size rhi/b.cpp "$(Lines 451)"
+Expect size rhi/b.cpp "$(Lines 901)"
 Expect quiet rhi/b.cpp "$(Lines 440)"
 Expect quiet shaders/core/sobol.h "// Data table: Sobol matrices.\n$(Lines 500)"
 Expect columns shaders/core/b.glsl "// $(printf 'x%.0s' {1..120})"

@@ -167,14 +167,14 @@ TEST(ShaderSpecializer, EveryShaderIsValidAfterwards) {
     const Values values{{9, features.x}, {12, features.y}};
     size_t specialized = 0;
     for (const EmbeddedShader& shader : EmbeddedShaders()) {
-        const Values own = ValuesOf(shader.words, values);
+        const Values own = ValuesOf(shader.Words(), values);
         const bool isPathTracer = shader.name == "pathtrace/pathtrace.rgen";
-        if (own.empty() || (shader.words.size() > 100'000 && !isPathTracer)) continue;
+        if (own.empty() || (shader.Words().size() > 100'000 && !isPathTracer)) continue;
         SCOPED_TRACE(shader.name);
-        const Words words = SpecializeSpirv(shader.words, own);
+        const Words words = SpecializeSpirv(shader.Words(), own);
         EXPECT_EQ(Faults(words), "");
         if (isPathTracer) {
-            EXPECT_LT(words.size(), shader.words.size() / 3);
+            EXPECT_LT(words.size(), shader.Words().size() / 3);
         }
         ++specialized;
     }

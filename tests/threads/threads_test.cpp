@@ -255,7 +255,7 @@ TEST(ThreadsWithoutADevice, ShadersCompileAtOnce) {
                  "void main() { b[gl_GlobalInvocationID.x] = 1; }\n"});
         EXPECT_EQ(rhi::Reflect(words).bindings.size(), 1u);
         for (const EmbeddedShader& shader : EmbeddedShaders().first(8))
-            EXPECT_NO_THROW(rhi::Reflect(shader.words, shader.name));
+            EXPECT_NO_THROW(rhi::Reflect(shader.Words(), shader.name));
         EXPECT_FALSE(rhi::Requirements().extensions.empty());
     };
     std::vector<std::thread> threads;

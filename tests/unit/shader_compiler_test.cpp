@@ -92,7 +92,7 @@ TEST_F(ShaderCompiler, EmbeddedShadersCompileToTheSameWords) {
                                                              .preamble = std::string(shader.preamble),
                                                              .stage = StageOfFile(shader.name),
                                                              .includeRoot = root});
-        EXPECT_TRUE(std::equal(words.begin(), words.end(), shader.words.begin(), shader.words.end()))
+        EXPECT_TRUE(std::equal(words.begin(), words.end(), shader.Words().begin(), shader.Words().end()))
             << shader.name;
     }
 }

@@ -55,7 +55,7 @@ std::vector<std::string> UsedBy(const std::string& text) {
 
 TEST(StaticUse, OfEachShaderOfTheLibraryIsThatOfSpirvCross) {
     ASSERT_FALSE(EmbeddedShaders().empty());
-    for (const EmbeddedShader& shader : EmbeddedShaders()) ExpectAsSpirvCross(shader.words, shader.name);
+    for (const EmbeddedShader& shader : EmbeddedShaders()) ExpectAsSpirvCross(shader.Words(), shader.name);
 }
 
 TEST(StaticUse, IsWhatCalledFunctionsRead) {
