@@ -1,7 +1,7 @@
 // A file of the build in the program: RAYGRAPH_EMBED_FILE(symbol, path) declares `symbol`, its bytes, and
 // `symbol_end`, the byte after the last; aligned to 16. `path` is a string literal. Neither the compiler nor
-// ccache tells Ninja of the file: name it as OBJECT_DEPENDS of the source in CMakeLists.txt. For GCC and clang
-// on ELF. Threads: any.
+// ccache tells Ninja of the file: name it as OBJECT_DEPENDS of the source in CMakeLists.txt. For GCC and
+// clang on ELF. Threads: any.
 #pragma once
 
 #define RAYGRAPH_EMBED_FILE(symbol, path)                                                         \
