@@ -10,7 +10,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 from collections import defaultdict
 from pathlib import Path
 
@@ -118,37 +117,28 @@ class Copy:
         return failed[0] if failed else None
 
 
-def Judge(copy, changes, asks):
-    """{file: text} in place of what is there; per mutation of these its programs to be asked in turn, each as [program,
-    tests, limit in seconds]. Returns per mutation the test that fails, or None; None instead of all if a program does not
-    build. The files are as before afterwards."""
-    before = {name: (copy.source / name).read_bytes() for name in changes}
-    for name, text in changes.items():
-        copy.Write(name, text.encode())
+def Judge(copy, name, text, asks):
+    """Gives the file of that name this text and asks programs in turn, each as [program, tests, limit in seconds]. Returns
+    whether they build, and the test that fails or None. The file is as before afterwards."""
+    before = (copy.source / name).read_bytes()
+    copy.Write(name, text.encode())
     try:
-        killers = []
-        for ask in asks:
-            killer = None
-            for program, tests, limit in ask:
-                if not copy.Builds([program]):
-                    return None
-                killer = copy.Failure(program, tests, limit)
-                if killer:
-                    break
-            killers.append(killer)
-        return killers
+        for program, tests, limit in asks:
+            if not copy.Builds([program]):
+                return False, None
+            killer = copy.Failure(program, tests, limit)
+            if killer:
+                return True, killer
+        return True, None
     finally:
-        for name, data in before.items():
-            copy.Write(name, data)
+        copy.Write(name, before)
 
 
 def Main(source, copied):
     subprocess.run(["mount", "--bind", copied, source], check=True)
     copy = Copy(source, copied + ".log")
     for line in sys.stdin:
-        started = time.monotonic()
-        killers = Judge(copy, **json.loads(line))
-        print(json.dumps({"killers": killers, "seconds": round(time.monotonic() - started)}), flush=True)
+        print(json.dumps(Judge(copy, *json.loads(line))), flush=True)
 
 
 if __name__ == "__main__":

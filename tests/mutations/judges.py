@@ -44,24 +44,24 @@ class Judges:
              str(Path(__file__).with_name("judge.py")), str(self._copy.source), str(copied)],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
-    def _Judge(self, changes, asks):
+    def _Judge(self, *task):
         if not self._workers:
-            return Judge(self._copy, changes, asks)
+            return Judge(self._copy, *task)
         worker = self._idle.get()
-        worker.stdin.write(json.dumps({"changes": changes, "asks": asks}) + "\n")
+        worker.stdin.write(json.dumps(task) + "\n")
         worker.stdin.flush()
         line = worker.stdout.readline()
         if not line:
             raise MutationError(f"a judge ended with {worker.wait()}; --jobs needs a mount namespace (unshare --mount)")
         self._idle.put(worker)
-        return json.loads(line)["killers"]
+        return json.loads(line)
 
     def Map(self, function, items):
         """The results of function(item), several at once, in the order of the items."""
         return list(self._pool.map(function, items))
 
     def Judged(self, tasks):
-        """Yields (key, killers of judge.Judge) of each of `tasks`, an iterator of (key, changes, asks), as they are done.
+        """Yields (key, *result of judge.Judge) of each of `tasks`, an iterator of (key, name, text, asks), as they are done.
         A task is taken from the iterator when a judge is free for it; where that waits for results, the iterator may
         yield None."""
         if self.count > 1 and not self._workers:
@@ -79,4 +79,4 @@ class Judges:
             if not running:
                 return
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), future.result()
+                yield running.pop(future), *future.result()

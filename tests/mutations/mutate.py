@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Puts wrong lines into a copy of the sources, one at a time, and sees whether a test notices.
 
-A chosen mutation (in lists/) is killed if one of the tests that it names fails with it, and passes without
-it. A random one is killed if any test fails. A change that does not compile counts as neither: chosen, it is an error;
-random, another is drawn. Chosen mutations share a build where no program that must notice one of them is made from a file
-that another one changes, so that each is judged alone.
+A chosen mutation (in chosen.txt) is killed if one of the tests that it names fails with it, and passes without it.
+A random one is killed if any test fails. A change that does not compile counts as neither: chosen, it is an error;
+random, another is drawn.
 """
 
 import argparse
@@ -17,7 +16,7 @@ from pathlib import Path
 
 from judge import Copy
 from judges import Judges
-from mutation import MutationError, ReadEquivalents, ReadMutations
+from mutation import MutationError, ReadMutations
 from random_mutations import RandomMutations
 
 HERE = Path(__file__).resolve().parent
@@ -62,6 +61,18 @@ def TimingTests():
     return [line.split()[0] for line in lines if line.strip() and not line.startswith("#")]
 
 
+def NamedTests(mutation, tests):
+    """Of {program: tests} those that the mutation names, each once: one {program: tests} per pattern."""
+    named, seen = [], set()
+    for pattern in mutation.tests:
+        found = {program: [name for name in names if fnmatch.fnmatchcase(name, pattern)] for program, names in tests.items()}
+        if not any(found.values()):
+            raise MutationError(f"{mutation.name}: no test is called {pattern}")
+        named.append({program: [name for name in names if name not in seen] for program, names in found.items()})
+        seen.update(name for names in found.values() for name in names)
+    return named
+
+
 class Suite:
     """The tests that a copy's programs have, and what they do without any mutation."""
 
@@ -102,58 +113,20 @@ class Suite:
 
     def AskNamed(self, mutation):
         """The same for the tests that a mutation names: those of the first pattern first."""
-        asks, asked = [], set()
-        for pattern in mutation.tests:
-            for program, tests in self.tests.items():
-                names = [name for name in tests if fnmatch.fnmatchcase(name, pattern) and name not in asked]
-                asks += self.Ask({program: names})
-                asked.update(names)
-        return asks
-
-
-def NamedTests(mutation, tests):
-    """{program: [tests]} that the mutation names."""
-    named = {program: [test for test in names if mutation.Kills(test)] for program, names in tests.items()}
-    named = {program: names for program, names in named.items() if names}
-    if not named:
-        raise MutationError(f"{mutation.name}: no test is called {' or '.join(mutation.tests)}")
-    return named
-
-
-def Groups(mutations, named, inputs):
-    """Lists of mutations that may share a build: no program asked about one is made from the file of another."""
-    groups = []
-    for mutation in mutations:
-        for group in groups:
-            if all(mutation.file != other.file and
-                   not any(mutation.file in inputs[program] for program in named[other.name]) and
-                   not any(other.file in inputs[program] for program in named[mutation.name]) for other in group):
-                group.append(mutation)
-                break
-        else:
-            groups.append([mutation])
-    return groups
+        return [ask for named in NamedTests(mutation, self.tests) for ask in self.Ask(named)]
 
 
 def JudgeChosen(copy, judges, mutations):
     """Returns the number of mutations that survived or could not be judged."""
     suite = Suite(copy, PROGRAMS)
-    named = {mutation.name: NamedTests(mutation, suite.tests) for mutation in mutations}
-    groups = Groups(mutations, named, suite.inputs)
-    Say(f"{len(mutations)} mutations apply, in {len(groups)} builds")
-    tasks = ((group, {m.file: m.Apply((ROOT / m.file).read_text(encoding="utf-8")) for m in group},
-              [suite.AskNamed(m) for m in group]) for group in groups)
+    asks = [suite.AskNamed(mutation) for mutation in mutations]
     bad, killed = 0, {}
-    for group, killers in judges.Judged(tasks):
-        for mutation, killer in zip(group, killers or [None] * len(group)):
-            if killers is None:
-                result = "DOES NOT COMPILE" if len(group) == 1 else "DOES NOT COMPILE, it or another of its group"
-            else:
-                result = f"killed by {killer}" if killer else "SURVIVED"
-            if killer:
-                killed[mutation.name] = killer
-            bad += killer is None
-            Say(f"{result:60} [{mutation.name}]")
+    for name, builds, killer in judges.Judged((m.name, m.file, m.Applied(ROOT), ask) for m, ask in zip(mutations, asks)):
+        if killer:
+            killed[name] = killer
+        bad += not killer
+        result = f"killed by {killer}" if killer else "SURVIVED" if builds else "DOES NOT COMPILE"
+        Say(f"{result:60} [{name}]")
     # A test that fails without the mutation too has shown nothing.
     if not copy.Builds(PROGRAMS):
         raise MutationError(f"the sources do not build as they are (see {copy.log.name})")
@@ -189,29 +162,26 @@ class Draw:
                 continue
             number += 1
             self._running[number] = mutation
-            text = (ROOT / mutation.file).read_text(encoding="utf-8")
-            yield number, {mutation.file: mutation.Apply(text)}, [self._suite.Ask(tests)]
+            yield number, mutation.file, mutation.Applied(ROOT), self._suite.Ask(tests)
 
-    def Take(self, number, killers):
-        """The mutation of the task with that number; False if it does not compile."""
+    def Take(self, number, builds, killer):
+        """Takes the verdict on the task with that number. Returns whether it counts: it does not without a build."""
         mutation = self._running.pop(number)
-        if killers is None:
-            return False
-        self.results[number] = (mutation, killers[0])
-        return True
+        if builds:
+            self.results[number] = (mutation, killer)
+        return builds
 
 
 def JudgeRandom(copy, judges, files, count, seed):
     """Returns the number of random mutations that survived."""
-    known = ReadEquivalents(HERE / "lists" / "equivalent.txt")
+    known = {(m.file, m.old, m.new) for m in ReadMutations(HERE / "equivalent.txt", required=["why"])}
     suite = Suite(copy, PROGRAMS)
     for name in suite.Rehearse(copy, judges, suite.tests):
         Say(f"{name} fails without any mutation, and is not asked")
     draw = Draw(RandomMutations(ROOT, files, seed, known), suite, count)
-    for number, killers in judges.Judged(draw.Tasks()):
-        if draw.Take(number, killers):
-            mutation, killer = draw.results[number]
-            Say(f"{number:4} {'killed by ' + killer if killer else 'SURVIVED':60} {mutation.name}")
+    for number, builds, killer in judges.Judged(draw.Tasks()):
+        if draw.Take(number, builds, killer):
+            Say(f"{number:4} {'killed by ' + killer if killer else 'SURVIVED':60} {draw.results[number][0].name}")
     survivors = [mutation for _, (mutation, killer) in sorted(draw.results.items()) if not killer]
     for mutation in survivors:
         Say("\n" + mutation.Stanza())
@@ -229,13 +199,10 @@ def Main():
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutate", help="of the copies and their builds")
     arguments = parser.parse_args()
     try:
-        mutations = [m for path in sorted((HERE / "lists").glob("*.txt")) if path.name != "equivalent.txt" for m in ReadMutations(path)]
+        mutations = ReadMutations(HERE / "chosen.txt")
         mutations = [m for m in mutations if not arguments.names or any(name in m.name for name in arguments.names)]
-        names = [m.name for m in mutations]
-        for name in {n for n in names if names.count(n) > 1}:
-            raise MutationError(f"two mutations are called [{name}]")
         for m in mutations:
-            m.Apply((ROOT / m.file).read_text(encoding="utf-8"))
+            m.Applied(ROOT)
             if arguments.list:
                 Say(f"{m.file:44} {m.name}")
         if arguments.list:

@@ -1,6 +1,5 @@
-"""A mutation: one wrong line, and the tests that must notice it. Read from lists/."""
+"""A mutation: one wrong line, and the tests that must notice it. Read from chosen.txt."""
 
-import fnmatch
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +15,6 @@ class Mutation:
     old: str  # text within one line
     new: str  # what stands there instead; may be empty
     tests: list = field(default_factory=list)  # patterns of Suite.Test; empty: any test
-    harm: str = ""  # to users
     after: str = ""  # text before `old` in the file, where `old` alone is not unique
 
     def Apply(self, text):
@@ -33,25 +31,19 @@ class Mutation:
             raise MutationError(f"{self.name}: {self.file}: 'old' is not there below 'after'")
         return text[:place] + self.new + text[place + len(self.old):]
 
-    def Kills(self, test):
-        """Whether a failure of the test with that name (Suite.Test) counts."""
-        return not self.tests or any(fnmatch.fnmatchcase(test, pattern) for pattern in self.tests)
+    def Applied(self, root):
+        """The text of the file in the source tree `root`, with the mutation."""
+        return self.Apply((root / self.file).read_text(encoding="utf-8"))
 
     def Stanza(self):
-        """As it would stand in a list."""
-        lines = [f"[{self.name}]", f"file: {self.file}"]
-        if self.after:
-            lines.append(f"after: {self.after}")
-        lines += [f"old: {self.old}", f"new: {self.new}"]
-        if self.tests:
-            lines.append("tests: " + " ".join(self.tests))
-        return "\n".join(lines)
+        """Returns the stanza of a random mutation, for equivalent.txt."""
+        return f"[{self.name}]\nfile: {self.file}\nold: {self.old}\nnew: {self.new}"
 
 
 _KEYS = {"harm", "file", "old", "new", "after", "tests", "why"}
 
 
-def ReadStanzas(path):
+def _Stanzas(path):
     """Yields (name, fields) of a list: stanzas of a [name] and `key: value` lines; # begins a comment line."""
     name, fields = None, {}
     for number, line in enumerate(Path(path).read_text(encoding="utf-8").splitlines(), 1):
@@ -72,26 +64,15 @@ def ReadStanzas(path):
         yield name, fields
 
 
-def ReadMutations(path):
-    """The chosen mutations of one list. Each needs harm, file, old, new and tests."""
-    mutations = []
-    for name, fields in ReadStanzas(path):
-        missing = {"harm", "file", "old", "new", "tests"} - fields.keys()
-        if missing:
-            raise MutationError(f"{path}: [{name}] lacks {', '.join(sorted(missing))}")
-        if not fields["old"] or not fields["tests"].split() or fields["old"] == fields["new"]:
-            raise MutationError(f"{path}: [{name}] changes nothing or names no test")
-        mutations.append(
-            Mutation(name, fields["file"], fields["old"], fields["new"], fields["tests"].split(), fields["harm"],
-                     fields.get("after", "")))
-    return mutations
-
-
-def ReadEquivalents(path):
-    """(file, old, new) of random mutations that change nothing a user or a test could see; each says why."""
-    known = set()
-    for name, fields in ReadStanzas(path):
-        if not {"file", "old", "new", "why"} <= fields.keys() or not fields["why"]:
-            raise MutationError(f"{path}: [{name}] lacks file, old, new or why")
-        known.add((fields["file"], fields["old"], fields["new"]))
-    return known
+def ReadMutations(path, required=("harm", "tests")):
+    """The mutations of a list, which have names of their own. Each needs file, old, new and the `required` fields."""
+    mutations = {}
+    for name, fields in _Stanzas(path):
+        empty = [key for key in ("file", "old", *required) if not fields.get(key, "").strip()]
+        if empty or "new" not in fields or fields["old"] == fields["new"]:
+            raise MutationError(f"{path}: [{name}] changes nothing or lacks {', '.join(empty) or 'new'}")
+        if name in mutations:
+            raise MutationError(f"{path}: two mutations are called [{name}]")
+        mutations[name] = Mutation(name, fields["file"], fields["old"], fields["new"], fields.get("tests", "").split(),
+                                   fields.get("after", ""))
+    return list(mutations.values())
