@@ -240,6 +240,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     app.get_formatter()->column_width(kHelpIndent);
     app.get_formatter()->label("SUBCOMMAND", "COMMAND");
     app.get_formatter()->label("REQUIRED", "(required)");
+    app.set_help_all_flag("--help-all", "Print the options that exist for study, too, and exit");
     app.set_version_flag("--version", std::string("raygraph ") + kVersion);
     app.footer(
         "raygraph COMMAND --help shows a command's options.\n"
@@ -262,11 +263,18 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* completion = AddCompletion(app, shell);
     const CLI::App* man = app.add_subcommand("man", "Print the manual page, for `raygraph man | man -l -`");
 
+    const auto setGroups = [&app](bool showsStudy) {
+        for (CLI::App* command : app.get_subcommands({})) SetGroups(*command, showsStudy);
+    };
+    setGroups(false);
     for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
 
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
+        return ShowText{app.help()};
+    } catch (const CLI::CallForAllHelp&) {
+        setGroups(true);
         return ShowText{app.help()};
     } catch (const CLI::CallForVersion&) {
         return ShowText{app.version() + "\n"};

@@ -15,7 +15,42 @@ constexpr size_t kHelpWidth = 72;
 // Names of CLI11 validators
 constexpr const char *kChoice = "choice", *kList = "list";
 
+struct Group {
+    const char* name;
+    std::vector<std::string_view> options;
+};
+
+// Whatever is in no group is listed first, with --help.
+const Group kGroups[] = {
+    {"Output",
+     {"output", "size", "crop", "view", "transparent", "exposure", "tonemap", "white-point", "exr-type",
+      "aov", "light-group", "resume", "checkpoint", "settings-from", "report"}},
+    {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
+    {"Camera", {"camera", "aperture", "focus", "shutter"}},
+    {"Light", {"env", "env-rotation", "env-tint", "background", "light", "shadows"}},
+    {"Scene", {"scene", "variant", "at", "clips", "frames", "points", "lines", "root"}},
+    {"Biases",
+     {"max-depth", "clamp-indirect", "regularize", "shadow-terminator", "texture-lod", "texture-budget"}},
+    {"Devices", {"device", "devices", "validate"}},
+    {"Messages", {"progress", "quiet", "verbose", "log"}},
+};
+const Group kStudy{"Study",
+                   {"sampler", "brdf", "distribution", "masking", "fresnel", "multiscatter", "nee",
+                    "light-sampler", "mis", "rr", "rr-start", "traversal", "integrator-form"}};
+
 }  // namespace
+
+void SetGroups(CLI::App& command, bool showsStudy) {
+    const auto has = [](const Group& group, const CLI::Option& option) {
+        return std::ranges::any_of(
+            group.options, [&](std::string_view name) { return option.check_lname(std::string(name)); });
+    };
+    for (CLI::Option* option : command.get_options()) {
+        if (has(kStudy, *option)) option->group(showsStudy ? kStudy.name : "");
+        for (const Group& group : kGroups)
+            if (has(group, *option)) option->group(group.name);
+    }
+}
 
 std::string Wrapped(std::string_view text) {
     std::string wrapped;
@@ -123,13 +158,13 @@ void AddTracing(CLI::App& app, TracingChoice& tracing) {
         SetChoices(*option, {kTexts.begin(), kTexts.end()});
     };
     add("--traversal", "TRAVERSAL",
-        "To measure: who finds what rays of path-traced pictures meet: driver, the device's ray tracing; "
-        "own, "
-        "shaders of Raygraph's own (triangles that do not deform); auto, the faster one (auto)",
+        "Ray traversal: driver (the device's ray tracing), own (Raygraph's shaders, for triangles that do "
+        "not "
+        "deform) or auto, the faster one (auto)",
         tracing.traversal);
     add("--integrator-form", "FORM",
-        "To measure: how the integrator runs on the device: loop, each path to its end; wavefront, the same "
-        "step of all paths; auto, the faster one (auto)",
+        "Integrator: loop (each path to its end), wavefront (the same step of all paths) or auto, the faster "
+        "one (auto)",
         tracing.form);
 }
 
@@ -144,7 +179,7 @@ void AddLog(CLI::App& app, OutputArguments& arguments) {
     // excludes it, would always be refused.
     app.add_flag_function(
         "-v,--verbose", [&arguments](int64_t count) { arguments.verbosity = static_cast<uint32_t>(count); },
-        Wrapped("Say more on stderr: what is done and how long it takes; -vv: debug messages too"));
+        Wrapped("More messages on stderr: what is done and how long it takes; -vv: debug messages, too"));
     AddPath(app, "--log", "FILE", "Add messages to a file as well, from information on (with -vv all)",
             arguments.logFile);
 }

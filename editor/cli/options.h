@@ -49,6 +49,10 @@ void AddOutput(CLI::App& app, OutputArguments& arguments);
 // Adds --progress, for commands that show any.
 void AddProgress(CLI::App& app, OutputArguments& arguments);
 
+// Sorts the options of a command into the groups of its help. Those that exist for study, to compare methods
+// or to measure, are in no group without `showsStudy`: the help leaves them out.
+void SetGroups(CLI::App& command, bool showsStudy);
+
 // Throws Error{Usage}.
 [[noreturn]] void Refuse(const std::string& message);
 void CheckProgress(const OutputArguments& arguments);

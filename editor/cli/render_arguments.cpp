@@ -172,7 +172,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         *render, "--spp", "N",
         Text("Samples a pixel ({}); with --resume the total to reach", RenderArguments::kDefaultSamples),
         [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
-    AddOption(*render, "--time", "SECONDS", "Render for so long, instead of --spp",
+    AddOption(*render, "--time", "SECONDS", "Render for this long instead of --spp",
               [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
     AddOption(*render, "--error", "E",
               "Render until the estimated relative error of the picture is E, 0.01 say; --spp or --time stop "
@@ -231,8 +231,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     std::vector<std::string_view> aovs{"all"};
     for (const Aov named : kAovs) aovs.push_back(Name(named));
     SetChoices(*aov, aovs, Operands::List);
-    AddPath(*render, "--resume", "FILE.exr",
-            "Go on with a render that was written before; its settings are kept", arguments.resume);
+    AddPath(*render, "--resume", "FILE.exr", "Resume a stored render, with its settings", arguments.resume);
     AddOption(*render, "--checkpoint", "MINUTES",
               "Write the outputs every so often while rendering: the .exr, of which one is needed, can be "
               "resumed. --resume may then name a file that is not there yet, and one that is complete",

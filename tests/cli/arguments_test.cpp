@@ -153,7 +153,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
 }
 
 TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
-    const std::string help = std::get<ShowText>(Parse("render --help")).text;
+    const std::string help = std::get<ShowText>(Parse("render --help-all")).text;
     for (const PictureSetting& setting : PictureSettingTable())
         EXPECT_NE(help.find(std::string("--") + setting.name + " " + setting.operand), std::string::npos)
             << setting.name;
@@ -168,10 +168,31 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
+TEST(Arguments, HelpGroupsOptionsAndLeavesOutThoseForStudy) {
+    const std::string all = std::get<ShowText>(Parse("render --help-all")).text;
+    const std::string help = std::get<ShowText>(Parse("render --help")).text;
+    for (const char* group :
+         {"Output:", "Sampling:", "Camera:", "Light:", "Scene:", "Biases:", "Devices:", "Messages:"}) {
+        EXPECT_NE(help.find(std::string("\n") + group), std::string::npos) << group << "\n" << help;
+        EXPECT_NE(all.find(std::string("\n") + group), std::string::npos) << group;
+    }
+    EXPECT_EQ(help.find("\nStudy:"), std::string::npos);
+    EXPECT_NE(all.find("\nStudy:"), std::string::npos);
+    const std::string first = help.substr(help.find("\nOptions:"));
+    const std::string ungrouped = first.substr(0, first.find("\n\n"));
+    EXPECT_EQ(std::ranges::count(ungrouped, '\n'), 3)
+        << "only --help and --help-all are in no group:" << ungrouped;
+    for (const char* option :
+         {"--brdf", "--distribution", "--masking", "--fresnel", "--mis", "--sampler", "--rr "}) {
+        EXPECT_EQ(help.find(option), std::string::npos) << option;
+        EXPECT_NE(all.find(option), std::string::npos) << option;
+    }
+}
+
 TEST(Arguments, HelpAndDocsNameEveryView) {
     std::ifstream file(test::SourceFile("docs/viewport.md"));
     const std::string page{std::istreambuf_iterator<char>(file), {}};
-    const std::string help = std::get<ShowText>(Parse("render --help")).text;
+    const std::string help = std::get<ShowText>(Parse("render --help-all")).text;
     for (size_t i = 0; i < passes::kViewCount; ++i) {
         const std::string name = passes::Name(static_cast<View>(i));
         EXPECT_EQ(std::get<RenderArguments>(Parse("render a.gltf --view " + name)).given.at("view"), name);
@@ -214,7 +235,7 @@ TEST(Arguments, DocsListWhatEachOptionTakes) {
 
 TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
     const std::string help =
-        std::regex_replace(std::get<ShowText>(Parse("render --help")).text, std::regex("\\s+"), " ");
+        std::regex_replace(std::get<ShowText>(Parse("render --help-all")).text, std::regex("\\s+"), " ");
     for (const char* text :
          {"sobol (Owen-scrambled; default), pcg or tea",
           "uniform, power or bvh (by its possible contribution; default)",

@@ -53,7 +53,8 @@ std::map<std::string, std::vector<std::string>> NamesInHelp() {
     EXPECT_GE(commands.size(), 9u) << overview;
     const std::regex name("--?[a-z][a-z-]*");
     for (const std::string& command : commands) {
-        std::istringstream help(RunProgram(folder, command + " --help").output);
+        std::istringstream help(
+            RunProgram(folder, command + (command.empty() ? " --help" : " --help-all")).output);
         for (std::string line; std::getline(help, line);) {
             if (!line.starts_with("  -")) continue;
             const std::string first = line.substr(2, line.find(' ', 2) - 2);  // "-o,--output"
