@@ -65,13 +65,19 @@ function(raygraph_embed_shaders target)
         cmake_path(GET module PARENT_PATH folder)
         file(MAKE_DIRECTORY ${folder})
         add_custom_command(
-            OUTPUT ${module}.zst
+            OUTPUT ${module}
             COMMAND ${RAYGRAPH_GLSLANG} --quiet -V --target-env vulkan1.3 -S ${stage} ${defines} -I${arg_ROOT}
                     --depfile ${module}.d -o ${module} ${arg_ROOT}/${source}
-            COMMAND ${RAYGRAPH_ZSTD} --quiet --force -19 ${module} -o ${module}.zst
             DEPENDS ${arg_ROOT}/${source} ${RAYGRAPH_GLSLANG}
             DEPFILE ${module}.d
             COMMENT "Shader ${shader}"
+            VERBATIM)
+        # A command of its own: the depfile names the module alone, and Ninja wants what it makes by that name.
+        add_custom_command(
+            OUTPUT ${module}.zst
+            COMMAND ${RAYGRAPH_ZSTD} --quiet --force -19 ${module} -o ${module}.zst
+            DEPENDS ${module}
+            COMMENT "Compressing ${shader}"
             VERBATIM)
         list(APPEND modules ${module}.zst)
         string(APPEND files "RAYGRAPH_EMBED_FILE(${symbol}, \"${module}.zst\");\n")

@@ -225,6 +225,14 @@ std::string DescribeUsageError(CLI::App& app, const CLI::ParseError& error) {
     return OneLine(error.what()) + help;
 }
 
+// Returns the help of the program, or of the command that was given. CLI11 leaves two empty lines between
+// groups.
+std::string HelpOf(const CLI::App& app) {
+    std::string help = app.help();
+    for (size_t at = 0; (at = help.find("\n\n\n", at)) != help.npos;) help.erase(at, 1);
+    return help;
+}
+
 }  // namespace
 
 PictureSettings BenchDefaults() {
@@ -272,10 +280,10 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        return ShowText{app.help()};
+        return ShowText{HelpOf(app)};
     } catch (const CLI::CallForAllHelp&) {
         setGroups(true);
-        return ShowText{app.help()};
+        return ShowText{HelpOf(app)};
     } catch (const CLI::CallForVersion&) {
         return ShowText{app.version() + "\n"};
     } catch (const CLI::ParseError& error) {
