@@ -4,6 +4,8 @@
 // clang on ELF. Threads: any.
 #pragma once
 
+#include <cstddef>
+
 #define RAYGRAPH_EMBED_FILE(symbol, path)                                                         \
     __asm__(".pushsection .rodata\n.balign 16\n.hidden " #symbol "\n.globl " #symbol "\n" #symbol \
             ":\n.incbin \"" path "\"\n.hidden " #symbol "_end\n.globl " #symbol "_end\n" #symbol  \
