@@ -33,7 +33,7 @@ class Culler {
 
     const FrameGraph& m_graph;
     std::vector<uint8_t> m_isKept;  // by pass
-    // By subresource: m_isNeeded, whether its contents are needed after the pass at hand, and m_needsHistory,
+    // By subresource: m_isNeeded, whether its contents are needed after the current pass, and m_needsHistory,
     // whether those from before the frame are needed.
     std::vector<uint8_t> m_isNeeded;
     std::vector<uint8_t> m_needsHistory;

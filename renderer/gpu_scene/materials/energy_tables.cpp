@@ -1,7 +1,5 @@
 #include "renderer/gpu_scene/materials/energy_tables.h"
 
-#include <cstddef>
-
 #include "base/embed_file.h"
 
 // Little-endian numbers, written by raygraph_bake_energy_tables.
