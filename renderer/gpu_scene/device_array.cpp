@@ -73,7 +73,7 @@ BufferId DeviceArrayBuffer::Declare(Renderer& renderer, std::span<const std::byt
     renderer.AddPass(
         m_passName, PassKind::Transfer, [&](PassBuilder& pass) { table = pass.CopiesTo(table); },
         [this, records](CommandList& commands) {
-            // There may be fewer than when they were marked
+            // The array may have shrunk since the records were marked
             const uint64_t end = std::min<uint64_t>(m_endDirty * m_recordBytes, records.size());
             const uint64_t offset = std::min<uint64_t>(m_firstDirty * m_recordBytes, end);
             const TableCopy copy{records.subspan(offset, end - offset), m_buffer, offset};

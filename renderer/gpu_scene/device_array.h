@@ -16,12 +16,13 @@
 
 namespace raygraph {
 
-// For shaders to read and copies to write, and to read in tests; one record at least, because an empty buffer
-// cannot be bound. Error{OutOfMemory} if a shader cannot bind so many.
+// Creates a buffer that shaders read, and that copies write and tests read. It has room for at least one
+// record, because an empty buffer cannot be bound. Throws Error{OutOfMemory} if a shader cannot bind `count`
+// records.
 rhi::Buffer CreateTable(rhi::Device& device, const char* name, uint64_t count, uint64_t recordBytes);
 
-// How many records a table gets that has to grow to `count`: twice what it has, as far as shaders can bind
-// them. Error{OutOfMemory} naming it if they cannot bind `count`.
+// Returns the capacity of a table that has to grow to `count` records: twice its capacity, as far as shaders
+// can bind that. Throws Error{OutOfMemory} naming the table if they cannot bind `count`.
 uint64_t GrownCount(const rhi::Device& device, const std::string& name, uint64_t count, uint64_t capacity,
                     uint64_t recordBytes);
 
@@ -30,17 +31,17 @@ struct TableCopy {
     const rhi::Buffer& target;
     uint64_t offset = 0;  // in the target
 };
-// Through staging memory, which the device frees once the list has completed.
+// Copies through staging memory, which the device frees once the list has completed.
 void RecordCopies(rhi::CommandList& commands, rhi::Device& device, const char* stagingName,
                   std::span<const TableCopy> copies);
 
-// The device's part of a DeviceArray.
+// The device's half of a DeviceArray.
 class DeviceArrayBuffer {
   public:
     DeviceArrayBuffer() = default;
     DeviceArrayBuffer(rhi::Device& device, std::string name, std::string passName, uint64_t recordBytes);
 
-    // Room for as many records, at least. All are due if it has to grow.
+    // Makes room for at least `count` records. If the buffer has to grow, all records become dirty.
     void Reserve(size_t count);
     void Upload(rhi::Uploader& uploader, std::span<const std::byte> records);
     void Mark(uint32_t first, uint32_t count);
@@ -57,9 +58,9 @@ class DeviceArrayBuffer {
     uint32_t m_firstDirty = 0, m_endDirty = 0;  // from the first to the last record that has changed
 };
 
-// Records that the host and the device have: both grow, and a frame copies to the device what has changed on
-// the host, from the first to the last such record. For records that the host does not keep, or that change
-// here and there among many, see RecordTable.
+// Records that both the host and the device have. Both copies grow, and a frame copies the range from the
+// first to the last dirty record to the device. RecordTable is for records that the host does not keep, or of
+// which scattered ones change.
 template <typename T>
 class DeviceArray {
   public:
@@ -72,7 +73,7 @@ class DeviceArray {
     const T& operator[](size_t index) const { return m_records[index]; }
     std::span<const T> Records() const { return m_records; }
 
-    // The record, which is to change.
+    // Returns the record and marks it dirty.
     T& Edit(size_t index) {
         m_onDevice.Mark(static_cast<uint32_t>(index), 1);
         return m_records[index];
@@ -81,28 +82,28 @@ class DeviceArray {
         m_onDevice.Mark(first, static_cast<uint32_t>(records.size()));
         std::ranges::copy(records, m_records.begin() + first);
     }
-    // So many records, at least; more than before are T{}. Here and below an Error has changed nothing:
-    // Error{OutOfMemory} for more than a shader can bind, or than memory has.
+    // Makes the array at least `count` records long; new records are T{}. Here and below, an Error leaves the
+    // array unchanged: Error{OutOfMemory} for more than a shader can bind, or than memory has.
     void Grow(size_t count) {
         if (count <= m_records.size()) return;
         m_onDevice.Reserve(count);
         m_records.resize(count);
     }
-    // These in place of all.
+    // Replaces all records.
     void Assign(std::vector<T>&& records) {
         m_onDevice.Reserve(records.size());
         m_records = std::move(records);
         m_onDevice.Mark(0, static_cast<uint32_t>(m_records.size()));
     }
-    // Room on the device for so many, before Grow or Assign.
+    // Makes room on the device for `count` records before Grow or Assign.
     void Reserve(size_t count) { m_onDevice.Reserve(count); }
-    // Frees the host's memory, not the device's.
+    // Frees the host's records, not the device's.
     void Clear() { m_records = {}; }
 
-    // All records at once: nothing is due then.
+    // Uploads all records at once, after which none is dirty.
     void Upload(rhi::Uploader& uploader) { m_onDevice.Upload(uploader, std::as_bytes(Records())); }
-    // The array after all that is due, which stays due while the pass is culled or its frame dropped. No
-    // record changes, and none comes, until Execute.
+    // Returns the array with all dirty records copied. They stay dirty while the pass is culled or its frame
+    // is dropped. No record may be changed or added until Execute.
     BufferId Declare(Renderer& renderer) { return m_onDevice.Declare(renderer, std::as_bytes(Records())); }
     uint64_t DeviceBytes() const { return m_onDevice.Bytes(); }
 

@@ -34,7 +34,7 @@ void GpuScene::Impl::RequireNoFrame(const char* call) {
         throw MakeError(ErrorKind::Usage,
                         "GpuScene: {} between Declare and Execute; it comes before Declare or after Execute",
                         call);
-    scene->blases.MarkUsed();  // until a frame has shown what the edit asks for
+    scene->blases.MarkUsed();  // cleared when a frame has shown the edit
 }
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
@@ -44,7 +44,7 @@ void GpuScene::SetScene(scene::SceneData&& scene) {
         SetScene(std::move(prepared));
     } catch (...) {
         scene = std::move(prepared.m_content->data);
-        scene.meshes.clear();  // some are freed by now: a retry would lack them
+        scene.meshes.clear();  // Some meshes have been freed, so that a retry would lack them
         throw;
     }
 }
@@ -80,7 +80,7 @@ void GpuScene::SetScene(SceneUpload& upload) {
 void GpuScene::Impl::SetContent(PreparedContent& content) {
     const Stopwatch watch;
     CheckLimits(context.device, content);
-    context.device.CollectGarbage();  // room that there is already
+    context.device.CollectGarbage();  // frees memory that frames have released
     SceneUpload::Impl upload(context, context.uploader, content);
     Replace(content, upload, watch);
 }
@@ -119,7 +119,8 @@ void GpuScene::SetTransforms(std::span<const uint32_t> instances,
     if (instances.size() != objectToWorld.size())
         throw MakeError(ErrorKind::Usage, "GpuScene: SetTransforms: {} for {}",
                         Counted(objectToWorld.size(), "transform"), Counted(instances.size(), "instance"));
-    std::vector<scene::PlacedTransform> solid;  // a copy in which flat ones are thick; empty: none is flat
+    // A copy in which flat transforms have a thickness; empty if none is flat.
+    std::vector<scene::PlacedTransform> solid;
     for (size_t i = 0; i < instances.size(); ++i) {
         m_impl->scene->RequireInstance(instances[i]);
         const scene::PlacedTransform& transform = objectToWorld[i];
@@ -172,7 +173,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
     const gpu::MaterialRecord& shown = m_impl->scene->materials->Records()[material];
     const gpu::MaterialRecord record = ToRecord(values, shown);
-    // There is no padding that differs: scene_records.h asserts the size
+    // scene_records.h asserts that there is no padding, which might differ
     if (std::memcmp(&record, &shown, sizeof(record)) == 0) return;
     WithMemoryErrors("SetMaterial", [&] { m_impl->scene->SetMaterial(material, record); });
 }

@@ -1,4 +1,5 @@
-// GpuScene::Impl holds the scene that is shown, and what outlives it. It is for gpu_scene*.cpp alone.
+// GpuScene::Impl holds the scene that is shown, and the context that outlives it. It is for gpu_scene*.cpp
+// alone.
 #pragma once
 
 #include <memory>
@@ -21,13 +22,14 @@ struct GpuScene::Impl {
         return {.buildsWideBvhs = context.traversal == Traversal::Own,
                 .measuresLight = context.desc.measuresLight};
     }
-    // An edit would change or destroy what the open frame was declared from.
+    // Throws Error{Usage} while a frame is open, since an edit would change or destroy the data from which it
+    // was declared.
     void RequireNoFrame(const char* call);
 
     SceneContext context;
     SceneStreams streams{context};
     std::unique_ptr<SceneObjects> scene;
-    std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
+    std::weak_ptr<const void> declaredIn;  // the open frame; expired if there is none
     rhi::Buffer energyTables;
     ResourceState energyTablesState;
 };

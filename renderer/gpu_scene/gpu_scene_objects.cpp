@@ -1,4 +1,4 @@
-// The calls by which objects of a GpuScene come and go: what they refuse, and what they undo.
+// The calls that add objects to a GpuScene and remove them: their checks, and their rollback on an Error.
 #include <algorithm>
 #include <utility>
 
@@ -71,7 +71,7 @@ StreamProgress GpuScene::Streaming() const {
 
 void GpuScene::Remove(const AddedPart& part) {
     m_impl->RequireNoFrame("Remove");
-    const AddedPart removed = part;  // it may be that of the stream
+    const AddedPart removed = part;  // a copy, since `part` may be the stream's own
     m_impl->streams.Stop(removed.owner);
     WithMemoryErrors("Remove", [&] { m_impl->scene->Remove(removed); });
 }

@@ -1,4 +1,4 @@
-// Poses of a GpuScene: what the setters of gpu_scene.cpp do, for all that an animation has changed.
+// Poses of a GpuScene: applies everything that an animation has changed, as the setters of gpu_scene.cpp do.
 #include <numeric>
 
 #include "base/counted.h"
@@ -37,7 +37,7 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
     if (!changes.skins.empty()) require("skins", posed.skins.size(), deform ? deform->skins.size() : 0);
     for (const uint32_t i : changes.skins)
         m_impl->scene->RequireMatrices("SetPose", i, applier.JointMatricesOf(i).size());
-    // A mesh may have weights without targets: they move nothing
+    // A mesh may have weights without targets, which then move nothing
     const auto isMorphed = [&](uint32_t i) { return scene::HasTargets(posed, posed.instances[i]); };
     for (const uint32_t i : changes.reweighted)
         if (isMorphed(i))

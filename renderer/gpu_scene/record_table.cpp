@@ -9,15 +9,15 @@
 namespace raygraph {
 namespace {
 
-// More are scattered: each copy is a command of its own.
+// Above this number, records are scattered by a shader: each copy is a command of its own.
 constexpr size_t kMaxCopies = 32;
-// More are copied with all others: any device dispatches 65,535 workgroups of scatter.comp.
+// Above this number, the whole table is copied: any device dispatches 65,535 workgroups of scatter.comp.
 constexpr size_t kMaxScattered = 65'535 * 128;
 
-// Of shaders/scene/scatter.comp.
+// The push constants of shaders/scene/scatter.comp.
 struct ScatterConstants {
     uint32_t count;
-    uint32_t words;  // of a record
+    uint32_t words;  // per record
 };
 
 }  // namespace
@@ -41,7 +41,7 @@ RecordTable RecordTable::WithCapacity(size_t capacity) const {
 
 BufferId RecordTable::DeclareUpload(Renderer& renderer, BufferId table, Source source) {
     if (m_count == 0 || (!m_isAllDirty && source.changed == 0)) return table;
-    // Of more than half, one large copy writes little else
+    // If more than half have changed, one large copy writes hardly more
     if (source.changed > std::min(m_count / 2, kMaxScattered)) AddAll();
     if (!m_isAllDirty && source.changed > kMaxCopies)
         return DeclareScatter(renderer, table, std::move(source));
@@ -59,7 +59,7 @@ BufferId RecordTable::DeclareUpload(Renderer& renderer, BufferId table, Source s
 }
 
 void RecordTable::RecordCopyOfAll(CommandList& commands, const Source& source) {
-    // Freed by the device once this frame has completed
+    // The device frees it once this frame has completed
     const rhi::Buffer staging = m_device->CreateBuffer({.name = m_desc.name + " staging",
                                                         .size = m_count * m_desc.recordBytes,
                                                         .usage = rhi::BufferUsage::CopySource,
@@ -80,7 +80,7 @@ void RecordTable::RecordCopies(CommandList& commands, const Source& source) {
     commands.OnSubmitted([this] { m_staging.MarkSubmitted(); });
 }
 
-// The staging memory has the places of all records, then the records.
+// The staging memory holds the positions of all records, then the records.
 BufferId RecordTable::DeclareScatter(Renderer& renderer, BufferId table, Source source) {
     const auto count = static_cast<uint32_t>(source.changed);
     const uint64_t placeBytes = source.changed * sizeof(uint32_t);

@@ -1,5 +1,5 @@
-// A table of records on the device, of which a frame changes none, few, many or all. What is written, by the
-// host and by the device, is in proportion to what has changed.
+// A table of records on the device, of which a frame changes none, few, many or all. The host and the device
+// write amounts in proportion to what has changed. Threads: that of the Renderer.
 #pragma once
 
 #include <cstddef>
@@ -16,18 +16,18 @@
 namespace raygraph {
 
 struct RecordTableDesc {
-    std::string name = "records";                     // of the buffer
-    std::string passName = "Upload";                  // of the pass that writes to it
+    std::string name = "records";                     // name of the buffer
+    std::string passName = "Upload";                  // name of the pass that writes to it
     uint32_t recordBytes = 0;                         // a multiple of 4
     size_t capacity = 0;                              // records
-    rhi::BufferUsage usage = rhi::BufferUsage::None;  // besides what the upload needs
+    rhi::BufferUsage usage = rhi::BufferUsage::None;  // added to the usage that the upload needs
 };
 
 class RecordTable {
   public:
     class Writer {
       public:
-        // Where the record of this place in the table is to be written, all of it, and never to be read.
+        // Returns where to write the whole record with index `place`. That memory must never be read.
         std::span<std::byte> At(uint32_t place) {
             if (m_places.empty()) return m_records.subspan(uint64_t{place} * m_bytes, m_bytes);
             m_places[m_count] = place;
@@ -38,37 +38,38 @@ class RecordTable {
         friend class RecordTable;
         Writer(std::span<uint32_t> places, std::span<std::byte> records, uint64_t bytes)
             : m_places(places), m_records(records), m_bytes(bytes) {}
-        std::span<uint32_t> m_places;  // of the records, one after another; none: each is in its place
+        std::span<uint32_t> m_places;  // indices of the records; empty if each is written at its own index
         std::span<std::byte> m_records;
-        uint64_t m_bytes;  // of one
+        uint64_t m_bytes;  // bytes per record
         size_t m_count = 0;
     };
-    // What the table's owner does while the pass is recorded, and after that.
+    // What the table's owner does while the pass is recorded, and afterwards.
     struct Source {
-        std::function<void()> prepare = [] {};  // before all else
-        size_t changed = 0;                     // records that have
-        // Writes these, each once; or all, from the first to the last that there is.
+        std::function<void()> prepare = [] {};  // called before everything else
+        size_t changed = 0;                     // number of changed records
+        // Writes the changed records, each once; or all of them, from the first to the last, if `areAll`.
         std::function<void(bool areAll, Writer& writer)> write;
-        std::function<void()> done = [] {};  // when it has been submitted
+        std::function<void()> done = [] {};  // called when the pass has been submitted
     };
 
     RecordTable() = default;
     RecordTable(rhi::Device& device, const RecordTableDesc& desc);
 
-    // All are to be written, as they are at first.
+    // Marks all records dirty, which they are at first.
     void AddAll() { m_isAllDirty = true; }
     bool IsAllDirty() const { return m_isAllDirty; }
-    // How many records there are, up to the capacity; those beyond are not written.
+    // Sets the number of records, at most the capacity; no record beyond it is written.
     void SetCount(size_t count) { m_count = count; }
     size_t Capacity() const { return m_desc.capacity; }
-    // The same with another capacity and all still to be written.
+    // Returns a table with the same description, another capacity, and all records dirty.
     RecordTable WithCapacity(size_t capacity) const;
 
     const rhi::Buffer& Buffer() const { return m_buffer; }
     BufferId Import(Renderer& renderer) { return renderer.Import(m_desc.name, m_buffer, m_state); }
-    // Declares the pass, if there are changes, and returns the table after it: a copy of everything, a copy a
-    // record or, for many of them, a compute pass that scatters them. Changes stay due while the pass is
-    // culled or its frame dropped. The table may not be moved between this and Execute.
+    // Declares the pass, if there are changes, and returns the table after it. The pass makes one copy of
+    // everything, one copy per record or, for many records, dispatches a compute shader that scatters them.
+    // Changes stay dirty while the pass is culled or its frame is dropped. The table must not be moved
+    // between this call and Execute.
     BufferId DeclareUpload(Renderer& renderer, BufferId table, Source source);
 
   private:

@@ -1,5 +1,5 @@
-// SceneContext: what a GpuScene keeps when its scene is replaced. For renderer/gpu_scene alone. Threads: that
-// of the Renderer.
+// SceneContext: the part of a GpuScene that stays when its scene is replaced. For renderer/gpu_scene alone.
+// Threads: that of the Renderer.
 #pragma once
 
 #include "base/disposer.h"
@@ -41,7 +41,7 @@ struct SceneContext {
     rhi::Sampler defaultSampler;
     SceneRevisions revisions;
     GpuSceneStatistics statistics;
-    ResourceState blasState;  // kept here: frames of a scene also build the BLASes of the next one
+    ResourceState blasState;  // frames of one scene also build the BLASes of the next, so it is kept here
 };
 
 }  // namespace raygraph

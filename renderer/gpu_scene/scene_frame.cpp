@@ -1,4 +1,4 @@
-// SceneObjects: how they begin, and the work of a frame.
+// SceneObjects: its creation, and its work in each frame.
 #include <utility>
 
 #include "base/text.h"

@@ -13,7 +13,7 @@
 
 namespace raygraph {
 
-// Classes of triangles for drawing: by how rays treat them.
+// Classes of triangles for drawing, by how rays treat them.
 enum class DrawKind : uint8_t {
     Opaque,  // no alpha test; back faces are culled
     OpaqueTwoSided,
@@ -30,12 +30,12 @@ struct DrawRange {
 // The scene of one frame, for passes.
 struct SceneIds {
     TlasId tlas;  // "sceneTlas"
-    // The scene again, as trees that shaders traverse themselves (shaders/shared/wide_bvh.h). Invalid ids:
-    // there are no trees (GpuSceneDesc::traversal).
+    // The wide BVHs of the scene, which shaders traverse themselves (shaders/shared/wide_bvh.h). The ids are
+    // invalid if there are none (GpuSceneDesc::traversal).
     BufferId wideNodes, wideTriangles, wideInstances;
     bool hasOneWideLevel = false;
-    BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
-    // Invalid: nothing is deformed. Otherwise passes that read vertices declare ReadsByAddress for it.
+    BlasSetId blases;  // referenced by the TLAS, together with the vertex streams: ReadsByAddress
+    // Invalid if nothing is deformed. Otherwise passes that read vertices declare ReadsByAddress for it.
     BufferId deformedStreams;
     BufferId instances;        // "instances": gpu::InstanceRecord[]
     BufferId geometries;       // "geometries": gpu::GeometryRecord[]
@@ -43,7 +43,7 @@ struct SceneIds {
     TextureSetId textures;     // set 1
     TextureId environmentMap;  // "environmentMap": equirectangular; a black texel when there is none
     gpu::EnvironmentRecord environment;
-    uint64_t environmentVersion = 0;  // changes with environmentMap's content
+    uint64_t environmentVersion = 0;  // changes with the content of environmentMap
     BufferId lights;                  // "lights": gpu::LightRecord[]
     BufferId lightNodes;              // "lightNodes": gpu::LightNode[]
     BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
@@ -52,17 +52,17 @@ struct SceneIds {
     BufferId environmentTable;        // "environmentTable": gpu::EnvironmentEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;  // "energyTables": float[], see shaders/shared/energy_tables.h
-    // The features that programs need for the scene, as far as settings use them. TextureLod is the only one
-    // of kind Settings: it says that textures have mip levels (GpuSceneDesc::textureLevels).
+    // The features that programs need for the scene, as far as the settings use them. TextureLod is the only
+    // one of kind Settings: it tells that textures have mip levels (GpuSceneDesc::textureLevels).
     TraceFeatures features;
-    uint32_t triangleLights = 0;  // how many lights are triangles or meshes, dark ones too
+    uint32_t triangleLights = 0;  // number of lights that are triangles or meshes, dark ones included
     uint32_t punctualLights = 0;
-    uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
+    uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and the groups of SetLightGroups
     BufferId draws;               // "draws": gpu::DrawRecord[], one per group of triangles
-    uint32_t placementCount = 0;  // records of `instances`; some are free
+    uint32_t placementCount = 0;  // number of records of `instances`, free ones included
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, ascending
-    uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
-    glm::dvec3 origin{0.0};   // in world space: positions on the device are relative to it
+    uint64_t chunkCount = 0;  // sum over all placements, see shaders/shared/chunk_records.h
+    glm::dvec3 origin{0.0};   // in world space; positions on the device are relative to it
 };
 
 }  // namespace raygraph

@@ -1,4 +1,4 @@
-// GpuSceneStatistics are for tests and reports, SceneRevisions for caches. Threads: plain values.
+// GpuSceneStatistics is for tests and reports, SceneRevisions for caches. Threads: plain values.
 #pragma once
 
 #include <cstdint>
@@ -24,39 +24,38 @@ struct GpuSceneStatistics {
     std::string compactionDisabledReason;
     uint64_t tlasBytes = 0;
     uint64_t wideTreeBytes = 0;
-    std::string noWideBvhReason;  // empty: there are some
+    std::string noWideBvhReason;  // empty if there are wide BVHs
     uint64_t geometryBytes = 0;
-    uint64_t textureBytes = 0;     // all levels; without what the device adds to align them
-    uint64_t textureBudget = 0;    // in bytes, when the scene was set
-    uint32_t reducedTextures = 0;  // smaller than their images, to fit it
+    uint64_t textureBytes = 0;     // all levels, without the padding that the device adds
+    uint64_t textureBudget = 0;    // bytes, as it was when the scene was set
+    uint32_t reducedTextures = 0;  // textures made smaller than their images to fit the budget
     TlasWork lastTlasWork = TlasWork::None;
     uint64_t tlasUpdates = 0;
     uint64_t tlasRebuilds = 0;
     uint64_t blasBuilds = 0;
     uint64_t blasRefits = 0;             // of deformed meshes, after their vertices have moved
-    uint64_t blasRebuilds = 0;           // likewise, in place: refits had decayed
-    uint64_t deformations = 0;           // frames in which vertices were deformed; of this scene
-    uint32_t deformedMeshes = 0;         // copies of meshes, each with vertices of its own
-    uint32_t lightCount = 0;             // those that shine, the environment included, when last declared
-    uint64_t emissiveTriangleCount = 0;  // placed, that shine
-    uint64_t lightRebuilds = 0;          // of this scene's light tree
-    uint64_t lightUpdates = 0;           // likewise, in place
+    uint64_t blasRebuilds = 0;           // rebuilds in place of those whose refits had decayed
+    uint64_t deformations = 0;           // frames in which vertices of this scene were deformed
+    uint32_t deformedMeshes = 0;         // deformed copies of meshes
+    uint32_t lightCount = 0;             // lights that shine when last declared, the environment included
+    uint64_t emissiveTriangleCount = 0;  // placed triangles that shine
+    uint64_t lightRebuilds = 0;          // rebuilds of this scene's light tree
+    uint64_t lightUpdates = 0;           // updates of that tree in place
     uint64_t lightTableBytes = 0;        // on the device: records, trees and alias tables of all lights
-    uint64_t lightBytesUploaded = 0;     // into these, since the scene was set
+    uint64_t lightBytesUploaded = 0;     // bytes uploaded into these tables since the scene was set
     double uploadMs = 0.0;               // host time of the last SetScene: sorting and staging
 };
 
-// How often the scene has changed, by kind of change: for caches of what was derived from it. An edit
-// that changes nothing does not count; neither do changes that leave the picture as it is (light
-// groups, compaction).
+// Counts the changes of the scene by kind, for caches of derived data. Edits that change nothing are not
+// counted, nor are changes that leave the picture as it is (light groups, compaction).
 struct SceneRevisions {
-    // SetScene, SetVisible, SetVariant, MarkChanged; meshes and instances that come and go; SetMaterial where
-    // culling or alpha changes.
+    // SetScene, SetVisible, SetVariant, MarkChanged; added and removed meshes and instances; SetMaterial
+    // where culling or alpha changes.
     uint64_t geometry = 0;
     uint64_t transforms = 0;   // SetTransform
-    uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights: of visible instances
-    uint64_t materials = 0;    // SetMaterial, emission included; SetVariant; materials that come and go
-    uint64_t lights = 0;       // SetLight, SetLightVisible; lights that come and go
+    uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights of visible instances
+    uint64_t materials = 0;    // SetMaterial, emission included; SetVariant; added and removed materials
+    uint64_t lights = 0;       // SetLight, SetLightVisible; added and removed lights
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
 
     bool operator==(const SceneRevisions&) const = default;

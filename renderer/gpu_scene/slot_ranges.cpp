@@ -31,7 +31,8 @@ void SlotRanges::Unlink(uint32_t first) noexcept {
     m_slots[first].count = m_slots[first + range.count - 1].count = 0;
 }
 
-// A free range of at least so many slots. All that are listed after the list of `count` are large enough.
+// Finds a free range of at least `count` slots. Every range in the lists after that of `count` is large
+// enough.
 uint32_t SlotRanges::Find(uint32_t count) const {
     for (size_t list = ListOf(count); list < kLists; ++list)
         for (uint32_t first = m_lists[list]; first != kNone; first = m_slots[first].next)
@@ -60,7 +61,7 @@ uint32_t SlotRanges::Allocate(uint32_t count) {
 void SlotRanges::Free(uint32_t first, uint32_t count) noexcept {
     if (count == 0) return;
     m_taken -= count;
-    if (first > 0 && m_slots[first - 1].count > 0) {  // the last slot of a free range
+    if (first > 0 && m_slots[first - 1].count > 0) {  // the slot before is the last one of a free range
         const uint32_t before = m_slots[first - 1].count;
         first -= before;
         count += before;

@@ -10,18 +10,18 @@
 namespace raygraph {
 namespace {
 
-// The part of a box that a view can show, whose squares are finite. What moves beyond the numbers may be
-// anywhere in it.
+// Returns the part of a box that a view can show, whose squares are finite. Where a vertex moves beyond the
+// range of floats, it may be anywhere in that part.
 scene::Bounds Showable(const scene::Bounds& bounds) {
     const glm::vec3 far(1e15f);
     if (!scene::IsFinite(bounds.min) || !scene::IsFinite(bounds.max)) return {-far, far};
     return {glm::clamp(bounds.min, -far, far), glm::clamp(bounds.max, -far, far)};
 }
 
-// By how much two devices, which round and fuse operations as they like, may disagree about a coordinate of a
-// moved vertex. The terms of the sum may cancel, so their sizes count and not the result's. Each passes, on
-// either device, a product and the sum of the targets, a product and the sum of the joints' matrices, and a
-// product and the sum of a matrix times a vector (N. Higham 2002, chapter 3).
+// Bounds how far two devices, which round and fuse operations as they like, may disagree about a coordinate
+// of a moved vertex. The terms of the sum may cancel, so their sizes count and not that of the result. Each
+// passes, on either device, a product and the sum of the targets, a product and the sum of the joints'
+// matrices, and a product and the sum of a matrix times a vector (N. Higham 2002, chapter 3).
 float DisagreementAt(const scene::Primitive& part, size_t vertex, std::span<const float> weights,
                      std::span<const glm::mat4x3> jointMatrices) {
     glm::vec3 size = glm::abs(part.positions[vertex]);
@@ -45,7 +45,8 @@ float DisagreementAt(const scene::Primitive& part, size_t vertex, std::span<cons
     return std::isfinite(largest) ? 2.0f * static_cast<float>(roundings) * gpu::kRoundoff * largest : 0.0f;
 }
 
-// The vertices `from` of a primitive, which has lost its positions, with what moves their positions.
+// Returns the vertices `from` of a primitive, whose positions have been moved out of it, with their joints,
+// weights and targets.
 scene::Primitive Keep(const scene::Primitive& primitive, std::span<const glm::vec3> positions,
                       std::span<const uint32_t> from) {
     scene::Primitive kept;
@@ -75,7 +76,7 @@ scene::Primitive Keep(const scene::Primitive& primitive, std::span<const glm::ve
 
 DeformOutline::DeformOutline(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
                              std::span<const Emitter> emitters) {
-    // Corners by the group's numbers first, then by those of what is kept
+    // Corners are indices of the group's vertices here, and are replaced by indices of the kept ones below
     for (const Emitter& emitter : emitters)
         for (size_t i = 0; i < 3; ++i)
             m_emitters.push_back(triangles.indices[size_t{3} * emitter.primitive + i]);
@@ -116,7 +117,8 @@ void DeformOutline::Deform(std::span<const float> weights, std::span<const glm::
     for (const scene::Primitive& part : m_parts) {
         const std::span<const float> own = part.targets.empty() ? std::span<const float>() : weights;
         scene::DeformPrimitive(part, own, jointMatrices, streams);
-        for (size_t i = 0; i < part.positions.size(); ++i)  // beyond the numbers, as the device has them
+        // Positions beyond the range of floats are as the device has them.
+        for (size_t i = 0; i < part.positions.size(); ++i)
             places.push_back(scene::IsFinite(streams.positions[i]) ? streams.positions[i]
                                                                    : part.positions[i]);
         for (size_t i = 0; i < part.positions.size() && !m_emitters.empty(); ++i)
@@ -129,7 +131,8 @@ void DeformOutline::Deform(std::span<const float> weights, std::span<const glm::
     };
     take(m_emitters, pose.emitters);
     take(m_samples, pose.samples);
-    // Of a cube this leaves a height of a 256th. Relative, because a sample has less area than all triangles
+    // For a cube, this value leaves a height of 1/256 of the edge. It is relative to the samples at rest,
+    // because a sample has less area than all triangles
     constexpr double kFlat = 0.02;
     pose.isFlattened = !m_emitters.empty() && Enclosure::Of(pose.samples).Fullness() < kFlat * m_fullness;
     pose.emitterError = 0.0f;

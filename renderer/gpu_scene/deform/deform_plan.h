@@ -8,22 +8,23 @@
 
 namespace raygraph {
 
-// A mesh as deformed by a skin and the weights of a node: the instances that agree in these share it. With
-// targets and without a node, an instance has one of its own.
+// A mesh as it is deformed by a skin and by the weights of a node. Instances that agree in these share a
+// copy. With targets and without a node, an instance has a copy of its own.
 struct DeformedCopy {
     uint32_t mesh = 0;
-    uint32_t skin = scene::kNone;  // kNone: no joints move it
+    uint32_t skin = scene::kNone;  // kNone: no skin deforms it
     bool hasTargets = false;       // morph targets move it
     std::vector<uint32_t> instances;
 };
 
 struct DeformPlan {
-    std::vector<DeformedCopy> copies;    // by mesh, ascending
-    std::vector<uint32_t> copyOf;        // by instance; kNone: it is not deformed
-    std::vector<bool> isBaseShapeDrawn;  // by mesh: an instance of it is not deformed, or there is none
+    std::vector<DeformedCopy> copies;  // by mesh, ascending
+    std::vector<uint32_t> copyOf;      // by instance; kNone: it is not deformed
+    // By mesh: some instance of it is not deformed, or it has no instance.
+    std::vector<bool> isBaseShapeDrawn;
 };
 
-// Before the scene's meshes are consumed.
+// Must be called before the scene's meshes are consumed.
 DeformPlan PlanDeformation(const scene::SceneData& scene);
 
 }  // namespace raygraph

@@ -12,24 +12,24 @@
 namespace raygraph {
 namespace {
 
-// Two a word, the first in its lower half, whatever the host's order of bytes.
+// Packs two joints into a word, the first in its lower half, whatever the byte order of the host.
 std::vector<uint32_t> PackJoints(const std::vector<uint16_t>& joints) {
     std::vector<uint32_t> words((joints.size() + 1) / 2);
     for (size_t i = 0; i < joints.size(); ++i) words[i / 2] |= uint32_t{joints[i]} << (16 * (i % 2));
     return words;
 }
 
-// A shift from an offset to an address.
+// Turns an offset into an address.
 void Place(uint64_t& offset, VkDeviceAddress start) {
     offset = StreamPacker::Address(offset, start);
 }
 
-// One more of a group that is drawn by itself, with its streams.
+// Copies a group, which is then drawn by itself; both share their streams.
 GroupResources CopyOf(const GroupResources& group, DeviceArray<gpu::GeometryRecord>& records) {
     GroupResources copy;
     copy.kind = group.kind;
     copy.parts = group.parts;
-    copy.blas = group.blas;  // of a group that does not deform
+    copy.blas = group.blas;  // that of a group that does not deform
     copy.record = group.record;
     copy.record.firstGeometry = static_cast<uint32_t>(records.Size());
     records.Grow(records.Size() + group.parts.size());
@@ -43,7 +43,7 @@ GroupResources CopyOf(const GroupResources& group, DeviceArray<gpu::GeometryReco
     return copy;
 }
 
-// The poses of the plan's copies as the scene has them.
+// Returns the plan's copies with the poses that the scene has.
 std::unique_ptr<DeformResources> PosesOf(const scene::SceneData& scene, const DeformPlan& plan) {
     auto result = std::make_unique<DeformResources>();
     result->meshOf = plan.copyOf;
@@ -74,7 +74,7 @@ std::unique_ptr<DeformResources> PosesOf(const scene::SceneData& scene, const De
     return result;
 }
 
-// Gives each copy its groups: those of its mesh, if that is not drawn otherwise, or else ones of its own.
+// Gives each copy its groups: those of its mesh if nothing else draws them, or else new ones.
 void AddGroups(DeformResources& deform, const DeformPlan& plan, SceneGeometry& geometry) {
     for (size_t i = 0; i < plan.copies.size(); ++i) {
         DeformedMesh& copy = deform.meshes[i];
@@ -97,7 +97,7 @@ void AddGroups(DeformResources& deform, const DeformPlan& plan, SceneGeometry& g
     }
 }
 
-// Gives the groups of a copy their part of the streams. With a `next` of 0 only the size is found.
+// Gives the groups of a copy their ranges of the streams. With a `next` of 0 this finds the size alone.
 void AssignStreams(DeformResources& deform, DeformedMesh& mesh, SceneGeometry& geometry,
                    VkDeviceAddress& next) {
     const auto take = [&](uint64_t bytes) {

@@ -19,12 +19,12 @@ namespace raygraph {
 
 struct SceneContext;
 
-// A group as the file has it.
+// The shape of a group as the file has it.
 struct BaseShape {
     struct Part {
         gpu::DeformRecord record{};                // without output addresses and fields of a copy
         uint64_t targets = StreamPacker::kAbsent;  // offset of its DeformTarget[]
-        uint32_t firstVertex = 0;                  // in the group
+        uint32_t firstVertex = 0;                  // index of the part's first vertex in the group
     };
     uint32_t vertexCount = 0;
     std::vector<Part> parts = {};
@@ -78,14 +78,14 @@ struct DeformResources {
 
     std::span<const glm::mat4x3> MatricesOf(const DeformedMesh& mesh) const;
     std::span<const float> WeightsOf(const DeformedMesh& mesh) const;
-    // Brings poses, and of the groups the boxes, up to date on the host; the device is to follow.
+    // Updates the poses on the host, and the boxes of the groups. The device follows later.
     void Follow(DeformedMesh& mesh, SceneGeometry& geometry) const;
 };
 
 // Moves the emitters of a group to where its pose has them.
 void PoseEmitters(const OutlinePose& pose, std::span<Emitter> emitters);
 
-// What is made of a mesh for own traversal, where nothing deforms it.
+// The form in which a mesh that nothing deforms is kept for Raygraph's own traversal.
 enum class WideBvhUse {
     None,
     Triangles,  // a WideMesh whose tree is not built
@@ -94,10 +94,10 @@ enum class WideBvhUse {
 
 // How a mesh is drawn.
 struct MeshUse {
-    bool isDeformed = false;  // there are copies of it
-    bool isBaseDrawn = true;  // as the file has it
+    bool isDeformed = false;  // deformed copies of it exist
+    bool isBaseDrawn = true;  // the shape that the file has is drawn
     WideBvhUse tree = WideBvhUse::None;
-    uint32_t bvhThreads = 0;  // that build it; 0: as many as the machine has cores
+    uint32_t bvhThreads = 0;  // threads that build the BVH; 0: one per core
 };
 
 // Appends the plan's copies to `geometry`, which must hold all meshes of the scene in their order, and

@@ -12,7 +12,7 @@
 namespace raygraph {
 namespace {
 
-// Of shaders/scene/deform.comp.
+// The push constants of shaders/scene/deform.comp.
 struct DeformConstants {
     uint32_t taskCount;
     uint32_t groupCount;
@@ -26,7 +26,7 @@ uint32_t GroupsOf(const gpu::DeformRecord& record) {
 
 DeformSet::DeformSet(rhi::Device& device, SceneGeometry& geometry, InstanceSet& instances)
     : m_device(device), m_geometry(geometry), m_deform(*geometry.deform), m_instances(instances) {
-    m_tasks.reserve(m_deform.records.size());  // frames allocate none
+    m_tasks.reserve(m_deform.records.size());  // frames must not allocate memory for it
 }
 
 bool DeformSet::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
@@ -45,7 +45,7 @@ bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrice
     bool isChanged = false;
     for (size_t i = 0; i < matrices.size(); ++i) {
         glm::mat4x3& old = m_deform.matrices[range.first + i];
-        // Not the one that it had: what is drawn must not depend on what was shown before
+        // The identity, not the joint's last matrix: the picture must not depend on what was shown before
         const glm::mat4x3 matrix = scene::IsFinite(matrices[i]) ? matrices[i] : glm::mat4x3(1.0f);
         if (matrix == old) continue;
         old = matrix;
@@ -63,7 +63,7 @@ bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrice
 }
 
 bool DeformSet::IsDeformed(uint32_t instance) const {
-    // Instances that were added later are not
+    // Instances that were added later are never deformed
     return instance < m_deform.meshOf.size() && m_deform.meshOf[instance] != scene::kNone;
 }
 
@@ -108,7 +108,7 @@ void DeformSet::Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws) {
         lights.SetPose(deformed.group, deformed.pose);
         draws.SetBounds(group);
     }
-    mesh.poseDirty = false;  // last: where memory runs out before, all of it is done again
+    mesh.poseDirty = false;  // This is last: if memory runs out before, the next frame repeats all of it
 }
 
 void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& lights, DrawTable& draws) {

@@ -1,6 +1,6 @@
-// DeformSet: the deformed copies of a scene in its frames. It tracks which joints and weights have changed,
-// and declares the least work for it: nothing in a frame without a change, and for a copy without a visible
-// instance nothing until one is shown.
+// DeformSet updates the deformed copies of a scene in each frame. It tracks which joints and weights have
+// changed, and declares the least work for them: none in a frame without a change, and none for a copy of
+// which no instance is visible until one is shown. Threads: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -17,26 +17,26 @@ namespace raygraph {
 
 class DeformSet {
   public:
-    // `geometry` and `instances` outlive the set; something in them deforms.
+    // `geometry` and `instances` outlive the set. At least one mesh of theirs deforms.
     DeformSet(rhi::Device& device, SceneGeometry& geometry, InstanceSet& instances);
 
-    // As many as there are. True if what is visible changes by it. Error{Usage} naming the call for numbers
-    // that are not finite.
+    // `matrices` has one matrix per joint of the skin. Returns true if anything visible changes. Throws
+    // Error{Usage} naming the call for numbers that are not finite.
     bool SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices);
     bool SetMorphWeights(uint32_t instance, std::span<const float> weights);
-    // As SetJointMatrices; but a joint whose matrix is not finite has the identity.
+    // Does the same, but gives a joint whose matrix is not finite the identity instead of throwing.
     bool FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrices);
     uint32_t WeightCount(uint32_t instance) const;
     bool IsDeformed(uint32_t instance) const;
 
-    // Boxes, emitters and draws follow on the host; then the passes that upload what has changed and deform
-    // the vertices. Sets `deformedStreams`.
+    // Updates boxes, emitters and draws on the host, and declares the passes that upload the changes and
+    // deform the vertices. Sets `deformedStreams`.
     void DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& lights, DrawTable& draws);
-    // The copies that are built for the first time, in a pass that the caller declares; told when it is
+    // Returns the copies whose first build a pass of the caller does. They are marked built when it is
     // submitted.
     std::vector<DeformedGroup*> UnbuiltGroups();
     static void MarkBuilt(std::span<DeformedGroup* const> groups) noexcept;
-    // After builds. Not culled if something needs `blases`.
+    // Must be declared after builds. The passes are not culled if something needs `blases`.
     void DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilder& builder);
 
     bool HasWork() const;
@@ -44,7 +44,7 @@ class DeformSet {
 
   private:
     bool IsVisible(const DeformedMesh& mesh) const;
-    // Its pose is to be followed in the next frame.
+    // Tells whether the next frame has to update its pose.
     bool IsPoseDirty(const DeformedMesh& mesh) const;
     void Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws);
     void DeclareUpload(Renderer& renderer);
@@ -55,10 +55,10 @@ class DeformSet {
     SceneGeometry& m_geometry;
     DeformResources& m_deform;
     InstanceSet& m_instances;
-    std::vector<gpu::DeformTask> m_tasks;  // of the frame
+    std::vector<gpu::DeformTask> m_tasks;  // those of the current frame
     uint32_t m_groupCount = 0;
     uint64_t m_deformCount = 0;
-    BufferId m_matrices, m_weights, m_taskIds;  // of the frame
+    BufferId m_matrices, m_weights, m_taskIds;  // those of the current frame
     ResourceState m_streamsState, m_recordsState, m_tasksState, m_matricesState, m_weightsState;
 };
 

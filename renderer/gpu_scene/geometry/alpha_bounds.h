@@ -1,4 +1,4 @@
-// The lowest alpha of what a material's alpha is multiplied with: where the product stays opaque, no ray
+// Lower bounds of the values by which a material's alpha is multiplied. Where the product is opaque, no ray
 // needs an alpha test. Threads: pure functions.
 #pragma once
 
@@ -9,11 +9,11 @@
 
 namespace raygraph {
 
-// Of a primitive's vertex colors; 1 without.
+// Returns the lowest alpha of a primitive's vertex colors; 1 without colors.
 float LowestAlpha(std::span<const glm::vec4> colors);
 
-// Of each material's base color texture; 1 without. Images have their texels, or LowestAlpha() is known, as
-// it is from then on.
+// Returns the lowest alpha of each material's base color texture; 1 without a texture. Each image must have
+// its texels or a known LowestAlpha(), which this call also makes known.
 std::vector<float> LowestTextureAlphas(scene::SceneData& scene);
 
 }  // namespace raygraph

@@ -25,7 +25,7 @@ void BlasSet::MarkVerticesDirty(uint32_t mesh) {
 
 void BlasSet::Declare(Renderer& renderer, SceneIds& ids, DeformSet* deform) {
     const bool hasCompactions = m_builder.Poll();
-    // The addresses are known once the passes record: the instances are written after that
+    // The addresses are known once the passes record, and the instances are written after that
     if (hasCompactions) m_instances.MarkStructuresChanged();
     if (m_unbuilt)
         renderer.AddPass(

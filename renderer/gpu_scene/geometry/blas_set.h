@@ -1,5 +1,5 @@
-// BlasSet: the BLASes of a scene in its frames, which build, refit, rebuild in place and compact them.
-// Threads: that of the Renderer.
+// BlasSet builds, refits, rebuilds in place and compacts the BLASes of a scene in its frames. Threads: that
+// of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -19,15 +19,15 @@ class BlasSet {
     BlasSet(rhi::BlasBuilder& builder, SceneGeometry& geometry, InstanceSet& instances)
         : m_builder(builder), m_geometry(geometry), m_instances(instances) {}
 
-    // BLASes have been added to the builder.
+    // Must be called after BLASes have been added to the builder.
     void MarkUnbuilt() noexcept { m_unbuilt = true; }
-    // BLASes have been added to the builder that replace some in the TLAS.
+    // Must be called after BLASes have been added to the builder that replace some in the TLAS.
     void MarkReplaced() noexcept {
         m_unbuilt = true;
         m_instances.MarkStructuresChanged();
     }
-    // The vertices of a host's mesh have changed, under its own BLAS or one of ours: the TLAS follows, and
-    // ours is rebuilt, in place if it is Deforming. On an Error nothing has changed.
+    // The vertices of a host's mesh have changed, under the host's BLAS or under one of ours. The TLAS
+    // follows, and a BLAS of ours is rebuilt, in place if it is Deforming. On an Error nothing has changed.
     void MarkVerticesDirty(uint32_t mesh);
     void Forget(uint32_t mesh) noexcept { std::erase(m_rebuilt, mesh); }
 
@@ -49,7 +49,7 @@ class BlasSet {
     InstanceSet& m_instances;
     bool m_unbuilt = true;
     bool m_structuresUsed = true;
-    std::vector<uint32_t> m_rebuilt;  // meshes of the host's that are to be rebuilt in place
+    std::vector<uint32_t> m_rebuilt;  // meshes of the host whose BLAS has to be rebuilt in place
 };
 
 }  // namespace raygraph

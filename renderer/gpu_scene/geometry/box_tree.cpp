@@ -66,7 +66,7 @@ void BoxTree::Assign(std::span<const scene::Bounds> leaves) {
 
 void BoxTree::Grow(size_t leafCount) {
     if (leafCount <= LeafCount()) return;
-    // First all that may fail; levels above the root count for nothing until they have boxes
+    // All that may fail comes first; levels above the root are ignored until they have boxes
     size_t levels = 1;
     for (size_t count = leafCount; count > 1; count = FamiliesOf(count)) ++levels;
     std::vector<Level> added(levels - std::min(levels, m_levels.size()));
@@ -80,7 +80,7 @@ void BoxTree::Grow(size_t leafCount) {
     count = leafCount;
     for (size_t i = 0; i < levels; ++i, count = FamiliesOf(count)) m_levels[i].Resize(count, i == 0);
     if (before == 0 || before == levels) return;
-    Level& root = m_levels[before - 1];  // of before
+    Level& root = m_levels[before - 1];  // the root before the tree grew
     for (size_t family = 0; family < root.families.size(); ++family) root.MarkDirty(family);
 }
 

@@ -1,4 +1,4 @@
-// The round primitives of a group, as its BLAS has them. Threads: pure functions of their arguments.
+// The round primitives of a group in the layout of its BLAS. Threads: pure functions of their arguments.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,15 @@ namespace raygraph {
 
 struct GroupCapsules {
     std::vector<gpu::CapsuleRecord> records;
-    std::vector<scene::Bounds> boxes;  // as rhi::AabbGeometry has them
-    std::vector<uint32_t> geometries;  // a capsule's primitive within the group; empty if there is one only
-    std::vector<uint32_t> originals;   // a capsule's index in its primitive
+    std::vector<scene::Bounds> boxes;  // input of rhi::AabbGeometry
+    // By capsule: its primitive within the group; empty if there is only one primitive.
+    std::vector<uint32_t> geometries;
+    std::vector<uint32_t> originals;      // by capsule: its index in its primitive
     std::vector<uint32_t> firstVertices;  // by primitive
 };
 
-// One list of all, in spatial order. Takes positions, indices and radii.
+// Merges the capsules of all primitives into one list in spatial order. Moves positions, indices and radii
+// out of the primitives.
 GroupCapsules MergeCapsules(std::span<scene::Primitive* const> primitives);
 
 }  // namespace raygraph

@@ -15,7 +15,8 @@
 namespace raygraph {
 namespace {
 
-// One list over the vertices of all primitives, in spatial order. Takes positions and indices.
+// Merges the triangles of all primitives into one list in spatial order. Moves positions and indices out of
+// them.
 GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     GroupTriangles merged;
     if (primitives.size() == 1) {
@@ -53,8 +54,8 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
-// Kinds of groups, of which a mesh has one each at most, and as many of round primitives. Walls have both
-// sides, and alpha needs any-hit anyway.
+// The kinds of groups. A mesh has at most one group of triangles and one of round primitives of each kind. Thin
+// walls are two-sided, so that none is culled.
 constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = true},
     {.isOpaque = true, .isBackCulled = false},
@@ -71,13 +72,14 @@ std::vector<GroupKind> AllGroupKinds() {
     return kinds;
 }
 
-// A primitive, or a piece of one, in its group.
+// A primitive, or a part of a split one, in its group.
 struct Piece {
     scene::PrimitivePiece content;
     GroupPart part;
 };
 
-// `originals` count in the pieces that `geometries` tell: from there to the file's primitives.
+// `originals` holds indices within the pieces that `geometries` names; they become indices within the
+// primitives of the file.
 void RestoreOriginals(std::span<const Piece> pieces, std::span<const uint32_t> geometries, size_t count,
                       std::vector<uint32_t>& originals) {
     if (std::ranges::all_of(pieces, [](const Piece& piece) { return piece.content.originals.empty(); }))
@@ -97,7 +99,7 @@ uint32_t TangentSetOf(const scene::Primitive& primitive) {
     return primitive.tangentTexCoord == 1 ? gpu::kTangentsOfSecondSet : gpu::kTangentsOfFirstSet;
 }
 
-// Empties the pieces.
+// Moves the contents of the pieces out.
 PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const MeshUse& use,
                       EmitterFinder& finder) {
     PackedGroup result;
@@ -124,7 +126,7 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
 
     StreamPacker& packer = result.streams;
     result.positions = kind.isRound ? packer.Append(capsules.records) : packer.Append(triangles.positions);
-    result.indices = packer.Append(triangles.indices);  // absent of capsules
+    result.indices = packer.Append(triangles.indices);  // absent for capsules
     result.boxes = packer.Append(capsules.boxes);
     result.geometries = packer.Append(kind.isRound ? capsules.geometries : triangles.geometries);
     const uint64_t originals = packer.Append(kind.isRound ? capsules.originals : triangles.originals);
@@ -164,7 +166,7 @@ GroupPart PartOf(const scene::Primitive& primitive, const PackingMaterials& mate
     return part;
 }
 
-// How many of the first pieces one group can have: at least one.
+// Returns how many of the first pieces fit into one group: at least one.
 size_t CountWithin(std::span<const Piece> pieces, const scene::PieceLimits& limits) {
     uint64_t triangles = 0, vertices = 0, bytes = 0;
     size_t count = 0;

@@ -1,6 +1,6 @@
-// What is done to a mesh before it goes to a device (mesh_upload.h): its triangles sorted into groups and in
-// space, those that emit found, its streams laid out in memory. Threads: objects that are not shared may be
-// used on any threads at once.
+// Prepares meshes for the device on the host (mesh_upload.h copies them): sorts triangles into groups and in
+// space, finds those that emit, and lays out the streams in memory. Threads: different objects may be used on
+// different threads at once.
 #pragma once
 
 #include <cstdint>
@@ -17,25 +17,25 @@
 
 namespace raygraph {
 
-// A group of a mesh. Places are offsets in `streams`, or StreamPacker::kAbsent.
+// A group of a mesh. Positions in `streams` are offsets, or StreamPacker::kAbsent.
 struct PackedGroup {
     GroupKind kind;
     std::vector<GroupPart> parts;
     StreamPacker streams;
-    uint64_t positions = StreamPacker::kAbsent;  // of round primitives their CapsuleRecords
+    uint64_t positions = StreamPacker::kAbsent;  // for round primitives, their CapsuleRecords
     uint64_t indices = StreamPacker::kAbsent;
-    uint64_t boxes = StreamPacker::kAbsent;  // of round primitives
+    uint64_t boxes = StreamPacker::kAbsent;  // for round primitives alone
     uint64_t geometries = StreamPacker::kAbsent;
     uint64_t lights = StreamPacker::kAbsent;
-    std::vector<gpu::GeometryRecord> records;  // one a part, with offsets
+    std::vector<gpu::GeometryRecord> records;  // one per part, with offsets
     std::vector<uint32_t> firstVertices;       // by part
     EmitterLists emitters;
     uint32_t vertexCount = 0;
-    uint64_t triangleCount = 0;  // 0 of round primitives
+    uint64_t triangleCount = 0;  // 0 for round primitives
     uint32_t boxCount = 0;
     scene::Bounds bounds;
-    std::shared_ptr<BaseShape> base;  // null: nothing deforms it; with offsets
-    std::shared_ptr<WideMesh> tree;   // null: it has none
+    std::shared_ptr<BaseShape> base;  // null: nothing deforms the group; holds offsets
+    std::shared_ptr<WideMesh> tree;   // null: the group has no tree
 };
 
 struct PackedMesh {
@@ -47,22 +47,22 @@ struct PackedMesh {
     size_t GeometryCount() const;
 };
 
-// What every device has: 1 GiB in one allocation, of which positions and indices take a second part in the
-// order of the BLAS; and memory to build one.
+// Limits that every device can meet: 1 GiB in one allocation, half of it for positions and indices in the
+// order of the BLAS, and memory to build that BLAS.
 inline constexpr scene::PieceLimits kPortableLimits{.maxTriangles = 1u << 24, .maxBytes = 512u << 20};
 
-// What materials say about the meshes that have them: by their index.
+// The properties of materials that packing reads, by material index.
 struct PackingMaterials {
-    std::vector<gpu::MaterialRecord> records;  // slots of textures do not matter
-    std::vector<float> textureAlphas;          // LowestTextureAlphas
+    std::vector<gpu::MaterialRecord> records;  // their texture slots are not read
+    std::vector<float> textureAlphas;          // see LowestTextureAlphas
 };
 
-// Takes all primitives of the mesh. Materials keep their numbers. No group is beyond the limits: what does
-// not fit becomes several of a kind.
+// Moves all primitives out of the mesh. Material numbers do not change. No group exceeds the limits:
+// primitives of one kind that do not fit become several groups.
 PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const MeshUse& use,
                     EmitterFinder& finder, const scene::PieceLimits& limits = kPortableLimits);
 
-// Keeps what it is in the variant that is shown.
+// Keeps the materials of the variant that is shown and drops all others.
 void DropVariants(PackedMesh& mesh);
 
 }  // namespace raygraph

@@ -8,7 +8,7 @@
 namespace raygraph {
 namespace {
 
-// The places of a group, once it has a buffer at `start`.
+// Turns the offsets of a group into addresses in its buffer at `start`.
 void ResolveGroupAddresses(PackedGroup& group, VkDeviceAddress start) {
     for (size_t i = 0; i < group.records.size(); ++i) {
         gpu::GeometryRecord& record = group.records[i];
@@ -83,7 +83,7 @@ bool MeshUpload::Make(uint32_t mesh, uint64_t& budget, bool mayWait) {
         if (piece.size() < left.size()) return false;
         m_groups.push_back(Finish(group, packed));
         budget -= std::min(budget, group.triangleCount * kTriangleCost);
-        m_context.disposer.Dispose(std::exchange(group, {}));  // its memory may be needed for what follows
+        m_context.disposer.Dispose(std::exchange(group, {}));  // the next group may need this memory
     }
     return true;
 }

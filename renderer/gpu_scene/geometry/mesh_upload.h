@@ -1,4 +1,4 @@
-// Brings the packed meshes of a scene to the device, each when it is needed, at once or in pieces. For
+// Copies the packed meshes of a scene to the device when they are needed, whole or in pieces. For
 // renderer/gpu_scene. Threads: that of the uploader.
 #pragma once
 
@@ -19,7 +19,8 @@ inline constexpr uint64_t kTriangleCost = 64;
 class MeshUpload {
   public:
     // Keeps references to all arguments. `materials` maps a material index of the meshes to its index on the
-    // device; the entries that a mesh uses must be set before the last Make for it. Empty: the indices stay.
+    // device; if it is empty, indices do not change. The entries that a mesh uses must be set before the last
+    // Make for it.
     MeshUpload(SceneContext& context, rhi::Uploader& uploader, std::span<PackedMesh> meshes,
                std::span<const uint32_t> materials = {});
 
@@ -30,7 +31,7 @@ class MeshUpload {
     bool Make(uint32_t mesh, uint64_t& budget, bool mayWait = true);
     // Returns the groups of the mesh that is complete.
     std::vector<GroupResources> Take() { return std::exchange(m_groups, {}); }
-    // Bytes that all meshes together have to copy, and have copied.
+    // Bytes that all meshes together will have copied in the end, and bytes copied so far.
     uint64_t Bytes() const { return m_bytes; }
     uint64_t CopiedBytes() const { return m_copiedBytes; }
 
@@ -43,7 +44,7 @@ class MeshUpload {
     std::span<const uint32_t> m_materials;
     uint64_t m_bytes = 0, m_copiedBytes = 0;
     std::vector<GroupResources> m_groups;  // the finished groups of the current mesh
-    rhi::Buffer m_streams;                 // streams of its next group, once begun
+    rhi::Buffer m_streams;                 // streams of the group that is being copied
     uint64_t m_offset = 0;                 // bytes of m_streams that have been copied
 };
 

@@ -42,7 +42,7 @@ double Cost(std::span<const uint32_t> order, std::span<const glm::vec3> corners)
 
 float RefitQuality::Follow(std::span<const glm::vec3> corners) {
     m_currentOrder = OrderOf(corners);
-    m_order.reserve(m_currentOrder.size());  // for OnBuild
+    m_order.reserve(m_currentOrder.size());  // OnBuild must not allocate
     if (m_order.empty()) return 1.0f;
     const double rebuilt = Cost(m_currentOrder, corners);
     return rebuilt > 0.0 ? static_cast<float>(Cost(m_order, corners) / rebuilt) : 1.0f;

@@ -1,5 +1,5 @@
-// The meshes of a scene on the device: vertex streams, BLASes and the table of geometries. Meshes come and
-// go; the others keep their numbers. Threads: those of the Renderer.
+// The meshes of a scene on the device: vertex streams, BLASes and the table of geometries. Adding or removing
+// a mesh does not change the numbers of others. Threads: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -30,20 +30,20 @@ struct WideMesh;
 struct GroupKind {
     bool isOpaque = true;      // opaque to rays of all types: no any-hit shader
     bool isBackCulled = true;  // its back faces are culled
-    bool isThinWall = false;   // a smooth thin wall somewhere: shadow rays pass through it
+    bool isThinWall = false;   // some part is a smooth thin wall: shadow rays pass through it
     bool isRound = false;      // found by an intersection shader
 
     bool operator==(const GroupKind&) const = default;
 };
 
-// What a part is in a variant of the scene.
+// The material of a part in a variant of the scene, and its properties for rays.
 struct PartVariant {
     uint32_t variant = scene::kNone;
     uint32_t material = 0;
     float lowestAlpha = 1.0f;
 };
 
-// The inputs of a primitive's kind, kept after the primitive itself has been freed.
+// The inputs from which a part's kind is found, kept after the primitive has been freed.
 struct GroupPart {
     uint32_t material = 0;
     float lowestAlpha = 1.0f;                // of vertex colors times the base color's texture
@@ -65,19 +65,19 @@ struct GroupResources {
     std::vector<GroupPart> parts;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
-    VkDeviceAddress hostBlas = 0;                        // a host's own, in its place
-    gpu::InstanceRecord record = EmptyInstanceRecord();  // but for transform, instance and firstLight
-    std::vector<gpu::GeometryRecord> records;            // one a part, until SceneGeometry takes them
+    VkDeviceAddress hostBlas = 0;                        // a BLAS of the host that is used instead
+    gpu::InstanceRecord record = EmptyInstanceRecord();  // without transform, instance and firstLight
+    std::vector<gpu::GeometryRecord> records;            // one per part, until SceneGeometry takes them
     std::vector<Emitter> emitters;                       // until they are moved into the light set
     std::vector<EmitterVariant> emitterVariants;
-    uint64_t triangleCount = 0;  // 0 of round primitives
+    uint64_t triangleCount = 0;  // 0 for round primitives
     scene::Bounds bounds;        // object space
-    // Not null: the group can be deformed. `blas` is null where only its copies are drawn.
+    // Not null if the group can be deformed. `blas` is null where only deformed copies are drawn.
     std::shared_ptr<const BaseShape> base;
-    std::shared_ptr<WideMesh> tree;  // for own traversal, taken by WideSet; null: it has none
+    std::shared_ptr<WideMesh> tree;  // for Raygraph's own traversal, moved into WideSet; null: none
 
     VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
-    // Returns whether raster views draw it, which they do not once the group has been removed.
+    // Tells whether raster views draw the group. They do not draw one that has been removed.
     bool IsDrawn() const { return !kind.isRound && triangleCount > 0; }
 };
 
@@ -86,24 +86,24 @@ struct MeshResources {
     uint32_t groupCount = 0;
     uint64_t triangleCount = 0;
     uint32_t instanceCount = 0;
-    bool isDeformed = false;  // there are copies of it, or it is one
-    bool isCopy = false;      // a deformed one, of another that is listed before
+    bool isDeformed = false;  // it has deformed copies, or is one
+    bool isCopy = false;      // it is a deformed copy of a mesh that is listed before
     bool exists = true;
 };
 
 struct SceneGeometry {
-    // Makes geometry that the host alone has, for tests.
+    // Makes geometry without a device, for tests.
     SceneGeometry();
     explicit SceneGeometry(rhi::Device& device);
     SceneGeometry(SceneGeometry&&) noexcept;
     ~SceneGeometry();
 
-    // Gives the groups of a mesh places, and returns its number; its parts count as users of their materials.
-    // On an Error nothing has changed.
+    // Allocates slots for the groups of a mesh, and returns its number. Its parts count as users of their
+    // materials. On an Error nothing has changed.
     uint32_t AddMesh(std::vector<GroupResources>&& mesh, SceneMaterials& materials);
-    // Removes a mesh that nothing places.
+    // Removes a mesh that no instance places.
     void RemoveMesh(uint32_t mesh, SceneMaterials& materials) noexcept;
-    // Takes the slots of meshes, groups and geometries that were appended without a number.
+    // Allocates the slots of meshes, groups and geometries that were appended without one.
     void AllocateSlots();
     bool HasMesh(uint32_t mesh) const { return mesh < meshes.size() && meshes[mesh].exists; }
     std::span<GroupResources> GroupsOf(const MeshResources& mesh) {
@@ -114,15 +114,16 @@ struct SceneGeometry {
     }
 
     std::vector<MeshResources> meshes;  // of the scene, in its order; then copies
-    std::vector<uint32_t> meshOf;       // by instance: the mesh or copy that it places
+    std::vector<uint32_t> meshOf;       // by instance: the mesh or deformed copy that it places
     std::vector<GroupResources> groups;
     DeviceArray<gpu::GeometryRecord> records;
-    std::unique_ptr<DeformResources> deform;  // null: nothing is deformed
+    std::unique_ptr<DeformResources> deform;  // null: no mesh is deformed
     uint32_t variantCount = 0;
-    uint32_t variant = scene::kNone;  // the one shown
+    uint32_t variant = scene::kNone;  // the variant that is shown
     uint64_t streamBytes = 0;
-    bool hasVertexColors = false;  // some mesh has or had them: pipelines differ by it
-    uint32_t tangentSets = 0;      // gpu::kTangents* of all meshes that are or were there; likewise
+    bool hasVertexColors = false;  // some mesh has or had vertex colors: pipelines differ by it
+    // Gpu::kTangents* of all meshes that exist or existed: pipelines differ by it.
+    uint32_t tangentSets = 0;
 
   private:
     SlotRanges m_meshSlots, m_groupSlots, m_recordSlots;

@@ -10,15 +10,15 @@ namespace {
 
 constexpr uint32_t kAxisBits = 21;
 constexpr double kLastStep = (1u << kAxisBits) - 1;
-constexpr uint32_t kDigitBits = 9;  // seven digits
-constexpr size_t kBlock = 64;       // of points whose places are computed at once
+constexpr uint32_t kDigitBits = 9;  // 7 radix-sort digits
+constexpr size_t kBlock = 64;       // points whose positions are computed at once
 
 struct Keyed {
     uint64_t key = 0;
     uint32_t index = 0;
 };
 
-// Two zeros between any two bits of the lowest 21.
+// Inserts two zeros between any two of the lowest 21 bits.
 uint64_t SpreadBits(uint64_t bits) {
     bits = (bits | bits << 32) & 0x1f00000000ffffull;
     bits = (bits | bits << 16) & 0x1f0000ff0000ffull;
@@ -27,7 +27,7 @@ uint64_t SpreadBits(uint64_t bits) {
     return (bits | bits << 2) & 0x1249249249249249ull;
 }
 
-// The cube of all finite points, in 2^21 steps an axis.
+// The cube around all finite points, in 2^21 steps per axis.
 class Grid {
   public:
     explicit Grid(std::span<const glm::vec3> points) {
@@ -53,8 +53,9 @@ class Grid {
     double m_scale = 0.0;
 };
 
-// Coordinates become bits of places along a Hilbert curve, as SpreadBits interleaves them, x first: Skilling
-// 2004, "Programming the Hilbert curve". All points of a block at once, without branches.
+// Turns coordinates into bits of positions along a Hilbert curve, interleaved by SpreadBits with x first:
+// Skilling 2004, "Programming the Hilbert curve". All points of a block are processed at once, without
+// branches.
 struct Block {
     std::array<std::array<uint32_t, kBlock>, 3> x{};  // by axis
 
@@ -63,7 +64,7 @@ struct Block {
             const uint32_t below = (1u << bit) - 1u;
             for (auto& its : x)
                 for (size_t i = 0; i < kBlock; ++i) {
-                    const uint32_t isSet = 0u - (its[i] >> bit & 1u);  // all ones, or none
+                    const uint32_t isSet = 0u - (its[i] >> bit & 1u);  // all ones, or zero
                     const uint32_t swapped = (x[0][i] ^ its[i]) & below & ~isSet;
                     x[0][i] ^= swapped | (below & isSet);
                     its[i] ^= swapped;
@@ -102,7 +103,7 @@ std::vector<Keyed> KeysOf(std::span<const glm::vec3> points) {
 
 std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points) {
     std::vector<Keyed> keyed = KeysOf(points), sorted(points.size());
-    // By the digits of the keys, the lowest one first
+    // A radix sort by the digits of the keys, the lowest digit first
     for (uint32_t shift = 0; shift < 3 * kAxisBits; shift += kDigitBits) {
         const auto digit = [shift](const Keyed& k) { return (k.key >> shift) % (uint64_t{1} << kDigitBits); };
         std::array<size_t, (1u << kDigitBits) + 1> begins{};

@@ -1,5 +1,6 @@
 // Orders for acceleration-structure builds. Some builders keep the order of their input (lavapipe's does), so
-// that neighbors in space have to be neighbors in the index buffer and in the instance buffer.
+// that neighbors in space have to be neighbors in the index buffer and in the instance buffer. Threads: pure
+// functions of their arguments.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +10,9 @@
 
 namespace raygraph {
 
-// order[k] is the index of the point that comes k-th along a Hilbert curve through a grid of 2^21 steps an
-// axis: some points may be very far from the others. Those at one step keep their order. Coordinates that are
-// not finite count as the lowest ones.
+// Returns the order of the points along a Hilbert curve: order[k] is the index of the k-th point. The grid
+// has 2^21 steps per axis, since some points may be very far from the others. Points of one cell keep their
+// order, and coordinates that are not finite count as the lowest ones.
 std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points);
 
 // Reorders the triangles of an index list by their centroids, in place. Returns for each triangle of the new

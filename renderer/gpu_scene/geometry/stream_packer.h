@@ -1,4 +1,4 @@
-// Streams of one group, one after the other in one buffer. Threads: as std::vector.
+// The vertex streams of one group, packed one after another into one buffer. Threads: as std::vector.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ constexpr uint64_t AlignStream(uint64_t bytes) {
     return rhi::AlignUp(bytes, kStreamAlignment);
 }
 
-// Collects the streams of one group, then uploads them into one buffer. Until then an address is an offset,
-// or kAbsent.
+// Collects the streams of one group, then uploads them into one buffer. Until the upload, the addresses are
+// offsets, or kAbsent.
 class StreamPacker {
   public:
     static constexpr uint64_t kAbsent = ~uint64_t{0};
@@ -34,15 +34,16 @@ class StreamPacker {
     std::span<const std::byte> Bytes() const { return m_bytes; }
     std::span<std::byte> At(uint64_t offset) { return std::span(m_bytes).subspan(offset); }
 
-    // From an offset to an address, shifted so that element `first` of the group's numbering is the first of
-    // the stream.
+    // Turns an offset into an address, shifted so that element `first` of the group's numbering is the first
+    // of the stream.
     static uint64_t Address(uint64_t offset, VkDeviceAddress base, uint64_t first = 0,
                             uint64_t elementBytes = 0) {
         return offset == kAbsent ? 0 : base + offset - first * elementBytes;
     }
 
   private:
-    LargeArray<std::byte> m_bytes;  // given back to the system without a lock that other threads wait for
+    // Memory that is returned to the system without a lock that blocks other threads.
+    LargeArray<std::byte> m_bytes;
 };
 
 }  // namespace raygraph

@@ -23,10 +23,10 @@ uint32_t FlagsOf(const GroupKind& kind) {
     return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
 }
 
-// Above that cost of a ray, of what it was, a tree is built again.
+// A tree is rebuilt when a ray costs more than this factor times the cost after the last build.
 constexpr double kRebuildDecay = 1.3;
 
-// No memory, or a table that no shader can bind.
+// Tells whether memory ran out, or a table is too large for a shader to bind.
 bool IsTooLarge(const std::exception& error) {
     if (const auto* known = dynamic_cast<const Error*>(&error))
         return known->Kind() == ErrorKind::OutOfMemory || known->Kind() == ErrorKind::Usage;
@@ -63,7 +63,7 @@ void WideSet::Follow(SceneGeometry& geometry, const InstanceSet& instances) {
         if (m_rebuildsDecayed && m_top.refit.Decay() > kRebuildDecay) Renew();
     } catch (const std::exception& error) {
         if (!IsTooLarge(error)) throw;
-        // Frames in flight may still read what there was
+        // Frames in flight may still read the old tables
         m_unavailableReason = error.what();
         m_hasFailed = true;
         ForgetAll();
@@ -152,7 +152,7 @@ void WideSet::Build(SceneGeometry& geometry, const std::vector<Part>& parts) {
 }
 
 void WideSet::BuildFrom(SceneGeometry& geometry, std::vector<Part>&& parts) {
-    m_future = {};  // waits for what reads the triangles of parts
+    m_future = {};  // waits for the thread that reads the triangles of parts
     if (m_isOneLevel) {
         uint64_t count = 0;
         std::vector<PlacedTriangles> placed;
@@ -166,7 +166,7 @@ void WideSet::BuildFrom(SceneGeometry& geometry, std::vector<Part>&& parts) {
     }
     m_isBuilt = true;
     if (m_isOneLevel) return;
-    // There are no more nodes above instances than instances, or one
+    // The number of nodes above the instances is at most that of the instances, or one
     FollowMeshes(geometry, parts.size() + 1);
     for (size_t i = 0; m_unavailableReason.empty() && i < parts.size(); ++i)
         if (const uint32_t depth = m_placed[parts[i].group].depth; depth > kMaxMeshDepth)
@@ -189,7 +189,7 @@ bool WideSet::Take(Built&& built) {
         return false;
     FreeTopLevel();
     Top top;
-    // Where the primitives of each part are
+    // The indices of the primitives of each part
     std::vector<uint32_t> parts;
     if (isOneLevel) {
         for (const WideLevel::Source& source : built.level.sources) {
@@ -288,7 +288,7 @@ void WideSet::Renew() {
     try {
         m_future = std::async(std::launch::async, build);
     } catch (const std::system_error&) {
-        // Without a thread the tree stays as it is
+        // If no thread can be started, the tree stays as it is
     }
 }
 

@@ -1,6 +1,7 @@
-// The wide trees of a scene on the device (shaders/shared/wide_bvh.h): those of meshes, which stay, and the
-// one over the instances; or the one over all triangles. For renderer/gpu_scene alone. Threads: that of the
-// Renderer; trees that have decayed are built again on another.
+// The wide BVHs of a scene on the device (shaders/shared/wide_bvh.h). In two levels, these are one BVH per
+// mesh, which does not change, and one over the instances; in one level, a single BVH is over all triangles.
+// For renderer/gpu_scene alone. Threads: that of the Renderer; a BVH that has decayed is rebuilt on another
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -22,17 +23,18 @@ struct SceneGeometry;
 
 class WideSet {
   public:
-    // `rebuildsDecayed`: a tree that has become worse because instances have moved is built again. Else trees
-    // are those of the scene as it was set, with the boxes of now: a function of both, whatever came between.
+    // `rebuildsDecayed`: a BVH that has decayed because instances have moved is rebuilt. Otherwise its
+    // topology is that of the scene as it was set, and only its boxes follow, so that it is a function of
+    // both alone, whatever poses came between.
     WideSet(rhi::Device& device, bool rebuildsDecayed);
 
-    // Takes what has come, gone and moved since the last call. Where instances have only moved, the tree
-    // keeps its nodes, and their boxes follow; else it is built again. Of two levels empties the geometry's
-    // trees.
+    // Follows the changes since the last call. Where instances have only moved, the tree keeps its nodes and
+    // their boxes are refitted; otherwise it is rebuilt. With two levels, this moves the trees out of the
+    // geometry.
     void Follow(SceneGeometry& geometry, const InstanceSet& instances);
-    // Uploads what has changed. Without trees, leaves the ids as they are.
+    // Uploads the changes and sets the ids. Without trees, the ids do not change.
     void Declare(Renderer& renderer, SceneIds& ids);
-    // Why rays cannot be traced by them; empty: they can.
+    // Says why rays cannot be traced by the trees; empty if they can be.
     const std::string& UnavailableReason() const { return m_unavailableReason; }
     bool HasOneLevel() const { return m_isOneLevel; }
     uint64_t Bytes() const;
@@ -41,14 +43,14 @@ class WideSet {
     struct Range {
         uint32_t first = 0, count = 0;
     };
-    // The tree of a mesh in the tables.
+    // The position of a mesh's tree in the tables.
     struct Placed {
-        std::shared_ptr<WideMesh> tree;  // null: nothing
+        std::shared_ptr<WideMesh> tree;  // null: the group has no tree
         Range nodes, triangles;
         Box box;
         uint32_t depth = 0;
     };
-    // What is visible: a group of the geometry, and where.
+    // A visible placement of a group of the geometry.
     struct Part {
         std::shared_ptr<WideMesh> tree;
         uint32_t group = 0;
@@ -58,43 +60,47 @@ class WideSet {
 
         bool operator==(const Part&) const = default;
     };
-    // The tree that follows the instances: over all triangles, or over the instances.
+    // The tree that follows the instances: over all triangles (one level), or over the instances (two
+    // levels).
     struct Top {
-        std::vector<gpu::WideNode> nodes;  // children and primitives count from its own first ones
+        // Indices of children and primitives count from the tree's own first ones.
+        std::vector<gpu::WideNode> nodes;
         WideRefit refit;
-        Range inTable, triangles;            // triangles: of one level
-        std::vector<uint32_t> firstEntries;  // by part: its first one in `places`; one more for the end
-        std::vector<uint32_t> places;        // of a part's triangles or its instance among the primitives
-        std::vector<uint32_t> sources;       // of one level, by primitive: which triangle of the part
-        std::vector<Box> boxes;              // of instances, by primitive
+        Range inTable, triangles;            // `triangles` is used with one level
+        std::vector<uint32_t> firstEntries;  // by part: its first entry in `places`; one more at the end
+        // Positions of a part's triangles, or of its instance, among the primitives.
+        std::vector<uint32_t> places;
+        // With one level, by primitive: the index of the triangle in its part.
+        std::vector<uint32_t> sources;
+        std::vector<Box> boxes;  // with two levels, by primitive: the instance's box
     };
-    // What is built for parts: the one or the other is there.
+    // The result of a build: exactly one of the two is set.
     struct Built {
         std::vector<Part> parts;
         WideLevel level;
         WideInstances instances;
     };
 
-    // Of a scene whose trees stay those of the scene as it was set.
+    // Stores where the scene has its instances when it is set, for trees that keep their topology.
     void StoreInitialPlacements(const SceneGeometry& geometry, const InstanceSet& instances);
-    // How many triangles a tree of one level may have that is built now.
+    // The largest number of triangles for which a tree of one level may be built now.
     uint64_t MaxOneLevelTriangles() const;
-    // Nothing, and m_unavailableReason, where there is no tree of one of them.
+    // Returns the visible parts. If one of them has no tree, returns none and sets m_unavailableReason.
     std::vector<Part> VisibleParts(const SceneGeometry& geometry, const InstanceSet& instances);
     static PlacedTriangles TrianglesOf(const Part& part);
     WidePlacement PlacementOf(const Part& part) const;
     std::vector<WidePlacement> PlacementsOf(std::span<const Part> parts) const;
-    // Nothing has been built so far, or m_parts cannot become these parts by moving alone.
+    // Builds the trees, which is needed at first and where m_parts cannot become `parts` by moving alone.
     void Build(SceneGeometry& geometry, const std::vector<Part>& parts);
     void BuildFrom(SceneGeometry& geometry, std::vector<Part>&& parts);
-    // False: that is not possible; then the tree has to be built.
+    // Refits the boxes. Returns false if that is not possible and the tree has to be built.
     bool Refit(const std::vector<Part>& parts);
     bool MoveTriangles(const Part& part, uint32_t index, std::vector<uint32_t>& moved);
     bool MoveInstance(const Part& part, uint32_t index, std::vector<uint32_t>& moved);
     Box BoxOf(uint32_t primitive) const;
-    // What has been built takes the place of the tree. False: it has too many levels.
+    // Replaces the tree by the one that has been built. Returns false if that has too many levels.
     bool Take(Built&& built);
-    // Begins to build a tree that has decayed again, if none is being built.
+    // Starts to rebuild a tree that has decayed, unless a rebuild is running.
     void Renew();
     void FollowMeshes(const SceneGeometry& geometry, size_t spareNodes);
     void Place(Placed& placed, const std::shared_ptr<WideMesh>& tree);
@@ -107,20 +113,20 @@ class WideSet {
     void ForgetAll();
 
     bool m_rebuildsDecayed;
-    std::vector<glm::mat4x3> m_initialTransforms;  // by Part::number: where the scene had it when it was set
-    bool m_hadFewTriangles = false;                // the scene as it was set, hidden ones included
-    bool m_isOneLevel = true;  // once there were more triangles than that takes, never again
+    std::vector<glm::mat4x3> m_initialTransforms;  // by Part::number: transforms when the scene was set
+    bool m_hadFewTriangles = false;                // the scene as it was set, hidden instances included
+    bool m_isOneLevel = true;  // false once the scene had more triangles than one level takes; it stays false
     bool m_isBuilt = false;
-    std::vector<Part> m_parts;     // of which it was
-    std::vector<Placed> m_placed;  // by group: those of two levels
+    std::vector<Part> m_parts;     // the parts for which the tree was built
+    std::vector<Placed> m_placed;  // by group, with two levels
     Top m_top;
     std::future<Built> m_future;
     SlotRanges m_nodeSlots, m_triangleSlots;
     DeviceArray<gpu::WideNode> m_nodes;
     DeviceArray<gpu::WideTriangle> m_triangles;
     DeviceArray<gpu::WideInstance> m_instances;
-    uint64_t m_version = 0;    // of the instances
-    bool m_hasFailed = false;  // for good: there was no memory
+    uint64_t m_version = 0;    // version of the instances
+    bool m_hasFailed = false;  // permanent: memory ran out
     std::string m_unavailableReason;
 };
 
