@@ -23,7 +23,7 @@ constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{16} << 20;
 constexpr std::string_view kSuffix = ".spv";
 
-// What precedes the words in the file, in the machine's byte order.
+// The header that precedes the words in the file, in the byte order of the machine.
 struct FileHeader {
     std::array<char, 8> magic{'R', 'G', 'S', 'P', 'V', 'S', '0', '1'};
     std::array<uint64_t, 2> key{};
@@ -99,7 +99,7 @@ SpecializedShaders::Words SpecializedShaders::Load(const Key& key) const {
         const std::vector<std::byte> file = ReadFile(path, kMaxFileBytes);
         problem = Refusal(file, {key.first, key.second});
         if (problem.empty()) {
-            // What was used last is kept longest.
+            // The most recently used file is kept longest.
             fs::last_write_time(path, fs::file_time_type::clock::now(), failure);
             std::vector<uint32_t> words((file.size() - sizeof(FileHeader)) / sizeof(uint32_t));
             std::memcpy(words.data(), file.data() + sizeof(FileHeader), words.size() * sizeof(uint32_t));
@@ -128,7 +128,7 @@ void SpecializedShaders::Save(const Key& key, const std::vector<uint32_t>& words
         file.Write(bytes);
         file.Commit();
     } catch (const Error& error) {
-        // Of the same folder the pipeline cache warns, once.
+        // The pipeline cache warns once about the same folder.
         Say(m_log, LogLevel::Info, log_category::kCache, "specialized shader is not saved: {}", error.what());
         return;
     }

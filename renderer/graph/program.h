@@ -132,7 +132,7 @@ class ProgramCache {
     // messages say why. After WaitForPipelines, and the change.
     std::vector<std::string> Rebuild(std::span<const Shader* const> changed);
 
-    // Of the pipelines that are there, by name, after WaitForPipelines.
+    // Reports on the pipelines that exist, by name. Must follow WaitForPipelines.
     std::vector<PipelineReport> Reports();
 
     double CreationMs() const { return m_creationMs; }

@@ -54,8 +54,8 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
-// The kinds of groups. A mesh has at most one group of triangles and one of round primitives of each kind. Thin
-// walls are two-sided, so that none is culled.
+// The kinds of groups. A mesh has at most one group of triangles and one of round primitives of each kind.
+// Thin walls are two-sided, so that none is culled.
 constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = true},
     {.isOpaque = true, .isBackCulled = false},

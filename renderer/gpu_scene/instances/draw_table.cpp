@@ -32,10 +32,10 @@ void DrawTable::Number(SceneGeometry& geometry, uint32_t roomFactor) {
         kind.first = first;
         kind.room *= roomFactor;
         first += kind.room;
-        kind.taken.Free(kind.taken.Allocate(kind.room), kind.room);  // Add allocates no memory then
+        kind.taken.Free(kind.taken.Allocate(kind.room), kind.room);  // so that Add allocates no memory
     }
     m_draws.Assign(std::vector<gpu::DrawRecord>(first));
-    // Nothing fails from here on: numbers are always those of records
+    // Nothing fails from here on: the numbers always match the records
     m_kinds = std::move(kinds);
     for (GroupResources& group : geometry.groups) Add(group);
 }
@@ -85,7 +85,7 @@ void DrawTable::Count(const SceneGeometry& geometry, const InstanceSet& instance
 }
 
 void DrawTable::SetBounds(const GroupResources& group) {
-    if (group.record.draw == gpu::kNotDrawn) return;  // round, or not numbered yet
+    if (group.record.draw == gpu::kNotDrawn) return;  // a round primitive, or one without a number
     gpu::DrawRecord& record = m_draws.Edit(group.record.draw);
     record.boundsMin = group.bounds.min;
     record.boundsMax = group.bounds.max;

@@ -1,6 +1,7 @@
 // The scene as a list of draws: one for each group of triangles, whatever the number of its placements. Round
-// primitives are not drawn: raster views find them by rays. Draws of a kind are neighbors, so that a view
-// draws a kind by one call; groups keep their draws while others come and go, as long as there is room.
+// primitives are not drawn: raster views find them by rays. The draws of a kind are contiguous, so that one
+// call draws a kind; as long as there is room, adding or removing groups does not move the draws of others.
+// Threads: that of the Renderer.
 #pragma once
 
 #include <array>
@@ -20,30 +21,31 @@ DrawKind KindOf(const GroupKind& group);
 
 class DrawTable {
   public:
-    // Of all groups, whose records get the numbers of their draws.
+    // Creates the draws of all groups, and writes their numbers into the groups' records.
     DrawTable(rhi::Device& device, SceneGeometry& geometry, const InstanceSet& instances);
     void Upload(rhi::Uploader& uploader);
 
-    // A group has come, or is about to go. Its record gets its number, if there is room.
+    // Must be called when a group has been added or is about to be removed. Its record gets its number, if
+    // there is room.
     void Add(GroupResources& group);
     void Remove(const GroupResources& group);
-    // Placements have come or gone.
+    // Must be called when placements have been added or removed.
     void MarkCountsDirty() noexcept { m_countsDirty = true; }
-    // Groups are of other kinds.
+    // Must be called when the kinds of groups have changed.
     void MarkNumbersDirty() noexcept { m_numbersDirty = true; }
     void SetBounds(const GroupResources& group);
 
-    // Brings the records up to date; where there was no room, or kinds have changed, numbers all again, with
-    // room for more, which makes records of all placements due. Where memory runs out, the next call does it.
+    // Updates the records. If room is lacking or kinds have changed, it renumbers all draws with room for
+    // more, which makes the records of all placements dirty. If memory runs out, the next call repeats it.
     void Refresh(SceneGeometry& geometry, InstanceSet& instances);
-    // Sets `draws`, `drawsOfKind` and `chunkCount`; uploads what has changed.
+    // Sets `draws`, `drawsOfKind` and `chunkCount`, and uploads the changes.
     void Declare(Renderer& renderer, SceneIds& ids);
 
   private:
     struct Kind {
         uint32_t first = 0;  // number of its first draw
         uint32_t room = 0;
-        SlotRanges taken;  // from `first`
+        SlotRanges taken;  // counted from `first`
     };
     void Number(SceneGeometry& geometry, uint32_t roomFactor);
     void Count(const SceneGeometry& geometry, const InstanceSet& instances);

@@ -13,11 +13,11 @@
 namespace raygraph {
 namespace {
 
-// Whether no ray needs an alpha test: there is no alpha, or it is opaque everywhere.
+// Tells whether no ray needs an alpha test: the material has no alpha, or is opaque everywhere.
 bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
     const auto mode = static_cast<scene::AlphaMode>(material.alphaMode);
     if (mode == scene::AlphaMode::Opaque) return true;
-    // A product that is rounded may be opaque where the shader's is not
+    // The product rounds, and may be opaque here where the shader's is not
     const float alpha = material.baseColor.a * lowestAlpha;
     if (mode == scene::AlphaMode::Blend || lowestAlpha == 1.0f)
         return alpha >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
@@ -25,14 +25,14 @@ bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
     return alpha >= material.alphaCutoff + kRounding;
 }
 
-// Whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
+// Tells whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
 bool IsThinWall(const gpu::MaterialRecord& material) {
     constexpr uint32_t kKinds = gpu::kMaterialGlass | gpu::kMaterialVolume | gpu::kMaterialUnlit;
     return (material.flags & kKinds) == gpu::kMaterialGlass &&
            MayBeSmooth(material.roughness, material.metallicRoughnessTexture);
 }
 
-// Whether rays run an any-hit shader on it.
+// Tells whether rays run an any-hit shader on the group.
 bool IsAnyHit(const GroupKind& kind) {
     return !kind.isOpaque || kind.isThinWall;
 }
@@ -65,7 +65,8 @@ bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
         isChanged |= std::exchange(triangles.isOpaque, isOpaque) != isOpaque;
         isChanged |= std::exchange(triangles.noDuplicateAnyHit, kind.isThinWall) != kind.isThinWall;
     }
-    // A round primitive reports two hits, where a ray enters and where it leaves: any-hit runs for each.
+    // A round primitive reports two hits, one where a ray enters and one where it leaves, and any-hit runs
+    // for each.
     for (rhi::AabbGeometry& boxes : blas.aabbs)
         isChanged |= std::exchange(boxes.isOpaque, isOpaque) != isOpaque;
     return isChanged;
@@ -73,8 +74,8 @@ bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
 
 namespace {
 
-// Gives groups for which `isAffected` holds the kind that their parts have by now. On an Error they keep the
-// one they have.
+// Gives groups for which `isAffected` holds the kind that their parts now have. On an Error they keep their
+// kind.
 KindChanges UpdateKinds(SceneGeometry& geometry, const SceneMaterials& materials, rhi::BlasBuilder& builder,
                         const std::function<bool(const GroupPart&)>& isAffected) {
     struct Changed {
@@ -83,7 +84,7 @@ KindChanges UpdateKinds(SceneGeometry& geometry, const SceneMaterials& materials
         std::shared_ptr<rhi::Blas> blas;
     };
     std::vector<Changed> changed;
-    std::map<const rhi::Blas*, std::shared_ptr<rhi::Blas>> replaced;  // which groups of copies share
+    std::map<const rhi::Blas*, std::shared_ptr<rhi::Blas>> replaced;  // copies of a group share its BLAS
     KindChanges changes;
     for (GroupResources& group : geometry.groups) {
         if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;

@@ -1,4 +1,4 @@
-// How rays treat the groups of a scene's primitives, and what becomes of them when materials change. For
+// The kinds of groups by which rays treat primitives, and their changes when materials change. For
 // renderer/gpu_scene alone. Threads: exclusive access to what is changed.
 #pragma once
 
@@ -9,26 +9,27 @@
 
 namespace raygraph {
 
-// Whether back faces are culled for rays.
+// Tells whether rays ignore back faces of the material.
 bool IsBackCulled(const gpu::MaterialRecord& material);
 
-// Where the back faces of only some parts are culled, an any-hit shader decides.
+// Returns the kind of a group with these parts. If back faces of only some parts are culled, an any-hit
+// shader decides.
 GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
-// Of the geometry of a group's BLAS. True if they have changed.
+// Sets the geometry flags of a group's BLAS. Returns true if they have changed.
 bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
 
-// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
-// is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns
-// what has:
+// The effects of a change of materials.
 struct KindChanges {
     bool structuresChanged = false;  // BLASes wait to be built
     bool sidesChanged = false;       // culling or alpha has changed
 };
+// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
+// is added to the builder again, with the memory for its build. On an Error nothing has changed.
 KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
                            uint32_t material, const gpu::MaterialRecord& record);
 
-// Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise as
-// ChangeMaterial.
+// Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise it does what
+// ChangeMaterial does.
 KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
                           uint32_t variant);
 

@@ -1,4 +1,4 @@
-// InstanceSet: the work of a frame.
+// InstanceSet: the work of each frame.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -10,7 +10,7 @@
 namespace raygraph {
 namespace {
 
-// Leaves each of these once, and of these those that are still free.
+// Removes duplicates, and slots that are no longer free.
 template <typename IsFree>
 void Tidy(std::vector<uint32_t>& freed, IsFree&& isFree) {
     std::erase_if(freed, [&](uint32_t i) { return !isFree(i); });
@@ -33,7 +33,8 @@ const char* Name(TlasWork work) {
 }
 
 void InstanceSet::PlaceAdded() {
-    // Those that have gone again, some as others without triangles, and some that were listed twice
+    // Instances that have been removed again, whose index may now belong to one without triangles, and those
+    // that are listed twice
     std::erase_if(m_added,
                   [&](uint32_t i) { return !m_exists[i] || m_meshes[m_instances[i].mesh].groupCount == 0; });
     std::ranges::sort(m_added);
@@ -80,7 +81,7 @@ void InstanceSet::WriteTlasInstance(const Instance& instance, RecordTable::Write
         const GroupResources& group = m_geometry.groups[mesh.firstGroup + i];
         written.customIndex = instance.firstPlacement + i;
         written.blas = group.BlasAddress();
-        // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
+        // A face keeps its side under a mirroring transform, in Vulkan as in glTF, so that nothing is flipped
         written.isCullingDisabled = !group.kind.isBackCulled;
         written.hitRecord = FirstHitRecord(group.kind.isRound ? kHitSetCapsules : kHitSetTriangles);
         written.mask = group.kind.isRound ? static_cast<uint8_t>(~kMaskTriangles) : uint8_t{0xff};
@@ -155,11 +156,11 @@ void InstanceSet::AssignBoxes() {
 void InstanceSet::RefreshBoxes() {
     PlaceAdded();
     if (m_boxesDirty) return AssignBoxes();
-    // Boxes are fetched ahead too, once the instances have told where they are
+    // The boxes are prefetched too, once the instances have told where they are
     ForEach(
         m_dirtyBoxes.instances,
         [&](uint32_t, const Instance& instance) {
-            // The index may be that of a mesh without triangles by now
+            // The index may belong to an instance of a mesh without triangles now
             if (instance.firstSlot != kUnplaced) m_boxes.Set(instance.firstSlot, BoxOf(instance));
         },
         [&](const Instance& instance) {
@@ -183,8 +184,8 @@ bool InstanceSet::NeedsReorder() {
            TlasQuality::AreMany(m_slots.End() - taken, taken);
 }
 
-// As on the device. What is hidden counts where it is nearest to what is seen, so that it makes no difference
-// to the order of that.
+// Returns the centers as on the device. A hidden instance counts as lying at the nearest visible position, so
+// that it does not change the order of those that are visible.
 std::vector<glm::vec3> InstanceSet::Centers(std::span<const uint32_t> instances) const {
     std::vector<glm::vec3> centers(instances.size());
     scene::Bounds seen;

@@ -83,7 +83,7 @@ uint32_t InstanceSet::Add(uint32_t meshIndex, const scene::PlacedTransform& obje
         if (const size_t end = m_placementIndices.End(); end > m_records.Capacity())
             grownRecords = m_records.WithCapacity(GrownCapacity(m_records.Capacity(), end));
         const size_t slots = m_slots.TakenCount() + m_unplacedSlots + mesh.groupCount;
-        // With room for as many gaps as there may be: else each frame would need another order
+        // There is room for as many gaps as there may be: otherwise each frame would need another order
         if (const size_t before = m_tlasInstances.Capacity();
             mesh.groupCount > 0 && (slots > before || (slots + slots / TlasQuality::kMaxChanged > before &&
                                                        before < MaxRecords()))) {
@@ -188,7 +188,8 @@ void InstanceSet::RefreshBounds(uint32_t index) {
 void InstanceSet::ExtendReach(const Instance& instance) {
     const glm::mat4x3& matrix = instance.objectToWorld.matrix;
     const Mesh& mesh = m_meshes[instance.mesh];
-    // Nearly all stay within: a box around that of the mesh and the object's origin is known at once
+    // Nearly all instances stay within Reach, for which a box around the mesh's box and the object's origin
+    // is enough
     const glm::vec3 half = mesh.reach * (glm::abs(matrix[0]) + glm::abs(matrix[1]) + glm::abs(matrix[2]));
     if (glm::all(glm::greaterThanEqual(matrix[3] - half, m_reach.min)) &&
         glm::all(glm::lessThanEqual(matrix[3] + half, m_reach.max)))
@@ -212,7 +213,7 @@ void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
 
 bool InstanceSet::SetTransforms(std::span<const uint32_t> instances,
                                 std::span<const scene::PlacedTransform> objectToWorld) {
-    ReserveChanges(instances.size());  // memory may run out
+    ReserveChanges(instances.size());  // this may throw std::bad_alloc
     bool isChanged = false;
     const scene::PlacedTransform* next = objectToWorld.data();
     ForEach(instances, [&](uint32_t index, const Instance& before) {
@@ -265,7 +266,8 @@ void InstanceSet::Forget(Changes& changes, const Instance& instance) {
     if (instance.*changes.listed == changes.number) changes.records -= m_meshes[instance.mesh].groupCount;
 }
 
-// The box of a hidden instance in the TLAS stays where it was last seen, so that it widens no boxes there.
+// The box of a hidden instance in the TLAS stays where the instance was last visible, so that it enlarges no
+// other boxes.
 void InstanceSet::MarkInstanceChanged(uint32_t index, bool isSeen) {
     ++m_version;
     Note(m_dirtyRecords, index);

@@ -1,4 +1,5 @@
-// Whose the objects of a GpuScene are: what takes the index of one that has been removed is not the same.
+// PartOwners tells which part owns an object of a GpuScene, so that a new object at the index of a removed
+// one is not taken for it. Threads: as std::vector.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +8,14 @@
 
 namespace raygraph {
 
-// Of objects of one kind, by index. Parts count from kOwnedByScene + 1 on.
+// Owners of the objects of one kind, by index. Parts are numbered from kOwnedByScene + 1 on.
 inline constexpr uint32_t kOwnedByNone = 0, kOwnedByScene = 1;
 
 class Owners {
   public:
-    // So many of the scene that has been set, and no others.
+    // Makes the scene the owner of objects 0 to `count` - 1, and removes all others.
     void Reset(size_t count) { m_owners.assign(count, kOwnedByScene); }
-    // Room for an object that is about to be added, so that Set throws nothing.
+    // Makes room for an object that is about to be added, so that Set does not throw.
     void Reserve(size_t count) {
         if (m_owners.capacity() < count) m_owners.reserve(std::max(count, 2 * m_owners.capacity()));
     }

@@ -85,7 +85,7 @@ bool SceneObjects::Emits(uint32_t mesh) const {
     return false;
 }
 
-// --- Adding one thing.
+// --- Adding single objects.
 
 uint32_t SceneObjects::AddMaterial(const scene::Material& material, std::span<const uint32_t> textures) {
     const uint32_t number = materials->Add({&material, 1}, textures).front();
@@ -127,7 +127,7 @@ uint32_t SceneObjects::AddMesh(std::vector<GroupResources>&& uploaded) {
     return number;
 }
 
-// The mesh is packed as a part would be that has the few materials which the mesh uses.
+// The mesh is packed as a part would be that has only the materials which the mesh uses.
 uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
     std::vector<uint32_t> used;
     for (const scene::Primitive& primitive : mesh.primitives) {
@@ -147,7 +147,7 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
         packing.records.push_back(materials->Records()[material]);
         packing.textureAlphas.push_back(materials->TextureAlpha(material));
         const gpu::MaterialRecord& record = materials->Records()[material];
-        // A texture may make the surface shine, but its texels are not there any more: assume that it does
+        // The texels of an emissive texture have been freed: assume that it is not black
         const bool hasTexture = record.emissiveTexture != gpu::kNoTexture;
         part.materials.emplace_back().emissiveFactor = hasTexture ? glm::vec3(1.0f) : record.emission;
     }
@@ -241,7 +241,7 @@ uint32_t SceneObjects::AddLight(const scene::Light& light, bool isVisible, Light
     return number;
 }
 
-// --- Removing one thing that nothing uses.
+// --- Removing single objects that nothing uses.
 
 void SceneObjects::RemoveInstance(uint32_t instance) {
     const uint32_t mesh = instances.MeshOf(instance);
@@ -338,7 +338,7 @@ void SceneObjects::SetVisible(std::span<const uint32_t> indices, bool isVisible)
 
 void SceneObjects::SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
     const KindChanges changes = ChangeMaterial(*geometry, *materials, m_context.builder, material,
-                                               record);  // everything that may fail
+                                               record);  // everything that may fail comes first
     ++m_context.revisions.materials;
     lights.SetEmission(material, record.emission);
     lights.SetSides(material, !IsBackCulled(record));
@@ -350,9 +350,10 @@ void SceneObjects::SetMaterial(uint32_t material, const gpu::MaterialRecord& rec
 
 void SceneObjects::SetVariant(uint32_t variant) {
     const KindChanges changes =
-        ChangeVariant(*geometry, *materials, m_context.builder, variant);  // everything that may fail
+        // Everything that may fail comes first.
+        ChangeVariant(*geometry, *materials, m_context.builder, variant);
     ++m_context.revisions.materials;
-    ++m_context.revisions.geometry;  // alpha of another texture, if not sides
+    ++m_context.revisions.geometry;  // alpha may come from another texture, even if culling has not changed
     lights.SetVariant(*geometry, materials->Records());
     if (changes.structuresChanged) blases.MarkReplaced();
     if (changes.sidesChanged) draws.MarkNumbersDirty();

@@ -1,8 +1,9 @@
-// SceneObjects: the geometry, instances, materials, textures and lights of one scene; how they come, go and
-// change, and what a frame does for them. For renderer/gpu_scene alone. Threads: that of the Renderer.
+// SceneObjects: the geometry, instances, materials, textures and lights of one scene, with the calls that
+// add, remove and change them, and the work of a frame for them. For renderer/gpu_scene alone. Threads: that
+// of the Renderer.
 //
-// Callers have checked the arguments, but AddMesh(scene::Mesh&&) checks its mesh. An Add... that throws
-// leaves everything as it was.
+// Callers check the arguments, except for AddMesh(scene::Mesh&&), which checks its mesh. An Add... that
+// throws leaves everything unchanged.
 #pragma once
 
 #include <map>
@@ -33,19 +34,20 @@ class SceneObjects {
 
     uint32_t AddMaterial(const scene::Material& material, std::span<const uint32_t> textures);
     uint32_t AddTexture(const HostTexture& texture);
-    // The caller still has to reserve memory for its builds (BlasBuilder::Reserve); the other two do so.
+    // The caller still has to reserve memory for its builds (BlasBuilder::Reserve); the other two overloads
+    // do so.
     uint32_t AddMesh(std::vector<GroupResources>&& uploaded);
     uint32_t AddMesh(scene::Mesh&& mesh);
     uint32_t AddMesh(const HostMesh& mesh);
     uint32_t AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible);
     uint32_t AddLight(const scene::Light& light, bool isVisible, LightOwner place);
-    // These remove what nothing uses, which the caller has checked.
+    // The following calls remove objects that nothing uses, which the caller has checked.
     void RemoveInstance(uint32_t instance);
     void ForgetMesh(uint32_t mesh) noexcept;
     void RemoveMaterial(uint32_t material);
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);
-    // Removes what the part has brought, if it still owns it and nothing else uses it.
+    // Removes the objects that the part has added, if it still owns them and nothing else uses them.
     void Remove(const AddedPart& part);
 
     void SetTransforms(std::span<const uint32_t> indices,
@@ -54,24 +56,25 @@ class SceneObjects {
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record);
     void SetVariant(uint32_t variant);
     void SetViewpoint(const glm::dvec3& eye);
-    // Chooses the origin by the instances that there are now, whatever came before.
+    // Chooses the origin by the current instances alone, not by former ones.
     void RestartOrigin();
     void MarkChanged(uint32_t mesh, const scene::Bounds& bounds);
 
     bool IsMeshUsed(uint32_t mesh) const;
-    // Returns whether instances can place the mesh itself: of some only deformed copies are on the device.
+    // Returns whether instances can place the mesh itself: some meshes have only deformed copies on the
+    // device.
     bool CanBePlaced(uint32_t mesh) const;
     // Returns whether the mesh was added as a HostMesh.
     bool IsHostMesh(uint32_t mesh) const;
     bool IsDeformed(uint32_t instance) const;
     bool Emits(uint32_t mesh) const;
-    // Error{Usage} for what does not exist, or not any more.
+    // Throws Error{Usage} if the instance does not exist, or no longer does.
     void RequireInstance(uint32_t instance) const;
     void RequireMesh(uint32_t mesh) const;
     void RequireMaterial(uint32_t material) const;
     void RequireTexture(uint32_t texture) const;
     void RequireLight(uint32_t light) const;
-    // Error{Usage} naming the call for a skin or an instance that has not as many, or does not exist.
+    // Throws Error{Usage} naming the call if the skin does not exist or has another number of joints.
     void RequireMatrices(const char* call, uint32_t skin, size_t count) const;
     void RequireWeights(const char* call, uint32_t instance, size_t count) const;
 
@@ -81,26 +84,27 @@ class SceneObjects {
 
   private:
     void MoveOrigin(const glm::dvec3& wanted);
-    // The memory of a mesh's BLASes; without it, forgets the mesh.
+    // Reserves the memory for building a mesh's BLASes. If that fails, it removes the mesh and rethrows.
     void ReserveBuilds(uint32_t mesh);
 
     SceneContext& m_context;
     glm::dvec3 m_origin{0.0};
     OriginHysteresis m_originHysteresis;
-    std::map<uint32_t, std::vector<uint32_t>> m_hostPlacements;  // instances, by mesh of the host's
+    // By mesh of the host: the instances that place it.
+    std::map<uint32_t, std::vector<uint32_t>> m_hostPlacements;
 
   public:
-    // Their order matters: some refer to others that are declared before them.
+    // The order matters: members refer to others that are declared before them.
     const std::unique_ptr<SceneMaterials> materials;
     const std::unique_ptr<SceneGeometry> geometry;
     InstanceSet instances;
     BlasSet blases;
     DrawTable draws;
     LightSet lights;
-    std::optional<DeformSet> deform;  // nullopt: nothing is deformed
+    std::optional<DeformSet> deform;  // nullopt: no mesh is deformed
     std::optional<WideSet> trees;     // nullopt with Traversal::Driver
     ObjectOwners owners;
-    // How many of each SetScene brought: SetPose requires these numbers.
+    // The numbers of objects that SetScene added: SetPose requires these.
     const size_t setInstances, setMaterials, setLights;
 };
 

@@ -12,7 +12,7 @@ namespace raygraph {
 
 namespace {
 
-// As a float that is 0 only for 0: a probability of 0 says that the outcome never occurs.
+// Returns a float that is 0 only for 0, because a probability of 0 tells that the outcome never occurs.
 float Probability(double p) {
     return p > 0.0 ? std::max(static_cast<float>(p), std::numeric_limits<float>::min()) : 0.0f;
 }
@@ -49,7 +49,7 @@ double BuildAliasTable(std::span<const double> weights, std::span<gpu::AliasEntr
             poor.push_back(large);
         }
     }
-    // Rounding may leave some that should be full; an outcome without weight must not become one
+    // Rounding may leave slots that should be full, and an outcome without weight must not become one
     for (const uint32_t i : poor)
         if (weights[i] == 0.0) slots[i] = {.keep = 0.0f, .alias = heaviest, .probability = 0.0f};
     return sum;

@@ -11,7 +11,7 @@ namespace raygraph {
 
 namespace {
 
-// The place of a field in its list, which is what animations name it by.
+// Returns the index of a field in its list, by which animations name it.
 template <typename Owner, typename T, typename List>
 uint8_t IndexOf(T Owner::*member, const List& list) {
     uint8_t index = 0, found = 0;
@@ -24,7 +24,6 @@ uint8_t IndexOf(T Owner::*member, const List& list) {
     return found;
 }
 
-// Calls visit(value) for the value of each key.
 template <typename Visit>
 void ForEachKey(const scene::AnimationSampler& sampler, Visit&& visit) {
     const bool hasTangents = sampler.interpolation == scene::Interpolation::CubicSpline;
@@ -37,7 +36,7 @@ void Raise(float& value, const scene::AnimationSampler& sampler) {
     ForEachKey(sampler, [&](const float* key) { value = std::max(value, key[0]); });
 }
 
-// A key may be wider: that of a base color has alpha, too.
+// The value of a key may have more components: that of a base color has alpha.
 void Raise(glm::vec3& value, const scene::AnimationSampler& sampler) {
     ForEachKey(sampler,
                [&](const float* key) { value = glm::max(value, glm::vec3(key[0], key[1], key[2])); });
@@ -55,7 +54,7 @@ BrightestPose FindBrightestPose(const scene::SceneData& scene) {
     const uint8_t color = IndexOf(&scene::Light::color, lightFields);
     const uint8_t intensity = IndexOf(&scene::Light::intensity, lightFields);
 
-    std::vector<bool> isShown;  // by node, whatever is above it
+    std::vector<bool> isShown;  // by node, ignoring its ancestors
     for (const scene::Node& node : scene.nodes) isShown.push_back(node.isVisible);
     struct Values {
         glm::vec3 factor{0.0f}, base{0.0f};

@@ -1,5 +1,5 @@
 // FindBrightestPose finds what shines in the pose that a scene has, or may shine as its animations play.
-// Threads: a pure function, for any thread.
+// Threads: a pure function.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,16 +9,16 @@
 
 namespace raygraph {
 
-// Each value is the greatest, by component, of the pose and of all keys of all animations, as if these came
-// together.
+// Each value is the greatest, by component, over the pose and all keys of all animations, as if these
+// occurred together.
 struct BrightestPose {
-    std::vector<bool> visibleNodes;      // as scene::VisibleNodes has them
-    std::vector<glm::vec3> emission;     // of each material: EmittedRadiance
-    std::vector<glm::vec3> unlitColors;  // of each material that is unlit: its base color; 0 of others
-    bool hasLight = false;               // a punctual light shines
+    std::vector<bool> visibleNodes;      // as scene::VisibleNodes returns them
+    std::vector<glm::vec3> emission;     // by material: EmittedRadiance
+    std::vector<glm::vec3> unlitColors;  // by material: the base color if it is unlit, otherwise 0
+    bool hasLight = false;               // some punctual light shines
 };
 
-// The scene is valid (renderer/scene/model/check.h).
+// Requires a valid scene (renderer/scene/model/check.h).
 BrightestPose FindBrightestPose(const scene::SceneData& scene);
 
 }  // namespace raygraph

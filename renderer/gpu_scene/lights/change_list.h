@@ -1,4 +1,4 @@
-// Which of so many things have changed, each listed once.
+// ChangeList: the indices of changed objects, each listed once. Threads: as std::vector.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace raygraph {
 
-// Room for so many more, at least twice of what there was.
+// Makes room for `count` more elements, at least doubling the capacity.
 template <typename Value>
 void ReserveMore(std::vector<Value>& list, size_t count) {
     if (list.capacity() - list.size() < count)
@@ -19,21 +19,21 @@ void ReserveMore(std::vector<Value>& list, size_t count) {
 class ChangeList {
   public:
     explicit ChangeList(size_t count = 0) : m_isListed(count) {}
-    // Whether it was not listed before.
+    // Adds an index. Returns false if it is listed already.
     bool Add(uint32_t index) {
         if (m_isListed[index]) return false;
         m_list.push_back(index);
         m_isListed[index] = true;
         return true;
     }
-    // Room for so many more, of which then none fails.
+    // Makes room for `count` more indices, so that adding them does not throw.
     void Reserve(size_t count) { ReserveMore(m_list, count); }
     void Clear() {
         for (const uint32_t index : m_list) m_isListed[index] = false;
         m_list.clear();
     }
     bool IsEmpty() const { return m_list.empty(); }
-    // In the order in which they were added.
+    // Returns the indices in the order in which they were added.
     std::span<const uint32_t> List() const { return m_list; }
 
   private:

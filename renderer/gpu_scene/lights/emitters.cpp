@@ -13,9 +13,9 @@ namespace raygraph {
 
 namespace {
 
-// Small meshes may read more texels of their texture.
+// Small meshes may read more texels of their texture each triangle.
 constexpr uint32_t kFewTriangles = 1024, kManyCuts = 32, kFewCuts = 6;
-// Replaces an estimate of 0 where the texture is not black: a light must not lose all its importance.
+// Replaces an estimate of 0 where the texture is not black, so that a light keeps some importance.
 constexpr float kMinMean = 1e-4f;
 
 bool IsEmission(const scene::AnimationTarget& target) {
@@ -29,7 +29,7 @@ bool IsEmission(const scene::AnimationTarget& target) {
     return isEmission;
 }
 
-// By material: whether an animation changes how much it emits.
+// By material: tells whether an animation changes how much it emits.
 std::vector<bool> AnimatedEmission(const scene::SceneData& scene) {
     std::vector<bool> isAnimated(scene.materials.size());
     for (const scene::Animation& animation : scene.animations)
@@ -38,7 +38,8 @@ std::vector<bool> AnimatedEmission(const scene::SceneData& scene) {
     return isAnimated;
 }
 
-// The texels along one axis, as two ranges, that a sampler may read for coordinates between low and high.
+// Returns the texels along one axis, as two ranges, that a sampler may read for coordinates between low and
+// high.
 std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scene::WrapMode mode) {
     const glm::uvec2 none(0, 0);
     constexpr double kFar = 1e15;
@@ -50,7 +51,7 @@ std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scen
     if (!isClamped && last - begin + 1.0 >= size) return {all, none};
     const uint32_t a = WrapTexel(static_cast<int64_t>(begin), size, mode);
     const uint32_t b = WrapTexel(static_cast<int64_t>(last), size, mode);
-    const double fold = std::floor(last / size);  // the edge crossed, if one is
+    const double fold = std::floor(last / size);  // the edge that is crossed, if any
     if (isClamped || std::floor(begin / size) == fold)
         return {glm::uvec2(std::min(a, b), std::max(a, b) + 1), none};
     if (mode == scene::WrapMode::Repeat) return {glm::uvec2(0, b + 1), glm::uvec2(a, size)};
@@ -62,7 +63,7 @@ std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scen
 
 uint32_t EmitterFinder::LitTexels::Count(uint32_t width, glm::uvec2 begin, glm::uvec2 end) const {
     const size_t stride = size_t{width} + 1;
-    // Modulo 2^32, which is above any count
+    // The sums wrap modulo 2^32, which is more than any count
     return sums[end.y * stride + end.x] - sums[begin.y * stride + end.x] - sums[end.y * stride + begin.x] +
            sums[begin.y * stride + begin.x];
 }
@@ -96,7 +97,7 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
             litCount += litTexels.Count(image.width, {columns.x, rows.x}, {columns.y, rows.y});
     if (litCount == 0) return glm::vec3(0.0f);
 
-    // One point in the middle of each of cuts^2 equal triangles, about as many as there are texels
+    // Samples one point in the middle of each of cuts^2 equal triangles, about as many as there are texels
     const glm::vec2 size(image.width, image.height);
     const glm::vec2 a = (uv[1] - uv[0]) * size, b = (uv[2] - uv[0]) * size;
     const float texels = 0.5f * std::abs(a.x * b.y - a.y * b.x);
@@ -199,7 +200,7 @@ glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Pr
 EmitterLists EmitterFinder::Find(const GroupTriangles& triangles,
                                  std::span<const scene::Primitive* const> primitives, bool isDoubleSided) {
     EmitterLists found;
-    std::vector<std::vector<Candidate>> candidatesOf;  // by primitive; none: it never emits
+    std::vector<std::vector<Candidate>> candidatesOf;  // by primitive; empty: it never emits
     bool hasEmitter = false;
     for (const scene::Primitive* primitive : primitives) {
         candidatesOf.push_back(CandidatesOf(*primitive));

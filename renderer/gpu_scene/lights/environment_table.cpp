@@ -14,17 +14,18 @@ namespace raygraph {
 
 namespace {
 
-// Of the mean luminance: what is no brighter is left to BSDF sampling, which finds it as well. By measurement
-// (docs/performance.md); at 1, an even map would have no density at all.
+// A fraction of the mean luminance: directions that are no brighter are left to BSDF sampling, which finds
+// them as well. The value is measured (docs/performance.md); with 1, an even map would have no density at
+// all.
 constexpr double kShareLeftToScattering = 0.5;
 
-// Luminance of Rec. 709.
+// Returns the luminance of a Rec. 709 color.
 double Luminance(const glm::dvec3& color) {
     return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z;
 }
 
-// One row of the map's means over its texels' cells: of the interpolated map a cell takes 3/4 from its own
-// texel and 1/8 from each neighbor, in both axes.
+// One row of the means of the interpolated map over the cells of its texels: a cell takes 3/4 from its own
+// texel and 1/8 from each neighbor, along both axes.
 class TexelMeans {
   public:
     explicit TexelMeans(const image::ImageF& map) : m_map(map), m_column(map.width), m_row(map.width) {}
@@ -52,7 +53,7 @@ class TexelMeans {
     std::vector<glm::dvec3> m_column, m_row;
 };
 
-// Of a texel of row y.
+// Returns the solid angle of a texel of row y.
 double SolidAngle(const image::ImageF& map, uint32_t y) {
     const double theta0 = std::numbers::pi * y / map.height;
     const double theta1 = std::numbers::pi * (y + 1) / map.height;
@@ -69,8 +70,8 @@ glm::dvec3 MeanOverTheSphere(const image::ImageF& map, TexelMeans& means) {
     return flux / (4.0 * std::numbers::pi);
 }
 
-// Deals the kEnvironmentSteps steps of u to the entries in proportion to their weights, one at least to each
-// of a weight above 0. Returns the sum of the weights.
+// Distributes the kEnvironmentSteps steps of u over the entries in proportion to their weights, with at least
+// one for each weight above 0. Returns the sum of the weights.
 double ApportionSteps(std::span<const double> weights, std::span<gpu::EnvironmentEntry> entries) {
     const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
     const auto count = static_cast<uint32_t>(weights.size());
@@ -92,8 +93,8 @@ double ApportionSteps(std::span<const double> weights, std::span<gpu::Environmen
                                  : lit + static_cast<uint32_t>(rest * std::min(before / sum, 1.0));
         entries[i].end = static_cast<float>(end) / gpu::kEnvironmentSteps;
         entries[i].probability = static_cast<float>(end - first) / gpu::kEnvironmentSteps;
-        // Slot s holds the u with u * count in [s, s + 1); the greatest step below s / count may round
-        // up to it
+        // Slot s holds the u with u * count in [s, s + 1). The greatest step below s / count may round up to
+        // it
         const auto lastBefore = [&](uint32_t s) {
             return s == 0 ? 0 : (uint64_t{s} * gpu::kEnvironmentSteps - 1) / count;
         };

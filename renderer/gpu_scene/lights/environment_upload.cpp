@@ -6,7 +6,7 @@ namespace raygraph {
 
 namespace {
 
-// `texel` has the format's size.
+// `texel` is one texel of the format.
 rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
                           std::span<const std::byte> texel) {
     rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});

@@ -1,5 +1,5 @@
-// The environment on the device: textures of one color, and the table that its directions are sampled from.
-// Threads: those of the Uploader.
+// The environment on the device: textures of one color, and the table from which its directions are sampled.
+// Threads: that of the Uploader.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@
 
 namespace raygraph {
 
-// Of one texel, for unused texture slots.
+// Returns a texture of one white texel, for unused texture slots.
 rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader);
 
-// A map, with the table for directions to it.
+// A map, and the table from which directions to it are sampled.
 struct EnvironmentOnDevice {
     rhi::Texture map;
     ResourceState mapState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
@@ -25,10 +25,10 @@ struct EnvironmentOnDevice {
     glm::vec3 meanRadiance{1.0f};
 };
 
-// Filled once the uploader's work is done. Error{OutOfMemory} if the device cannot bind that many entries of
-// a table, or has no memory for them.
+// Uploads a map and its table, which are complete once the uploader's work is done. Throws Error{OutOfMemory}
+// if the device cannot bind a table of that many entries, or has no memory for it.
 EnvironmentOnDevice UploadEnvironment(rhi::Device& device, rhi::Uploader& uploader, const image::ImageF& map);
-// For an environment without a map: a black texel.
+// Returns one black texel, for an environment without a map.
 EnvironmentOnDevice BlankEnvironment(rhi::Device& device, rhi::Uploader& uploader);
 
 }  // namespace raygraph

@@ -8,7 +8,7 @@ namespace raygraph {
 
 namespace {
 
-// The narrowest cone about both; Conty Estevez and Kulla 2018, algorithm 1.
+// Computes the narrowest cone around both: Conty Estevez and Kulla 2018, algorithm 1.
 void UniteAxes(LightBounds& a, const LightBounds& b) {
     const double cosine = std::clamp(glm::dot(a.axis, b.axis), -1.0, 1.0);
     const double between = std::acos(cosine);
@@ -19,7 +19,7 @@ void UniteAxes(LightBounds& a, const LightBounds& b) {
         return;
     }
     const double theta = 0.5 * (a.thetaO + between + b.thetaO);
-    const glm::dvec3 across = b.axis - cosine * a.axis;  // towards b, perpendicular to a
+    const glm::dvec3 across = b.axis - cosine * a.axis;  // perpendicular to a, towards b
     const double length = glm::length(across);
     if (theta >= std::numbers::pi || length < 1e-12) {
         a.thetaO = std::numbers::pi;
@@ -30,7 +30,7 @@ void UniteAxes(LightBounds& a, const LightBounds& b) {
     a.thetaO = theta;
 }
 
-// To 16 bits, never to a narrower angle, and one step beyond: a float's rounding must not exclude a light.
+// Rounds to 16 bits, to a wider angle and one step more, so that a rounding error excludes no light.
 int16_t WidenedCosine(double angle) {
     return static_cast<int16_t>(
         std::max(std::floor(std::cos(std::min(angle, std::numbers::pi)) * 32767.0) - 1.0, -32767.0));

@@ -1,5 +1,6 @@
-// Bounds of lights in place, direction and power: what the nodes of a light tree are made of. A. Conty
-// Estevez and C. Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting".
+// Bounds of lights in position, direction and power, as the nodes of a light tree store them. A. Conty
+// Estevez and C. Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting". Threads: pure
+// functions.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -22,10 +23,10 @@ struct LightBounds {
     bool IsEmpty() const { return power == 0.0; }
 };
 
-// Of a triangle, point or spot with that power.
+// Returns the bounds of a triangle, point or spot light with that power.
 LightBounds BoundsOf(const gpu::LightRecord& light, float power);
 
-// The corners of a box about it, of each kind of light that has a record.
+// A box around a light, for each kind of light that has a record.
 struct LightBox {
     glm::vec3 min, max;
 };
@@ -33,8 +34,8 @@ LightBox BoxOf(const gpu::LightRecord& light);
 
 void Unite(LightBounds& bounds, const LightBounds& other);
 
-// Power times the measure of directions times that of places. Boxes without area (points in a row) still
-// differ in extent: hence the diagonal.
+// Returns power times the measure of the directions times that of the positions. The latter uses the
+// diagonal, since boxes without area (points in a row) still differ in extent.
 double Cost(const LightBounds& bounds);
 
 // Its cones are rounded to wider angles.

@@ -41,7 +41,7 @@ class LightTree::Builder {
     }
 
   private:
-    // Orders the items in two non-empty parts; returns the size of the first.
+    // Partitions the items into two non-empty parts; returns the size of the first.
     static size_t Split(std::span<LightLeaf> items, uint32_t depth) {
         if (items.size() == 2) return 1;
         glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
@@ -51,7 +51,7 @@ class LightTree::Builder {
         }
         const glm::vec3 extent = high - low;
         const int longest = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
-        // Halving reaches the leaves within the depth that is left; anything else may not
+        // Halving reaches the leaves within the remaining depth; another split may not
         const bool mustHalve = depth + std::bit_width(items.size() - 1) >= kMaxDepth;
         if (!mustHalve && extent[longest] > 0.0f) {
             const size_t middle = SplitByCost(items, low, extent);
@@ -67,7 +67,7 @@ class LightTree::Builder {
 
     static uint32_t BucketOf(const LightLeaf& item, int axis, const glm::vec3& low, const glm::vec3& extent) {
         const float place = (item.center[axis] - low[axis]) / extent[axis] * float{kBucketCount};
-        // A NaN, where the extent is beyond floats, goes to bucket 0
+        // A NaN, for an extent beyond the range of floats, goes to bucket 0
         return std::min(static_cast<uint32_t>(std::max(0.0f, place)), kBucketCount - 1);
     }
 
@@ -75,7 +75,7 @@ class LightTree::Builder {
         const float longest = std::max({extent.x, extent.y, extent.z});
         double bestCost = std::numeric_limits<double>::infinity();
         int bestAxis = 0;
-        uint32_t bestBucket = 0;  // the first of the second part
+        uint32_t bestBucket = 0;  // index of the first bucket of the second part
         for (int axis = 0; axis < 3; ++axis) {
             if (!(extent[axis] > 0.0f)) continue;
             std::array<LightBounds, kBucketCount> buckets;
@@ -105,7 +105,7 @@ class LightTree::Builder {
 
     LightTree& m_tree;
     std::span<gpu::LightRecord> m_lights;
-    uint32_t m_count = 1;  // nodes
+    uint32_t m_count = 1;  // number of nodes
 };
 
 void LightTree::Build(std::vector<LightLeaf> leaves, std::span<gpu::LightRecord> lights) {
@@ -168,7 +168,7 @@ void LightTree::Refit(std::vector<uint32_t>& changed) {
         for (uint32_t node = m_rest[leaf].parent; node != kNoNode; node = m_rest[node].parent)
             above.push_back(node);
     m_set.clear();
-    // Children come after their parents
+    // Children have larger indices than their parents
     std::ranges::sort(above, std::greater());
     above.erase(std::unique(above.begin(), above.end()), above.end());
     for (const uint32_t node : above) {

@@ -1,5 +1,5 @@
-// Groups of lights of a scene: see gpu::kLightGroupRest and its neighbors. Threads: plain values and pure
-// functions, for any thread.
+// Groups of a scene's lights: see gpu::kLightGroupRest and its neighbors. Threads: plain values and pure
+// functions.
 #pragma once
 
 #include <algorithm>
@@ -12,19 +12,20 @@
 
 namespace raygraph {
 
-// Groups of lights by index of the scene's instances, materials and punctual lights: gpu::kLightGroupNamed
-// and on, or gpu::kLightGroupRest. A triangle is in the lower one of its instance's and its material's that
-// is not Rest. An empty list is all Rest.
+// Light groups by index of the scene's instances, materials and punctual lights: gpu::kLightGroupNamed and
+// above, or gpu::kLightGroupRest. A triangle is in the lower of the groups of its instance and its material,
+// where Rest is the highest. An empty list assigns all to Rest.
 struct LightGroups {
     uint32_t namedCount = 0;  // at most gpu::kMaxNamedLightGroups
     std::vector<uint32_t> instances, materials, lights;
 };
 
-// Error{Usage} for lists that are neither empty nor of the scene's sizes, or a group that is out of range.
+// Throws Error{Usage} for lists that are neither empty nor of the scene's sizes, or a group that is out of
+// range.
 RAYGRAPH_API void RequireFitting(const LightGroups& groups, size_t instanceCount, size_t materialCount,
                                  size_t lightCount);
 
-// The group of a light that is in two: the lower one, with Rest as the highest.
+// Returns the group of a light that is in two: the lower one, with Rest as the highest.
 inline uint32_t FirstLightGroup(uint32_t a, uint32_t b) {
     return a == gpu::kLightGroupRest || b == gpu::kLightGroupRest ? std::max(a, b) : std::min(a, b);
 }

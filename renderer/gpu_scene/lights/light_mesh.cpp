@@ -11,7 +11,7 @@ namespace raygraph {
 
 namespace {
 
-// Weights are relative to the greatest: whatever shines is chosen sometimes.
+// Weights are relative to the greatest, and at least this: every triangle that shines can be chosen.
 constexpr double kMinWeight = 1e-30;
 constexpr double kCosineRounding = 1e-6;
 
@@ -76,7 +76,7 @@ LightBounds LightMesh::Placed(const glm::mat4x3& objectToWorld) const {
     LightBounds bounds;
     PlaceBox(objectToWorld, bounds);
     const glm::dvec3 x(objectToWorld[0]), y(objectToWorld[1]), z(objectToWorld[2]);
-    // Areas follow the cofactors; mirroring keeps the front in front
+    // Area vectors transform by the cofactors; a front face stays a front face under mirroring
     glm::dmat3 cofactors(glm::cross(y, z), glm::cross(z, x), glm::cross(x, y));
     if (glm::dot(x, cofactors[0]) < 0.0) cofactors = -cofactors;
     const glm::dvec3 axis = cofactors * m_axis;

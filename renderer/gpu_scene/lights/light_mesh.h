@@ -1,4 +1,5 @@
-// The emitting triangles of a mesh that is placed often, once for all placements: each of these is one light.
+// LightMesh: the emitting triangles of a mesh that is placed often, stored once for all placements. Each
+// placement is one light. Threads: as std::vector.
 #pragma once
 
 #include <cstdint>
@@ -14,41 +15,42 @@ namespace raygraph {
 
 class LightMesh {
   public:
-    // By material: `emission` is radiance before the texture, `groups` are light groups (empty: all are
-    // kLightGroupRest).
+    // Both spans are by material: `emission` is radiance before the texture, `groups` are light groups
+    // (empty: all are kLightGroupRest).
     LightMesh(std::span<const Emitter> emitters, std::span<const glm::vec3> emission,
               std::span<const uint32_t> groups);
 
-    // In object space, one a triangle.
+    // In object space, one per triangle.
     const std::vector<gpu::LightRecord>& Lights() const { return m_lights; }
-    // Children counted from the first node, lights from the first triangle.
+    // Indices of children count from the first node, those of lights from the first triangle.
     const std::vector<gpu::LightNode>& Nodes() const { return m_nodes; }
-    // The two tables of a mesh, without offsets: see light_records.h.
+    // The two alias tables of a mesh, without offsets: see light_records.h.
     const std::vector<gpu::AliasEntry>& Alias() const { return m_alias; }
     uint32_t ActiveCount() const { return static_cast<uint32_t>(m_facets.size()); }
-    // Whether the light of a mesh that is placed so has the flag gpu::kLightOutward.
+    // Tells whether a placement of the mesh by this transform has the flag gpu::kLightOutward.
     bool IsOutward(const glm::mat4x3& objectToWorld) const { return IsBackInside(m_first, objectToWorld); }
 
-    // Of all triangles together, as placed. The power is exact up to rounding, the cone too where only
-    // turned and scaled, and the box is that of the object's. O(triangles that shine).
+    // Returns the bounds of all triangles together, as placed. The power is exact up to rounding, and so is
+    // the cone if the transform only rotates and scales; the box is around the transformed box of the mesh.
+    // O(triangles that shine).
     LightBounds Placed(const glm::mat4x3& objectToWorld) const;
-    // The box of these bounds alone. O(1).
+    // Sets the box of these bounds alone. O(1).
     void PlaceBox(const glm::mat4x3& objectToWorld, LightBounds& bounds) const;
 
   private:
     // A triangle that shines.
     struct Facet {
         glm::dvec3 area{0.0};   // along the normal
-        double exitance = 0.0;  // of both sides, if both emit; luminance, W/m^2
+        double exitance = 0.0;  // luminance, W/m^2, over both sides if both emit
     };
 
     std::vector<gpu::LightRecord> m_lights;
     std::vector<gpu::LightNode> m_nodes;
     std::vector<gpu::AliasEntry> m_alias;
     std::vector<Facet> m_facets;
-    glm::dvec3 m_axis{0.0, 0.0, 1.0};  // the middle of the normals
+    glm::dvec3 m_axis{0.0, 0.0, 1.0};  // middle of the normals
     glm::vec3 m_min{0.0f}, m_max{0.0f};
-    bool m_isTwoSided = false;  // some facet is
+    bool m_isTwoSided = false;  // some facet emits on both sides
     Emitter m_first;
 };
 

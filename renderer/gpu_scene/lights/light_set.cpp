@@ -63,7 +63,7 @@ void LightSet::AddMaterial(uint32_t material, const glm::vec3& radiance) {
     AssignToRest(m_scene.lightGroups.materials, material);
 }
 
-// What takes the index of something that was removed is in no group of a host's.
+// A new object at the index of a removed one is in none of the host's groups.
 void LightSet::AssignToRest(std::vector<uint32_t>& groups, uint32_t index) {
     if (index < groups.size()) groups[index] = gpu::kLightGroupRest;
 }
@@ -89,7 +89,7 @@ void LightSet::AddGroup(uint32_t group, std::vector<Emitter> emitters,
     m_scene.isDeformed[group] = isDeformed;
 }
 
-// Never less than what Number makes of it.
+// An upper bound of the lights that Number makes of the group.
 LightSet::LightCounts LightSet::CountsOf(uint32_t group, uint32_t placementCount) const {
     const size_t emitters = m_scene.groups[group].size();
     const bool isShared = m_scene.Shares(group, placementCount) ||
@@ -98,7 +98,7 @@ LightSet::LightCounts LightSet::CountsOf(uint32_t group, uint32_t placementCount
     return {.lights = placementCount * emitters};
 }
 
-// Of all placements, with as many of this group.
+// Returns the counts of all placements, with `placementCount` placements of this group.
 LightSet::LightCounts LightSet::CountsAfter(uint32_t group, uint32_t placementCount) const {
     const LightCounts before = CountsOf(group, m_placementCounts[group]);
     const LightCounts after = CountsOf(group, placementCount);
@@ -123,10 +123,10 @@ void LightSet::AddPlacement(uint32_t record, uint32_t instance, uint32_t group,
 void LightSet::Place(uint32_t record, uint32_t instance, uint32_t group, const glm::mat4x3& objectToWorld,
                      bool isVisible) {
     if (m_scene.groups[group].empty()) return;
-    // All that may fail
+    // Everything that may fail comes first
     if (instance >= m_scene.instances.size()) m_scene.instances.resize(instance + size_t{1});
     if (instance >= m_firstPlacement.size()) m_firstPlacement.resize(m_scene.instances.size(), kNone);
-    // In place of one with as many numbers: the others keep theirs
+    // Reuses a removed placement with as many light numbers, so that all others keep theirs
     std::vector<uint32_t>& removed = m_removed[LightsOfOne(group)];
     const bool isNew = removed.empty();
     const auto index = isNew ? static_cast<uint32_t>(m_scene.placements.size()) : removed.back();
@@ -219,8 +219,8 @@ bool LightSet::AreMostRemoved() const {
     return 2 * m_removedLights > m_numberedLights;
 }
 
-// Of the rule Always, placements are what is there, in the order of their records; otherwise those that were
-// removed stay until they are the most.
+// With the rule Always, the placements are the existing ones in the order of their records. Otherwise removed
+// placements stay until they outnumber the others.
 void LightSet::DropRemoved() {
     const bool isAlways = m_rule == LightRule::Always;
     const bool isOrdered =
@@ -324,7 +324,7 @@ std::pair<scene::Light, scene::Light> LightSet::Checked(const scene::Light& valu
     if (const size_t count = m_scene.profiles.firstWords.size();
         values.profile != scene::kNone && values.profile >= count)
         throw MakeError(ErrorKind::Usage, "{}: profile is {}, there are {}", subject, values.profile, count);
-    // A file's transform may be degenerate; one that a host sets must have a direction
+    // The transform from a file may be degenerate; one that a host sets must have a direction
     if (place == LightOwner::OfHost)
         scene::CheckTransform({values.lightToWorld, values.translationResidual}, subject);
     scene::Light fromOrigin = values;
@@ -342,7 +342,8 @@ void LightSet::SetPunctual(uint32_t light, scene::Light&& inWorld, scene::Light&
     const auto isDirectional = [](const scene::Light& of) {
         return of.type == scene::LightType::Directional;
     };
-    m_edits.isAll |= isDirectional(m_punctual[light]) != isDirectional(inWorld);  // the order of the lights
+    // The order of the lights changes.
+    m_edits.isAll |= isDirectional(m_punctual[light]) != isDirectional(inWorld);
     m_punctual[light] = std::move(inWorld);
     m_scene.punctual[light] = std::move(fromOrigin);
 }

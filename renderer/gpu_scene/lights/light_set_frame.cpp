@@ -1,4 +1,4 @@
-// What a LightSet does in a frame: the tables follow the edits, and the device follows the tables.
+// The work of a LightSet in a frame: the tables follow the edits, and the device follows the tables.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,8 +10,8 @@
 namespace raygraph {
 namespace {
 
-// One of four in an octave: light sampling needs no more, and what only moves makes tables due when it
-// crosses from one to the next, not in every frame of an animation.
+// Rounds to four steps per octave: light sampling needs no more, and a moving instance then makes the tables
+// dirty only when it crosses from one step to the next, not in every frame of an animation.
 float CoarseRadius(float radius) {
     return radius > 0.0f ? std::exp2(std::round(4.0f * std::log2(radius)) / 4.0f) : 0.0f;
 }
@@ -80,8 +80,8 @@ void LightSet::NoteChanges(const LightTableChanges& changes) {
     ++(changes.isRebuilt ? m_statistics.rebuilds : m_statistics.updates);
 }
 
-// A small tree is built in less than a frame's noise: then pictures of a view are those of the scene as it
-// is, too. A new origin leaves every tree as it is.
+// A small tree is rebuilt in less than the variation of a frame's time, and then a view, too, depends on the
+// current scene alone. A new origin does not change the topology of any tree.
 bool LightSet::MayRefit() const {
     constexpr size_t kSmallTree = 1024;
     if (m_rule == LightRule::Always) return false;
@@ -91,7 +91,7 @@ bool LightSet::MayRefit() const {
 
 void LightSet::UpdateTable(InstanceSet& instances) {
     Number();
-    // Of what is now, so that pictures do not depend on what was shown before
+    // The radius is that of the current scene, so that pictures do not depend on what was shown before
     if (HasInfiniteLight()) {
         const float radius = CoarseRadius(instances.VisibleBounds().Radius());
         m_edits.powersDirty |= radius != m_scene.radius;
@@ -106,7 +106,7 @@ void LightSet::UpdateTable(InstanceSet& instances) {
         if (m_rule == LightRule::Decay && m_table.UpdateDecay()) m_table.BuildTree(m_scene, changes);
         NoteChanges(changes);
     } catch (...) {
-        m_edits.isAll = true;  // memory has run out on the way
+        m_edits.isAll = true;  // memory has run out meanwhile
         throw;
     }
     m_edits = {.isAll = false};
@@ -131,7 +131,7 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances
     ids.lightGroupCount = gpu::kLightGroupNamed + m_scene.lightGroups.namedCount;
     ids.punctualLights = static_cast<uint32_t>(m_scene.punctual.size());
     ids.triangleLights = ids.lightSet.lightCount - ids.punctualLights;
-    // Even if no light is sampled: hits know the group of their light by it
+    // The feature is needed even if no light is sampled: hits find the group of their light by it
     if (!m_table.Meshes().empty()) ids.features |= kTraceMeshLights;
     if (ids.lightSet.activeCount > 0) {
         ids.features |= kTraceLightSampling;
@@ -157,7 +157,7 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances
         });
 }
 
-// What the table has of the records that have changed. Those beyond its end are not read.
+// Uploads the changed records of a table. Changes beyond the table's end are ignored.
 template <typename At>
 BufferId LightSet::DeclareUpload(Renderer& renderer, Records& records, size_t count, At&& at) {
     const auto write = [this, count, at](uint32_t index, RecordTable::Writer& writer) {

@@ -13,7 +13,7 @@ namespace raygraph {
 
 namespace {
 
-// Powers in floats, and sums of them, stay finite and normal within these.
+// Within these bounds, powers in floats and their sums stay finite and normal.
 constexpr double kMinPower = 1e-36, kMaxPower = 1e30;
 constexpr uint32_t kNoMesh = 0xFFFFFFFFu;
 
@@ -46,7 +46,7 @@ void AppendAlias(std::vector<gpu::AliasEntry>& alias, std::span<const double> po
     BuildAliasTable(power, std::span(alias).subspan(first));
 }
 
-// A leaf without power has no part in the boxes above it.
+// A leaf without power does not extend the boxes above it.
 LightBounds DarkBounds() {
     return {.min = glm::vec3(0.0f), .max = glm::vec3(0.0f)};
 }
@@ -92,7 +92,7 @@ gpu::AliasEntry LightTable::AliasAt(size_t index) const {
     return index < m_alias.size() ? m_alias[index] : gpu::AliasEntry{};
 }
 
-// The lights of placements, then the bounded punctual ones, then the directional ones.
+// Numbers the lights of placements, then the bounded punctual ones, then the directional ones.
 void LightTable::Number(const LightScene& scene) {
     uint32_t count = 0;
     for (const EmitterPlacement& placement : scene.placements) {
@@ -246,7 +246,7 @@ void LightTable::BuildTree(const LightScene& scene, LightTableChanges& changes) 
     UpdateNodeCount();
 }
 
-// A tree without light is none: its last node would be chosen all the same.
+// A tree without power has no nodes: otherwise its last node would be chosen.
 void LightTable::UpdateNodeCount() {
     const std::vector<gpu::LightNode>& nodes = m_tree.Nodes();
     const bool isLit = !nodes.empty() && nodes[0].power > 0.0f;

@@ -1,4 +1,5 @@
-// All lights of a scene as the tables of shaders/shared/light_records.h, made on the host.
+// All lights of a scene as the tables of shaders/shared/light_records.h, built on the host. Threads: as
+// std::vector.
 #pragma once
 
 #include <cstdint>
@@ -17,37 +18,39 @@
 
 namespace raygraph {
 
-// One TLAS instance of a group with emitters. It is a light for each of them, in their order, or one in all.
+// One TLAS instance of a group with emitters. It is one light for each of them, in their order, or one light
+// in all.
 struct EmitterPlacement {
     uint32_t record = 0;     // index of its InstanceRecord
     uint32_t instance = 0;   // into LightScene::instances
     uint32_t group = 0;      // into LightScene::groups
-    bool isRemoved = false;  // keeps its lights' numbers, and they are dark
+    bool isRemoved = false;  // the numbers of its lights stay taken, and the lights are dark
     uint32_t firstLight = 0;
     uint32_t lightCount = 0;
 };
 
-// Groups of emitters that would be more lights than this in all their placements are shared: each placement
-// is one light. Fewer are sampled a bit better one by one.
+// Groups whose emitters would be more lights than this over all placements are shared: each placement is one
+// light. Fewer are sampled a bit better one by one.
 inline constexpr uint32_t kMaxExpandedLights = 4096;
-// Those of fewer emitters are not: it would save nothing.
+// Groups with fewer emitters are not shared, since that would save nothing.
 inline constexpr uint32_t kMinSharedEmitters = 4;
 
-// Everything that the tables depend on.
+// Everything on which the tables depend.
 struct LightScene {
     struct Instance {
         glm::mat4x3 objectToWorld{1.0f};
         bool isVisible = true;
     };
-    std::vector<std::vector<Emitter>> groups;  // those without emitters are empty
-    std::vector<bool> isDeformed;              // by group: never shared. Empty: none is
+    std::vector<std::vector<Emitter>> groups;  // empty for groups without emitters
+    // By group: deformed groups are never shared. Empty: none is deformed.
+    std::vector<bool> isDeformed;
     std::vector<EmitterPlacement> placements;
     std::vector<Instance> instances;
     std::vector<glm::vec3> emission;  // by material: radiance, before the texture
     std::vector<scene::Light> punctual;
-    std::vector<bool> isPunctualHidden;  // empty: none is
+    std::vector<bool> isPunctualHidden;  // empty: none is hidden
     ProfileTable profiles;
-    float radius = 0.0f;  // of what is visible, m: what infinite lights shine on
+    float radius = 0.0f;  // m, of what is visible: infinite lights shine on it
 
     LightGroups lightGroups;
 
@@ -58,32 +61,33 @@ struct LightScene {
     uint32_t maxExpandedLights = kMaxExpandedLights;
     std::vector<bool> isShared;  // by group
 
-    // Whether each of so many placements of a group is to be one light.
+    // Tells whether each of `placementCount` placements of a group is one light.
     bool Shares(size_t group, uint64_t placementCount) const;
-    // Decides which groups are shared, and numbers the lights of the placements from 0 on; returns how many
-    // there are. Where placements have been removed, those of a group that was shared may `stay` so: few are
-    // sampled a bit worse then, but the tables do not grow.
+    // Decides which groups are shared, and numbers the lights of the placements from 0 on. Returns the number
+    // of lights. With `stay`, a group that was shared stays so after placements have been removed: a few are
+    // sampled a bit worse as one light, but the tables do not grow.
     uint32_t NumberEmitters(bool stay = false);
 };
 
-// What of a LightScene has changed.
+// The changes of a LightScene.
 struct LightEdits {
-    bool isAll = true;                 // anything; the rest does not count
-    std::vector<uint32_t> placements;  // transforms and visibility, and emitters' places if not shared
-    std::vector<uint32_t> punctual;    // all but whether they are directional
-    bool powersDirty = false;          // radius, or radiance of the environment
-    bool transformsDirty = false;      // all transforms have been moved by the same translation
+    bool isAll = true;  // everything; the other fields are ignored
+    // Transforms and visibility; positions of emitters, if they are not shared.
+    std::vector<uint32_t> placements;
+    std::vector<uint32_t> punctual;  // all properties except whether they are directional
+    bool powersDirty = false;        // radius, or radiance of the environment
+    bool transformsDirty = false;    // all transforms have been moved by the same translation
 
     bool IsEmpty() const {
         return !isAll && placements.empty() && punctual.empty() && !powersDirty && !transformsDirty;
     }
 };
 
-// What of the tables has changed.
+// The changes of the tables.
 struct LightTableChanges {
-    bool isAll = false;              // all of it, sizes included
+    bool isAll = false;              // everything, sizes included
     bool isRebuilt = false;          // the tree
-    bool allRecordsChanged = false;  // records and nodes of the lights
+    bool allRecordsChanged = false;  // all records and nodes of lights
     bool isAlias = false;
     std::vector<uint32_t> lights, nodes;
 
@@ -94,29 +98,30 @@ struct LightTableChanges {
 
 class LightTable {
   public:
-    // Brings the tables up to date with `scene`, in which the emitters are numbered.
+    // Updates the tables to `scene`, in which the emitters are numbered.
     //
-    // The tree is built again if `mayRefit` is false, or if a light shines that was dark when it was built.
-    // Otherwise the records, the leaves and the nodes above of what has changed are updated in place, and
-    // powers that differ by less than kPowerTolerance stay as they are: they are only weights. Triangles that
-    // are hidden, dark or without area keep their number and have probability 0. With the tree, infinite
-    // lights are chosen by their share of the power, but neither they nor the bounded lights with less than
-    // kMinLightShare, because it is not known how much of the infinite light reaches a point.
+    // The tree is rebuilt if `mayRefit` is false, or if a light shines that was dark when the tree was built.
+    // Otherwise the changed records, their leaves and the nodes above are updated in place, and powers that
+    // differ by less than kPowerTolerance keep their values, since they are only weights. Triangles that are
+    // hidden, dark or without area keep their number and have probability 0. With the tree, infinite lights
+    // are chosen by their share of the power; but neither they nor the bounded lights are chosen with less
+    // than kMinLightShare, because it is not known how much of the infinite light reaches a point.
     LightTableChanges Update(const LightScene& scene, const LightEdits& edits, bool mayRefit);
-    // A frame samples the tree as it is now. True: updates have decayed it, by the rule of tlas_quality.h for
-    // LightTree::RelativeCost.
+    // Must be called once for each frame that samples the current tree. Returns true if updates have decayed
+    // it, by the rule of tlas_quality.h for LightTree::RelativeCost.
     bool UpdateDecay() { return m_quality.UpdateDecay(m_tree.RelativeCost(), m_tree.Nodes().size() / 2); }
     void BuildTree(const LightScene& scene, LightTableChanges& changes);
 
-    // Counts and shares; without the environment's place.
+    // Counts and shares, without the record of the environment.
     const gpu::LightSetRecord& Set() const { return m_set; }
-    // With it, as it is in the scene now.
+    // The record with the environment as it is in the scene now.
     gpu::LightSetRecord SetIn(const LightScene& scene) const;
     uint64_t EmissiveTriangleCount() const { return m_emissiveTriangleCount; }  // those that shine
     const std::vector<gpu::LightMeshRecord>& Meshes() const { return m_meshRecords; }
     const std::vector<gpu::AliasEntry>& Alias() const { return m_alias; }  // without those of meshes
     const std::vector<gpu::AliasEntry>& MeshAlias() const { return m_meshAlias; }
-    // The tables as on the device. Of numbers between the lights' and the meshes' there is nothing to read.
+    // The tables as on the device. Records between those of the lights and those of the meshes are never
+    // read.
     size_t LightCount() const { return m_lights.size() + m_meshLights.size(); }
     size_t NodeCount() const { return FirstMeshNode() + m_meshNodes.size(); }
     size_t AliasCount() const { return FirstMeshAlias() + m_meshAlias.size(); }
@@ -131,7 +136,7 @@ class LightTable {
     void BuildMeshes(const LightScene& scene);
     void SetPlacement(const LightScene& scene, uint32_t placement, bool isRefit, LightTableChanges& changes);
     void SetPunctual(const LightScene& scene, uint32_t light, bool isRefit, LightTableChanges& changes);
-    // `bounds` is null: those of the record.
+    // `bounds` is null: the bounds are those of the record.
     void SetLight(uint32_t number, gpu::LightRecord record, double power, const LightBounds* bounds,
                   bool isRefit, LightTableChanges& changes);
     void SetInfinitePowers(const LightScene& scene);
@@ -141,16 +146,16 @@ class LightTable {
 
     std::vector<gpu::LightRecord> m_lights;
     std::vector<double> m_power;  // by light, the environment last
-    LightTree m_tree;             // over the bounded ones
+    LightTree m_tree;             // over the bounded lights
     std::vector<gpu::AliasEntry> m_alias;
     gpu::LightSetRecord m_set{};
     uint64_t m_emissiveTriangleCount = 0;
-    std::vector<uint32_t> m_shiningCounts;    // by placement: triangles
-    std::vector<uint32_t> m_punctualNumbers;  // by punctual light
+    std::vector<uint32_t> m_shiningCounts;    // by placement: triangles that shine
+    std::vector<uint32_t> m_punctualNumbers;  // by punctual light: its number
     TlasQuality m_quality;
 
     std::vector<LightMesh> m_meshes;
-    std::vector<uint32_t> m_meshOf;         // by group, if it is shared
+    std::vector<uint32_t> m_meshOf;         // by group: its mesh, if it is shared
     std::vector<LightBounds> m_meshBounds;  // by placement, if its group is shared
     std::vector<gpu::LightMeshRecord> m_meshRecords;
     std::vector<gpu::LightRecord> m_meshLights;
@@ -161,7 +166,7 @@ class LightTable {
 inline constexpr double kMinLightShare = 0.1;
 inline constexpr double kPowerTolerance = 1e-3;
 
-// The table of a scene in which the emitters are numbered. O(n log n).
+// Builds the table of a scene in which the emitters are numbered. O(n log n).
 LightTable BuildLightTable(const LightScene& scene);
 
 }  // namespace raygraph

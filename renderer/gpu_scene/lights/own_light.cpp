@@ -19,18 +19,18 @@ namespace raygraph {
 
 namespace {
 
-// What of a scene's surfaces must be visible in its own light at least, for that to count.
+// The fraction of the visible surface points that must be visible in the scene's own light.
 constexpr double kLeastShare = 0.25;
-// Visible is what has this luminance: six stops below middle gray, which is all but black in a picture at
+// Points with this luminance are visible: six stops below middle gray, which is all but black in a picture at
 // exposure 0.
 constexpr double kLeastLuminance = 0.18 / 64.0;
 constexpr float kReflectance = 0.5f;
 constexpr size_t kMaxCameras = 8;
-constexpr uint32_t kPointsAcross = 32;  // of a view, where there is one
+constexpr uint32_t kPointsAcross = 32;  // points along the longer side of a view
 constexpr uint32_t kPaths = 16;
 constexpr float kAspect = 16.0f / 9.0f;
 
-// Numbers in [0, 1) that are the same everywhere.
+// A generator of numbers in [0, 1) whose sequence is the same on every platform.
 class Random {
   public:
     float Next() { return static_cast<float>(m_engine() >> 8) * 0x1p-24f; }
@@ -41,7 +41,7 @@ class Random {
 
 class Measurement {
   public:
-    // `glow` is that of the scene.
+    // `glow` must be that of the scene.
     Measurement(const scene::SceneData& scene, SurfaceGlow& glow, uint32_t maxThreads)
         : m_data(scene),
           m_glow(glow),
@@ -68,7 +68,8 @@ class Measurement {
     }
 
   private:
-    // What is hidden in the pose that the scene has, and glows when an animation shows it, counts as shown.
+    // Returns the placed meshes. One that is hidden in the current pose, and that glows when an animation
+    // shows it, is included.
     std::vector<BvhInstance> Placed() const {
         const std::vector<bool> visible = scene::VisibleNodes(m_data);
         std::vector<BvhInstance> instances;
@@ -114,15 +115,15 @@ class Measurement {
         }
         const auto isThere = [this](uint32_t instance, uint32_t facet, const glm::vec2& barycentrics) {
             const float opacity = m_glow.OpacityAt(m_facets->Instances()[instance].mesh, facet, barycentrics);
-            // No number is drawn where there is nothing to decide
+            // No number is drawn where the decision is certain
             return opacity > 0.0f && (opacity >= 1.0f || m_random.Next() < opacity);
         };
         m_facets.emplace(std::move(meshes), std::move(instances), maxThreads, isThere);
     }
 
     // Returns the power of a placed mesh, from the sums of the powers of its facets. A transform scales an
-    // area with the normal n by |C n|, where C are its cofactors. The mesh as a whole is scaled by the root
-    // of the mean square of that, which is exact for a mesh that is plane and for a uniform scale.
+    // area with the normal n by |C n|, where C are its cofactors. The whole mesh is scaled by the root mean
+    // square of that, which is exact for a plane mesh and for a uniform scale.
     static double PlacedPower(const glm::mat4x3& objectToWorld, const std::vector<double>& sums,
                               const glm::dmat3& squares) {
         if (sums.empty() || !(sums.back() > 0.0)) return 0.0;
@@ -132,8 +133,8 @@ class Measurement {
         return std::sqrt(sums.back() * std::max(0.0, scaled[0][0] + scaled[1][1] + scaled[2][2]));
     }
 
-    // An estimate, from one point of one light, of what a white surface with this normal scatters. Its mean
-    // is what all lights make it scatter.
+    // Returns an estimate, from one point of one light, of what a white surface with this normal scatters.
+    // Its expected value is the light of all lights that the surface scatters.
     float DirectLight(const glm::vec3& point, const glm::vec3& normal) {
         const double all = m_weightsOfInstances.empty() ? 0.0 : m_weightsOfInstances.back();
         if (all <= 0.0) return 0.0f;
@@ -161,7 +162,7 @@ class Measurement {
         const double chance = probability(m_weightsOfInstances, i) * probability(m_weights[instance.mesh], f);
         if (!(square > 0.0f) || !(chance > 0.0)) return 0.0f;
         const float mirrored = scene::IsMirrored(instance.objectToWorld) ? -1.0f : 1.0f;
-        // Twice the area times both cosines times the square of the distance
+        // Twice the area, times both cosines, times the square of the distance
         const float received = glm::dot(normal, d);
         float sent = -mirrored * glm::dot(across, d);
         if (!facet.isBackCulled) sent = std::abs(sent);
@@ -177,7 +178,7 @@ class Measurement {
         const float angle = 2.0f * std::numbers::pi_v<float> * m_random.Next(),
                     z = 2.0f * m_random.Next() - 1.0f;
         const float radius = std::sqrt(std::max(0.0f, 1.0f - z * z));
-        // A point of the unit sphere about the tip of the normal: in proportion to the cosine
+        // A point of the unit sphere around the tip of the normal is distributed in proportion to the cosine
         const glm::vec3 direction = normal + glm::vec3(radius * std::cos(angle), radius * std::sin(angle), z);
         const float length = glm::length(direction);
         return length > 1e-3f ? direction / length : normal;
@@ -189,8 +190,8 @@ class Measurement {
     uint32_t MeshOf(const FacetHit& hit) const { return m_facets->Instances()[hit.instance].mesh; }
     bool IsUnlit(const FacetHit& hit) const { return m_glow.IsUnlit(MeshOf(hit), hit.facet); }
 
-    // Where rays that leave the surface begin. How far from it follows from the hit alone: a share of the
-    // scene's size would lead through its walls.
+    // Returns the origin of rays that leave the surface. Its distance follows from the hit alone: a fraction
+    // of the scene's size would lead through thin walls.
     glm::vec3 StartAt(const FacetHit& hit) const {
         const BvhInstance& instance = m_facets->Instances()[hit.instance];
         const Facet& facet = m_facets->FacetsOf(instance.mesh)[hit.facet];
@@ -206,8 +207,8 @@ class Measurement {
         if (shown >= kLeastLuminance) return true;
         if (IsUnlit(hit)) return false;
         const glm::vec3 start = StartAt(hit);
-        // Either way finds all lights that shine there: small ones best the first, those among many that are
-        // near best the second
+        // Each of the two strategies finds all lights that shine there: the first is good for small lights,
+        // the second for the nearest of many
         double sampled = 0.0, found = 0.0, scattered = 0.0;
         for (uint32_t i = 0; i < kPaths; ++i) {
             sampled += kReflectance * DirectLight(start, hit.normal);
@@ -221,7 +222,7 @@ class Measurement {
         return shown + (std::max(sampled, found) + scattered) / kPaths >= kLeastLuminance;
     }
 
-    // `origin`: of the facets, in the space of the view.
+    // `origin` is that of the facets, in the space of the view.
     void Look(const scene::CameraView& view, const glm::dvec3& origin, uint32_t across, double& shown,
               double& seen) {
         const glm::vec3 eye(view.eye - origin);
@@ -243,9 +244,9 @@ class Measurement {
 
     const scene::SceneData& m_data;
     SurfaceGlow& m_glow;
-    glm::dvec3 m_center;  // of the facets' coordinates
+    glm::dvec3 m_center;  // center of the facets' coordinates
     std::optional<FacetScene> m_facets;
-    // Sums of the powers of lights, up to each: by mesh and facet, and of all lights of instances.
+    // Prefix sums of the powers of lights: by mesh and facet, and over all lights of instances.
     std::vector<std::vector<double>> m_weights;
     std::vector<double> m_weightsOfInstances;
     Random m_random;

@@ -1,5 +1,5 @@
-// Whether a scene has light of its own, or needs the built-in one. Threads: a pure function, for any thread;
-// it uses threads of its own.
+// Tells whether a scene lights itself, or needs the built-in light. Threads: a pure function, which starts
+// threads of its own.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 namespace raygraph {
 
 // When the built-in light, a studio (renderer/scene/model/studio.h), is a scene's environment.
-//   Auto:   where it brings along none, and HasOwnLight is false
-//   Studio: instead of what it brings along
-//   None:   never
+// Auto:   if the scene has no environment, and HasOwnLight is false
+// Studio: instead of the scene's environment
+// None:   never
 #define RAYGRAPH_DEFAULT_LIGHTS(X, Of)                                \
     X(Of, Auto, 0, "auto", "the studio where the scene has no light") \
     X(Of, Studio, 1, "studio", "in place of its environment")         \
@@ -25,7 +25,7 @@ RAYGRAPH_CHOICE(DefaultLight, RAYGRAPH_DEFAULT_LIGHTS)
 //   - emission or unlit surfaces that light it: a quarter or more of the surface points that cameras see
 //     have a luminance of .18 / 64 at least, six stops below middle gray, because they emit it, are unlit and
 //     have that color, or are reached by light of such surfaces.
-// The environment that the scene brings along does not count.
+// The environment of the scene is ignored.
 //
 // The cameras are those of the scene, eight at most, or if they see no surface the one that frames it
 // (ViewOfBounds). They see a thousand points; each point takes 16 paths of two bounces. Surfaces are taken
@@ -33,12 +33,12 @@ RAYGRAPH_CHOICE(DefaultLight, RAYGRAPH_DEFAULT_LIGHTS)
 // and alpha are those of the textures and vertex colors at each point: a ray passes where a mask has a hole,
 // and through the share of a blended surface that is transparent. Transmissive surfaces are taken as if they
 // were not there, unless they emit; round primitives as square bars; deformed meshes in their base shape.
-// What an animation changes of emission, of unlit colors and of the visibility of what glows is taken at its
-// brightest (brightest_pose.h). So the answer is a property of the scene, in the pose that it has: it does
-// not depend on the camera, size, crop, samples or seed of a picture, nor on a device.
+// Animated emission, unlit colors and visibility of glowing surfaces are taken at their brightest
+// (brightest_pose.h). Hence the answer is a property of the scene in its current pose: it does not depend on
+// the camera, size, crop, samples or seed of a picture, nor on a device.
 //
-// A scene without emission and unlit surfaces takes no time. Others cost a tree over the triangles of the
-// meshes that are placed, and some 50,000 rays.
+// The call takes no time for a scene without emission and unlit surfaces. For others it builds a tree over
+// the triangles of the placed meshes, and traces some 50,000 rays.
 RAYGRAPH_API bool HasOwnLight(const scene::SceneData& scene, uint32_t maxThreads = 0);
 
 // True if the scene has any light at all, however little, where textures are taken as white. It takes no

@@ -12,7 +12,8 @@ namespace raygraph {
 
 namespace {
 
-// Along the node's -z, whatever its scale; a node scaled to nothing has no direction of its own.
+// Returns the direction of the node's -z, whatever its scale; a node scaled to zero has no direction of its
+// own.
 glm::vec3 DirectionOf(const scene::Light& light) {
     const glm::dvec3 direction(-light.lightToWorld[2]);
     const double length = glm::length(direction);
@@ -31,7 +32,7 @@ uint32_t KindOf(scene::LightType type) {
     return gpu::kLightPoint;
 }
 
-// Falloff by KHR_lights_punctual, inner and outer cone angle.
+// Computes the falloff of KHR_lights_punctual from the inner and outer cone angles.
 gpu::LightRecord RecordOf(const scene::Light& light) {
     const float cosOuter = std::cos(light.outerConeAngle);
     const float scale = 1.0f / std::max(0.001f, std::cos(light.innerConeAngle) - cosOuter);
@@ -48,9 +49,10 @@ gpu::LightRecord RecordOf(const scene::Light& light) {
             .spotOffsetOrClearance = isSpot ? -cosOuter * scale : 0.0f};
 }
 
-// Turns a point light's record into that of one with a profile.
+// Turns a point light's record into that of a light with a profile.
 void PutProfile(gpu::LightRecord& record, const scene::Light& light, const ProfileTable& profiles) {
-    // From the node's axes, z first, without scale and shear; what is flat has axes of its own
+    // The axes are those of the node, z first, without scale and shear; a degenerate transform gets
+    // substitutes
     glm::dvec3 z(light.lightToWorld[2]), x(light.lightToWorld[0]);
     z = glm::length(z) > 0.0 ? glm::normalize(z) : glm::dvec3(0.0, 0.0, 1.0);
     if (glm::length(x) > 0.0) x = glm::normalize(x);

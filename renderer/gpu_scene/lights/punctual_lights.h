@@ -1,4 +1,4 @@
-// Punctual lights, with a profile or without, as records.
+// Punctual lights, with a profile or without, as records. Threads: pure functions.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace raygraph {
 
-// The profiles of a scene's lights, as in the buffer of shaders/lights/light_profile.glsl.
+// The profiles of a scene's lights in the layout of shaders/lights/light_profile.glsl.
 struct ProfileTable {
     std::vector<float> words;
     std::vector<uint32_t> firstWords;  // by profile
-    std::vector<double> means;         // intensity over all directions, candela
+    std::vector<double> means;         // mean intensity over all directions, candela
 };
 ProfileTable MakeProfileTable(std::span<const scene::LightProfile> profiles);
 
@@ -24,7 +24,7 @@ struct PoweredLight {
     gpu::LightRecord record;
     double power = 0.0;
 };
-// `sceneRadius`, m, bounds what infinite lights shine on. A hidden light has power 0.
+// `sceneRadius`, in m, bounds the extent that infinite lights shine on. A hidden light has power 0.
 PoweredLight PunctualLight(const scene::Light& light, bool isHidden, const ProfileTable& profiles,
                            double sceneRadius);
 

@@ -11,17 +11,17 @@ namespace raygraph {
 namespace {
 
 constexpr size_t kFacetsOfBar = 12;
-// Bits of a corner: 1 and 2 are sides, 4 is the end.
+// The bits of a corner's index: 1 and 2 select the sides, 4 the end.
 constexpr uint8_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
                                   {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
 
-// The corners of a bar's facet.
+// Returns the corners of a facet of a bar.
 glm::uvec3 CornersOf(size_t facet) {
     const auto& face = kFaces[facet / 2];
     return facet % 2 == 0 ? glm::uvec3(face[0], face[1], face[2]) : glm::uvec3(face[0], face[2], face[3]);
 }
 
-// A square bar around each capsule, or a cube around a sphere.
+// Appends a square bar around each capsule, or a cube around a sphere.
 void AppendBars(const scene::Primitive& primitive, const Facet& like, std::vector<Facet>& facets) {
     for (size_t i = 0; i < primitive.radii.size(); ++i) {
         const glm::vec3 a = primitive.positions[primitive.indices[2 * i]];

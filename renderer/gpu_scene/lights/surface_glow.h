@@ -1,5 +1,5 @@
-// SurfaceGlow reads what surfaces show by themselves, without being lit: their emission, and the base color
-// of unlit ones; and which rays pass through them. It does so at single points, on the host, for the
+// SurfaceGlow computes what surfaces show without being lit: their emission, and the base color of unlit
+// ones. It also tells which rays pass through them. It does so at single points, on the host, for the
 // measurement of own_light.h. Threads: const calls may come from any thread.
 #pragma once
 
@@ -17,25 +17,26 @@ class EmitterFinder;
 
 class SurfaceGlow {
   public:
-    // Refers to the scene, which keeps its vertices and texels.
+    // Keeps a reference to the scene, whose vertices and texels must stay.
     explicit SurfaceGlow(const scene::SceneData& scene);
 
     // True if anything shines in the brightest pose (brightest_pose.h), where textures are taken as white: a
-    // punctual light, or a placed surface that is visible then.
+    // punctual light, or a placed surface that is visible in that pose.
     bool IsAny() const;
     const BrightestPose& Pose() const { return m_pose; }
     bool MayGlow(const scene::Mesh& mesh) const;
 
     // Returns the triangles of the mesh, and 12 facets for each round primitive, which is taken as a square
-    // bar. Transmissive surfaces that do not glow are left out. Facets whose alpha counts are tested.
+    // bar. Transmissive surfaces that do not glow are left out. Facets with alpha have isTested set.
     std::vector<Facet> AddMesh(uint32_t mesh);
 
-    // The luminance that a point of an added mesh shows in the brightest pose.
+    // Returns the luminance that a point of an added mesh shows in the brightest pose.
     float LuminanceAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
-    // The share of rays that the point stops, in the pose that the scene has.
+    // Returns the fraction of rays that the point stops, in the pose that the scene has.
     float OpacityAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const;
     bool IsUnlit(uint32_t mesh, uint32_t facet) const;
-    // For each facet of an added mesh, the mean of the luminance that it emits; unlit ones emit none.
+    // Returns, for each facet of an added mesh, the mean of the luminance that it emits; unlit facets emit
+    // none.
     std::vector<float> EmittedMeans(uint32_t mesh, size_t facetCount, EmitterFinder& finder) const;
 
   private:
@@ -52,7 +53,7 @@ class SurfaceGlow {
 
     const scene::SceneData& m_scene;
     BrightestPose m_pose;
-    std::vector<std::vector<uint32_t>> m_firstFacets;  // by mesh and primitive, and the end
+    std::vector<std::vector<uint32_t>> m_firstFacets;  // by mesh and primitive; one more at the end
 };
 
 }  // namespace raygraph

@@ -12,11 +12,11 @@ namespace raygraph {
 
 namespace {
 
-// Within these bounds, twice a triangle's area and the reciprocal are finite and normal floats.
+// Within these bounds, twice a triangle's area and its reciprocal are finite and normal floats.
 constexpr double kMinArea = 1e-36, kMaxArea = 1e36;
 
-// Of the rays that end anywhere on a triangle, whose record has the world's p0, e1 and e2. RayClearance is
-// convex in the point; the record adds roundings of its own.
+// Returns the clearance of rays that end anywhere on a triangle whose record has p0, e1 and e2 in world
+// space. RayClearance is convex in the point; the record adds rounding errors of its own.
 float TriangleClearance(const Emitter& emitter, const glm::mat4x3& objectToWorld, const glm::vec3& p0,
                         const glm::vec3& e1, const glm::vec3& e2) {
     float clearance = 0.0f;

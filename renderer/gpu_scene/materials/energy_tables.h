@@ -1,4 +1,4 @@
-// The tables of shaders/shared/energy_tables.h, for upload and for tests on the CPU.
+// The tables of shaders/shared/energy_tables.h, for upload and for tests on the CPU. Threads: pure functions.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace raygraph {
 // Numbers in [0, 1], in units of 1 / 65535.
 using EnergyEntryBits = std::array<uint16_t, kEnergyEntrySize>;
 
-// kEnergyEntryCount entries; they live as long as the program. Any thread.
+// Returns kEnergyEntryCount entries, which live as long as the program.
 std::span<const EnergyEntryBits> EnergyTables();
 
 }  // namespace raygraph

@@ -23,7 +23,7 @@ bool HasFilm(const gpu::MaterialRecord& material) {
 // Returns the features of the lobes that the material may have; an unlit one has none.
 TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     if ((material.flags & gpu::kMaterialUnlit) != 0u) return {};
-    // Textures scale their factors down
+    // Textures may scale their factors down
     const bool isDielectric =
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
     const bool isVolume = (material.flags & gpu::kMaterialVolume) != 0u;
@@ -52,9 +52,9 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     return features;
 }
 
-// Whether light passes straight into the medium of some material: it has the index of air, or it or another
-// one of its index scatters. That other pairs of media of one index touch is rare (two objects of glass), so
-// their boundaries stop shadow rays like those of all glass.
+// Tells whether light passes straight into the medium of some material: the medium has the index of air, or
+// it or another one of the same index scatters. Other pairs of media with equal indices that touch are rare
+// (two objects of glass), and their boundaries stop shadow rays like those of all glass.
 bool HasMatchedMedia(const MaterialList& used) {
     struct Media {
         uint32_t count = 0;
@@ -87,7 +87,8 @@ bool HasTextureTransform(const gpu::MaterialRecord& material) {
     return false;
 }
 
-// Mask of gpu::kTangents*: the texture coordinate sets by which the material reads its directional maps.
+// Returns a mask of gpu::kTangents*: the texture coordinate sets by which the material reads its directional
+// maps.
 uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
     const auto setOf = [](uint32_t texture) {
         if (texture == gpu::kNoTexture) return 0u;
@@ -99,7 +100,7 @@ uint32_t DirectionalSets(const gpu::MaterialRecord& material) {
     return sets;
 }
 
-// Whether some material may read a directional map by another texture coordinate set than that of the
+// Tells whether some material may read a directional map by another texture coordinate set than that of the
 // tangents.
 bool MayNeedFrames(const MaterialList& used, uint32_t tangentSets) {
     uint32_t sets = 0;
@@ -108,7 +109,7 @@ bool MayNeedFrames(const MaterialList& used, uint32_t tangentSets) {
     return areMixed && sets != 0 && tangentSets != 0;
 }
 
-// Returns each of the materials that parts have, once.
+// Returns each material of the parts once.
 MaterialList UsedMaterials(std::span<const gpu::MaterialRecord> materials,
                            std::span<const GroupResources> groups) {
     std::vector<bool> isUsed(materials.size());

@@ -8,7 +8,7 @@ namespace raygraph {
 
 namespace {
 
-// Until there is a slot, 0 stands for any.
+// Returns the slot of a texture. Before slots are assigned, 0 marks any texture.
 uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const uint32_t> slots) {
     if (!reference.IsPresent()) return gpu::kNoTexture;
     const uint32_t slot = slots.empty() ? 0u : slots[static_cast<size_t>(reference.texture)];
@@ -20,7 +20,7 @@ uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const uint32_
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {
     gpu::MaterialRecord record = textures;
 #define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) record.name = values.field;
-    // Textures that `values` does not name stay as they are
+    // Transforms of textures that `values` does not name stay as they are
 #define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) \
     if (values.name##Texture.IsPresent()) record.name##Transform = values.name##Texture.transform.Matrix();
 #include "shaders/shared/material_list.h"

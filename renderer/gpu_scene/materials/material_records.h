@@ -1,4 +1,4 @@
-// Materials as the device reads them. For renderer/gpu_scene alone. Threads: pure functions, for any thread.
+// Materials as the device reads them. For renderer/gpu_scene alone. Threads: pure functions.
 #pragma once
 
 #include <span>
@@ -9,14 +9,14 @@
 
 namespace raygraph {
 
-// `values` with the texture fields of `textures`.
+// Returns `values` as a record with the texture fields of `textures`.
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);
 
-// That the material reads, each once, ascending.
+// Returns the textures that the material reads, each once, ascending.
 std::vector<uint32_t> TexturesOf(const scene::Material& material);
 
-// Of these materials; `slots` are those of the textures that they name, or none if these are not uploaded
-// yet.
+// Returns the records of these materials. `slots` are those of the textures that they name; it is empty if
+// these have not been uploaded.
 std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material> materials,
                                                  std::span<const uint32_t> slots);
 

@@ -1,6 +1,6 @@
-// SceneMaterials: the materials and textures of a scene on the device. They come and go; the others keep
-// their numbers. What pipelines need for them is found when something has changed, not in every frame.
-// Threads: that of the Renderer.
+// SceneMaterials: the materials and textures of a scene on the device. Adding and removing does not change
+// the numbers of others. The trace features of the materials are computed when something has changed, not in
+// every frame. Threads: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -23,46 +23,48 @@ struct SceneIds;
 
 class SceneMaterials {
   public:
-    // Both defaults outlive it; they fill the slots that have no texture.
+    // Both defaults fill slots without a texture, and outlive this object.
     SceneMaterials(rhi::Device& device, const rhi::Texture& defaultTexture,
                    const rhi::Sampler& defaultSampler, float maxAnisotropy);
 
-    // These return numbers, and on an Error have changed nothing. `textureNumbers`: those of the textures
-    // that the materials count from 0.
+    // These calls return numbers, and change nothing on an Error. `textureNumbers` are the numbers of the
+    // textures that the materials count from 0.
     std::vector<uint32_t> Add(std::span<const scene::Material> added,
                               std::span<const uint32_t> textureNumbers);
     std::vector<uint32_t> AddTextures(std::span<const SceneTexture> added);
-    // These remove what nothing uses.
+    // These calls remove what nothing uses.
     void Remove(uint32_t material) noexcept;
     void RemoveTexture(uint32_t texture);
-    // Returns the record that the material had.
+    // Returns the previous record of the material.
     gpu::MaterialRecord Set(uint32_t material, const gpu::MaterialRecord& record) noexcept;
-    // Groups have come (1) or are about to go (-1): each of their parts uses its material, in every variant.
+    // Must be called when groups have been added (1) or are about to be removed (-1): each of their parts
+    // uses its material, in every variant.
     void CountUsers(std::span<const GroupResources> groups, int change) noexcept;
-    // Parts of groups take the materials of another variant: the next Declare finds the features again.
+    // Parts of groups have materials of another variant: the next Declare computes the features again.
     void MarkFeaturesDirty() noexcept { m_featuresDirty = true; }
 
-    // All numbers of materials are below Size(); some below it may be free (Exists).
+    // Returns a number above all numbers of materials; some numbers below it may be free (Exists).
     uint32_t Size() const { return static_cast<uint32_t>(m_records.Size()); }
     bool Exists(uint32_t material) const { return material < m_uses.size() && m_uses[material].exists; }
     std::span<const gpu::MaterialRecord> Records() const { return m_records.Records(); }
-    // A lower bound of the alpha of the base color's texture; 1 without one.
+    // Returns a lower bound of the alpha of the base color's texture; 1 without a texture.
     float TextureAlpha(uint32_t material) const { return m_uses[material].textureAlpha; }
     uint32_t PartCount(uint32_t material) const { return m_uses[material].partCount; }
     const TextureSet& Textures() const { return *m_textures; }
-    uint32_t MaterialCount(uint32_t texture) const { return m_textureUses[texture]; }  // that read it
+    // Number of materials that read it.
+    uint32_t MaterialCount(uint32_t texture) const { return m_textureUses[texture]; }
 
     void Upload(rhi::Uploader& uploader) { m_records.Upload(uploader); }
-    // Uploads what has changed, and sets `materials`, `textures` and `features`.
+    // Uploads the changes, and sets `materials`, `textures` and `features`.
     void Declare(Renderer& renderer, SceneIds& ids, const SceneGeometry& geometry);
-    // How often the features have been found.
+    // Returns how often the features have been computed.
     uint64_t FeatureUpdates() const { return m_featureUpdates; }
 
   private:
-    // The host keeps this of a material beside its record.
+    // The properties of a material that the host keeps beside its record.
     struct Use {
-        std::vector<uint32_t> textures;  // that it reads, each once
-        uint32_t partCount = 0;          // that have it, in some variant
+        std::vector<uint32_t> textures;  // textures that it reads, each once
+        uint32_t partCount = 0;          // parts that have it in some variant
         float textureAlpha = 1.0f;
         bool exists = true;
     };
@@ -71,7 +73,7 @@ class SceneMaterials {
     std::vector<Use> m_uses;
     SlotRanges m_slots;
     std::unique_ptr<TextureSet> m_textures;
-    std::vector<uint32_t> m_textureUses;  // materials that read each
+    std::vector<uint32_t> m_textureUses;  // by texture: number of materials that read it
     TraceFeatures m_features;
     bool m_featuresDirty = true;
     uint64_t m_featureUpdates = 0;

@@ -1,4 +1,4 @@
-// These functions read textures of a scene on the host as samplers read them. Threads: pure functions.
+// Reads the textures of a scene on the host as samplers do. Threads: pure functions.
 #pragma once
 
 #include <cstdint>

@@ -20,15 +20,15 @@ uint64_t TexelCount(Extent2D extent) {
     return uint64_t{extent.width} * extent.height;
 }
 
-// The level of the normal map whose texels are as large as those of level `level` of the image.
+// Returns the level of the normal map whose texels are as large as those of level `level` of the image.
 float MatchingLevel(const TextureMeans& normals, Extent2D image, uint32_t level) {
     const double ratio =
         static_cast<double>(TexelCount(normals.extent)) / static_cast<double>(TexelCount(image));
     return static_cast<float>(level + 0.5 * std::log2(ratio));
 }
 
-// ... whose waves are lost in it. The target's first level is also read from near, with all that the normal
-// map has.
+// Returns the level of the normal map whose variance widens the roughness of this level. The target's first
+// level is also read from near, where all levels of the normal map are visible.
 float NormalsLod(const RoughnessWidening& widening, Extent2D image, uint32_t level, bool isFirst) {
     const auto first = static_cast<float>(widening.firstNormals);
     if (isFirst) return first;
@@ -53,7 +53,7 @@ TextureLevels MakeTextureLevels(Renderer& renderer, TextureId image, TextureId t
     const bool widensImage = settings.firstLevel == 0 && widening && widening->firstNormals > 0;
     TextureId means, encoded, widenedImage;
     if (levelCount > 1 || widensImage) {
-        // A normal map's means are read by others: all of them
+        // The means of a normal map are read by roughness textures, so that all levels are needed
         const bool isAll = settings.content == TexelContent::Normals;
         const GraphTextureDesc chain{.extent = rhi::MipExtent(extent, 1),
                                      .format = Format::Rgba32Float,

@@ -11,7 +11,7 @@ namespace raygraph {
 
 namespace {
 
-// From each level on, or of it alone.
+// Returns one choice for each first level: with all levels below it, or with that level alone.
 std::vector<TextureChoice> Choices(std::span<const uint64_t> levelBytes, bool makesMipLevels, bool isBlocks) {
     std::vector<TextureChoice> choices;
     for (uint32_t level = 0; level < levelBytes.size(); ++level)
@@ -47,7 +47,7 @@ TextureSizes BlockTextureSizes(rhi::Extent2D extent, std::span<const uint64_t> l
 TexturePlan PlanTextures(std::span<const TextureSizes> textures, uint64_t budget) {
     TexturePlan plan;
     std::vector<size_t> chosen(textures.size(), 0);
-    // Bytes, and the texture: the largest first, of equal ones that with the lowest index
+    // Bytes and index of the textures, the largest first; the lowest index is first among equal ones
     std::priority_queue<std::pair<uint64_t, int64_t>> largest;
     for (size_t i = 0; i < textures.size(); ++i) {
         const uint64_t bytes = textures[i].choices.front().bytes;
@@ -59,7 +59,7 @@ TexturePlan PlanTextures(std::span<const TextureSizes> textures, uint64_t budget
         largest.pop();
         const auto texture = static_cast<size_t>(-negative);
         const std::vector<TextureChoice>& choices = textures[texture].choices;
-        if (chosen[texture] + 1 == choices.size()) continue;  // stays as it is
+        if (chosen[texture] + 1 == choices.size()) continue;  // it has no smaller choice
         const uint64_t smaller = choices[++chosen[texture]].bytes;
         plan.bytes -= bytes - smaller;
         largest.emplace(smaller, negative);

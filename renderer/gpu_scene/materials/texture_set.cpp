@@ -49,7 +49,7 @@ const rhi::Sampler& TextureSet::SamplerFor(const scene::Sampler& wanted) {
     return m_samplers.back();
 }
 
-// Slots that were removed a moment ago are not free yet: the table grows past them.
+// Slots that were just removed are still in use by frames in flight, so that the table grows past them.
 void TextureSet::Reserve(uint32_t slots) {
     if (m_table->FreeCount() >= slots) return;
     const uint32_t needed = m_table->Capacity() - m_table->FreeCount() + slots;

@@ -13,7 +13,7 @@ namespace raygraph {
 
 namespace {
 
-// Undefined where a color has no such blocks: those of one or two channels are data.
+// Returns Undefined for sRGB if there are no such blocks: formats of one or two channels are data.
 rhi::Format FormatOf(image::BlockCoding coding, bool isSrgb) {
     using image::BlockCoding;
     using rhi::Format;
@@ -63,7 +63,7 @@ class TextureUpload::Impl {
     bool Make(uint32_t texture, uint64_t& budget, bool mayWait) {
         const uint32_t index = m_imageOf[texture];
         if (m_images[index]) return true;
-        // Of a normal map that roughness depends on, the means are kept until that is made
+        // The means of a normal map are kept until the roughness textures that depend on it are made
         const std::optional<PairedNormals>& normals = UseOf(index).normals;
         const uint32_t first = normals ? NormalsOf(*normals) : index;
         if (!m_images[first] && !ContinueImage(first, budget, mayWait)) return false;
@@ -89,8 +89,8 @@ class TextureUpload::Impl {
     const std::string& Reduction() const { return m_reduction; }
 
   private:
-    // An image of the scene may be several on the device: in another color space, without levels, or with
-    // levels of other contents. Each is known by the first texture that it is.
+    // One image of the scene may become several on the device: in another color space, without levels, or
+    // with differently averaged levels. Each is identified by the first texture that uses it.
     void ShareImages() {
         m_uses = TextureUses(m_scene);
         for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
@@ -114,9 +114,9 @@ class TextureUpload::Impl {
     // From here on, `index` is that of an image on the device.
     const scene::Texture& TextureOf(uint32_t index) const { return m_scene.textures[m_shown[index]]; }
     const TextureUse& UseOf(uint32_t index) const { return m_uses[m_shown[index]]; }
-    // Of the normals that it is paired with.
+    // Returns the image of the normal map with which a roughness texture is paired.
     uint32_t NormalsOf(const PairedNormals& pair) const { return m_imageOf[pair.texture]; }
-    // As far as it is known.
+    // Returns the lowest alpha as far as it is known.
     float LowestAlphaOf(uint32_t index) {
         return static_cast<float>(ImageOf(index).lowestAlpha.value_or(0)) / 255.0f;
     }
@@ -130,7 +130,8 @@ class TextureUpload::Impl {
     }
     bool HasLevels(uint32_t index) const { return HasLevels(TextureOf(index)); }
     bool IsSrgb(uint32_t index) const { return TextureOf(index).colorSpace == scene::ColorSpace::Srgb; }
-    // Of several levels, or smaller or rougher than its image, and not those of its file.
+    // Tells whether levels are made on the device: the image has several, is smaller or rougher than its
+    // source, and its levels are not those of the file.
     bool IsMade(uint32_t index) {
         const TextureChoice& choice = m_plan.choices[index];
         if (choice.isBlocks) return false;
@@ -154,7 +155,7 @@ class TextureUpload::Impl {
         std::vector<TextureSizes> sizes;
         for (uint32_t i = 0; i < m_shown.size(); ++i) sizes.push_back(SizesOf(i));
         m_plan = PlanTextures(sizes, m_settings.budget);
-        // Normals that are not made here: nothing of them is lost, or, of those in blocks, not known
+        // A normal map that is not made here loses no detail or, in blocks, an unknown amount of it
         for (TextureUse& use : m_uses)
             if (use.normals && !IsMade(NormalsOf(*use.normals))) use.normals.reset();
         m_reduction = ReductionText(sizes, m_plan, m_settings.budget);
@@ -176,7 +177,7 @@ class TextureUpload::Impl {
              .mipLevels = HasLevels(index) ? levels : 1});
     }
 
-    // What is copied of an image: its levels, or that from which they are made.
+    // Returns the levels of an image that are copied, or the one level from which they are made.
     std::vector<std::span<const std::byte>> CopiedLevels(uint32_t index) {
         const scene::ImageData& image = ImageOf(index);
         const TextureChoice& choice = m_plan.choices[index];
@@ -191,14 +192,14 @@ class TextureUpload::Impl {
         return bytes;
     }
 
-    // On its way to the device.
+    // An image that is being copied to the device.
     struct Transfer {
-        rhi::Texture texture;  // shown as it is, or that from which levels are made
-        rhi::Texture made;     // with these
+        rhi::Texture texture;  // the texture that is shown, or the source from which its levels are made
+        rhi::Texture made;     // the texture with the levels that are made
         rhi::Uploader::TextureTransfer rows;
     };
 
-    // One image is read while the next one is copied: there are two at most.
+    // One image is read while the next one is copied: at most two are in work.
     bool WouldBlock() const {
         return m_uploader.WouldBlock() || m_frameBefore > m_device.CompletedValue() ||
                (m_renderer && m_renderer->WouldBlock());
@@ -236,10 +237,10 @@ class TextureUpload::Impl {
         ImageOf(index).blocks = {};
     }
 
-    // Those of a normal map, over several frames.
+    // The means of a normal map, kept over several frames.
     struct StoredMeans {
         rhi::Texture texture;
-        rhi::Extent2D extent;  // of the image
+        rhi::Extent2D extent;  // that of the image
         ResourceState state;
     };
 
@@ -273,8 +274,8 @@ class TextureUpload::Impl {
                                                 rhi::TextureUsage::CopyDestination});
     }
 
-    // A frame for each image, so that the memory of few is needed at a time. False: its pipelines are not
-    // there yet, and it may not wait for them.
+    // Makes one image per frame, so that memory for few is needed at a time. Returns false if its pipelines
+    // are not compiled and it may not wait for them.
     bool MakeImage(uint32_t index, Transfer& transfer, bool mayWait) {
         m_uploader.Flush();
         if (!m_renderer)
@@ -314,20 +315,23 @@ class TextureUpload::Impl {
     rhi::Uploader& m_uploader;
     scene::SceneData& m_scene;
     TextureUploadSettings m_settings;
-    std::vector<uint32_t> m_usesLeft;                         // of each image of the scene
-    std::vector<TextureUse> m_uses;                           // of each texture
-    std::vector<uint32_t> m_imageOf;                          // on the device, of each texture
-    std::vector<std::shared_ptr<const SceneImage>> m_images;  // on the device; null: not there yet
-    std::vector<uint32_t> m_shown;                            // the first texture that each of them is
-    std::map<uint32_t, std::vector<uint32_t>> m_shownOf;      // images on the device, by image of the scene
-    TexturePlan m_plan;                                       // of the images on the device
+    std::vector<uint32_t> m_usesLeft;                         // by image of the scene
+    std::vector<TextureUse> m_uses;                           // by texture
+    std::vector<uint32_t> m_imageOf;                          // by texture: its image on the device
+    std::vector<std::shared_ptr<const SceneImage>> m_images;  // on the device; null: not complete
+    // By image on the device: the first texture that uses it.
+    std::vector<uint32_t> m_shown;
+    std::map<uint32_t, std::vector<uint32_t>> m_shownOf;  // images on the device, by image of the scene
+    TexturePlan m_plan;                                   // for the images on the device
     std::string m_reduction;
-    std::vector<std::unique_ptr<Transfer>> m_transfers;  // of these images
-    std::vector<std::vector<uint32_t>> m_rougher;        // whose roughness depends on each
-    std::map<uint32_t, StoredMeans> m_means;             // of normal maps
+    std::vector<std::unique_ptr<Transfer>> m_transfers;  // by image on the device
+    // By normal map: the images whose roughness depends on it.
+    std::vector<std::vector<uint32_t>> m_rougher;
+    std::map<uint32_t, StoredMeans> m_means;  // by normal map
     uint64_t m_bytes = 0, m_copiedBytes = 0;
     std::optional<Renderer> m_renderer;
-    uint64_t m_lastFrame = 0, m_frameBefore = 0;  // that made textures, as Device counts
+    // Numbers of the frames that made textures, as rhi::Device counts them.
+    uint64_t m_lastFrame = 0, m_frameBefore = 0;
 };
 
 TextureUpload::TextureUpload(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,

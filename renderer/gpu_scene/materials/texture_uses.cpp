@@ -11,10 +11,10 @@ namespace {
 using scene::Material;
 using scene::TextureRef;
 
-// Of one texture, over all materials.
+// The roles of one texture over all materials.
 struct Roles {
     bool isNormals = false, isRoughness = false, isOther = false;
-    bool isOpaque = false;  // shown so, or its alpha is something else than opacity
+    bool isOpaque = false;  // some material shows it opaque, or its alpha is not opacity
     std::optional<PairedNormals> normals;
     bool isPairAmbiguous = false;
 };
@@ -39,7 +39,8 @@ void AddRole(Roles& roles, TextureRef Material::*member, const Material& materia
     } else if (member == &Material::clearcoatRoughnessTexture) {
         AddPair(roles, material.clearcoatRoughnessTexture, material.clearcoatRoughnessFactor,
                 material.clearcoatNormalTexture, material.clearcoatNormalScale);
-    } else if (member != &Material::occlusionTexture) {  // red, often beside a roughness
+        // Occlusion is in the red channel, often of a roughness texture.
+    } else if (member != &Material::occlusionTexture) {
         roles.isOther = true;
     }
 }

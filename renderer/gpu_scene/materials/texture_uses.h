@@ -1,5 +1,5 @@
-// What materials use the textures of a scene for: how the levels of each are made. For renderer/gpu_scene
-// alone. Threads: pure functions, for any thread.
+// Finds for what the materials of a scene use its textures, which determines how levels are made. For
+// renderer/gpu_scene alone. Threads: pure functions.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace raygraph {
 
-// A normal map at the same texture coordinates as a texture of roughness.
+// The normal map at the same texture coordinates as a roughness texture.
 struct PairedNormals {
     uint32_t texture = 0;  // into SceneData::textures
     float normalScale = 1.0f;
@@ -21,14 +21,15 @@ struct PairedNormals {
 
 struct TextureUse {
     TexelContent content = TexelContent::Data;
-    // By which its roughness is widened. None where the materials that share the texture have different ones.
+    // The normal map by which its roughness is widened. Empty if materials that share the texture have
+    // different ones.
     std::optional<PairedNormals> normals;
 
     bool operator==(const TextureUse&) const = default;
 };
 
-// One per texture. A texture that some material reads as normals and another as anything else is data; color
-// is weighted by alpha if no material shows it opaque.
+// Returns one per texture. A texture that some material reads as normals and another as anything else is
+// data; color is weighted by alpha if no material shows it opaque.
 std::vector<TextureUse> TextureUses(const scene::SceneData& scene);
 
 }  // namespace raygraph

@@ -1,5 +1,6 @@
-// Mapped memory for what a frame uploads, used again as soon as the device has read it: a frame in which a
-// few records change does not wait for the allocator or the kernel. Threads: as the Renderer.
+// Mapped memory for the uploads of a frame, which is reused as soon as the device has read it: a frame in
+// which a few records change waits neither for the allocator nor for the kernel. Threads: that of the
+// Renderer.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +17,20 @@ class FrameStaging {
     FrameStaging() = default;
     FrameStaging(rhi::Device& device, std::string name) : m_device(&device), m_name(std::move(name)) {}
 
-    // At least so many bytes, to be copied from or read by shaders; the reference is valid until the next
-    // call. What was taken and not submitted is taken again.
+    // Returns a buffer of at least `bytes`, from which copies and shaders read; the reference is valid until
+    // the next call. A buffer that was taken and not submitted is returned again.
     const rhi::Buffer& Take(uint64_t bytes);
-    // What was taken last is read by what has been submitted by now.
+    // The buffer that was taken last is read by work that has been submitted by now.
     void MarkSubmitted();
 
   private:
     struct Block {
         rhi::Buffer buffer;
-        uint64_t until = 0;  // of the timeline: in use till then
+        uint64_t until = 0;  // timeline value until which the buffer is in use
     };
     rhi::Device* m_device = nullptr;
     std::string m_name;
-    std::vector<Block> m_blocks;  // one a frame in flight
+    std::vector<Block> m_blocks;  // one per frame in flight
     size_t m_taken = 0;
 };
 

@@ -20,7 +20,7 @@
 namespace raygraph {
 namespace {
 
-// One level has a tree of its own.
+// Returns how meshes are kept for Raygraph's own traversal. With one level, all triangles are in one tree.
 WideBvhUse TreesOf(const PreparedContent& content, const PrepareSettings& settings) {
     if (!settings.buildsWideBvhs) return WideBvhUse::None;
     uint64_t placed = 0;
@@ -55,15 +55,16 @@ void PackMeshes(PreparedContent& content, const PrepareSettings& settings) {
             content.meshes[i] = PackMesh(data.meshes[i], materials, use, finder, limits);
         }
     };
-    std::vector<std::future<void>> others;  // they end with this scope, whatever happens
+    // These futures wait in their destructors, also after an exception.
+    std::vector<std::future<void>> others;
     for (uint32_t i = 1; i < workers; ++i)
         others.push_back(std::async(std::launch::async | std::launch::deferred, work));
     work();
     for (std::future<void>& other : others) other.get();
 }
 
-// Gives flat instances a thickness. Only those that a host placed lack it: those of nodes already have
-// theirs.
+// Gives flat instances a thickness. Only instances that a host placed lack it: those of nodes already have
+// one.
 void ThickenInstances(scene::SceneData& data) {
     for (scene::Instance& instance : data.instances) {
         if (!scene::MayGainThickness(instance.objectToWorld)) continue;
@@ -101,7 +102,7 @@ void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& setting
         PackMeshes(*m_content, settings);
     } catch (...) {
         data = std::move(m_content->data);
-        data.meshes.clear();  // some have been taken: a retry would lack them
+        data.meshes.clear();  // Some meshes have been consumed, so that a retry would lack them
         throw;
     }
 }

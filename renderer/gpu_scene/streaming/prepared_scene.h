@@ -1,12 +1,12 @@
-// PreparedScene: a scene on its way to the device. Everything that needs no device is done when it is made,
-// on any thread, beside frames of the scene that is shown: the checks, sorting triangles in space, finding
-// those that emit, laying out streams. What is left to GpuScene::SetScene and Add is to copy.
+// PreparedScene: a scene that is ready to be copied to the device. Its constructor does everything that needs
+// no device, on any thread, beside frames of the scene that is shown: it checks, sorts triangles in space,
+// finds those that emit, and lays out streams. GpuScene::SetScene and Add only copy the result.
 //
 //     auto coming = std::async([file] { return PreparedScene(scene::LoadGltf(file)); });
 //     ...frames, until it is ready...
 //     gpuScene.SetScene(coming.get());
 //
-// Threads: making one, any; one at a time.
+// Threads: constructed on any thread; used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +21,13 @@ struct PreparedContent;  // renderer/gpu_scene/streaming/scene_content.h
 
 struct PrepareSettings {
     uint32_t maxThreads = 0;  // worker threads, which end before it returns; 0: one per core
-    // Meshes of more triangles than this, or of more than every device has memory for in one piece, become
-    // several structures side by side, split in space. Small ones let a scene that streams build a little in
-    // each frame; large ones are traced faster.
+    // Meshes with more triangles than this, or with more data than every device can store in one piece,
+    // become several structures side by side, split in space. Small pieces let a scene that streams build a
+    // little in each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
-    // For own traversal. True: a scene of more than kMaxLevelTriangles triangles gets a tree per mesh here;
-    // GpuScene builds the one tree of a smaller scene when it needs it. False: this scene cannot use own
-    // traversal, as for a GpuScene without trees (GpuScene::UsesWideBvhs).
+    // For Raygraph's own traversal. True: a scene of more than kMaxLevelTriangles triangles gets a tree per
+    // mesh here; GpuScene builds the one tree of a smaller scene when it needs it. False: this scene cannot
+    // be traversed by Raygraph's own shaders, which is for a GpuScene that does not (GpuScene::UsesWideBvhs).
     bool buildsWideBvhs = true;
     // For DefaultLight::Auto. True: HasOwnLight measures whether the scene lights itself, which builds trees
     // over its triangles. False: anything that emits counts as light (MayHaveOwnLight).
@@ -36,15 +36,15 @@ struct PrepareSettings {
 
 class RAYGRAPH_API PreparedScene {
   public:
-    // Consumes the data. Error{Usage}, if scene::Check refuses it: the data is unchanged. Error{OutOfMemory}:
-    // the data may have lost its meshes, and is not to be used again.
+    // Consumes the data. Throws Error{Usage} if scene::Check refuses it, and leaves the data unchanged;
+    // Error{OutOfMemory}, after which the data may have lost its meshes and must not be used.
     explicit PreparedScene(scene::SceneData&& data, const PrepareSettings& settings = {});
     ~PreparedScene();
     PreparedScene(PreparedScene&& other) noexcept;
     PreparedScene& operator=(PreparedScene&& other) noexcept;
 
-    // Returns the scene without its vertices and, once a SetScene has failed, possibly without images. Not to
-    // be called once GpuScene has taken this object.
+    // Returns the scene without its vertices and, after a failed SetScene, possibly without images. Must not
+    // be called once GpuScene has consumed this object.
     const scene::SceneData& Data() const;
     // Returns the bytes of all vertex and index streams.
     uint64_t GeometryBytes() const;
@@ -52,7 +52,7 @@ class RAYGRAPH_API PreparedScene {
   private:
     friend class GpuScene;
     friend class SceneStreams;
-    // `call` is the function of GpuScene that messages of Errors name.
+    // `call` is the function of GpuScene that error messages name.
     PreparedScene(scene::SceneData&& data, const PrepareSettings& settings, const char* call);
     void Make(scene::SceneData&& data, const PrepareSettings& settings);
     std::unique_ptr<PreparedContent> m_content;

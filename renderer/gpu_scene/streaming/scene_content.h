@@ -1,4 +1,4 @@
-// What is in a PreparedScene. For renderer/gpu_scene alone.
+// The content of a PreparedScene. For renderer/gpu_scene alone. Threads: plain values.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 namespace raygraph {
 
 struct PreparedContent {
-    scene::SceneData data;           // its primitives have been taken
-    std::vector<PackedMesh> meshes;  // in the order of the data
+    scene::SceneData data;           // its primitives have been moved out
+    std::vector<PackedMesh> meshes;  // in the order of the data's meshes
     DeformPlan deform;
     bool hasOwnLight = false;  // see own_light.h; an environment does not count
 };

@@ -12,7 +12,7 @@
 namespace raygraph {
 namespace {
 
-// An instance counts as much of a frame's budget as so many bytes that are copied.
+// The cost of an instance in a frame's budget, in bytes.
 constexpr uint64_t kInstanceCost = 256;
 
 void Charge(uint64_t& budget, uint64_t cost) {
@@ -23,7 +23,7 @@ void Charge(uint64_t& budget, uint64_t cost) {
     throw MakeError(ErrorKind::Usage, "GpuScene: {}: {}", call, why);
 }
 
-// Refuses what only a scene can have.
+// Throws Error{Usage} for content that a part must not have.
 void RequirePart(const char* call, const scene::SceneData& part) {
     for (size_t i = 0; i < part.instances.size(); ++i)
         if (part.instances[i].isDeformed)
@@ -93,7 +93,7 @@ bool SceneStreams::ContinueMesh(Part& part, SceneObjects& scene, uint32_t mesh, 
     for (const PackedGroup& group : part.content->meshes[mesh].groups)
         for (const GroupPart& groupPart : group.parts)
             if (!ContinueMaterial(part, scene, groupPart.material, budget)) return false;
-    // Its first groups are built in this frame, too: all at once would hold a frame for long
+    // Its first groups are built in this frame: building all in a later one would make that frame long
     scene.blases.MarkUnbuilt();
     if (!part.meshes.Make(mesh, budget, !part.isStreamed)) return false;
     scene.owners.meshes.Reserve(scene.geometry->meshes.size() + 1);
@@ -181,13 +181,13 @@ StreamProgress SceneStreams::Streaming() const {
         progress.bytes += part.CopiedBytes();
         progress.of += part.Bytes();
     }
-    // A part without bytes streams, too
+    // A part without bytes is in progress, too
     if (!m_parts.empty()) progress.of += 1;
     return progress;
 }
 
 rhi::Uploader& SceneStreams::FrameUploader() {
-    // A frame fills one of the four pieces, while the other three may be in flight
+    // A frame fills one of four pieces, while the other three may be in flight
     constexpr uint32_t kPieces = 4;
     if (!m_uploader)
         m_uploader.emplace(m_context.device,
@@ -212,7 +212,7 @@ bool SceneStreams::ContinueStream(Part& part, SceneObjects& scene, uint64_t& bud
         isDone = Continue(part, scene, budget);
         m_context.builder.Reserve();
     } catch (...) {
-        // Others may use what is there: its data has to arrive
+        // Other parts may use what has been copied, so that its data has to arrive
         m_uploader->Flush();
         throw;
     }
@@ -227,7 +227,7 @@ std::shared_ptr<SceneUpload> SceneStreams::NextUpload() const {
     return nullptr;
 }
 
-// The frame is that of another scene: an Error is for SetScene.
+// The frame is that of another scene, so that SetScene throws an Error of the upload.
 void SceneStreams::ContinueUpload(SceneUpload& upload, SceneObjects& scene, uint64_t& budget) {
     try {
         scene.blases.MarkUnbuilt();

@@ -1,4 +1,4 @@
-// SceneStreams: parts and scenes on their way to the device, at once or over frames. For renderer/gpu_scene
+// SceneStreams copies parts and scenes to the device, at once or over several frames. For renderer/gpu_scene
 // alone. Threads: that of the Renderer.
 #pragma once
 
@@ -17,13 +17,13 @@ class SceneStreams {
   public:
     explicit SceneStreams(SceneContext& context) : m_context(context) {}
 
-    // These do what GpuScene's calls of their names say, with the scene that is shown.
+    // These calls do what GpuScene's calls of the same names say, with the scene that is shown.
     AddedPart Add(PreparedScene&& part, SceneObjects& scene);
     std::shared_ptr<const AddedPart> Stream(PreparedScene&& part, SceneObjects& scene);
     std::shared_ptr<SceneUpload> Upload(PreparedScene&& scene);
     StreamProgress Streaming() const;
 
-    // Ends the stream of the part with that owner number, if there is one; what has arrived stays.
+    // Ends the stream of the part with that owner number, if there is one; what has been added stays.
     void Stop(uint32_t owner);
     // Ends the streams of all parts, because their scene is replaced.
     void StopAll();
@@ -34,23 +34,23 @@ class SceneStreams {
     void RequireComplete(const char* what, uint32_t index, const Owners& owners) const;
 
     // Copies up to a frame's budget: uploads first, then parts, each in the order in which they began. If a
-    // part fails, removes it and rethrows.
+    // part fails, it removes the part and rethrows.
     void Continue(SceneObjects& scene);
     bool IsDone() const { return m_parts.empty() && !NextUpload(); }
 
   private:
-    // A part on its way: what PreparedScene made of it, and how far it has come.
+    // A part that is being copied: its prepared content, and its progress.
     struct Part {
         std::unique_ptr<PreparedContent> content;
         std::shared_ptr<AddedPart> added;
-        TextureUpload textures;  // these refer to what is above
+        TextureUpload textures;  // these refer to members above
         MeshUpload meshes;
         std::vector<bool> isVisible;  // by node
         bool isStreamed = false;      // never waits for the device
-        // The next item of each kind, by its index in the part.
+        // The next object of each kind, by its index in the part.
         uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;
 
-        // These count bytes of streams and texels.
+        // Both count bytes of streams and texels.
         uint64_t Bytes() const { return textures.Bytes() + meshes.Bytes(); }
         uint64_t CopiedBytes() const { return textures.CopiedBytes() + meshes.CopiedBytes(); }
     };
@@ -58,7 +58,7 @@ class SceneStreams {
 
     rhi::Uploader& FrameUploader();
     Part Begin(const char* call, PreparedScene&& part, rhi::Uploader& with, const SceneObjects& scene);
-    // Brings more of the part and lowers the budget by the cost. True: the part is complete.
+    // Adds more of the part and lowers the budget by the cost. Returns true if the part is complete.
     bool Continue(Part& part, SceneObjects& scene, uint64_t& budget);
     bool ContinueTexture(Part& part, SceneObjects& scene, uint32_t texture, uint64_t& budget);
     bool ContinueMaterial(Part& part, SceneObjects& scene, uint32_t material, uint64_t& budget);
@@ -72,9 +72,9 @@ class SceneStreams {
     Parts m_parts;                                            // oldest first; the first is being copied
     mutable std::list<std::weak_ptr<SceneUpload>> m_uploads;  // oldest first; they precede parts
     std::optional<rhi::Uploader> m_uploader;
-    std::list<TextureUpload> m_ended;  // textures of ended streams that the device still works on
+    std::list<TextureUpload> m_ended;  // textures of ended streams on which the device still works
     uint32_t m_lastOwner = kOwnedByScene;
-    uint64_t m_endedBytes = 0;  // of parts completed since m_parts was last empty
+    uint64_t m_endedBytes = 0;  // bytes of parts completed since m_parts was last empty
 };
 
 }  // namespace raygraph

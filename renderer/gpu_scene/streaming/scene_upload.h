@@ -11,14 +11,15 @@ namespace raygraph {
 
 struct PreparedContent;  // renderer/gpu_scene/streaming/scene_content.h
 
-// GpuScene::Upload begins one. Destroying it stops the upload and frees what was copied.
+// GpuScene::Upload creates one. Destroying it stops the upload and frees what was copied.
 class RAYGRAPH_API SceneUpload {
   public:
     ~SceneUpload();
     SceneUpload(const SceneUpload&) = delete;
     SceneUpload& operator=(const SceneUpload&) = delete;
 
-    // Returns whether GpuScene::SetScene has little left to do, or will throw what ended the upload.
+    // Returns whether GpuScene::SetScene has little left to do, or will throw the error that ended the
+    // upload.
     bool IsReady() const;
     float Fraction() const;  // copied bytes over all bytes, 0 to 1
 
@@ -29,8 +30,9 @@ class RAYGRAPH_API SceneUpload {
     SceneUpload(std::unique_ptr<PreparedContent> content, std::unique_ptr<Impl> impl);
 
     std::unique_ptr<PreparedContent> m_content;
-    std::unique_ptr<Impl> m_impl;  // refers to the content; null: the scene has been set, or cannot be
-    std::exception_ptr m_error;    // for SetScene, which throws it once
+    // Refers to the content; null: the scene has been set, or the upload has failed.
+    std::unique_ptr<Impl> m_impl;
+    std::exception_ptr m_error;  // SetScene throws it once
 };
 
 }  // namespace raygraph

@@ -1,4 +1,5 @@
-// SceneUpload::Impl brings a scene to the device, at once or in pieces. It is for renderer/gpu_scene alone.
+// SceneUpload::Impl copies a scene to the device, at once or in pieces. For renderer/gpu_scene alone.
+// Threads: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -16,26 +17,27 @@ namespace raygraph {
 
 class SceneUpload::Impl {
   public:
-    // Keeps references to all arguments. Plans textures.
+    // Plans the textures. Keeps references to all arguments.
     Impl(SceneContext& context, rhi::Uploader& uploader, PreparedContent& content);
 
-    // Goes on, and counts down the budget, as TextureUpload and MeshUpload do. True: textures and meshes are
-    // there.
+    // Continues, and subtracts from the budget, as TextureUpload and MeshUpload do. Returns true when
+    // textures and meshes are complete.
     bool Continue(uint64_t& budget, bool mayWait = true);
     bool IsDone() const { return m_hasMaterials && m_mesh == m_content.meshes.size(); }
-    // Copies all that Continue has left, and flushes.
+    // Copies everything that Continue has left, and flushes.
     void Complete();
-    // Copies what is left and creates the scene's objects, without flushing: the caller flushes
-    // context.uploader. If this upload uses another uploader, IsDone() must be true.
+    // Copies the rest and creates the scene's objects, without flushing: the caller flushes context.uploader.
+    // If this upload uses another uploader, IsDone() must be true.
     std::unique_ptr<SceneObjects> Finish();
 
     // Bytes of streams and texels.
     uint64_t Bytes() const { return m_textures.Bytes() + m_meshes.Bytes(); }
     uint64_t CopiedBytes() const { return m_textures.CopiedBytes() + m_meshes.CopiedBytes(); }
     uint64_t TextureBudget() const { return m_textureBudget; }
-    // Says that textures are smaller than their images, if any are.
+    // Returns the message that textures are smaller than their images; empty if none are.
     const std::string& Warning() const { return m_textures.Reduction(); }
-    // For the caller to keep, after Finish or an Error: the destructor waits while the device works on them.
+    // Moves the textures to the caller, after Finish or an Error: their destructor waits while the device
+    // works on them.
     TextureUpload TakeTextures() { return std::move(m_textures); }
 
   private:
@@ -50,7 +52,7 @@ class SceneUpload::Impl {
     std::unique_ptr<SceneMaterials> m_materials;
     std::unique_ptr<SceneGeometry> m_geometry;
     bool m_hasMaterials = false;
-    uint32_t m_texture = 0, m_mesh = 0;  // the next ones
+    uint32_t m_texture = 0, m_mesh = 0;  // the next ones to continue
 };
 
 }  // namespace raygraph
