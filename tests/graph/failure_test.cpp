@@ -1,12 +1,14 @@
-// Failures in a frame: exceptions drop the frame and nothing else, mistakes are named, a lost device
-// names the pass.
 #include <gmock/gmock.h>
-
 #include <stdexcept>
 
+#include "renderer/graph/pass_declaration.h"
 #include "tests/graph/graph_test.h"
+#include "tests/rhi/fake_loader.h"
+#include "tests/rhi/gate.h"
 #include "tests/support/error_of.h"
 
+// Failures in a frame: exceptions drop the frame and nothing else, mistakes are named, a lost device
+// names the pass.
 namespace raygraph::failure_test {
 namespace {
 
@@ -205,3 +207,511 @@ TEST_F(Failure, LostDevice_AfterTheRendererIsGone) {
 
 }  // namespace
 }  // namespace raygraph::failure_test
+
+// Mistakes in declaring a frame: each throws Error{Usage} with one line that names the pass, the resource and
+// the reason.
+namespace raygraph::misuse_test {
+namespace {
+
+TEST(Misuse, StaleId_NamesThePassThatWroteSince) {
+    GraphMaker graph;
+    const TextureId before = graph.Pass("First", {}, graph.Texture("radiance"));
+    [[maybe_unused]] const TextureId after = graph.Pass("Second", {}, before);
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(before, Access::StorageRead); }),
+        R"(pass "Blur" reads "radiance" as it was before pass "Second" wrote it: use the id that the write returned)");
+}
+
+TEST(Misuse, WritingAVersionTwice_IsStaleToo) {
+    GraphMaker graph;
+    const TextureId target = graph.Texture("radiance");
+    [[maybe_unused]] const TextureId first = graph.Pass("First", {}, target);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { return graph.Pass("Second", {}, target); }),
+        R"(pass "Second" writes "radiance" as it was before pass "First" wrote it: use the id that the write returned)");
+}
+
+TEST(Misuse, EmptyId) {
+    GraphMaker graph;
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(TextureId{}, Access::StorageRead); }),
+              R"(pass "Blur" reads an empty texture id, which names no resource)");
+}
+
+TEST(Misuse, IdOfAnEarlierFrame) {
+    GraphMaker graph;
+    const TextureId old = graph.Texture("radiance");
+    graph.Begin(4);
+    [[maybe_unused]] const TextureId fresh = graph.Texture("radiance");
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(old, Access::StorageWrite); }),
+        R"(pass "Blur" writes a texture id of an earlier frame (3 before this one): ids last for one frame)");
+}
+
+TEST(Misuse, IdOfAnotherGraph) {
+    GraphMaker other;
+    [[maybe_unused]] const TextureId first = other.Texture("a");
+    const TextureId second = other.Texture("b");
+    GraphMaker graph;
+    [[maybe_unused]] const TextureId mine = graph.Texture("c");
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(second, Access::StorageWrite); }),
+        R"(pass "Blur" writes a texture id that this frame did not give out: it is of another Renderer)");
+}
+
+TEST(Misuse, TransientThatNothingWrote) {
+    GraphMaker graph;
+    const TextureId empty = graph.Texture("radiance");
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(empty, Access::StorageRead); }),
+              R"(pass "Blur" reads "radiance", a transient texture that nothing has written in this frame)");
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(empty, Access::StorageUpdate); }),
+        R"(pass "Blur" updates "radiance", a transient texture that nothing has written in this frame)");
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Present(empty); }),
+              R"(Present shows "radiance", a transient texture that nothing has written in this frame)");
+}
+
+TEST(Misuse, ImportWithoutContents) {
+    GraphMaker graph;
+    const TextureId host = graph.Imported<ResourceKind::Texture>("host");
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(host, Access::Sampled); }),
+        R"(pass "Blur" reads "host", imported in the layout Undefined: it has no contents until it is written)");
+}
+
+TEST(Misuse, AccessThatThePassKindCannotDo) {
+    GraphMaker graph;
+    const TextureId target = graph.Texture("radiance");
+    graph.AddPass("Upload", PassKind::Transfer);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(target, Access::StorageWrite); }),
+              R"(pass "Upload" uses "radiance" as storage write, which a pass of kind transfer cannot do)");
+    graph.AddPass("Trace", PassKind::RayTracing);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(target, Access::ColorWrite); }),
+              R"(pass "Trace" uses "radiance" as color target, which a pass of kind ray tracing cannot do)");
+}
+
+TEST(Misuse, ReadingAndWritingInOnePass) {
+    GraphMaker graph;
+    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
+    graph.AddPass("Blur", PassKind::Compute);
+    graph.Use(made, Access::StorageRead);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(made, Access::StorageWrite); }),
+        R"(pass "Blur" uses "radiance" both as storage read and as storage write: a pass that reads what it writes updates it)");
+}
+
+TEST(Misuse, WritingTwiceInOnePass) {
+    GraphMaker graph;
+    graph.AddPass("Blur", PassKind::Compute);
+    const TextureId once = graph.Use(graph.Texture("radiance"), Access::StorageWrite);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(once, Access::StorageWrite); }),
+        R"(pass "Blur" uses "radiance" both as storage write and as storage write: a pass writes a resource once)");
+}
+
+TEST(Misuse, SamplingAndLoadingInOnePass) {
+    GraphMaker graph;
+    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
+    graph.AddPass("Blur", PassKind::Compute);
+    graph.Use(made, Access::StorageRead);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(made, Access::Sampled); }),
+        R"(pass "Blur" uses "radiance" both as storage read and as sampled: a pass sees a texture in one way only)");
+}
+
+TEST(Misuse, BuildsMayCombineUsesOfASet) {
+    GraphMaker graph;
+    BlasSetId blases = graph.Imported<ResourceKind::BlasSet>("blases");
+    graph.AddPass("Build", PassKind::AccelerationStructure);
+    graph.Use(blases, Access::BuildRead);
+    blases = graph.Use(blases, Access::BuildWrite);
+    blases = graph.Use(blases, Access::BuildUpdate);
+    EXPECT_EQ(blases.version, 2u);
+}
+
+TEST(Misuse, ShownTextureThatIsWrittenLater) {
+    GraphMaker graph;
+    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
+    graph.Present(made);
+    [[maybe_unused]] const TextureId later = graph.Pass("Again", {}, made);
+    EXPECT_EQ(testing::ErrorTextOf([&] { Compile(graph); }),
+              R"("radiance" was presented and written again later in the frame: )"
+              "its contents at the end of the frame are not those that were meant");
+}
+
+TEST(Misuse, ExportOfWhatWasNotImported) {
+    GraphMaker graph;
+    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(made, VK_IMAGE_LAYOUT_GENERAL); }),
+              R"(Export hands back "radiance", a transient texture: only imported ones have an owner)");
+    const TextureId host = graph.Imported<ResourceKind::Texture>("host");
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(host, VK_IMAGE_LAYOUT_UNDEFINED); }),
+              R"(Export hands back "host" in a layout that drops its contents)");
+}
+
+TEST(Misuse, ExportOfOneTextureTwice) {
+    GraphMaker graph;
+    const TextureId host = graph.Pass("Make", {}, graph.Imported<ResourceKind::Texture>("host"));
+    graph.Export(host, VK_IMAGE_LAYOUT_GENERAL);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(host, VK_IMAGE_LAYOUT_GENERAL); }),
+              R"(Export hands back "host" twice)");
+}
+
+TEST(Misuse, FailedUse_LeavesTheGraphAsItWas) {
+    GraphMaker graph;
+    const TextureId target = graph.Texture("radiance");
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_NE(testing::ErrorTextOf([&] { graph.Use(target, Access::StorageRead); }), "accepted");
+    EXPECT_TRUE(graph.uses.empty());
+    EXPECT_EQ(graph.resources[0].version, 0u);
+}
+
+TEST(Access, EveryKindOfPass_HasMasksForItsLegalAccesses) {
+    for (int kind = 0; kind <= static_cast<int>(PassKind::AccelerationStructure); ++kind) {
+        for (int access = 0; access < static_cast<int>(Access::Count); ++access) {
+            const auto passKind = static_cast<PassKind>(kind);
+            const auto passAccess = static_cast<Access>(access);
+            if (!IsLegal(passKind, passAccess)) continue;
+            const AccessMasks masks = MasksFor(passKind, passAccess);
+            EXPECT_NE(masks.stages, 0u) << Name(passKind) << ' ' << Name(passAccess);
+            EXPECT_NE(masks.access, 0u) << Name(passKind) << ' ' << Name(passAccess);
+            EXPECT_EQ(Writes(passAccess), (masks.access & kWriteAccesses) != 0)
+                << Name(passKind) << ' ' << Name(passAccess);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::misuse_test
+
+// Parts of textures that a pass cannot have: each is refused with one line that names the texture, what was asked
+// and what there is.
+namespace raygraph::subresource_misuse_test {
+namespace {
+
+TEST(SubresourceMisuse, PartThatTheTextureDoesNotHave) {
+    GraphMaker graph;
+    const TextureId chain = graph.Chain("chain", 5);
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Level(5)); }),
+              R"(pass "Blur" writes "chain": level 5, there are 5)");
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Levels(3, 4)); }),
+              R"(pass "Blur" writes "chain": levels 3-6, there are 5)");
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Subresource(0, 2)); }),
+              R"(pass "Blur" writes "chain": layer 2, there is 1)");
+}
+
+TEST(SubresourceMisuse, ReadingAndWritingOneLevelInOnePass) {
+    GraphMaker graph;
+    TextureId chain = graph.Fill("Make", graph.Chain("chain", 4, 2));
+    graph.AddPass("Blur", PassKind::Compute);
+    graph.Use(chain, Access::StorageRead, Levels(0, 2));
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Levels(1, 2)); }),
+        R"(pass "Blur" uses "chain" level 1 both as storage read and as storage write: a pass that reads what it writes updates it)");
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(chain, Access::Sampled, Subresource(0, 1)); }),
+        R"(pass "Blur" uses "chain" level 0 layer 1 both as storage read and as sampled: a pass sees a texture in one way only)");
+    chain = graph.Use(chain, Access::StorageWrite, Level(3));
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Layer(1)); }),
+        R"(pass "Blur" uses "chain" levels 0-1 layer 1 both as storage read and as storage write: a pass that reads what it writes updates it)");
+}
+
+TEST(SubresourceMisuse, LevelThatNothingWrote) {
+    GraphMaker graph;
+    TextureId chain = graph.Chain("chain", 4, 2);
+    graph.AddPass("First", PassKind::Compute);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(chain, Access::Sampled, Level(2)); }),
+        R"(pass "First" reads "chain" level 2, a transient texture that nothing has written in this frame)");
+    chain = graph.Fill("Make", chain, Levels(0, 2));
+    chain = graph.Fill("More", chain, Subresource(2, 0));
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(
+        testing::ErrorTextOf([&] { graph.Use(chain, Access::Sampled, Levels(1, 2)); }),
+        R"(pass "Blur" reads "chain" levels 1-2, a transient texture whose level 2 layer 1 nothing has )"
+        "written in this frame");
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageUpdate); }),
+              R"(pass "Blur" updates "chain", a transient texture whose level 3 layer 0 nothing has written )"
+              "in this frame");
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Present(chain); }),
+              R"(Present shows "chain", a transient texture whose level 3 layer 0 nothing has written in )"
+              "this frame");
+    graph.Use(chain, Access::Sampled, Levels(0, 2));
+    graph.Use(chain, Access::StorageRead, Subresource(2, 0));
+}
+
+TEST(SubresourceMisuse, LevelOfAnImportWithoutContents) {
+    GraphMaker graph;
+    TextureId host = graph.Chain("host", 2, 1, 0, Origin::Imported);
+    host = graph.Fill("Make", host, Level(0));
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(host, Access::Sampled); }),
+              R"(pass "Blur" reads "host", imported in the layout Undefined: its level 1 has no contents )"
+              "until it is written");
+}
+
+TEST(SubresourceMisuse, IdFromBeforeAWriteOfAnotherLevel_IsStaleToo) {
+    GraphMaker graph;
+    const TextureId before = graph.Fill("Make", graph.Chain("chain", 2), Level(0));
+    std::ignore = graph.Fill("More", before, Level(1));
+    graph.AddPass("Blur", PassKind::Compute);
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(before, Access::Sampled, Level(0)); }),
+              R"(pass "Blur" reads "chain" as it was before pass "More" wrote it: use the id that the write )"
+              "returned");
+}
+
+// What a shader says to a part under the name "image" of a binding that it declares.
+std::string BindingRefusal(const GraphMaker& maker, TextureId texture, const Subresources& part,
+                           rhi::BindingKind kind, rhi::ImageShape shape) {
+    GraphMaker graph = maker;
+    graph.AddPass("Look", PassKind::Compute);
+    rhi::BindingInfo info;
+    info.name = "image";
+    info.kind = kind;
+    info.shape = shape;
+    info.firstShader = "look.comp";
+    rhi::ShaderInterface interface;
+    interface.bindings.push_back(info);
+    const rhi::Sampler sampler;
+    const bool isSampled = kind == rhi::BindingKind::SampledImage;
+    PassDeclaration pass;
+    pass.Clear(PassKind::Compute);
+    return testing::ErrorTextOf([&] {
+        AddBinding(graph, pass, "image", texture, BindVerb::Reads,
+                   isSampled ? Access::Sampled : Access::StorageRead, isSampled ? &sampler : nullptr, part);
+        ResolveBindings(graph, pass, &interface);
+    });
+}
+
+TEST(SubresourceMisuse, ViewThatTheShaderCannotHave) {
+    using enum rhi::ImageShape;
+    using enum rhi::BindingKind;
+    GraphMaker graph;
+    const TextureId faces = graph.Fill("Make", graph.Chain("faces", 3, 6));
+    const auto refusal = [&](const Subresources& part, rhi::BindingKind kind, rhi::ImageShape shape) {
+        return BindingRefusal(graph, faces, part, kind, shape);
+    };
+    EXPECT_EQ(refusal({}, StorageImage, Array),
+              R"(pass "Look" binds "image" to 3 levels of "faces": a storage image is one, as in Level(0))");
+    EXPECT_EQ(
+        refusal(Level(0), StorageImage, Plain),
+        R"(pass "Look" binds "image" to 6 layers of "faces": in look.comp it is a 2D image, of one layer, as in Layer(0))");
+    EXPECT_EQ(
+        refusal(Layers(1, 2), SampledImage, Plain),
+        R"(pass "Look" binds "image" to 2 layers of "faces": in look.comp it is a 2D image, of one layer, as in Layer(0))");
+    EXPECT_EQ(
+        refusal(Layer(0), SampledImage, Cube),
+        R"(pass "Look" binds "image" to 1 layer of 64x64 of "faces": in look.comp it is a cube map, of six square layers)");
+    EXPECT_EQ(refusal({}, SampledImage, Cube), "accepted");
+    EXPECT_EQ(refusal(Level(2), StorageImage, Array), "accepted");
+    EXPECT_EQ(refusal(Layer(5), SampledImage, Plain), "accepted") << "all levels of one layer";
+    EXPECT_EQ(refusal(Subresource(1, 5), StorageImage, Plain), "accepted");
+
+    graph.resources[faces.resource].extent = {64, 32};
+    EXPECT_EQ(
+        refusal({}, SampledImage, Cube),
+        R"(pass "Look" binds "image" to 6 layers of 64x32 of "faces": in look.comp it is a cube map, of six square layers)");
+}
+
+TEST(SubresourceMisuse, TargetOfSeveralLayersOrOfAnotherSize) {
+    GraphMaker graph;
+    const TextureId faces = graph.Fill("Make", graph.Chain("faces", 3, 6));
+    const auto refusal = [&](const std::vector<Subresources>& targets) {
+        PassDeclaration pass;
+        pass.Clear(PassKind::Raster);
+        graph.AddPass("Draw", PassKind::Raster);
+        for (const Subresources& part : targets)
+            pass.colors.push_back({.index = static_cast<uint32_t>(pass.colors.size()),
+                                   .resource = faces.resource,
+                                   .load = {},
+                                   .part = rhi::Resolved(part, 3, 6)});
+        return testing::ErrorTextOf([&] { ResolveTargets(graph, pass); });
+    };
+    EXPECT_EQ(
+        refusal({Level(1)}),
+        R"(pass "Draw" draws to 6 layers of "faces": a target is one level of one layer, as in Subresource(0, 0))");
+    EXPECT_EQ(
+        refusal({Layer(1)}),
+        R"(pass "Draw" draws to 3 levels of "faces": a target is one level of one layer, as in Subresource(0, 0))");
+    EXPECT_EQ(refusal({Subresource(1, 2), Subresource(2, 2)}),
+              R"(pass "Draw" draws to "faces" of 32x32 and to "faces" of 16x16)");
+    EXPECT_EQ(refusal({Subresource(1, 2), Subresource(1, 3)}), "accepted");
+}
+
+}  // namespace
+}  // namespace raygraph::subresource_misuse_test
+
+// A dropped frame still serves the semaphores of the host: what the host has signaled is waited for, and what
+// it waits for is signaled.
+namespace raygraph::dropped_semaphores_test {
+namespace {
+
+constexpr Extent2D kExtent{16, 16};
+
+// A binary semaphore of the host.
+class BinarySemaphore {
+  public:
+    explicit BinarySemaphore(rhi::Device& device) : m_device(device) {
+        const VkSemaphoreCreateInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, nullptr, 0};
+        device.Check(device.Vk().vkCreateSemaphore(device.Handle(), &info, nullptr, &m_semaphore), "binary");
+    }
+    ~BinarySemaphore() { m_device.Vk().vkDestroySemaphore(m_device.Handle(), m_semaphore, nullptr); }
+    BinarySemaphore(const BinarySemaphore&) = delete;
+    BinarySemaphore& operator=(const BinarySemaphore&) = delete;
+    rhi::SemaphoreUse Use() const { return {m_semaphore, 0}; }
+
+  private:
+    rhi::Device& m_device;
+    VkSemaphore m_semaphore = VK_NULL_HANDLE;
+};
+
+// A host that signals `before` ahead of each frame and waits for `after` behind it.
+struct Host {
+    explicit Host(rhi::Device& d) : device(d), before(d), after(d), progress(d) {}
+    ~Host() { device.WaitIdle(); }
+
+    void Signal() {
+        const rhi::SemaphoreUse signal = before.Use();
+        device.Submit(device.BeginCommands("host, before"), {}, {&signal, 1});
+    }
+    void Declare(Renderer& renderer) {
+        renderer.WaitSemaphore(before.Use());
+        renderer.SignalSemaphore(after.Use());
+        renderer.SignalSemaphore(progress.At(++frames));
+    }
+    // Submits work that waits for `after`, if the frame has signaled it.
+    ::testing::AssertionResult GoesOn() {
+        const uint64_t value = frames;
+        const VkSemaphore semaphore = progress.At(value).semaphore;
+        const VkSemaphoreWaitInfo wait{
+            VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &semaphore, &value};
+        if (device.Vk().vkWaitSemaphores(device.Handle(), &wait, 2'000'000'000ull) != VK_SUCCESS)
+            return ::testing::AssertionFailure() << "the frame signals nothing";
+        const rhi::SemaphoreUse use = after.Use();
+        device.Submit(device.BeginCommands("host, after"), {&use, 1});
+        device.WaitIdle();
+        return ::testing::AssertionSuccess();
+    }
+
+    rhi::Device& device;
+    BinarySemaphore before, after;
+    testing::Gate progress;  // counts the frames
+    uint64_t frames = 0;
+};
+
+class DroppedSemaphores : public GraphTest {
+  protected:
+    enum class Where { Nowhere, Setup, Execute };
+
+    static void DeclareFrame(Renderer& renderer, Where throwing) {
+        renderer.Present(Fill(renderer, "a", kExtent, 1.0f));
+        renderer.AddPass(
+            "May throw", PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                pass.KeepAlive();
+                if (throwing == Where::Setup) throw std::runtime_error("setup");
+            },
+            [throwing](CommandList&) {
+                if (throwing == Where::Execute) throw std::runtime_error("execute");
+            });
+    }
+    void Frame(Where throwing) {
+        m_renderer.BeginFrame();
+        m_host.Declare(m_renderer);
+        DeclareFrame(m_renderer, throwing);
+        m_renderer.Execute();
+    }
+
+    Host m_host{Device()};
+};
+
+TEST_F(DroppedSemaphores, AreForwardedWhenRecordingFails) {
+    for (const Where where : {Where::Execute, Where::Execute, Where::Nowhere}) {
+        m_host.Signal();
+        if (where == Where::Execute)
+            EXPECT_THROW(Frame(where), std::runtime_error);
+        else
+            Frame(where);
+        ASSERT_TRUE(m_host.GoesOn());
+    }
+}
+
+TEST_F(DroppedSemaphores, AreForwardedByDropFrameAfterAnErrorInASetup) {
+    m_host.Signal();
+    EXPECT_THROW(Frame(Where::Setup), std::runtime_error);
+    m_renderer.DropFrame();
+    ASSERT_TRUE(m_host.GoesOn());
+    m_renderer.DropFrame();  // has nothing left to signal
+    m_host.Signal();
+    Frame(Where::Nowhere);
+    ASSERT_TRUE(m_host.GoesOn());
+}
+
+TEST_F(DroppedSemaphores, AreForwardedByTheNextBeginFrame) {
+    m_host.Signal();
+    EXPECT_THROW(Frame(Where::Setup), std::runtime_error);
+    m_renderer.BeginFrame();
+    ASSERT_TRUE(m_host.GoesOn());
+    m_renderer.DropFrame();
+}
+
+TEST_F(DroppedSemaphores, AreForwardedByTheRenderersEnd) {
+    m_host.Signal();
+    {
+        Renderer other(Device());
+        AddTestShaders(other);
+        other.BeginFrame();
+        m_host.Declare(other);
+    }
+    ASSERT_TRUE(m_host.GoesOn());
+}
+
+TEST_F(DroppedSemaphores, AreLeftAloneWhereAskedFor) {
+    m_host.Signal();
+    m_renderer.BeginFrame();
+    m_renderer.WaitSemaphore(m_host.before.Use(), DropPolicy::LeaveAlone);
+    m_renderer.SignalSemaphore(m_host.progress.At(1), DropPolicy::LeaveAlone);
+    m_renderer.DropFrame();
+    Device().WaitIdle();
+    EXPECT_EQ(m_host.progress.Value(), 0u);
+    Frame(Where::Nowhere);  // `before` is still there to be waited for
+    ASSERT_TRUE(m_host.GoesOn());
+}
+
+// The host has not signaled yet: Vulkan allows no wait for it.
+TEST_F(DroppedSemaphores, AreLeftAloneByADropThatIsToldSo) {
+    m_renderer.BeginFrame();
+    m_host.Declare(m_renderer);
+    m_renderer.DropFrame(DropPolicy::LeaveAlone);
+    Device().WaitIdle();
+    EXPECT_EQ(m_host.progress.Value(), 0u);
+    m_host.Signal();
+    Frame(Where::Nowhere);
+    ASSERT_TRUE(m_host.GoesOn());
+}
+
+TEST(DroppedSemaphoresOfAFailedSubmission, AreForwarded) {
+    testing::FakeLoader loader;
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+    Renderer renderer(*device);
+    Host host(*device);
+    host.Signal();
+    renderer.BeginFrame();
+    host.Declare(renderer);
+    renderer.AddPass(
+        "Nothing", PassKind::Transfer, [](PassBuilder& pass) { pass.KeepAlive(); }, [](CommandList&) {});
+    loader.Tell().nextSubmitResult = VK_ERROR_OUT_OF_HOST_MEMORY;
+    EXPECT_EQ(testing::ErrorOf([&] { renderer.Execute(); }).Kind(), ErrorKind::OutOfMemory);
+    EXPECT_TRUE(host.GoesOn());
+}
+
+}  // namespace
+}  // namespace raygraph::dropped_semaphores_test

@@ -7,7 +7,6 @@
 #include "renderer/graph/compile.h"
 #include "renderer/graph/memory_planner.h"
 #include "renderer/graph/plan_text.h"
-#include "tests/graph/memory_model.h"
 #include "tests/graph/oracle.h"
 #include "tests/graph/random_frames.h"
 

@@ -1,18 +1,27 @@
-// Accumulate alone: hand-made samples in, mean and variance out.
-#include "passes/accumulate.h"
-
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <map>
 #include <random>
+#include <string>
 #include <tuple>
 #include <type_traits>
 
+#include "base/error.h"
+#include "core/tonemap.glsl"
+#include "passes/accumulate.h"
+#include "passes/tonemap.h"
+#include "passes/white_balance.h"
 #include "renderer/graph/pass_harness.h"
+#include "tests/support/error_of.h"
+#include "tests/support/option_rows.h"
 #include "tests/support/vulkan_test.h"
 
+// Accumulate alone: hand-made samples in, mean and variance out.
 namespace raygraph::testing::accumulate_test {
 
 using passes::Accumulation;
@@ -376,3 +385,311 @@ TEST_F(AccumulateTest, Accumulate_CulledAddsNothing) {
 }
 
 }  // namespace raygraph::testing::accumulate_test
+
+// Accumulate of several samples at once: the sums of those one after the other.
+namespace raygraph::testing::accumulate_rows_test {
+
+using passes::Accumulation;
+
+namespace {
+
+constexpr uint32_t kWidth = 2, kTiles = 2;
+
+class AccumulateRows : public VulkanTest {
+  protected:
+    // A row of texels of both signs, and of very different size.
+    static std::vector<float> RowOf(uint32_t tile, uint32_t number) {
+        std::vector<float> values(4 * kWidth);
+        for (uint32_t i = 0; i < values.size(); ++i)
+            values[i] =
+                (float(((number + 10 * tile) * 7 + i * 3) % 11) - 5.0f) * (number % 2 == 0 ? 1e-9f : 1e7f);
+        return values;
+    }
+    // Adds samples to a picture of two tiles of a row each; its mean, and then its variance.
+    std::vector<float> Add(Accumulation& into, uint32_t first, uint32_t count) {
+        std::vector<float> texels;
+        for (uint32_t tile = 0; tile < kTiles; ++tile)
+            for (uint32_t n = first; n < first + count; ++n)
+                std::ranges::copy(RowOf(tile, n), std::back_inserter(texels));
+        std::vector<float> both =
+            harness
+                .Run([&](PassHarness& h) {
+                    const TextureId samples =
+                        h.Texture("samples", {kWidth, kTiles * count}, Format::Rgba32Float, texels);
+                    return passes::Accumulate(h.Graph(), samples, {.count = count, .height = 1}, into, true)
+                        .mean;
+                })
+                .values;
+        const Texels variance = harness.Run([&](PassHarness& h) {
+            return passes::Resolve(h.Graph(), into, {kWidth, kTiles}, true).variance;
+        });
+        std::ranges::copy(variance.values, std::back_inserter(both));
+        return both;
+    }
+    std::string ErrorOf(Extent2D extent, const passes::SampleRows& rows) {
+        return ErrorTextOf([&] {
+            harness.Run([&](PassHarness& h) {
+                const TextureId samples =
+                    h.Texture("samples", extent, Format::Rgba32Float,
+                              std::vector<float>(size_t{4} * extent.width * extent.height));
+                Accumulation accumulation("refused");
+                return passes::Accumulate(h.Graph(), samples, rows, accumulation).mean;
+            });
+        });
+    }
+
+    PassHarness harness{Device()};
+};
+
+}  // namespace
+
+TEST_F(AccumulateRows, SeveralSamplesAtOnceAreThoseOneAfterTheOther) {
+    constexpr uint32_t kCount = 5;
+    Accumulation single("single"), several("several");
+    std::vector<float> expected;
+    for (uint32_t n = 0; n < kCount; ++n) expected = Add(single, n, 1);
+    Add(several, 0, 1);
+    EXPECT_EQ(Add(several, 1, kCount - 1), expected);
+    EXPECT_EQ(several.SampleCount(), kCount);
+}
+
+TEST_F(AccumulateRows, SeveralSamplesMayBeTheFirst) {
+    Accumulation single("single"), several("several");
+    Add(single, 0, 1);
+    const std::vector<float> expected = Add(single, 1, 1);
+    several.Reset(passes::ResetCause::Start);
+    EXPECT_EQ(Add(several, 0, 2), expected);
+}
+
+TEST_F(AccumulateRows, RefusesATextureThatTheSamplesDoNotFill) {
+    EXPECT_EQ(ErrorOf({2, 3}, {.count = 2, .height = 1}),
+              "accumulation \"refused\": 2 samples of 1 rows in a texture of 3 rows, which is no multiple of "
+              "that");
+    EXPECT_NE(ErrorOf({2, 3}, {.count = 0}), "accepted");
+    EXPECT_NE(ErrorOf({2, 3}, {.count = 4}), "accepted");
+}
+
+}  // namespace raygraph::testing::accumulate_rows_test
+
+// Tonemap alone, against the same text compiled for the CPU.
+namespace raygraph::testing::tonemap_test {
+
+namespace {
+
+class TonemapTest : public VulkanTest {
+  protected:
+    PassHarness harness{Device()};
+};
+
+constexpr uint32_t kWidth = 64;
+// Vulkan lets a device store either of the two nearest codes of 8 bits ("Conversion From Floating-Point to
+// Normalized Fixed-Point"); the rest is for its powers and logarithms.
+constexpr float kCode = 1.0f / 255.0f + 1e-4f;
+
+// Colors from far below to far above the displayable range, of every hue.
+std::vector<float> Colors() {
+    std::vector<float> values;
+    for (uint32_t i = 0; i < kWidth; ++i) {
+        const float luminance = std::exp2(-12.0f + 20.0f * float(i) / kWidth);
+        for (uint32_t channel = 0; channel < 3; ++channel)
+            values.push_back(luminance * (0.2f + 0.8f * float((i * (channel + 3)) % 7) / 6.0f));
+        values.push_back(float(i % 5) / 4.0f);
+    }
+    return values;
+}
+
+}  // namespace
+
+TEST_F(TonemapTest, Tonemap_EveryOperatorIsTheCpusWithinOneCode) {
+    const std::vector<float> colors = Colors();
+    for (const auto op : {TonemapOperator::Linear, TonemapOperator::Srgb, TonemapOperator::Reinhard,
+                          TonemapOperator::Aces, TonemapOperator::AgX, TonemapOperator::Neutral})
+        for (const float exposure : {0.0f, -1.5f, 2.0f}) {
+            const Texels shown = harness.Run([&](PassHarness& h) {
+                const TextureId radiance = h.Texture("radiance", {kWidth, 1}, Format::Rgba32Float, colors);
+                return passes::Tonemap(h.Graph(), radiance, {exposure, op});
+            });
+            for (uint32_t i = 0; i < kWidth; ++i) {
+                const shading::vec3 expected =
+                    shading::Tonemap(shading::vec3(colors[4 * i], colors[4 * i + 1], colors[4 * i + 2]),
+                                     exposure, uint32_t(op));
+                for (uint32_t channel = 0; channel < 3; ++channel)
+                    EXPECT_NEAR(shown.At(i, 0)[channel], expected[int(channel)], kCode)
+                        << "operator " << int(op) << ", exposure " << exposure << ", color " << i;
+                EXPECT_NEAR(shown.At(i, 0)[3], colors[4 * i + 3], kCode);
+            }
+        }
+}
+
+TEST_F(TonemapTest, Tonemap_UnassociatedColorIsThatOfWhatAlphaCovers) {
+    const std::vector<float> radiance = {0.4f, 0.2f,  0.1f,   1.0f,  0.2f, 0.1f, 0.05f, 0.5f,
+                                         0.1f, 0.05f, 0.025f, 0.25f, 0.0f, 0.0f, 0.0f,  0.0f};
+    const Texels shown = harness.Run([&](PassHarness& h) {
+        const TextureId texture = h.Texture("radiance", {4, 1}, Format::Rgba32Float, radiance);
+        return passes::Tonemap(h.Graph(), texture,
+                               {.tonemapOperator = TonemapOperator::Linear, .isUnassociated = true});
+    });
+    for (uint32_t x = 0; x < 4; ++x) {
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(shown.At(x, 0)[c], x < 3 ? radiance[static_cast<size_t>(c)] : 0.0f, kCode) << x;
+        EXPECT_NEAR(shown.At(x, 0)[3], radiance[4 * x + 3], kCode);
+    }
+}
+
+TEST_F(TonemapTest, Tonemap_WhiteBalanceIsBeforeExposureAndCurve) {
+    const std::vector<float> colors = Colors();
+    // Columns
+    const glm::mat3 balance(glm::vec3(0.5f, 0.1f, 0.0f), glm::vec3(0.0f, 1.0f, 0.2f),
+                            glm::vec3(0.25f, -0.1f, 2.0f));
+    const Texels shown = harness.Run([&](PassHarness& h) {
+        const TextureId texture = h.Texture("radiance", {kWidth, 1}, Format::Rgba32Float, colors);
+        return passes::Tonemap(h.Graph(), texture,
+                               {.exposureEv = -1.0f,
+                                .tonemapOperator = TonemapOperator::Reinhard,
+                                .isOpaque = true,
+                                .whiteBalance = balance});
+    });
+    for (uint32_t i = 0; i < kWidth; ++i) {
+        const glm::vec3 balanced = balance * glm::vec3(colors[4 * i], colors[4 * i + 1], colors[4 * i + 2]);
+        const shading::vec3 expected = shading::Tonemap(shading::vec3(balanced.x, balanced.y, balanced.z),
+                                                        -1.0f, uint32_t(TonemapOperator::Reinhard));
+        for (uint32_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(shown.At(i, 0)[c], expected[int(c)], kCode) << "color " << i;
+        EXPECT_EQ(shown.At(i, 0)[3], 1.0f);
+    }
+}
+
+TEST_F(TonemapTest, Tonemap_NanAndNegativeAreBlack) {
+    const Texels shown = harness.Run([&](PassHarness& h) {
+        const TextureId radiance = h.Texture("radiance", {2, 1}, Format::Rgba32Float,
+                                             {NAN, -1.0f, 0.0f, 1.0f, 1e30f, INFINITY, 1.0f, 1.0f});
+        return passes::Tonemap(h.Graph(), radiance, {0.0f, TonemapOperator::Srgb});
+    });
+    for (uint32_t channel = 0; channel < 3; ++channel) EXPECT_EQ(shown.At(0, 0)[channel], 0.0f);
+    for (uint32_t channel = 0; channel < 3; ++channel) EXPECT_EQ(shown.At(1, 0)[channel], 1.0f);
+}
+
+TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
+    using passes::TonemapSettings;
+    struct Row {
+        const char* name;
+        void (*change)(TonemapSettings&);
+        bool isOfColor = true;
+    };
+    const Row kRows[] = {
+        {"exposure", [](TonemapSettings& s) { s.exposureEv = 1.0f; }},
+        {"linear", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Linear; }},
+        {"srgb", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Srgb; }},
+        {"reinhard", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Reinhard; }},
+        {"aces", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Aces; }},
+        {"agx", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::AgX; }},
+        {"unassociated", [](TonemapSettings& s) { s.isUnassociated = true; }},
+        {"white balance", [](TonemapSettings& s) { s.whiteBalance[1].x = 0.5f; }},
+        {"opaque", [](TonemapSettings& s) { s.isOpaque = true; }, false},
+    };
+    const std::vector<float> colors = Colors();
+    struct Shown {
+        std::vector<float> color, alpha;
+    };
+    const auto show = [&](const TonemapSettings& settings) {
+        const Texels texels = harness.Run([&](PassHarness& h) {
+            return passes::Tonemap(h.Graph(), h.Texture("radiance", {kWidth, 1}, Format::Rgba32Float, colors),
+                                   settings);
+        });
+        Shown shown;
+        for (uint32_t i = 0; i < 4 * kWidth; ++i)
+            (i % 4 == 3 ? shown.alpha : shown.color).push_back(texels.values[i]);
+        return shown;
+    };
+    auto rows = OptionRowsOf<TonemapSettings>([](TonemapSettings& s) {
+        auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = s;
+        return std::tie(exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance);
+    });
+    const Shown before = show({});
+    std::map<std::vector<float>, std::string> pictures{{before.color, "the defaults"}};
+    for (const Row& row : kRows) {
+        TonemapSettings settings;
+        row.change(settings);
+        rows.Add(row.name, {}, settings);
+        const Shown after = show(settings);
+        if (row.isOfColor) {
+            const auto [found, isNew] = pictures.emplace(after.color, row.name);
+            EXPECT_TRUE(isNew) << row.name << " looks like " << found->second;
+            EXPECT_EQ(after.alpha, before.alpha) << row.name;
+        } else {
+            EXPECT_EQ(after.alpha, std::vector<float>(kWidth, 1.0f)) << row.name;
+            EXPECT_EQ(after.color, before.color) << row.name;
+        }
+    }
+    rows.ExpectComplete();
+}
+
+}  // namespace raygraph::testing::tonemap_test
+
+// The white balance against published chromaticities, and in closed form.
+namespace raygraph::passes::white_balance_test {
+namespace {
+
+// CIE 15: illuminant A, and daylight of 5000 and 7500 K nominally.
+constexpr glm::dvec2 kA(0.44758, 0.40745), kD50(0.34567, 0.35851), kD75(0.29903, 0.31488);
+
+void ExpectNear(const glm::dvec2& a, const glm::dvec2& b, double tolerance) {
+    EXPECT_NEAR(a.x, b.x, tolerance);
+    EXPECT_NEAR(a.y, b.y, tolerance);
+}
+
+TEST(WhiteBalance, WhitePointsAreThoseOfTheStandardIlluminants) {
+    ExpectNear(WhitePointAt(2856.0), kA, 4e-4);
+    ExpectNear(WhitePointAt(5003.0), kD50,
+               2e-4);  // the constants of radiation have changed since D50 was named
+    ExpectNear(WhitePointAt(7504.0), kD75, 2e-4);
+    EXPECT_EQ(WhitePointAt(6500.0), glm::dvec2(kDisplayWhite[0], kDisplayWhite[1]));
+    ExpectNear(WhitePointAt(6504.0), WhitePointAt(6500.0), 2e-4);
+    // Black bodies at 2000 and 3500 K (Kang et al. 2002, and Planck's law)
+    ExpectNear(WhitePointAt(2000.0), {0.5267, 0.4133}, 5e-4);
+    ExpectNear(WhitePointAt(3500.0), {0.4053, 0.3907}, 5e-4);
+    for (const double kelvin : {999.0, 25001.0, -1.0})
+        EXPECT_THROW(std::ignore = WhitePointAt(kelvin), Error) << kelvin;
+}
+
+TEST(WhiteBalance, TheDisplaysWhiteChangesNothing) {
+    EXPECT_EQ(WhiteBalance(WhitePointAt(6500.0)), glm::mat3(1.0f));
+    ExpectNear(ChromaticityOf(glm::dvec3(1.0)), WhitePointAt(6500.0), 1e-12);
+    const glm::mat3 almost = WhiteBalance(ChromaticityOf(glm::dvec3(0.3)));
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) EXPECT_NEAR(almost[c][r], c == r ? 1.0f : 0.0f, 1e-6f);
+}
+
+// Linear Rec. 709 of a chromaticity, by the inverse of IEC 61966-2-1's matrix, of luminance 1.
+glm::dvec3 ColorOf(const glm::dvec2& xy) {
+    const double x = xy.x / xy.y, z = (1.0 - xy.x - xy.y) / xy.y;
+    return {3.2406 * x - 1.5372 - 0.4986 * z, -0.9689 * x + 1.8758 + 0.0415 * z,
+            0.0557 * x - 0.2040 + 1.0570 * z};
+}
+
+TEST(WhiteBalance, TheWhiteOfALightBecomesNeutralOfTheSameLuminance) {
+    for (const glm::dvec2& white : {kA, kD50, kD75, glm::dvec2(0.33, 0.36)}) {
+        const glm::dvec3 shown = glm::dmat3(WhiteBalance(white)) * ColorOf(white);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[c], 1.0, 2e-3);
+    }
+    // Of illuminant A by its temperature: to the precision of the locus
+    const glm::dvec3 shown = glm::dmat3(WhiteBalance(WhitePointAt(2856.0))) * ColorOf(kA);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[c], 1.0, 1e-2);
+}
+
+// Bradford's matrix from D50 to D65 as it is published (B. Lindbloom, from ASTM E308's whites).
+TEST(WhiteBalance, IsBradfordsAdaptation) {
+    const glm::dmat3 published = glm::transpose(glm::dmat3{{0.9555766, -0.0230393, 0.0631636},
+                                                           {-0.0282895, 1.0099416, 0.0210077},
+                                                           {0.0122982, -0.0204830, 1.3299098}});
+    const glm::dmat3 toXyz = glm::transpose(glm::dmat3{{0.4124564, 0.3575761, 0.1804375},
+                                                       {0.2126729, 0.7151522, 0.0721750},
+                                                       {0.0193339, 0.1191920, 0.9503041}});
+    const glm::dvec2 white(0.96422 / (0.96422 + 1.0 + 0.82521), 1.0 / (0.96422 + 1.0 + 0.82521));
+    const glm::dmat3 expected = glm::inverse(toXyz) * published * toXyz, made(WhiteBalance(white));
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) EXPECT_NEAR(made[c][r], expected[c][r], 1e-3) << c << " " << r;
+}
+
+}  // namespace
+}  // namespace raygraph::passes::white_balance_test

@@ -1,8 +1,14 @@
-// Back faces of single-sided materials are culled for every ray, whatever the transform.
+#include <cmath>
+#include <functional>
+#include <tuple>
+
+#include "passes/scene_bindings.h"
+#include "tests/scene/gltf_document.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
+// Back faces of single-sided materials are culled for every ray, whatever the transform.
 namespace raygraph::testing::facing_test {
 
 namespace {
@@ -188,3 +194,221 @@ TEST_F(Facing, AlphaThatLetsNothingThroughCostsNoGroup) {
 }
 
 }  // namespace raygraph::testing::facing_test
+
+// The environment that a scene brings along, from the text of a glTF file to what is seen.
+namespace raygraph::testing::image_light_scene_test {
+
+namespace {
+
+using test::GltfDocument;
+using test::Json;
+
+// Red, green, blue, and the same at a fifth of the alpha: five times as bright. Above the triangle of the
+// scene, which is small and far from the rays.
+GltfDocument SixColors() {
+    constexpr std::array<std::array<uint8_t, 4>, 6> kColors{{{255, 0, 0, 255},
+                                                             {0, 255, 0, 255},
+                                                             {0, 0, 255, 255},
+                                                             {255, 0, 0, 51},
+                                                             {0, 255, 0, 51},
+                                                             {0, 0, 255, 51}}};
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["nodes"][0]["scale"] = {0.01, 0.01, 0.01};
+    for (const auto& color : kColors)
+        document.Add("images", {{"uri", test::DataUri(test::MakePng(1, 1, color))}});
+    document.json["extensions"]["EXT_lights_image_based"]["lights"] =
+        Json::array({{{"intensity", 0.5},
+                      {"specularImageSize", 1},
+                      {"specularImages", Json::array({{0, 1, 2, 3, 4, 5}})}}});
+    document.json["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
+    return document;
+}
+
+class ImageLightScene : public VulkanTest {
+  protected:
+    glm::vec3 Towards(const glm::vec3& direction) {
+        const glm::vec3 eye(0.0f, 5.0f, 0.0f),
+            up = direction.y == 0.0f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
+        passes::TraceSettings settings;
+        settings.extent = {1, 1};
+        settings.camera = ToRecord(scene::CameraView::LookAt(eye, eye + direction, up));
+        return render.TraceOnce(settings).At(0, 0);
+    }
+    void ExpectTowards(const glm::vec3& direction, const glm::vec3& radiance) {
+        EXPECT_LT(glm::distance(Towards(direction), radiance), 1e-5f)
+            << direction.x << ' ' << direction.y << ' ' << direction.z;
+    }
+    SceneRender render{Device()};
+};
+
+}  // namespace
+
+TEST_F(ImageLightScene, LightsTheSceneFromEachSideAsItsFileSays) {
+    render.scene.SetScene(test::Load(SixColors()));
+    ExpectTowards({1, 0, 0}, {0.5f, 0, 0});
+    ExpectTowards({-1, 0, 0}, {0, 0.5f, 0});
+    ExpectTowards({0, 1, 0}, {0, 0, 0.5f});
+    ExpectTowards({0, -1, 0.1f}, {2.5f, 0, 0});
+    ExpectTowards({0, 0, 1}, {0, 2.5f, 0});
+    ExpectTowards({0, 0, -1}, {0, 0, 2.5f});
+    EXPECT_EQ(render.scene.Statistics().lightCount, 1u) << "it is sampled";
+    EXPECT_TRUE(render.scene.Environment().usesScene);
+}
+
+TEST_F(ImageLightScene, GivesWayToWhatAHostSetsAndToTheNextScene) {
+    GpuScene& scene = render.scene;
+    scene.SetScene(test::Load(SixColors()));
+    const auto black = glm::vec3(0.0f), red = glm::vec3(0.5f, 0, 0);
+    ExpectTowards({1, 0, 0}, red);
+    // Turned by a quarter, +x is at -z; tinted
+    scene.SetEnvironment({.radiance = {2, 1, 1}, .rotation = 1.5707963f, .usesScene = true});
+    ExpectTowards({0, 0, -1}, 2.0f * red);
+    scene.SetEnvironment({.radiance = {1, 2, 3}});
+    ExpectTowards({1, 0, 0}, {1, 2, 3});
+    scene.SetEnvironment({});
+    ExpectTowards({1, 0, 0}, black);
+    EXPECT_EQ(scene.Statistics().lightCount, 0u);
+    const EnvironmentSettings own{
+        .radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = DefaultLight::None};
+    scene.SetEnvironment(own);
+    const uint64_t version = scene.Revisions().environment;
+    scene.SetEnvironmentMap({1, 1, {4, 5, 6, 1}});
+    EXPECT_GT(scene.Revisions().environment, version);
+    ExpectTowards({1, 0, 0}, {4, 5, 6});
+    scene.SetScene(test::Load(SixColors()));
+    ExpectTowards({1, 0, 0}, {4, 5, 6});
+    scene.RemoveEnvironmentMap();
+    ExpectTowards({1, 0, 0}, red);
+    GltfDocument plain = SixColors();
+    plain.json["scenes"][0].erase("extensions");
+    scene.SetScene(test::Load(plain));
+    ExpectTowards({1, 0, 0}, black);
+    EXPECT_EQ(scene.Statistics().lightCount, 0u);
+    // Values that no file has are refused, and the old scene stays
+    scene.SetScene(test::Load(SixColors()));
+    scene::SceneData bad = test::Load(SixColors());
+    bad.environment.map.rgba[7] = -1.0f;
+    EXPECT_THROW(scene.SetScene(std::move(bad)), Error);
+    ExpectTowards({1, 0, 0}, red);
+}
+
+}  // namespace raygraph::testing::image_light_scene_test
+
+// Programs that can do more than a scene needs.
+namespace raygraph::testing::more_features_test {
+
+using passes::TraceSettings;
+
+namespace {
+
+constexpr uint32_t kSamples = 64;
+// Those of light and of what materials read; all of them would take a minute to compile.
+constexpr TraceFeatures kMore =
+    FeaturesOfKind(TraceFeatureKind::Lights) | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
+
+class MoreFeatures : public VulkanTest {
+  protected:
+    // The same mean, to the noise, with more features.
+    void ExpectSameMean(TraceSettings settings) {
+        const RenderedImage own = render.Render(settings, kSamples);
+        settings.seed = 1;
+        const RenderedImage more = Wide(settings, kSamples);
+        const glm::dvec3 a = own.mean.Mean(), b = more.mean.Mean();
+        const glm::dvec3 errorA = own.StandardErrorOfMean(), errorB = more.StandardErrorOfMean();
+        EXPECT_GT(a.y, 0.0);
+        for (int i = 0; i < 3; ++i) {
+            const double error = std::hypot(errorA[i], errorB[i]);
+            EXPECT_NEAR(a[i], b[i], 4.0 * error + 1e-6);
+            EXPECT_LT(error, 0.03 * a[i]) << "too noisy to prove anything";
+        }
+    }
+
+    // Samples of a program with more features than these scenes have.
+    RenderedImage Wide(TraceSettings settings, uint32_t sampleCount) {
+        passes::Accumulation accumulation("wide");
+        RenderedImage image;
+        for (uint32_t i = 0; i < sampleCount; ++i, ++settings.sampleIndex) {
+            render.renderer.BeginFrame();
+            const SceneIds ids = passes::WithFeatures(render.scene.Declare(render.renderer), kMore);
+            std::ignore = passes::Accumulate(
+                render.renderer, passes::Trace(render.renderer, ids, settings).radiance, accumulation, true);
+            const passes::AccumulatedIds all =
+                passes::Resolve(render.renderer, accumulation, settings.extent, true);
+            const Readback mean = render.renderer.ReadBack(all.mean);
+            const Readback variance = render.renderer.ReadBack(all.variance);
+            render.renderer.Execute();
+            if (i + 1 == sampleCount) image = {ToFloatImage(mean), ToFloatImage(variance), sampleCount};
+        }
+        return image;
+    }
+
+    SceneRender render{Device()};
+};
+
+TraceSettings Inside() {
+    return LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 24);
+}
+
+}  // namespace
+
+// No light at all that could be sampled, no texture, nothing transparent: the sky alone, seen from inside.
+TEST_F(MoreFeatures, OfAPlainScene_KeepTheMean) {
+    scene::Material chalk;
+    chalk.baseColorFactor = {0.7f, 0.5f, 0.3f, 1.0f};
+    chalk.metallicFactor = 0.0f;
+    chalk.roughnessFactor = 0.6f;
+    render.scene.SetScene(SceneOf({QuadMesh(3.0f), BoxMesh(0.4f)}, {chalk},
+                                  {Translation({0.0f, 0.0f, -2.0f}), Translation({0.4f, -0.5f, 0.1f})}));
+    render.scene.SetEnvironment({.radiance = {0.4f, 0.5f, 0.6f}});
+    ExpectSameMean(Inside());
+}
+
+TEST_F(MoreFeatures, OfALitRoom_KeepTheMean) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f), BoxMesh(0.4f, 1)},
+                                  {Lambert(glm::vec3(0.6f), glm::vec3(0.3f)), Lambert(glm::vec3(0.8f))},
+                                  {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})}));
+    ExpectSameMean(Inside());
+}
+
+// Nothing shines: features of light find none.
+TEST_F(MoreFeatures, OfADarkScene_StayDark) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.6f))}));
+    EXPECT_EQ(Wide(Inside(), 1).mean.Mean(), glm::dvec3(0.0));
+}
+
+// A scene that is given features has those of a scene with what they are for, and no others.
+TEST(WithFeatures, AreThoseOfTheProgram) {
+    TraceSettings settings = Inside();
+    settings.scattering.brdf = BrdfModel::Gltf;
+    const SceneIds scene{.features = kTraceOpaque};
+    for (const TraceFeatures feature :
+         {kTraceAnyHit, kTraceThinWalls, kTraceCapsules, kTraceVolumes, kMore}) {
+        const SceneIds wide = passes::WithFeatures(scene, feature);
+        EXPECT_EQ(passes::ProgramFeatures(wide, settings), kTraceOpaque | feature);
+    }
+    const SceneIds asSet = passes::WithFeatures(scene, FeaturesOfKind(TraceFeatureKind::Settings));
+    EXPECT_EQ(passes::ProgramFeatures(asSet, settings), kTraceOpaque);
+}
+
+// Of what a scene has, programs have what settings use.
+TEST(ProgramFeatures, AreThoseThatSettingsUse) {
+    const TraceFeatures scene = ~FeaturesOfKind(TraceFeatureKind::Settings) | kTraceTextureLod;
+    const auto of = [](TraceFeatures features, const std::function<void(TraceSettings&)>& set) {
+        TraceSettings settings;
+        set(settings);
+        return passes::ProgramFeatures({.features = features}, settings);
+    };
+    const auto levels = [](TraceSettings& s) { s.biases.textureLod = 0.0f; };
+    EXPECT_EQ(of(scene, levels), scene);
+    EXPECT_EQ(of(scene, [](TraceSettings&) {}), scene & ~kTraceTextureLod);
+    EXPECT_EQ(of(kTraceTextureLod | kTraceOpaque, levels), kTraceOpaque) << "nothing has levels";
+    const TraceFeatures unlit = of(scene, [](TraceSettings& s) { s.lights.isOn = false; });
+    EXPECT_EQ(unlit, scene & ~(FeaturesOfKind(TraceFeatureKind::Lights) | kTraceTextureLod));
+    const TraceFeatures plain = of(scene, [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lambert; });
+    EXPECT_EQ(plain, scene & ~(FeaturesOfKind(TraceFeatureKind::Lobes) | kTraceTextureLod));
+    EXPECT_EQ(of({}, [](TraceSettings& s) { s.biases.shadowTerminator = true; }), kTraceShadowTerminator);
+    EXPECT_EQ(of({}, [](TraceSettings& s) { s.isEnvironmentHidden = true; }), kTraceHiddenEnvironment);
+}
+
+}  // namespace raygraph::testing::more_features_test

@@ -1,16 +1,21 @@
-// From the text of a glTF file to the records on the device, and to what is seen: every field arrives. The
-// numbers expected here are those of the text, not those of what the importer made of it.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <set>
 #include <sstream>
 #include <type_traits>
 
+#include "passes/raster.h"
 #include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/variants.h"
 #include "tests/passes/gltf_square.h"
+#include "tests/scene/gltf_document.h"
+#include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
+// From the text of a glTF file to the records on the device, and to what is seen: every field arrives. The
+// numbers expected here are those of the text, not those of what the importer made of it.
 namespace raygraph::testing::imported_scene_test {
 
 namespace {
@@ -325,3 +330,461 @@ TEST_F(ImportedScene, NestedNodesPlaceTheirMeshes) {
 }
 
 }  // namespace raygraph::testing::imported_scene_test
+
+// From the nodes of a glTF file to what is seen: which meshes are there, where, and whether they shine.
+namespace raygraph::testing::imported_nodes_test {
+
+namespace {
+
+using test::GltfDocument;
+using test::Json;
+
+// A view along -z that is six high around the origin, of 24 pixels: four of them a unit.
+passes::TraceSettings Facing() {
+    scene::CameraView view = scene::CameraView::LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
+    view.projection = scene::Projection::Orthographic;
+    view.height = 6.0f;
+    passes::TraceSettings settings;
+    settings.extent = {24, 24};
+    settings.camera = ToRecord(view);
+    return settings;
+}
+
+// Red, where the pixel shows the point.
+float SeenAt(const FloatImage& image, float x, float y) {
+    return image.At(uint32_t((x + 3.0f) * 4.0f), uint32_t((3.0f - y) * 4.0f)).x;
+}
+
+// A triangle with its corner at a node's origin, which shines.
+GltfDocument ShiningTriangle() {
+    GltfDocument document;
+    document.AddTriangle()["material"] = document.AddMaterial({{"emissiveFactor", {1, 1, 1}}});
+    return document;
+}
+
+class ImportedNodes : public VulkanTest {
+  protected:
+    SceneRender render{Device()};
+};
+
+}  // namespace
+
+TEST_F(ImportedNodes, EachOfTheInstancesOfANodeIsSeenAndShines) {
+    GltfDocument document = ShiningTriangle();
+    const size_t places = document.AddAccessor<float>({-2, 0, 0, 0, 0, 0, 1, 1, 0}, 3);
+    document.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+    render.scene.SetScene(test::Load(document));
+    const FloatImage radiance = render.TraceOnce(Facing());
+    for (const glm::vec2 corner : {glm::vec2(-2, 0), glm::vec2(0, 0), glm::vec2(1, 1)})
+        EXPECT_EQ(SeenAt(radiance, corner.x + 0.3f, corner.y + 0.3f), 1.0f) << corner.x;
+    EXPECT_EQ(SeenAt(radiance, -0.7f, 0.3f), 0.0f);
+    EXPECT_EQ(render.scene.Statistics().emissiveTriangleCount, 3u);
+    std::set<uint32_t> instances;
+    for (const glm::uvec4& id : render.PrimaryHits(Facing()).ids) instances.insert(id.x);
+    EXPECT_EQ(instances.size(), 4u) << "three, and none";
+}
+
+// Two nodes, each with a triangle that shines and one with a light, of which the second is hidden and shown.
+TEST_F(ImportedNodes, HiddenNodesAreNotSeenAndDoNotShine) {
+    GltfDocument document = ShiningTriangle();
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({{{"type", "point"}}});
+    document.AddNode({{"translation", {-2, 0, 0}},
+                      {"children", {2}},
+                      {"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
+    document.Add("nodes", {{"mesh", 0}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    render.scene.SetScene(test::Load(document));
+    const auto expectSeen = [&](float hidden) {
+        const FloatImage radiance = render.TraceOnce(Facing());
+        EXPECT_EQ(SeenAt(radiance, 0.3f, 0.3f), 1.0f);
+        EXPECT_EQ(SeenAt(radiance, -1.7f, 0.3f), hidden);
+    };
+    expectSeen(0.0f);
+    EXPECT_FALSE(render.scene.IsVisible(1));
+    EXPECT_FALSE(render.scene.IsLightVisible(0));
+    EXPECT_EQ(render.scene.Statistics().emissiveTriangleCount, 1u);
+    EXPECT_EQ(render.scene.Statistics().lightCount, 1u);
+    render.scene.SetVisible(1, true);
+    const SceneRevisions before = render.scene.Revisions();
+    render.scene.SetLightVisible(0, true);
+    EXPECT_EQ(render.scene.Revisions().lights, before.lights + 1);
+    render.scene.SetLightVisible(0, true);
+    EXPECT_EQ(render.scene.Revisions().lights, before.lights + 1) << "changes nothing";
+    expectSeen(1.0f);
+    EXPECT_EQ(render.scene.Statistics().emissiveTriangleCount, 2u);
+    EXPECT_EQ(render.scene.Statistics().lightCount, 3u);
+    EXPECT_THROW(render.scene.SetLightVisible(1, true), Error);
+}
+
+// A white floor under a light that is hidden, in both views.
+TEST_F(ImportedNodes, HiddenLightLightsNothing) {
+    GltfDocument document;
+    document.AddTriangle()["material"] =
+        document.AddMaterial({{"pbrMetallicRoughness", {{"metallicFactor", 0}}}});
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({{{"type", "point"}}});
+    document.AddNode(
+        {{"translation", {0.3f, 0.3f, 1}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    render.scene.SetScene(test::Load(document));
+    passes::FilteredEnvironment environment{"environment"};
+    const auto raster = [&] {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, Facing(), passes::FilmPosition::Center);
+        const Readback drawn = render.renderer.ReadBack(
+            passes::RasterShade(render.renderer, ids, Facing(), seen, environment, {}));
+        render.renderer.Execute();
+        return SeenAt(ToFloatImage(drawn), 0.3f, 0.3f);
+    };
+    EXPECT_GT(SeenAt(render.TraceOnce(Facing()), 0.3f, 0.3f), 0.1f);
+    EXPECT_GT(raster(), 0.1f);
+    render.scene.SetLightVisible(0, false);
+    EXPECT_EQ(SeenAt(render.TraceOnce(Facing()), 0.3f, 0.3f), 0.0f);
+    EXPECT_EQ(raster(), 0.0f);
+}
+
+}  // namespace raygraph::testing::imported_nodes_test
+
+// From the vertices, images and samplers of a glTF file to what is seen of a surface.
+namespace raygraph::testing::imported_surfaces_test {
+
+namespace {
+
+class ImportedSurfaces : public VulkanTest {
+  protected:
+    SceneRender render{Device()};
+};
+
+}  // namespace
+
+// What a vertex of the file says is what is seen there: colors and both sets of coordinates, of bytes and
+// shorts too.
+TEST_F(ImportedSurfaces, VertexAttributesOfEveryWidthAreSeen) {
+    // Rows from the top: black, dark, light, white, by levels that sRGB encodes as 0, 64, 128 and 255
+    const test::Bytes rows =
+        test::MakePngOf(1, 4, {0, 0, 0, 255, 64, 64, 64, 255, 128, 128, 128, 255, 255, 255, 255, 255});
+    const float levels[] = {0.0f, 0.0513f, 0.2159f, 1.0f};
+    for (const int set : {0, 1}) {
+        GltfDocument document;
+        const Json nearest{{"magFilter", 9728}, {"minFilter", 9728}, {"wrapS", 33071}, {"wrapT", 33071}};
+        const size_t texture = AddTexture(document, rows, nearest);
+        document.AddMaterial(
+            {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}, {"texCoord", set}}}}}});
+        Json primitive = Square(document, {}, 0);
+        // Set 0: bytes, left column the second row, right column the last. Set 1: shorts, first and third
+        primitive["attributes"]["TEXCOORD_0"] =
+            document.AddAccessor<uint8_t>({0, 96, 0, 224, 0, 224, 0, 96}, 2, true);
+        primitive["attributes"]["TEXCOORD_1"] =
+            document.AddAccessor<uint16_t>({0, 8192, 0, 40960, 0, 40960, 0, 8192}, 2, true);
+        primitive["attributes"]["COLOR_0"] = document.AddAccessor<uint8_t>(
+            {255, 128, 0, 255, 255, 128, 0, 255, 255, 128, 0, 255, 255, 128, 0, 255}, 4, true);
+        document.AddNode({{"mesh", document.AddMesh(primitive)}});
+        render.scene.SetScene(test::Load(document));
+        const FloatImage albedo = render.PrimaryHits(Facing(2.0f, 16)).albedo;
+        const float left = levels[set == 0 ? 1 : 0], right = levels[set == 0 ? 3 : 2];
+        const glm::vec3 color(1.0f, 128.0f / 255.0f, 0.0f);
+        ExpectNear(albedo.At(0, 5), left * color, 3e-3f, "left");
+        ExpectNear(albedo.At(15, 5), right * color, 3e-3f, "right");
+    }
+}
+
+// glTF 2.0, 3.9.3: the green channel points up in texture space, that is to the image's top. The tangents are
+// made by the importer.
+TEST_F(ImportedSurfaces, NormalMapIsBumpyTowardsTheImagesTopAndRight) {
+    // How the image lies on the square: upright, mirrored from left to right, upside down
+    const std::vector<float> kMirrored{1, 1, 0, 1, 0, 0, 1, 0}, kUpsideDown{0, 0, 1, 0, 1, 1, 0, 1};
+    const glm::vec3 read = 2.0f * glm::vec3(140, 155, 250) / 255.0f - 1.0f;
+    const std::pair<std::vector<float>, glm::vec3> kCases[] = {{kUpright, {read.x, read.y, read.z}},
+                                                               {kMirrored, {-read.x, read.y, read.z}},
+                                                               {kUpsideDown, {read.x, -read.y, read.z}}};
+    for (const auto& [uv, bent] : kCases) {
+        GltfDocument document;
+        const size_t texture = AddTexture(document, test::MakePng(2, 2, {140, 155, 250, 255}));
+        document.AddMaterial({{"normalTexture", {{"index", texture}}}});
+        document.AddNode({{"mesh", document.AddMesh(Square(document, uv, 0))}});
+        render.scene.SetScene(test::Load(document));
+        ExpectNear(render.PrimaryHits(Facing(1.0f, 4)).normal.At(1, 1), glm::normalize(bent), 2e-3f,
+                   "normal");
+    }
+}
+
+// Wrap modes and filters by glTF's own numbers. The image: black, then white.
+TEST_F(ImportedSurfaces, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
+    const test::Bytes png = test::MakePngOf(2, 1, {0, 0, 0, 255, 255, 255, 255, 255});
+    constexpr int kRepeat = 10497, kMirror = 33648, kClamp = 33071, kNearest = 9728, kLinear = 9729;
+    struct Case {
+        int wrap, filter;
+        float at[4];  // u = -0.375, 0.375, 0.875, 1.375
+    };
+    // Texel centers are at 0.25 and 0.75; what is asked for lies between centers a quarter or half of the way
+    const Case kCases[] = {
+        {kRepeat, kNearest, {1, 0, 1, 0}},
+        {kMirror, kNearest, {0, 0, 1, 1}},
+        {kClamp, kNearest, {0, 0, 1, 1}},
+        {kRepeat, kLinear, {0.75f, 0.25f, 0.75f, 0.25f}},
+        {kMirror, kLinear, {0.25f, 0.25f, 1, 0.75f}},
+        {kClamp, kLinear, {0, 0.25f, 1, 1}},
+    };
+    for (const Case& expected : kCases)
+        for (const bool isAlongU : {true, false}) {
+            GltfDocument document;
+            Json sampler{{"magFilter", expected.filter}};
+            sampler[isAlongU ? "wrapS" : "wrapT"] = expected.wrap;
+            sampler[isAlongU ? "wrapT" : "wrapS"] = expected.wrap == kClamp ? kRepeat : kClamp;
+            const size_t texture = AddTexture(
+                document, isAlongU ? png : test::MakePngOf(1, 2, {0, 0, 0, 255, 255, 255, 255, 255}),
+                sampler);
+            document.AddMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}});
+            const float places[] = {-0.375f, 0.375f, 0.875f, 1.375f};
+            for (size_t i = 0; i < 4; ++i) {
+                std::vector<float> uv;
+                for (int corner = 0; corner < 4; ++corner) {
+                    uv.push_back(isAlongU ? places[i] : 0.5f);
+                    uv.push_back(isAlongU ? 0.5f : places[i]);
+                }
+                document.AddNode({{"mesh", document.AddMesh(Square(document, uv, 0))},
+                                  {"translation", {-3 + 2 * static_cast<int>(i), 0, 0}}});
+            }
+            render.scene.SetScene(test::Load(document));
+            const FloatImage albedo = render.PrimaryHits(Facing(8.0f, 8)).albedo;
+            for (uint32_t i = 0; i < 4; ++i)
+                EXPECT_NEAR(albedo.At(2 * i, 3).y, expected.at[i], 0.01f)
+                    << "wrap " << expected.wrap << ", filter " << expected.filter << ", at " << places[i]
+                    << (isAlongU ? " along u" : " along v");
+        }
+}
+
+}  // namespace raygraph::testing::imported_surfaces_test
+
+// KHR_materials_variants, from the file to what is seen: by the scene that is set, and by one that is shown.
+namespace raygraph::testing::imported_variants_test {
+
+namespace {
+
+using test::GltfDocument;
+using test::Json;
+
+constexpr const char* kExtension = "KHR_materials_variants";
+
+// A view along -z that is six high around the origin, of 24 pixels: four of them a unit.
+passes::TraceSettings Facing() {
+    scene::CameraView view = scene::CameraView::LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
+    view.projection = scene::Projection::Orthographic;
+    view.height = 6.0f;
+    passes::TraceSettings settings;
+    settings.extent = {24, 24};
+    settings.camera = ToRecord(view);
+    return settings;
+}
+
+glm::vec3 SeenAt(const FloatImage& image, float x, float y) {
+    return image.At(uint32_t((x + 3.0f) * 4.0f), uint32_t((3.0f - y) * 4.0f));
+}
+
+Json Glowing(const Json& color) {
+    return {{"emissiveFactor", color}, {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}}};
+}
+
+// Two triangles: one in front of the origin, which variants give other materials, and to the left one that
+// stays as it is. Behind them a wall that glows, below a shelf that leans towards the viewer, in their light.
+class ImportedVariants : public VulkanTest {
+  protected:
+    enum Material : uint32_t { Red, Green, Hole, Lamp, Dark, Glass, TwoSided, MaterialCount };
+    static constexpr uint32_t kWall = MaterialCount;
+
+    ImportedVariants() {
+        Json& triangle = document.AddTriangle();
+        triangle["attributes"]["TEXCOORD_0"] = document.AddAccessor<float>({0, 0, 1, 0, 0, 1}, 2);
+        triangle["material"] = Red;
+        document.Add("images",
+                     {{"uri", test::DataUri(test::MakePngOf(2, 1, {255, 255, 255, 255, 0, 0, 0, 0}))}});
+        document.Add("samplers", {{"magFilter", 9728}, {"minFilter", 9728}, {"wrapS", 33071}});
+        document.Add("textures", {{"source", 0}, {"sampler", 0}});
+        document.AddMaterial(Glowing({1, 0, 0}));
+        document.AddMaterial(Glowing({0, 1, 0}));
+        Json hole = Glowing({0, 0, 1}), lamp = Glowing({4, 4, 4}), twoSided = Glowing({1, 1, 0});
+        hole["alphaMode"] = "MASK";
+        hole["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+        lamp["emissiveTexture"]["index"] = 0;
+        twoSided["doubleSided"] = true;
+        document.AddMaterial(hole);
+        document.AddMaterial(lamp);
+        document.AddMaterial({{"pbrMetallicRoughness", {{"metallicFactor", 0}}}});
+        document.AddMaterial({{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
+                              {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
+        document.AddMaterial(twoSided);
+        document.AddMaterial(Glowing({0.25, 0.25, 0.25}));
+        Json variants, mappings;
+        for (uint32_t i = 0; i < MaterialCount; ++i) {
+            variants.push_back({{"name", "variant " + std::to_string(i)}});
+            mappings.push_back({{"material", i}, {"variants", {i}}});
+        }
+        variants.push_back({{"name", "not mapped"}});
+        document.json["extensions"][kExtension]["variants"] = variants;
+        Json& first = document.json["meshes"][0]["primitives"][0];
+        first["extensions"][kExtension]["mappings"] = mappings;
+        Json other = first;
+        other["material"] = Green;
+        other.erase("extensions");
+        document.AddNode({{"mesh", document.AddMesh(other)}, {"translation", {-2, 0, 0}}});
+        other["material"] = kWall;
+        document.AddNode(
+            {{"mesh", document.AddMesh(other)}, {"translation", {-3, -1, -2}}, {"scale", {6, 6, 1}}});
+        other["material"] = Dark;
+        document.AddNode({{"mesh", document.AddMesh(other)},
+                          {"translation", {-2, -2.5, 1.5}},
+                          {"rotation", {-0.38268343, 0, 0, 0.92387953}},
+                          {"scale", {4, 2, 1}}});
+    }
+
+    void Set(uint32_t variant) {
+        scene::SceneData data = test::Load(document);
+        scene::SetVariant(data, variant);
+        render.scene.SetScene(std::move(data));
+        EXPECT_EQ(render.scene.Variant(), variant);
+    }
+    FloatImage Raster() {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, Facing(), passes::FilmPosition::Center);
+        const Readback drawn = render.renderer.ReadBack(
+            passes::RasterShade(render.renderer, ids, Facing(), seen, environment, {}));
+        render.renderer.Execute();
+        return ToFloatImage(drawn);
+    }
+    // What the frame is declared with.
+    SceneIds Ids() {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        render.renderer.DropFrame();
+        return ids;
+    }
+
+    GltfDocument document;
+    SceneRender render{Device()};
+    passes::FilteredEnvironment environment{"environment"};
+};
+
+}  // namespace
+
+TEST_F(ImportedVariants, PictureIsOfTheMaterialsOfTheVariant) {
+    const auto seenAs = [&](uint32_t variant, const glm::vec3& color) {
+        Set(variant);
+        const FloatImage radiance = render.TraceOnce(Facing());
+        EXPECT_EQ(SeenAt(radiance, 0.1f, 0.3f), color) << variant;
+        EXPECT_EQ(SeenAt(radiance, -1.9f, 0.3f), glm::vec3(0, 1, 0)) << "is in all of them";
+        EXPECT_EQ(render.PrimaryHits(Facing()).ids.size(), 24u * 24u);
+    };
+    seenAs(scene::kNone, {1, 0, 0});
+    seenAs(Green, {0, 1, 0});
+    seenAs(TwoSided, {1, 1, 0});
+    seenAs(MaterialCount, {1, 0, 0});
+}
+
+// All that follows from materials: opacity, culling, straight transmission, lights, what is compiled in.
+TEST_F(ImportedVariants, ShownIsWhatItWouldHaveBeenSetTo) {
+    struct Picture {
+        FloatImage traced, raster;
+        uint32_t lights = 0;
+        TraceFeatures features;
+        uint64_t emissive = 0;
+    };
+    const auto take = [&] {
+        Picture picture;
+        for (int frame = 0; frame < 2; ++frame) picture.traced = render.TraceOnce(Facing());
+        picture.raster = Raster();
+        const SceneIds ids = Ids();
+        picture.lights = render.scene.Statistics().lightCount;
+        picture.emissive = render.scene.Statistics().emissiveTriangleCount;
+        picture.features = ids.features;
+        return picture;
+    };
+    std::vector<Picture> set;
+    for (uint32_t variant = 0; variant < MaterialCount; ++variant) {
+        Set(variant);
+        set.push_back(take());
+    }
+    EXPECT_EQ(set[Dark].emissive + 1, set[Red].emissive);
+    EXPECT_TRUE(set[Hole].features.Has(kTraceAnyHit) && set[Glass].features.Has(kTraceThinWalls));
+    EXPECT_FALSE(set[Red].features.Has(kTraceAnyHit));
+    EXPECT_NE(set[Red].raster.values, set[Green].raster.values);
+    EXPECT_NE(set[Red].raster.values, set[Hole].raster.values);
+    Set(scene::kNone);
+    // From each to the next, and from the last to the first
+    for (uint32_t turn = 0; turn <= MaterialCount; ++turn) {
+        const uint32_t variant = turn % MaterialCount;
+        SCOPED_TRACE(variant);
+        render.scene.SetVariant(variant);
+        EXPECT_EQ(render.scene.Variant(), variant);
+        const Picture shown = take();
+        EXPECT_EQ(shown.traced.values, set[variant].traced.values);
+        EXPECT_EQ(shown.raster.values, set[variant].raster.values);
+        EXPECT_EQ(shown.lights, set[variant].lights);
+        EXPECT_EQ(shown.emissive, set[variant].emissive);
+        EXPECT_EQ(shown.features, set[variant].features);
+        const uint32_t next = (variant + 1) % MaterialCount;
+        EXPECT_NE(shown.traced.values, set[next].traced.values);
+    }
+}
+
+// Two primitives of one mesh, which are one list of triangles until a variant parts them.
+TEST_F(ImportedVariants, PrimitivesOfOneMeshAreShownEachWithItsOwn) {
+    Json second = document.json["meshes"][1]["primitives"][0];
+    second["attributes"]["POSITION"] = document.AddAccessor<float>({1, 1, 0, 2, 1, 0, 1, 2, 0}, 3);
+    document.json["meshes"][0]["primitives"].push_back(second);
+    Set(scene::kNone);
+    const auto expectSeen = [&](uint32_t variant, const glm::vec3& solid, const glm::vec3& cut) {
+        render.scene.SetVariant(variant);
+        const FloatImage radiance = render.TraceOnce(Facing());
+        EXPECT_EQ(SeenAt(radiance, 0.1f, 0.3f), solid) << variant;
+        EXPECT_EQ(SeenAt(radiance, 1.1f, 1.3f), glm::vec3(0, 1, 0)) << variant;
+        EXPECT_EQ(SeenAt(radiance, 0.8f, 0.1f), cut) << variant;
+        EXPECT_EQ(render.PrimaryHits(Facing()).ids.size(), 24u * 24u);
+    };
+    expectSeen(scene::kNone, {1, 0, 0}, {1, 0, 0});
+    expectSeen(Green, {0, 1, 0}, {0, 1, 0});
+    expectSeen(Hole, {0, 0, 1}, glm::vec3(0.25f));
+    const auto materialAt = [&](float x, float y) {
+        const auto ids = render.PrimaryHits(Facing()).ids;
+        return ids[size_t{uint32_t((3.0f - y) * 4.0f)} * 24 + uint32_t((x + 3.0f) * 4.0f)].y;
+    };
+    EXPECT_EQ(materialAt(0.8f, 0.1f), kWall) << "through the hole";
+    EXPECT_EQ(materialAt(0.1f, 0.3f), Hole);
+    EXPECT_EQ(materialAt(1.1f, 1.3f), Green);
+    expectSeen(TwoSided, {1, 1, 0}, {1, 1, 0});
+}
+
+TEST_F(ImportedVariants, SwitchingCountsAsAChangeAndKeepsEdits) {
+    Set(scene::kNone);
+    for (int frame = 0; frame < 4; ++frame) render.TraceOnce(Facing());  // compaction is done by then
+    ASSERT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::None);
+    const SceneRevisions before = render.scene.Revisions();
+    render.scene.SetVariant(scene::kNone);
+    EXPECT_EQ(render.scene.Revisions(), before) << "it is shown already";
+    scene::Material purple = test::Load(document).materials[Green];
+    purple.emissiveFactor = {0.5f, 0, 0.5f};
+    render.scene.SetMaterial(Green, purple);
+    const SceneRevisions edited = render.scene.Revisions();
+    render.scene.SetVariant(Green);
+    EXPECT_NE(render.scene.Revisions().materials, edited.materials);
+    EXPECT_NE(render.scene.Revisions().geometry, edited.geometry);
+    EXPECT_EQ(SeenAt(render.TraceOnce(Facing()), 0.1f, 0.3f), purple.emissiveFactor);
+    EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::None) << "rays treat both alike";
+    EXPECT_THROW(render.scene.SetVariant(MaterialCount + 1), Error);
+    EXPECT_EQ(render.scene.Variant(), Green);
+    render.renderer.BeginFrame();
+    std::ignore = render.scene.Declare(render.renderer);
+    EXPECT_THROW(render.scene.SetVariant(Red), Error) << "a frame is open";
+    render.renderer.DropFrame();
+    render.scene.SetVariant(Red);
+    // A frame that was dropped has not shown it
+    render.renderer.BeginFrame();
+    std::ignore = render.scene.Declare(render.renderer);
+    render.renderer.DropFrame();
+    EXPECT_EQ(SeenAt(render.TraceOnce(Facing()), 0.1f, 0.3f), glm::vec3(1, 0, 0));
+    render.scene.SetScene({});
+    EXPECT_EQ(render.scene.Variant(), scene::kNone);
+    EXPECT_THROW(render.scene.SetVariant(0), Error);
+}
+
+}  // namespace raygraph::testing::imported_variants_test

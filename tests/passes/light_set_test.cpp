@@ -1,14 +1,19 @@
-// The lights of GpuScene: the tables on the device are those of the scene, rebuilt when an emitter changes.
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <numbers>
 
+#include "renderer/gpu_scene/lights/light_set.h"
 #include "rhi/shader_compiler.h"
 #include "shared/environment_entries.h"
 #include "shared/light_samplers.h"
+#include "tests/support/same_image.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
+// The lights of GpuScene: the tables on the device are those of the scene, rebuilt when an emitter changes.
 namespace raygraph::testing::light_set_test {
 
 namespace {
@@ -342,3 +347,475 @@ TEST_F(LightSetTest, UploadThatLeadsNowhereStaysDue) {
 }
 
 }  // namespace raygraph::testing::light_set_test
+
+// LightSet as objects come and go: its tables are those of a set that had them from the start.
+namespace raygraph::testing::light_objects_test {
+
+namespace {
+
+constexpr uint32_t kInstances = 12;
+constexpr uint32_t kLamp = 0, kSign = 1;  // groups, of a mesh each
+
+// Small triangles in a row, of one material.
+std::vector<Emitter> Emitters(uint32_t count) {
+    std::vector<Emitter> emitters;
+    for (uint32_t i = 0; i < count; ++i) {
+        const glm::vec3 p(0.01f * float(i), 0.0f, 0.0f);
+        emitters.push_back(
+            {.p0 = p, .p1 = p + glm::vec3(0.01f, 0, 0), .p2 = p + glm::vec3(0, 0, 0.5f), .primitive = i});
+    }
+    return emitters;
+}
+
+bool IsLamp(uint32_t instance) {
+    return instance % 3 != 0;
+}
+
+// The lights of some of the instances: lamps of 1000 triangles and signs of 2.
+class World {
+  public:
+    explicit World(Renderer& renderer, uint32_t placed, LightRule rule = LightRule::Decay)
+        : m_renderer(renderer), m_uploader(renderer.Device()) {
+        m_geometry.meshes = {{.firstGroup = 0, .groupCount = 1}, {.firstGroup = 1, .groupCount = 1}};
+        m_geometry.groups.resize(2);
+        m_geometry.groups[kLamp].emitters = Emitters(1000);
+        m_geometry.groups[kSign].emitters = Emitters(2);
+        scene::SceneData data;
+        data.materials = {Lambert({}, glm::vec3(1.0f))};
+        data.lights.resize(1);
+        for (uint32_t i = 0; i < kInstances; ++i) {
+            data.instances.push_back({.mesh = IsLamp(i) ? 0u : 1u, .objectToWorld = PlaceOf(i)});
+            m_geometry.meshOf.push_back(data.instances.back().mesh);
+        }
+        instances.emplace(renderer.Device(), m_geometry, data);
+        data.instances.resize(placed);
+        m_uploader.FlushAfter([&] {
+            lights.emplace(renderer.Device(), m_uploader, m_geometry, instances->Placements().first(placed),
+                           data, rule);
+        });
+    }
+    static glm::mat4x3 PlaceOf(uint32_t instance) { return Translation({0, 0, float(instance)}); }
+    void Add(uint32_t instance) {
+        lights->AddPlacement(instance, instance, IsLamp(instance) ? kLamp : kSign, PlaceOf(instance), true);
+    }
+
+    // The probability of a light by the InstanceRecord it is of, and of all others under kInstances.
+    std::map<uint32_t, double> Probabilities() {
+        m_renderer.BeginFrame();
+        SceneIds ids;
+        lights->Declare(m_renderer, ids, *instances);
+        const Readback recordBytes = m_renderer.ReadBack(ids.lights);
+        const Readback aliasBytes = m_renderer.ReadBack(ids.lightAlias);
+        m_renderer.Execute();
+        recordBytes.Wait();
+        aliasBytes.Wait();
+        std::vector<gpu::LightRecord> records(recordBytes.Bytes().size() / sizeof(gpu::LightRecord));
+        std::memcpy(records.data(), recordBytes.Bytes().data(), records.size() * sizeof(gpu::LightRecord));
+        std::vector<gpu::AliasEntry> alias(aliasBytes.Bytes().size() / sizeof(gpu::AliasEntry));
+        std::memcpy(alias.data(), aliasBytes.Bytes().data(), alias.size() * sizeof(gpu::AliasEntry));
+        std::map<uint32_t, double> probabilities;
+        groups.clear();
+        for (const gpu::LightRecord& record : records)
+            groups.push_back(record.flags >> gpu::kLightGroupShift);
+        set = ids.lightSet;
+        hasMeshes = ids.features.Has(kTraceMeshLights);
+        for (uint32_t i = 0; i < set.lightCount; ++i) {
+            if (!(alias[i].probability > 0.0f)) continue;
+            const bool isSurface = i < ids.triangleLights;
+            probabilities[isSurface ? records[i].instance : kInstances] += double(alias[i].probability);
+            if (!isSurface) continue;
+            // From the hit's side
+            const uint32_t first = instances->Placements()[records[i].instance].firstLight;
+            const bool isMesh = records[i].kind == gpu::kLightMesh;
+            EXPECT_EQ((first & gpu::kFirstLightIsMesh) != 0u, isMesh);
+            EXPECT_EQ(i - (first & ~gpu::kFirstLightIsMesh), isMesh ? 0u : records[i].primitive);
+        }
+        return probabilities;
+    }
+
+    std::optional<InstanceSet> instances;
+    std::optional<LightSet> lights;
+    gpu::LightSetRecord set{};
+    bool hasMeshes = false;
+    std::vector<uint32_t> groups;  // by light
+
+  private:
+    Renderer& m_renderer;
+    rhi::Uploader m_uploader;
+    SceneGeometry m_geometry;
+};
+
+class LightObjects : public VulkanTest {
+  protected:
+    static void ExpectAlike(const std::map<uint32_t, double>& a, const std::map<uint32_t, double>& b) {
+        ASSERT_EQ(a.size(), b.size());
+        for (const auto& [record, probability] : a) {
+            ASSERT_TRUE(b.contains(record)) << record;
+            EXPECT_NEAR(probability, b.at(record), 2e-5) << record;
+        }
+    }
+    RendererLease lease{Device()};
+};
+
+}  // namespace
+
+TEST_F(LightObjects, TablesAreThoseOfASetThatHadTheLightsFromTheStart) {
+    World all(*lease, kInstances), grown(*lease, 4);
+    const auto expected = all.Probabilities();
+    EXPECT_TRUE(all.hasMeshes) << "8 lamps are too many to be expanded";
+    EXPECT_EQ(expected.size(), kInstances + 1u);
+    EXPECT_EQ(grown.Probabilities().size(), 5u);
+    EXPECT_FALSE(grown.hasMeshes);
+    for (uint32_t i = 4; i < kInstances; ++i) {
+        grown.Add(i);
+        EXPECT_EQ(grown.Probabilities().size(), i + 2u);
+    }
+    EXPECT_TRUE(grown.hasMeshes);
+    ExpectAlike(grown.Probabilities(), expected);
+}
+
+TEST_F(LightObjects, WhatIsRemovedIsDarkAndItsNumbersAreUsedAgain) {
+    World world(*lease, kInstances);
+    const auto expected = world.Probabilities();
+    const uint32_t count = world.set.lightCount;
+    const auto numbers = [&] {
+        std::vector<uint32_t> first;
+        for (const InstanceSet::Placement& placement : world.instances->Placements())
+            first.push_back(placement.firstLight);
+        return first;
+    };
+    const std::vector<uint32_t> before = numbers();
+    for (const uint32_t instance : {2u, 3u}) {
+        world.lights->RemovePlacements(instance);
+        EXPECT_FALSE(world.lights->IsEmitter(instance));
+    }
+    auto without = world.Probabilities();
+    EXPECT_FALSE(without.contains(2) || without.contains(3));
+    EXPECT_EQ(without.size(), expected.size() - 2);
+    EXPECT_EQ(world.set.lightCount, count) << "the others keep their numbers";
+    EXPECT_EQ(numbers(), before);
+    const uint64_t bytes = world.lights->Statistics().tableBytes;
+    world.Add(3);
+    world.Add(2);
+    ExpectAlike(world.Probabilities(), expected);
+    EXPECT_EQ(world.set.lightCount, count);
+    EXPECT_EQ(world.lights->Statistics().tableBytes, bytes);
+    // Once most are gone, the rest gets new numbers
+    for (uint32_t i = 0; i < kInstances; ++i)
+        if (i != 5) world.lights->RemovePlacements(i);
+    EXPECT_EQ(world.Probabilities().size(), 2u);
+    EXPECT_EQ(world.set.lightCount, 1000u + 1u) << "a lamp alone is expanded";
+}
+
+// Groups were made for what there was.
+TEST_F(LightObjects, WhatTakesTheIndexOfAnotherIsNotInItsGroup) {
+    World world(*lease, kInstances);
+    const uint32_t named = gpu::kLightGroupNamed;
+    world.lights->SetGroups({.namedCount = 1,
+                             .instances = std::vector<uint32_t>(kInstances, named),
+                             .materials = {gpu::kLightGroupRest},
+                             .lights = {named}});
+    world.Probabilities();
+    const auto groupOf = [&](uint32_t instance) {
+        return world.groups[world.instances->Placements()[instance].firstLight & ~gpu::kFirstLightIsMesh];
+    };
+    EXPECT_EQ(groupOf(1), named);
+    EXPECT_EQ(groupOf(2), named);
+    EXPECT_EQ(world.groups[world.set.lightCount - 1], named);
+    world.lights->RemovePlacements(1);
+    world.lights->RemovePunctual(0);
+    world.Add(1);
+    EXPECT_EQ(world.lights->AddPunctual({}, true), 0u);
+    world.Probabilities();
+    EXPECT_EQ(groupOf(1), gpu::kLightGroupRest);
+    EXPECT_EQ(groupOf(2), named);
+    EXPECT_EQ(world.groups[world.set.lightCount - 1], gpu::kLightGroupRest);
+}
+
+TEST_F(LightObjects, TablesOfTheRuleAlwaysAreThoseOfWhatIsThere) {
+    World all(*lease, kInstances, LightRule::Always), grown(*lease, 6, LightRule::Always);
+    grown.Probabilities();
+    for (uint32_t i = kInstances; i-- > 6;) grown.Add(i);
+    grown.lights->RemovePlacements(1);
+    grown.Probabilities();
+    grown.Add(1);
+    EXPECT_EQ(grown.Probabilities(), all.Probabilities());
+    for (uint32_t i = 0; i < kInstances; ++i)
+        EXPECT_EQ(grown.instances->Placements()[i].firstLight, all.instances->Placements()[i].firstLight)
+            << i;
+}
+
+TEST_F(LightObjects, GroupsMaterialsAndPunctualLightsAreAddedToo) {
+    World world(*lease, 4);
+    world.Probabilities();
+    const uint64_t bytes = world.lights->Statistics().tableBytes;
+    world.lights->AddMaterial(1, glm::vec3(5.0f));
+    std::vector<Emitter> emitters = Emitters(3000);
+    for (Emitter& emitter : emitters) emitter.material = 1;
+    world.lights->AddGroup(2, emitters, {}, false);
+    world.lights->AddPlacement(4, 4, 2, World::PlaceOf(4), true);
+    scene::Light sun;
+    sun.type = scene::LightType::Directional;
+    EXPECT_EQ(world.lights->AddPunctual(sun, true), 1u);
+    EXPECT_EQ(world.lights->AddPunctual(scene::Light{.intensity = 1000.0f}, true), 2u);
+    auto probabilities = world.Probabilities();
+    EXPECT_EQ(world.set.boundedCount, 2u + 2000u + 2u + 3000u + 2u);
+    EXPECT_EQ(world.set.lightCount, world.set.boundedCount + 1u);
+    EXPECT_NEAR(probabilities[4] / probabilities[1], 15.0, 1e-3) << "3 times as many, 5 times as bright";
+    const double punctual = probabilities[kInstances];
+    EXPECT_GT(world.lights->Statistics().tableBytes, 2 * bytes - 1000) << "grows by doubling";
+    world.lights->RemovePunctual(2);
+    probabilities = world.Probabilities();
+    EXPECT_LT(probabilities[kInstances], 0.5 * punctual);
+    EXPECT_EQ(world.lights->AddPunctual(scene::Light{}, true), 2u);
+    // A material that begins to shine
+    world.lights->SetEmission(1, glm::vec3(0.0f));
+    EXPECT_FALSE(world.Probabilities().contains(4));
+}
+
+}  // namespace raygraph::testing::light_objects_test
+
+// Emitting meshes that are placed often: the size of their tables, what a change uploads, and their light.
+namespace raygraph::testing::mesh_lights_test {
+
+using passes::TraceSettings;
+
+namespace {
+
+constexpr float kWhite = 0.8f, kRadiance = 3.0f, kHeight = 2.0f, kHalfSize = 0.3f;
+constexpr uint32_t kCuts = 15;  // 450 triangles
+
+// A panel of 450 triangles in the xy plane that emits from both sides.
+scene::Mesh Panel() {
+    scene::Mesh panel = QuadMesh(kHalfSize, 1);
+    scene::Primitive& primitive = panel.primitives[0];
+    primitive.positions.clear();
+    primitive.normals.clear();
+    primitive.indices.clear();
+    for (uint32_t row = 0; row <= kCuts; ++row)
+        for (uint32_t column = 0; column <= kCuts; ++column) {
+            primitive.positions.push_back(kHalfSize * glm::vec3(2.0f * float(column) / kCuts - 1.0f,
+                                                                2.0f * float(row) / kCuts - 1.0f, 0.0f));
+            primitive.normals.emplace_back(0.0f, 0.0f, 1.0f);
+        }
+    for (uint32_t row = 0; row < kCuts; ++row)
+        for (uint32_t column = 0; column < kCuts; ++column) {
+            const uint32_t a = row * (kCuts + 1) + column, b = a + 1, c = a + kCuts + 1, d = c + 1;
+            for (const uint32_t index : {a, b, d, a, d, c}) primitive.indices.push_back(index);
+        }
+    return panel;
+}
+
+// Some turned, some stretched, some mirrored; all parallel to the floor.
+glm::mat4x3 PanelAt(uint32_t index, float x, float y) {
+    const float stretch = index % 3 == 0 ? 1.4f : 1.0f, side = index % 4 == 0 ? -1.0f : 1.0f;
+    const float angle = 0.1f * float(index % 7);
+    const glm::vec3 u(std::cos(angle), std::sin(angle), 0.0f), v(-u.y, u.x, 0.0f);
+    return {side * stretch * u, v, {0, 0, 1}, {x, y, kHeight}};
+}
+
+// Lambert's formula, for a receiver at the origin that faces +z.
+double IrradianceOf(const glm::mat4x3& placed) {
+    double sum = 0.0;
+    glm::dvec3 corners[4];
+    for (int i = 0; i < 4; ++i) {
+        const double x = i == 0 || i == 3 ? -1.0 : 1.0, y = i < 2 ? -1.0 : 1.0;
+        corners[i] =
+            glm::normalize(glm::dmat4x3(placed) * glm::dvec4(x * kHalfSize, y * kHalfSize, 0.0, 1.0));
+    }
+    for (int i = 0; i < 4; ++i) {
+        const glm::dvec3 across = glm::cross(corners[i], corners[(i + 1) % 4]);
+        const double sine = glm::length(across);
+        sum += std::atan2(sine, glm::dot(corners[i], corners[(i + 1) % 4])) * across.z / sine;
+    }
+    return 0.5 * kRadiance * std::abs(sum);
+}
+
+// Instance 0 is a wall at the origin, so small that all of it is lit as its middle is; the others are panels.
+scene::SceneData Panels(uint32_t count) {
+    scene::SceneData scene = SceneOf({QuadMesh(0.001f, 0), Panel()},
+                                     {Lambert(glm::vec3(kWhite)), Lambert({}, glm::vec3(kRadiance))});
+    scene.instances.resize(1);
+    const auto side = static_cast<uint32_t>(std::ceil(std::sqrt(double(count))));
+    for (uint32_t i = 0; i < count; ++i)
+        scene.instances.push_back({.mesh = 1,
+                                   .objectToWorld = PanelAt(i, float(i % side) - 0.5f * float(side - 1),
+                                                            float(i / side) - 0.5f * float(side - 1))});
+    return scene;
+}
+
+double IrradianceOf(const std::vector<scene::Instance>& instances) {
+    double sum = 0.0;
+    for (size_t i = 1; i < instances.size(); ++i) sum += IrradianceOf(instances[i].objectToWorld);
+    return sum;
+}
+
+class MeshLights : public VulkanTest {
+  protected:
+    static TraceSettings Settings() {
+        TraceSettings settings = LookAt({0.5f, 0.0f, 0.5f}, {0, 0, 0}, 0.0005f, 32);
+        settings.biases.maxDepth = 1;
+        return settings;
+    }
+    void ExpectIrradiance(double expected, const TraceSettings& settings = Settings()) {
+        const RenderedImage image = render.Render(settings, 64);
+        const double radiance = expected * kWhite / std::numbers::pi;
+        EXPECT_NEAR(image.mean.Mean().y, radiance, 0.005 * radiance + 3.0 * image.StandardErrorOfMean().y);
+        EXPECT_LT(image.StandardErrorOfMean().y, 0.01 * radiance) << "too noisy to prove anything";
+    }
+    const GpuSceneStatistics& Statistics() const { return render.scene.Statistics(); }
+
+    SceneRender render{Device()};
+};
+
+double Milliseconds(const std::function<void()>& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+TEST_F(MeshLights, TablesOfAHundredThousandLampsAreSmallAndMovingOneUploadsItsPath) {
+    constexpr uint32_t kCount = 100'000;
+    scene::SceneData data = Panels(kCount);
+    const std::vector<scene::Instance> instances = data.instances;
+    const double expected = IrradianceOf(instances);
+    const double set = Milliseconds([&] { render.scene.SetScene(std::move(data)); });
+    const auto declare = [&] {
+        render.renderer.BeginFrame();
+        const double took = Milliseconds([&] { render.scene.Declare(render.renderer); });
+        render.renderer.DropFrame();
+        return took;
+    };
+    const double first = declare();
+    EXPECT_LT(set + first, 20'000.0);
+    EXPECT_EQ(Statistics().emissiveTriangleCount, uint64_t{kCount} * 2 * kCuts * kCuts);
+    EXPECT_EQ(Statistics().lightCount, kCount);
+    EXPECT_LT(Statistics().lightTableBytes, 25'000'000u) << "expanded they would be 9 GB";
+    ExpectIrradiance(expected);
+
+    // From above the wall to where no other is
+    const uint32_t side = 317, instance = 1 + (side / 2) * side + side / 2;
+    const glm::mat4x3 old = instances[instance].objectToWorld;
+    glm::mat4x3 moved = old;
+    moved[3] = glm::vec3(200.0f, 0.0f, kHeight);
+    ASSERT_GT(IrradianceOf(old), 0.05 * expected);
+    const GpuSceneStatistics before = Statistics();
+    render.scene.SetTransform(instance, moved);
+    const double move = declare();
+    render.Render(Settings(), 1);
+    EXPECT_EQ(Statistics().lightRebuilds, before.lightRebuilds);
+    EXPECT_GT(Statistics().lightUpdates, before.lightUpdates);
+    // Its leaf and the nodes above. The record is as it was
+    const uint64_t uploaded = Statistics().lightBytesUploaded - before.lightBytesUploaded;
+    EXPECT_LE(uploaded, 33 * sizeof(gpu::LightNode));
+    EXPECT_GE(uploaded, 3 * sizeof(gpu::LightNode));
+    ExpectIrradiance(expected - IrradianceOf(old) + IrradianceOf(moved));
+    RecordProperty("setMilliseconds", std::to_string(set));
+    RecordProperty("firstDeclareMilliseconds", std::to_string(first));
+    RecordProperty("moveMilliseconds", std::to_string(move));
+    RecordProperty("moveBytes", std::to_string(uploaded));
+    RecordProperty("tableBytes", std::to_string(Statistics().lightTableBytes));
+}
+
+// Twelve lamps are few, but too many triangles to be lights of their own.
+TEST_F(MeshLights, EverySamplerAndStrategyFindsTheirLight) {
+    scene::SceneData data = Panels(12);
+    const double expected = IrradianceOf(data.instances);
+    render.scene.SetScene(std::move(data));
+    TraceSettings settings = Settings();
+    for (const LightSampler sampler : {LightSampler::Uniform, LightSampler::Power, LightSampler::Bvh}) {
+        settings.lights.sampler = sampler;
+        ExpectIrradiance(expected, settings);
+    }
+    settings.lights.mis = MisHeuristic::Off;
+    ExpectIrradiance(expected, settings);
+    EXPECT_EQ(Statistics().lightCount, 12u);
+    EXPECT_EQ(Statistics().emissiveTriangleCount, 12u * 450u);
+    // What is hidden does not shine, alone or with the whole mesh's material
+    render.scene.SetVisible(5, false);
+    EXPECT_EQ((render.Render(Settings(), 1), Statistics().lightCount), 11u);
+    EXPECT_EQ(Statistics().emissiveTriangleCount, 11u * 450u);
+    render.scene.SetVisible(5, true);
+    render.scene.SetMaterial(1, Lambert({}, glm::vec3(2.0f * kRadiance)));
+    ExpectIrradiance(2.0 * expected);
+    render.scene.SetMaterial(1, Lambert({}));
+    EXPECT_EQ(render.Render(Settings(), 1).mean.Mean().y, 0.0);
+}
+
+// Trees of this many lights are updated where they can be; smaller ones are always rebuilt.
+constexpr uint32_t kMany = 1100;
+
+// What moves, goes and comes: a render does not depend on it, a view may.
+TEST_F(MeshLights, PicturesOfTheRuleAlwaysDoNotDependOnWhatWasShownBefore) {
+    const auto picture = [&](LightRule rule, bool isEdited) {
+        SceneRender other(Device(), {.lightRule = rule});
+        scene::SceneData data = Panels(kMany);
+        const glm::mat4x3 last = data.instances[3].objectToWorld;
+        other.scene.SetScene(std::move(data));
+        if (isEdited) other.scene.SetTransform(3, PanelAt(5, -3.0f, 0.5f));
+        other.Render(Settings(), 1);
+        if (isEdited) {
+            other.scene.SetVisible(7, false);
+            other.Render(Settings(), 1);
+            other.scene.SetVisible(7, true);
+            other.scene.SetTransform(3, PanelAt(5, 2.0f, 0.5f));
+            other.Render(Settings(), 1);
+            other.scene.SetTransform(3, last);
+        }
+        const RenderedImage image = other.Render(Settings(), 16);
+        const uint64_t rebuilds = other.scene.Statistics().lightRebuilds;
+        EXPECT_EQ(rebuilds, !isEdited || rule == LightRule::Decay ? 1u : 4u);
+        return image.mean;
+    };
+    const FloatImage set = picture(LightRule::Always, false);
+    EXPECT_EQ(picture(LightRule::Always, true).values, set.values);
+    const double viewed = picture(LightRule::Decay, true).Mean().y;
+    EXPECT_NEAR(viewed, set.Mean().y, 0.02 * viewed);
+}
+
+// Nothing of it is updated that does not change, and what decays is built again.
+TEST_F(MeshLights, TreeIsRebuiltWhenUpdatesHaveDecayedIt) {
+    render.scene.SetScene(Panels(kMany));
+    render.Render(Settings(), 1);
+    const uint64_t rebuilds = Statistics().lightRebuilds;
+    // Each by little, and then to the place of one that is far in the tree
+    for (uint32_t i = 1; i <= kMany; ++i)
+        render.scene.SetTransform(i,
+                                  PanelAt(i - 1, float((i - 1) % 34) - 16.45f, float((i - 1) / 34) - 16.55f));
+    render.Render(Settings(), 1);
+    EXPECT_EQ(Statistics().lightRebuilds, rebuilds);
+    for (uint32_t i = 1; i <= kMany; ++i) {
+        const uint32_t place = i * 37 % (kMany + 1);
+        render.scene.SetTransform(i, PanelAt(i - 1, float(place % 34) - 16.5f, float(place / 34) - 16.5f));
+    }
+    render.Render(Settings(), 1);
+    EXPECT_EQ(Statistics().lightRebuilds, rebuilds + 1);
+}
+
+// One that goes leaves the others as they are, and one that comes takes its place.
+TEST_F(MeshLights, LampsComeAndGoInPlace) {
+    scene::SceneData data = Panels(kMany);
+    const std::vector<scene::Instance> all = data.instances;
+    constexpr uint32_t kGone = 1 + 16 * 34 + 17;
+    const double whole = IrradianceOf(all), own = IrradianceOf(all[kGone].objectToWorld);
+    ASSERT_GT(own, 0.05 * whole);
+    render.scene.SetScene(std::move(data));
+    render.Render(Settings(), 1);
+    const uint64_t rebuilds = Statistics().lightRebuilds;
+    render.scene.RemoveInstance(kGone);
+    ExpectIrradiance(whole - own);
+    EXPECT_EQ(Statistics().lightRebuilds, rebuilds);
+    EXPECT_EQ(Statistics().lightCount, kMany - 1);
+    EXPECT_EQ(render.scene.AddInstance(1, scene::PlacedTransform{all[kGone].objectToWorld}), kGone);
+    ExpectIrradiance(whole);
+    EXPECT_EQ(Statistics().lightRebuilds, rebuilds);
+    // One more has no number yet
+    (void)render.scene.AddInstance(1, scene::PlacedTransform{PanelAt(1, 0.0f, 20.0f)});
+    ExpectIrradiance(whole + IrradianceOf(PanelAt(1, 0.0f, 20.0f)));
+    EXPECT_EQ(Statistics().lightRebuilds, rebuilds + 1);
+    EXPECT_EQ(Statistics().lightCount, kMany + 1);
+}
+
+}  // namespace raygraph::testing::mesh_lights_test

@@ -1,13 +1,19 @@
-// Textures of materials on the device: slots, channels, color spaces, texture coordinate sets, wrap modes,
-// filters, normal maps. Expected values are worked out here and in support/direct_light_reference.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "passes/views.h"
+#include "renderer/gpu_scene/materials/texture_upload.h"
+#include "renderer/graph/pass_harness.h"
+#include "rhi/shader_compiler.h"
+#include "tests/rhi/fake_loader.h"
 #include "tests/support/direct_light_reference.h"
+#include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
+// Textures of materials on the device: slots, channels, color spaces, texture coordinate sets, wrap modes,
+// filters, normal maps. Expected values are worked out here and in support/direct_light_reference.
 namespace raygraph::testing::material_texture_test {
 
 using passes::TraceSettings;
@@ -448,3 +454,437 @@ TEST_F(MaterialTextures, NormalMapBendsTheNormalAlongItsTangents) {
 }
 
 }  // namespace raygraph::testing::material_texture_test
+
+// The textures of a GpuScene on the device: their levels, and what a budget leaves of them.
+namespace raygraph::testing::scene_textures_test {
+
+namespace {
+
+constexpr uint32_t kMaxLevels = 8;
+
+// For each slot a row: levels, width and height of level 0; then the first texel of each level.
+constexpr std::string_view kReadSlots = R"(#version 460
+#extension GL_EXT_nonuniform_qualifier : require
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D rows;
+layout(set = 1, binding = 0) uniform sampler2D textures[];
+void main() {
+    ivec2 place = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(place, imageSize(rows)))) return;
+    int levels = textureQueryLevels(textures[nonuniformEXT(place.y)]);
+    vec4 value = vec4(vec2(textureSize(textures[nonuniformEXT(place.y)], 0)), levels, 0);
+    if (place.x > levels) value = vec4(-1);
+    else if (place.x > 0) value = texelFetch(textures[nonuniformEXT(place.y)], ivec2(0), place.x - 1);
+    imageStore(rows, place, value);
+})";
+
+struct OnDevice {
+    Extent2D extent;
+    std::vector<glm::vec4> firstTexels;  // of each level, as shaders see them
+};
+
+class SceneTextures : public VulkanTest {
+  protected:
+    // What is on the device of the textures of a scene of its own.
+    std::vector<OnDevice> Set(const GpuSceneDesc& desc, scene::SceneData&& data) {
+        const auto count = static_cast<uint32_t>(data.textures.size());
+        SceneRender render(Device(), desc);
+        render.scene.SetScene(std::move(data));
+        statistics = render.scene.Statistics();
+        render.renderer.AddShader("test/read_slots.comp", rhi::CompileGlsl({.name = "test/read_slots.comp",
+                                                                            .text = std::string(kReadSlots),
+                                                                            .stage = {},
+                                                                            .includeRoot = {}}));
+        const Extent2D extent{kMaxLevels + 1, count};
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        makesMipLevels = ids.features.Has(kTraceTextureLod);
+        TextureId rows = render.renderer.CreateTexture("rows", {.extent = extent});
+        render.renderer.AddPass(
+            "ReadSlots", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/read_slots.comp");
+                pass.Uses(ids.textures);
+                rows = pass.Writes("rows", rows);
+            },
+            [extent](CommandList& commands) { commands.DispatchOver(extent); });
+        const Readback readback = render.renderer.ReadBack(rows);
+        render.renderer.Execute();
+        const FloatImage read = ToFloatImage(readback);
+        std::vector<OnDevice> textures;
+        for (uint32_t slot = 0; slot < count; ++slot) {
+            const glm::vec4 head = read.At(0, slot);
+            OnDevice& texture = textures.emplace_back(
+                OnDevice{{static_cast<uint32_t>(head.x), static_cast<uint32_t>(head.y)}, {}});
+            for (uint32_t level = 0; level < static_cast<uint32_t>(head.z); ++level)
+                texture.firstTexels.push_back(read.At(level + 1, slot));
+        }
+        return textures;
+    }
+
+    GpuSceneStatistics statistics;
+    bool makesMipLevels = false;
+};
+
+// Black and white columns of `stripe` texels.
+scene::ImageData Stripes(Extent2D extent, uint32_t stripe) {
+    scene::ImageData image{.name = "stripes", .width = extent.width, .height = extent.height, .rgba = {}};
+    for (uint32_t i = 0; i < extent.width * extent.height; ++i)
+        for (int c = 0; c < 4; ++c)
+            image.rgba.push_back(c == 3 || (i % extent.width) / stripe % 2 == 1 ? 255 : 0);
+    return image;
+}
+
+scene::SceneData SceneWith(std::vector<scene::ImageData> images) {
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
+    for (uint32_t i = 0; i < images.size(); ++i)
+        scene.textures.push_back({.name = "stripes", .image = i, .colorSpace = scene::ColorSpace::Srgb});
+    scene.images = std::move(images);
+    return scene;
+}
+
+constexpr float kCode = 0.01f;  // of 8 bits, in linear light at half of white
+
+// Blocks of BC1: two colors, and which of them each texel has. On a device without them the texels are used.
+scene::ImageData Blocks(uint16_t color, uint32_t levelCount) {
+    const uint32_t side = 16;
+    scene::ImageData image{.name = "blocks", .width = side, .height = side, .rgba = {}};
+    image.blocks.coding = image::BlockCoding::Bc1;
+    for (uint32_t level = 0; level < levelCount; ++level) {
+        std::vector<std::byte>& bytes = image.blocks.levels.emplace_back();
+        const uint32_t blocks = std::max((side >> level) / 4, 1u);
+        for (uint32_t i = 0; i < blocks * blocks; ++i)
+            for (const uint32_t byte :
+                 {color & 0xFFu, uint32_t{color} >> 8, 0u, 0u, 0x44u, 0x11u, 0x44u, 0x11u})
+                bytes.push_back(static_cast<std::byte>(byte));
+    }
+    // 0x44 and 0x11: the first color where column and row are both even or both odd
+    for (uint32_t i = 0; i < side * side; ++i) {
+        const bool isSecond = (i % side + i / side) % 2 == 1;
+        image.rgba.insert(image.rgba.end(),
+                          {uint8_t(isSecond ? 0 : 255), 0, uint8_t(isSecond ? 0 : 255), 255});
+    }
+    return image;
+}
+constexpr uint16_t kMagenta = 0xF81F;
+
+}  // namespace
+
+TEST_F(SceneTextures, HaveOneLevelUnlessAskedFor) {
+    const auto textures = Set({}, SceneWith({Stripes({8, 4}, 1)}));
+    EXPECT_EQ(textures[0].firstTexels.size(), 1u);
+    EXPECT_EQ(statistics.textureBytes, 8u * 4 * 4);
+    EXPECT_EQ(statistics.reducedTextures, 0u);
+    EXPECT_FALSE(makesMipLevels);
+}
+
+TEST_F(SceneTextures, LevelsAreMeansInLinearLight) {
+    scene::SceneData scene = SceneWith({Stripes({8, 4}, 1)});
+    scene.textures.push_back({.name = "data", .image = 0});
+    scene.textures.push_back({.name = "alone", .image = 0, .sampler = {.usesMips = false}});
+    const auto textures = Set({.textureLevels = true}, std::move(scene));
+    EXPECT_TRUE(makesMipLevels);
+    for (const size_t texture : {0u, 1u}) {
+        EXPECT_EQ(textures[texture].extent, (Extent2D{8, 4}));
+        ASSERT_EQ(textures[texture].firstTexels.size(), 4u);
+        EXPECT_EQ(textures[texture].firstTexels[0], glm::vec4(0, 0, 0, 1));
+        for (size_t level = 1; level < 4; ++level) {
+            EXPECT_NEAR(textures[texture].firstTexels[level].g, 0.5f, kCode) << texture;
+            EXPECT_EQ(textures[texture].firstTexels[level].a, 1.0f);
+        }
+    }
+    // Its sampler filters without levels
+    EXPECT_EQ(textures[2].firstTexels.size(), 1u);
+    EXPECT_EQ(statistics.textureBytes, 4u * (2 * (32 + 8 + 2 + 1) + 32));
+}
+
+// One level after the other goes, of the largest, and the rest stays; with one level each, too.
+TEST_F(SceneTextures, AreSmallerWhereTheyDoNotFitTheBudget) {
+    for (const bool wantsLevels : {false, true}) {
+        const uint64_t all = wantsLevels ? 4 * (1024 + 256 + 64 + 16 + 4 + 1) : 4 * 1024;
+        const uint64_t less = wantsLevels ? 4 * (256 + 64 + 16 + 4 + 1) : 4 * 256;
+        const size_t first = Log().Count();
+        const auto textures =
+            Set({.textureLevels = wantsLevels, .textureBudget = 2 * all},
+                SceneWith({Stripes({32, 32}, 1), Stripes({16, 16}, 4), Stripes({32, 32}, 2)}));
+        EXPECT_EQ(textures[0].extent, (Extent2D{16, 16}));
+        EXPECT_EQ(textures[1].extent, (Extent2D{16, 16}));
+        EXPECT_EQ(textures[2].extent, (Extent2D{32, 32}));
+        EXPECT_EQ(textures[0].firstTexels.size(), wantsLevels ? 5u : 1u);
+        EXPECT_NEAR(textures[0].firstTexels[0].g, 0.5f, kCode);
+        EXPECT_EQ(textures[1].firstTexels[0].g, 0.0f);
+        EXPECT_EQ(textures[2].firstTexels[0].g, 0.0f);
+        EXPECT_EQ(statistics.textureBytes, all + 2 * less);
+        EXPECT_EQ(statistics.textureBudget, 2 * all);
+        EXPECT_EQ(statistics.reducedTextures, 1u);
+        EXPECT_NE(Log().Text(first).find("1 of 3 textures is smaller on the device"), std::string::npos);
+        EXPECT_NE(Log().Text(first).find("1 of 32x32 texels is 16x16"), std::string::npos);
+    }
+}
+
+// What is left of them is drawn: a gray square.
+TEST_F(SceneTextures, PictureOfATinyBudgetHasTheMeanOfItsTextures) {
+    scene::SceneData scene = SceneWith({Stripes({64, 64}, 1)});
+    scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    scene.materials[0] = Lambert(glm::vec3(1.0f));
+    scene.materials[0].baseColorTexture.texture = 0;
+    SceneRender render(Device(), {.textureBudget = 1});
+    render.scene.SetScene(std::move(scene));
+    EXPECT_EQ(render.scene.Statistics().textureBytes, 4u);
+    passes::TraceSettings settings = LookAt({0, 0, 3}, {0, 0, 0}, 0.2f, 4);
+    for (const glm::vec4& albedo : render.PrimaryHits(settings).albedo.values)
+        EXPECT_NEAR(albedo.g, 0.5f, kCode);
+}
+
+TEST_F(SceneTextures, BlocksGoToTheDeviceAsTheyAreAndShowTheSame) {
+    const bool hasBlocks = Device().Info().optional.textureCompressionBc;
+    for (const bool isRough : {false, true}) {
+        std::vector<FloatImage> pictures;
+        for (const bool wantsBlocks : {true, false}) {
+            scene::ImageData image = Blocks(kMagenta, 1);
+            if (!wantsBlocks) image.blocks = {};
+            scene::SceneData scene = SceneWith({std::move(image)});
+            if (isRough) scene.textures[0].colorSpace = scene::ColorSpace::Linear;
+            scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+            scene.materials[0] = Lambert(glm::vec3(1.0f));
+            scene.materials[0].baseColorTexture.texture = 0;
+            SceneRender render(Device());
+            render.scene.SetScene(std::move(scene));
+            EXPECT_EQ(render.scene.Statistics().textureBytes, wantsBlocks && hasBlocks ? 128u : 1024u);
+            pictures.push_back(render.PrimaryHits(LookAt({0, 0, 3}, {0, 0, 0}, 0.6f, 32)).albedo);
+        }
+        double contrast = 0.0;
+        for (size_t i = 0; i < pictures[0].values.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_NEAR(pictures[0].values[i][c], pictures[1].values[i][c], 2.0f / 255.0f);
+                contrast = std::max(contrast, double(pictures[0].values[i].r));
+            }
+        EXPECT_GT(contrast, 0.5);
+    }
+}
+
+// A normal map of two channels: the third one is made by the shader, or was by the importer.
+TEST_F(SceneTextures, NormalMapsOfTwoChannelsBendAlikeWithAndWithoutBlocks) {
+    const glm::dvec2 slope(2.0 * 200.0 / 255.0 - 1.0, 2.0 * 90.0 / 255.0 - 1.0);
+    const glm::dvec3 bent(slope, std::sqrt(1.0 - glm::dot(slope, slope)));
+    for (const bool hasBlocks : {true, false}) {
+        scene::ImageData image{.name = "bent", .width = 4, .height = 4, .rgba = {}};
+        const auto blue = uint8_t(hasBlocks ? 0 : std::lround(255.0 * (0.5 + 0.5 * bent.z)));
+        for (int i = 0; i < 16; ++i) image.rgba.insert(image.rgba.end(), {200, 90, blue, 255});
+        if (hasBlocks) {
+            image.blocks.coding = image::BlockCoding::Bc5;
+            for (const uint32_t byte : {200, 200, 0, 0, 0, 0, 0, 0, 90, 90, 0, 0, 0, 0, 0, 0}) {
+                if (image.blocks.IsEmpty()) image.blocks.levels.emplace_back();
+                image.blocks.levels[0].push_back(static_cast<std::byte>(byte));
+            }
+        }
+        scene::SceneData scene = SceneWith({std::move(image)});
+        scene.textures[0].colorSpace = scene::ColorSpace::Linear;
+        scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+        scene.meshes[0].primitives[0].tangents.assign(4, {1.0f, 0.0f, 0.0f, 1.0f});
+        scene.materials[0].normalTexture.texture = 0;
+        SceneRender render(Device());
+        render.scene.SetScene(std::move(scene));
+        for (const glm::vec4& normal :
+             render.PrimaryHits(LookAt({0, 0, 3}, {0, 0, 0}, 0.3f, 4)).normal.values)
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(normal[c], bent[c], 0.01) << hasBlocks;
+    }
+}
+
+TEST_F(SceneTextures, OfBlocksTheLevelsOfTheFileAreTaken) {
+    if (!Device().Info().optional.textureCompressionBc)
+        GTEST_SKIP() << "the device lacks textureCompressionBC";
+    const auto three = Set({.textureLevels = true}, SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(three[0].firstTexels.size(), 3u);
+    EXPECT_EQ(statistics.textureBytes, 128u + 32 + 8);
+    EXPECT_EQ(Set({}, SceneWith({Blocks(kMagenta, 3)}))[0].firstTexels.size(), 1u);
+    EXPECT_EQ(statistics.textureBytes, 128u);
+    // The budget takes the second; below the third, levels are made of the texels
+    const auto smaller = Set({.textureLevels = true, .textureBudget = 40}, SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(smaller[0].extent, (Extent2D{8, 8}));
+    EXPECT_EQ(smaller[0].firstTexels.size(), 2u);
+    EXPECT_EQ(smaller[0].firstTexels[1].r, 1.0f);
+    EXPECT_EQ(statistics.textureBytes, 40u);
+    const auto tiny = Set({.textureBudget = 4}, SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(tiny[0].extent, (Extent2D{1, 1}));
+    EXPECT_NEAR(tiny[0].firstTexels[0].r, 0.5f, kCode);
+}
+
+std::unique_ptr<rhi::Device> DeviceOf(FakeLoader& loader) {
+    return rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+}
+
+TEST(SceneTexturesElsewhere, DecodedOnADeviceWithoutBlocks) {
+    FakeLoader loader;
+    loader.Tell().hasNoBlocks = true;
+    const std::unique_ptr<rhi::Device> device = DeviceOf(loader);
+    Renderer renderer(*device);
+    GpuScene scene(renderer);
+    scene.SetScene(SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(scene.Statistics().textureBytes, 1024u);
+    EXPECT_NE(std::string(
+                  ErrorOf([&] {
+                      device->CreateTexture({.name = "t", .extent = {4, 4}, .format = rhi::Format::Bc7Unorm});
+                  }).what())
+                  .find("has no compressed textures (textureCompressionBC)"),
+              std::string::npos);
+}
+
+TEST(SceneTexturesElsewhere, BudgetIsHalfOfWhatTheProcessMayUse) {
+    FakeLoader loader;
+    loader.Tell().hasSeparateMemory = true;
+    const std::unique_ptr<rhi::Device> device = DeviceOf(loader);
+    Renderer renderer(*device);
+    GpuScene scene(renderer);
+    scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+    EXPECT_EQ(scene.Statistics().textureBudget, kFakeDeviceBudgetBytes / 2);
+}
+
+// As when a scene is replaced: the old one lives until the new one is there.
+TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
+    FakeLoader loader;
+    loader.Tell().hasSeparateMemory = true;
+    const std::unique_ptr<rhi::Device> device = DeviceOf(loader);
+    Renderer renderer(*device);
+    GpuScene scene(renderer);
+    loader.Tell().heapUsage = kFakeDeviceBudgetBytes - 1024;
+    scene.SetScene(SceneWith({Stripes({32, 32}, 1)}));
+    EXPECT_EQ(scene.Statistics().textureBudget, 1024u);
+    EXPECT_EQ(scene.Statistics().textureBytes, 1024u);
+    loader.Tell().heapUsage = 2 * kFakeDeviceBudgetBytes;
+    scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+    EXPECT_EQ(scene.Statistics().textureBudget, 0u);
+}
+
+// What this process may take of the device, as long as this lives.
+class MemoryLimit {
+  public:
+    MemoryLimit(rhi::Device& device, uint64_t more) : m_device(device) {
+        device.WaitIdle();
+        device.CollectGarbage();
+        device.LimitMemory(device.Memory().usedBytes + more);
+    }
+    ~MemoryLimit() { m_device.LimitMemory(0); }
+    MemoryLimit(const MemoryLimit&) = delete;
+    MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+  private:
+    rhi::Device& m_device;
+};
+
+TEST_F(SceneTextures, DefaultBudgetFollowsTheLimitOfMemory) {
+    constexpr uint64_t kMore = 64u << 20;
+    Renderer renderer(Device());
+    GpuScene scene(renderer);
+    {
+        const MemoryLimit limit(Device(), kMore);
+        scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+        EXPECT_GT(scene.Statistics().textureBudget, 0u);
+        EXPECT_LE(scene.Statistics().textureBudget, std::min(kMore, Device().MemoryLimit() / 2));
+    }
+    const rhi::Buffer filler = Device().CreateBuffer({.name = "filler", .size = 4 * kMore});
+    const MemoryLimit limit(Device(), kMore);
+    scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+    EXPECT_GT(scene.Statistics().textureBudget, 0u);
+    EXPECT_LE(scene.Statistics().textureBudget, kMore);
+}
+
+// A texture of roughness 0.4, and a normal map of waves as wide as a texel.
+scene::SceneData Waves(Extent2D roughnessExtent, Extent2D wavesExtent) {
+    scene::ImageData waves{
+        .name = "waves", .width = wavesExtent.width, .height = wavesExtent.height, .rgba = {}};
+    scene::ImageData roughness{
+        .name = "roughness", .width = roughnessExtent.width, .height = roughnessExtent.height, .rgba = {}};
+    for (uint32_t i = 0; i < wavesExtent.width * wavesExtent.height; ++i)
+        waves.rgba.insert(waves.rgba.end(), {uint8_t(i % 2 == 0 ? 78 : 177), 128, 245, 255});
+    for (uint32_t i = 0; i < roughnessExtent.width * roughnessExtent.height; ++i)
+        roughness.rgba.insert(roughness.rgba.end(), {0, 102, 255, 255});
+    scene::SceneData scene = SceneWith({roughness, waves});
+    for (scene::Texture& texture : scene.textures) texture.colorSpace = scene::ColorSpace::Linear;
+    scene.materials[0] = {};
+    scene.materials[0].metallicRoughnessTexture.texture = 0;
+    scene.materials[0].normalTexture.texture = 1;
+    return scene;
+}
+
+// Waves of a normal map become roughness of the levels that have lost them.
+TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
+    scene::SceneData flat = Waves({8, 8}, {8, 8});
+    flat.materials[0].normalTexture = {};
+    const auto bent = Set({.textureLevels = true}, Waves({8, 8}, {8, 8}));
+    const auto smooth = Set({.textureLevels = true}, std::move(flat));
+    for (size_t level = 1; level < 4; ++level) {
+        EXPECT_NEAR(smooth[0].firstTexels[level].g, 0.4f, 1e-4f);
+        EXPECT_GT(bent[0].firstTexels[level].g, 0.5f);
+        EXPECT_NEAR(bent[1].firstTexels[level].b, 1.0f, 1e-2f);  // unit vectors again
+    }
+    EXPECT_NEAR(bent[0].firstTexels[0].g, 0.4f, 1e-4f);
+}
+
+// What the budget took from the normal map is nowhere but in the roughness, also of level 0.
+TEST_F(SceneTextures, RoughnessIsWidenedByWhatTheBudgetTookFromTheNormalMap) {
+    for (const bool wantsLevels : {false, true})
+        for (const uint32_t side : {1u, 8u}) {
+            const uint64_t roughnessBytes = side == 1 ? 4 : (wantsLevels ? 4 * (64 + 16 + 4 + 1) : 4 * 64);
+            const uint64_t wavesBytes = wantsLevels ? 4 * (64 + 16 + 4 + 1) : 4 * 64;
+            const auto textures =
+                Set({.textureLevels = wantsLevels, .textureBudget = roughnessBytes + wavesBytes},
+                    Waves({side, side}, {16, 16}));
+            EXPECT_EQ(statistics.reducedTextures, 1u);
+            EXPECT_EQ(textures[0].extent, (Extent2D{side, side}));
+            EXPECT_EQ(textures[1].extent, (Extent2D{8, 8}));
+            EXPECT_EQ(textures[0].firstTexels.size(), wantsLevels && side > 1 ? 4u : 1u);
+            for (const glm::vec4& texel : textures[0].firstTexels) {
+                EXPECT_GT(texel.g, 0.5f) << wantsLevels << " " << side;
+                EXPECT_EQ(texel.b, 1.0f);
+            }
+        }
+}
+
+// A sampler without levels reads the normal map's level 0 at any distance: its waves are all there.
+TEST_F(SceneTextures, RoughnessIsNotWidenedByWavesThatAreStillRead) {
+    // Waves of two texels: what the budget takes is flat
+    scene::SceneData scene = Waves({16, 16}, {16, 16});
+    for (uint32_t i = 0; i < 256; ++i) scene.images[1].rgba[4 * i] = i % 4 < 2 ? 78 : 177;
+    scene.textures[1].sampler.usesMips = false;
+    const auto textures =
+        Set({.textureLevels = true, .textureBudget = 4 * (64 + 16 + 4 + 1) + 4 * 64}, std::move(scene));
+    EXPECT_EQ(textures[0].extent, (Extent2D{8, 8}));
+    EXPECT_EQ(textures[1].extent, (Extent2D{8, 8}));
+    EXPECT_EQ(textures[1].firstTexels.size(), 1u);
+    for (const glm::vec4& texel : textures[0].firstTexels) EXPECT_NEAR(texel.g, 0.4f, 1e-4f);
+}
+
+// One is read while the next one is copied, however many share a normal map.
+TEST_F(SceneTextures, MakingLevelsTakesTheMemoryOfTwoImages) {
+    constexpr uint32_t kSide = 1024, kRoughnessCount = 3;
+    constexpr uint64_t kImage = 4 * kSide * kSide;
+    scene::SceneData scene = Waves({kSide, kSide}, {kSide, kSide});
+    for (uint32_t i = 1; i < kRoughnessCount; ++i) {
+        scene.images.push_back(scene.images[0]);
+        scene.textures.push_back(scene.textures[0]);
+        scene.textures.back().image = i + 1;
+        scene.materials.push_back(scene.materials[0]);
+        scene.materials[i].metallicRoughnessTexture.texture = static_cast<int>(i) + 1;
+    }
+    rhi::Uploader uploader(Device(), {.stagingBytes = 128u << 10, .chunkCount = 2});
+    Device().WaitIdle();
+    // With the levels on the device (4/3 an image) the means of the normal map and of a roughness, as floats
+    // (4/3 each), and levels on the way (1/3, of two frames)
+    constexpr uint64_t kNeeded = (kRoughnessCount + 1) * kImage * 4 / 3 + 2 * kImage * 4 / 3 + kImage * 2 / 3;
+    constexpr uint64_t kSpare = kImage / 2;
+    Device().LimitMemory(Device().Memory().usedBytes + kNeeded + 2 * kImage + kSpare);
+    std::vector<SceneTexture> textures;
+    EXPECT_NO_THROW(uploader.FlushAfter([&] {
+        TextureUpload upload(Device(), uploader, scene, {.makesMipLevels = true});
+        for (uint32_t i = 0; i < scene.textures.size(); ++i) {
+            uint64_t budget = UINT64_MAX;
+            EXPECT_TRUE(upload.Make(i, budget));
+            textures.push_back(upload.Get(i));
+        }
+    }));
+    Device().LimitMemory(0);
+    Device().WaitIdle();
+}
+
+}  // namespace raygraph::testing::scene_textures_test

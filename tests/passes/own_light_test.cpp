@@ -1,19 +1,27 @@
-// Which scenes have light of their own, and which are black without the studio.
-#include "renderer/gpu_scene/lights/own_light.h"
-
 #include <gtest/gtest.h>
-
 #include <array>
+#include <cmath>
+#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
 #include <string_view>
 
+#include "passes/raster.h"
+#include "renderer/gpu_scene/lights/own_light.h"
+#include "renderer/gpu_scene/streaming/prepared_scene.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/light_fields.h"
 #include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/studio.h"
+#include "tests/passes/cell_scenes.h"
+#include "tests/scene/gltf_document.h"
+#include "tests/support/ies_text.h"
 #include "tests/support/reference_assets.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"
+#include "tests/support/vulkan_test.h"
 
+// Which scenes have light of their own, and which are black without the studio.
 namespace raygraph::testing::own_light_test {
 namespace {
 
@@ -407,3 +415,396 @@ TEST(OwnLight, PublishedModelsAreLitOrNot) {
 
 }  // namespace
 }  // namespace raygraph::testing::own_light_test
+
+// The built-in studio: what it does to a gray ball, and when a GpuScene shows it.
+namespace raygraph::testing::studio_test {
+namespace {
+
+const glm::vec3 kGray(0.18f);
+
+scene::SceneData Ball() {
+    return SceneOf({SphereMesh(1.0f, 64)}, {Lambert(kGray)});
+}
+// A floor in the light of a large lamp.
+scene::SceneData LitFloor() {
+    return SceneOf({QuadMesh(1.0f, 0), QuadMesh(0.5f, 1)}, {Lambert(kGray), Lambert(kGray, glm::vec3(4.0f))},
+                   {glm::mat4x3(1.0f), Translation({0, 0, 1})});
+}
+
+class StudioTest : public VulkanTest {
+  protected:
+    static bool HasStudio(const GpuScene& scene) {
+        const DefaultLight shown = scene.ShownEnvironment().defaultLight;
+        EXPECT_NE(shown, DefaultLight::Auto);
+        return shown == DefaultLight::Studio;
+    }
+    // From where a scene without a camera is seen.
+    static passes::TraceSettings Framed(const scene::Bounds& bounds, uint32_t size) {
+        passes::TraceSettings settings;
+        settings.extent = {size, size};
+        settings.camera = ToRecord(scene::ViewOfBounds(bounds, 1.0f));
+        settings.scattering.brdf = BrdfModel::Lambert;
+        return settings;
+    }
+
+    SceneRender render{Device()};
+    GpuScene& scene = render.scene;
+};
+
+TEST_F(StudioTest, AGrayBallHasTheMeanRadianceOfItsReflectance) {
+    scene::SceneData ball = Ball();
+    scene::CameraView view = scene::ViewOfBounds(ball.bounds, 1.0f);
+    view.projection = scene::Projection::Orthographic;
+    view.height = 2.0f;
+    scene.SetScene(std::move(ball));
+    passes::TraceSettings settings = Framed({}, 32);
+    settings.camera = ToRecord(view);
+    settings.isEnvironmentHidden = true;
+    const RenderedImage image = render.Render(settings, 64);
+    // Radiance is that of what covers a pixel
+    double covered = 0.0;
+    for (const glm::vec4& texel : image.mean.values) covered += texel.w;
+    const glm::dvec3 mean = image.mean.Mean() * double(image.mean.values.size()) / covered;
+    const glm::dvec3 error = image.StandardErrorOfMean() * double(image.mean.values.size()) / covered;
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(mean[c], 0.18, 4.0 * error[c] + 0.001);
+        EXPECT_LT(error[c], 0.001);
+    }
+}
+
+TEST_F(StudioTest, ABallIsBrightOnTheKeysSideAndNowhereBlackOrBurnedOut) {
+    scene::SceneData ball = Ball();
+    const passes::TraceSettings settings = Framed(ball.bounds, 33);
+    scene.SetScene(std::move(ball));
+    const RenderedImage image = render.Render(settings, 64);
+    const auto at = [&](int x, int y) { return double{image.mean.At(16 + x, 16 + y).y}; };
+    EXPECT_GT(at(-6, -6), 1.4 * at(6, 6)) << "upper left against lower right";
+    for (const glm::ivec2 place : {glm::ivec2(0, 0), {-8, 0}, {8, 0}, {0, 8}, {0, -8}, {6, 6}}) {
+        EXPECT_GT(at(place.x, place.y), 0.25 * 0.18);
+        EXPECT_LT(at(place.x, place.y), 3.0 * 0.18);
+    }
+}
+
+TEST_F(StudioTest, ItIsShownWhereNothingElseLights) {
+    EXPECT_TRUE(HasStudio(scene)) << "an empty scene";
+    scene.SetScene(Ball());
+    EXPECT_TRUE(HasStudio(scene));
+    scene.SetScene(LitFloor());
+    EXPECT_FALSE(HasStudio(scene));
+    scene::SceneData lamp = Ball();
+    lamp.lights.emplace_back();
+    scene.SetScene(std::move(lamp));
+    EXPECT_FALSE(HasStudio(scene));
+    scene::SceneData withEnvironment = Ball();
+    withEnvironment.environment.map = {1, 1, {0.5f, 0.5f, 0.5f, 1.0f}};
+    scene.SetScene(std::move(withEnvironment));
+    EXPECT_FALSE(HasStudio(scene));
+    scene.SetScene({});
+    EXPECT_TRUE(HasStudio(scene));
+}
+
+TEST_F(StudioTest, WhatTheHostSaysCounts) {
+    scene.SetScene(Ball());
+    scene.SetEnvironment({});
+    EXPECT_FALSE(HasStudio(scene)) << "black is asked for";
+    scene.SetEnvironment({.radiance = glm::vec3(1.0f), .usesScene = true});
+    EXPECT_TRUE(HasStudio(scene));
+    scene.SetEnvironment(
+        {.radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = DefaultLight::None});
+    EXPECT_FALSE(HasStudio(scene));
+    scene.SetEnvironment(
+        {.radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = DefaultLight::Studio});
+    EXPECT_TRUE(HasStudio(scene));
+    scene.SetEnvironmentMap({1, 1, {0.5f, 0.5f, 0.5f, 1.0f}});
+    EXPECT_FALSE(HasStudio(scene));
+    scene.RemoveEnvironmentMap();
+    EXPECT_TRUE(HasStudio(scene));
+    scene.SetScene(LitFloor());
+    EXPECT_TRUE(HasStudio(scene)) << "it is asked for";
+}
+
+TEST_F(StudioTest, ItDoesNotDependOnTheOrderOfCalls) {
+    // A box, of which a small part glows: anything that emits would count as light, if it were not measured
+    const auto withLogo = [] {
+        return SceneOf({BoxMesh(1.0f, 0), QuadMesh(0.05f, 1)},
+                       {Lambert(kGray), Lambert(kGray, glm::vec3(1.0f))},
+                       {glm::mat4x3(1.0f), Translation({0, 0, 1.05f})});
+    };
+    const EnvironmentSettings open{.radiance = glm::vec3(1.0f), .usesScene = true};
+    const image::ImageF map{1, 1, {0.5f, 0.5f, 0.5f, 1.0f}};
+    const std::vector<std::function<void()>> others = {
+        [&] { scene.SetEnvironment({}); },
+        [&] { scene.SetEnvironment({.usesScene = true, .defaultLight = DefaultLight::None}); },
+        [&] { scene.SetEnvironment({.usesScene = true, .defaultLight = DefaultLight::Studio}); },
+        [&] { scene.SetEnvironmentMap(map); }};
+    for (const auto& setAnother : others) {
+        for (const bool isLit : {false, true}) {
+            setAnother();
+            scene.SetScene(isLit ? LitFloor() : withLogo());
+            scene.RemoveEnvironmentMap();
+            scene.SetEnvironment(open);
+            EXPECT_EQ(HasStudio(scene), !isLit) << "the environment is set after the scene";
+            setAnother();
+            scene.RemoveEnvironmentMap();
+            scene.SetEnvironment(open);
+            scene.SetScene(isLit ? LitFloor() : withLogo());
+            EXPECT_EQ(HasStudio(scene), !isLit) << "the environment is set before the scene";
+        }
+        scene.SetScene({});
+        setAnother();
+        const AddedPart part = scene.Add(withLogo());
+        scene.RemoveEnvironmentMap();
+        scene.SetEnvironment(open);
+        EXPECT_TRUE(HasStudio(scene)) << "the environment is set after a part";
+        scene.Remove(part);
+    }
+}
+
+TEST_F(StudioTest, TintRotationAndWhatIsSeenAreThoseOfAMap) {
+    passes::TraceSettings settings = Framed({}, 8);
+    const auto corner = [&] { return render.Render(settings, 1).mean.At(0, 0); };
+    const glm::vec4 plain = corner();
+    EXPECT_GT(plain.y, 0.1f);
+    const image::ImageF map = scene::StudioMap();
+    scene.SetEnvironmentMap(map);
+    EXPECT_EQ(corner(), plain);
+    const EnvironmentSettings turned{.radiance = {2.0f, 1.0f, 0.5f}, .rotation = 1.5f, .usesScene = true};
+    scene.SetEnvironment(turned);
+    const glm::vec4 asMap = corner();
+    scene.RemoveEnvironmentMap();
+    EXPECT_EQ(corner(), asMap);
+    EXPECT_NE(asMap.x / asMap.y, plain.x / plain.y);
+}
+
+TEST_F(StudioTest, LightsOfTheHostTurnItOffAndOnAgain) {
+    scene.SetScene(Ball());
+    const uint32_t light = scene.AddLight({});
+    EXPECT_FALSE(HasStudio(scene));
+    scene.SetLightVisible(light, false);
+    EXPECT_FALSE(HasStudio(scene)) << "nor does it come with a switch";
+    scene.RemoveLight(light);
+    EXPECT_TRUE(HasStudio(scene));
+
+    const AddedPart part = scene.Add(LitFloor());
+    EXPECT_FALSE(HasStudio(scene));
+    scene.Remove(part);
+    EXPECT_TRUE(HasStudio(scene));
+    const AddedPart ball = scene.Add(Ball());
+    EXPECT_TRUE(HasStudio(scene));
+
+    const uint32_t lamp = scene.AddMaterial(Lambert(kGray, glm::vec3(1.0f)));
+    const uint32_t mesh = scene.AddMesh(QuadMesh(1.0f, lamp));
+    EXPECT_TRUE(HasStudio(scene)) << "it is not placed";
+    const uint32_t placed = scene.AddInstance(mesh, scene::PlacedTransform{});
+    EXPECT_FALSE(HasStudio(scene));
+    scene.RemoveInstance(placed);
+    EXPECT_TRUE(HasStudio(scene));
+    scene.AddInstance(ball.meshes[0], scene::PlacedTransform{});
+    EXPECT_TRUE(HasStudio(scene));
+}
+
+TEST_F(StudioTest, APartThatStreamsTurnsItOffFromTheStart) {
+    scene.SetScene(Ball());
+    const auto part = scene.Stream(PreparedScene(LitFloor()));
+    EXPECT_FALSE(HasStudio(scene));
+    scene.Remove(*part);
+    EXPECT_TRUE(HasStudio(scene));
+}
+
+TEST_F(StudioTest, EditsOfWhatIsThereDecideNothing) {
+    scene.SetScene(Ball());
+    scene.SetMaterial(0, Lambert(kGray, glm::vec3(100.0f)));
+    EXPECT_TRUE(HasStudio(scene));
+    scene.SetScene(LitFloor());
+    scene.SetMaterial(1, Lambert(kGray));
+    scene.SetVisible(1, false);
+    EXPECT_FALSE(HasStudio(scene));
+}
+
+TEST_F(StudioTest, WhatIsMadeOfTheEnvironmentFollowsASwitch) {
+    scene.SetScene(Ball());
+    const auto version = [&] {
+        render.renderer.BeginFrame();
+        const uint64_t its = scene.Declare(render.renderer).environmentVersion;
+        render.renderer.Execute();
+        return its;
+    };
+    const uint64_t studio = version();
+    EXPECT_EQ(version(), studio);
+    const uint32_t light = scene.AddLight({});
+    const uint64_t without = version();
+    EXPECT_NE(without, studio);
+    scene.RemoveLight(light);
+    EXPECT_NE(version(), without);
+}
+
+TEST(StudioMap, IsGrayFiniteAndWithoutSharpEdges) {
+    const image::ImageF map = scene::StudioMap();
+    ASSERT_EQ(map.rgba.size(), size_t{4} * map.width * map.height);
+    const auto at = [&](uint32_t x, uint32_t y) {
+        return map.rgba[4 * (size_t{y} * map.width + x % map.width)];
+    };
+    float steepest = 0.0f, brightest = 0.0f;
+    for (uint32_t y = 0; y < map.height; ++y)
+        for (uint32_t x = 0; x < map.width; ++x) {
+            const float* texel = &map.rgba[4 * (size_t{y} * map.width + x)];
+            ASSERT_TRUE(std::isfinite(texel[0]) && texel[0] > 0.0f);
+            ASSERT_TRUE(texel[0] == texel[1] && texel[1] == texel[2]);
+            brightest = std::max(brightest, texel[0]);
+            // In the seam, too; rows near the poles have texels closer than that
+            steepest = std::max(steepest, std::abs(at(x + 1, y) - at(x, y)));
+            if (y > 0) steepest = std::max(steepest, std::abs(at(x, y - 1) - at(x, y)));
+        }
+    EXPECT_LT(steepest, 0.3f * brightest);
+    EXPECT_LT(brightest, 20.0f);
+}
+
+TEST(StudioMap, ItsKeyAndRimLightsAreAboveWhatLevelCamerasSee) {
+    const image::ImageF map = scene::StudioMap();
+    const auto at = [&](uint32_t x, uint32_t y) { return map.rgba[4 * (size_t{y} * map.width + x)]; };
+    float brightest = 0.0f, low = 0.0f, beside = 0.0f;
+    for (uint32_t y = 0; y < map.height; ++y)
+        for (uint32_t x = 0; x < map.width; ++x) {
+            const float elevation = 90.0f - 180.0f * (float(y) + 0.5f) / float(map.height);
+            brightest = std::max(brightest, at(x, y));
+            if (elevation < 20.0f) low = std::max(low, at(x, y));
+            // The fill comes from +x, the middle column; the half to the left of it has the backdrop alone
+            const bool isAtFill = x > map.width / 4 && x < 3 * map.width / 4;
+            if (elevation < 20.0f && !isAtFill) beside = std::max(beside, at(x, y));
+        }
+    EXPECT_LT(low, 0.25f * brightest);
+    EXPECT_LE(beside, 1.01f * at(0, map.height / 2)) << "the backdrop at the horizon";
+}
+
+}  // namespace
+}  // namespace raygraph::testing::studio_test
+
+// Lights with profiles, from the text of a glTF file to what is seen.
+namespace raygraph::testing::ies_light_scene_test {
+
+namespace {
+
+using test::GltfDocument;
+using test::IesText;
+using test::Json;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr glm::vec3 kPlace(0.25f, 2.0f, -0.5f);  // of the light, above the floor
+
+// A white floor at y = 0, and the light of `file` above it, whose -z is down and whose +x is the world's +z.
+GltfDocument Floor(const IesText& file) {
+    GltfDocument document;
+    const size_t positions = document.AddAccessor<float>({-9, 0, 9, 9, 0, 9, 9, 0, -9, -9, 0, -9}, 3);
+    const size_t indices = document.AddAccessor<uint16_t>({0, 1, 2, 0, 2, 3}, 1);
+    document.AddNode({{"mesh", document.AddMesh({{"attributes", {{"POSITION", positions}}},
+                                                 {"indices", indices},
+                                                 {"material", document.AddMaterial(Json::object())}})}});
+    document.json["extensions"]["EXT_lights_ies"]["lights"] =
+        Json::array({{{"uri", test::DataUri(test::ToBytes(file.Text()))}}});
+    document.AddNode(
+        {{"translation", {kPlace.x, kPlace.y, kPlace.z}},
+         {"rotation", {-0.5, -0.5, -0.5, 0.5}},
+         {"scale", {2, 0.5, 3}},
+         {"extensions", {{"EXT_lights_ies", {{"light", 0}, {"multiplier", 2}, {"color", {1, 0.5, 0.25}}}}}}});
+    return document;
+}
+
+class IesLightScene : public VulkanTest {
+  protected:
+    static passes::TraceSettings LookDownAt(const glm::vec3& point) {
+        passes::TraceSettings settings;
+        settings.extent = {1, 1};
+        settings.camera = ToRecord(scene::CameraView::LookAt(point + glm::vec3(0, 1, 0), point, {1, 0, 0}));
+        settings.camera.right *= 1e-4f;
+        settings.camera.up *= 1e-4f;
+        settings.scattering.brdf = BrdfModel::Lambert;
+        return settings;
+    }
+    glm::vec3 Traced(const glm::vec3& point) { return render.TraceOnce(LookDownAt(point)).At(0, 0); }
+    glm::vec3 Drawn(const glm::vec3& point, passes::RasterShadows shadows) {
+        const passes::TraceSettings settings = LookDownAt(point);
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
+        const Readback drawn = render.renderer.ReadBack(
+            passes::RasterShade(render.renderer, ids, settings, seen, environment, {.shadows = shadows}));
+        render.renderer.Execute();
+        return ToFloatImage(drawn).At(0, 0);
+    }
+    SceneRender render{Device()};
+    passes::FilteredEnvironment environment{"environment"};
+};
+
+// The radiance of a white floor under I candela: I cos / (pi d^2).
+glm::vec3 Expected(const glm::vec3& point, const std::function<double(const glm::dvec3&)>& intensity) {
+    const glm::dvec3 way = glm::dvec3(point) - glm::dvec3(kPlace);
+    const double distance = glm::length(way);
+    const glm::dvec3 own(way.z / distance, way.x / distance, way.y / distance);  // in the light's axes
+    const double radiance = intensity(own) * (-way.y / distance) / (std::numbers::pi * distance * distance);
+    return glm::vec3(2.0, 1.0, 0.5) * float(radiance);
+}
+
+void ExpectNear(const glm::vec3& seen, const glm::vec3& expected, const char* what) {
+    EXPECT_LT(glm::distance(seen, expected), 1e-3f * glm::length(expected) + 1e-6f)
+        << what << ": " << seen.x << ' ' << seen.y << ' ' << seen.z << " for " << expected.x << ' '
+        << expected.y << ' ' << expected.z;
+}
+
+constexpr std::array<glm::vec3, 5> kPoints{
+    {{0.5f, 0, -0.75f}, {1.0f, 0, -0.5f}, {0.3f, 0, 1.5f}, {-1.5f, 0, -2.0f}, {4.0f, 0, 1.0f}}};
+
+}  // namespace
+
+TEST_F(IesLightScene, IrradianceOnAPlaneIsThatOfTheProfile) {
+    const auto c = [](double v, double h) { return (180.0 - v) * (30.0 + h); };
+    render.scene.SetScene(
+        test::Load(Floor({.vertical = {0, 180}, .horizontal = {0, 90, 180}, .candela = c})));
+    const auto intensityC = [&](const glm::dvec3& d) {
+        return c(std::acos(-d.z) / kDegree, std::atan2(std::abs(d.y), d.x) / kDegree);
+    };
+    for (const glm::vec3& point : kPoints) {
+        const glm::vec3 expected = Expected(point, intensityC);
+        ExpectNear(Traced(point), expected, "traced");
+        ExpectNear(Drawn(point, passes::RasterShadows::Off), expected, "drawn");
+        ExpectNear(Drawn(point, passes::RasterShadows::Maps), expected, "drawn with shadow maps");
+    }
+    // Horizontal angles are clockwise: positive ones towards the light's -y
+    const auto b = [](double v, double h) { return 1000.0 + 5.0 * v + 3.0 * h; };
+    render.scene.SetScene(
+        test::Load(Floor({.type = 2, .vertical = {-90, 0, 90}, .horizontal = {-90, 90}, .candela = b})));
+    const auto intensityB = [&](const glm::dvec3& d) {
+        return b(std::atan2(d.x, -d.z) / kDegree, std::asin(-d.y) / kDegree);
+    };
+    for (const glm::vec3& point : kPoints) {
+        ExpectNear(Traced(point), Expected(point, intensityB), "traced, type B");
+        ExpectNear(Drawn(point, passes::RasterShadows::Off), Expected(point, intensityB), "drawn, type B");
+    }
+}
+
+TEST_F(IesLightScene, EditsOfColorAndFactorShowAndOthersAreRefused) {
+    render.scene.SetEnvironment({});
+    const IesText file{.vertical = {0, 90}, .candela = [](double, double) { return 50.0; }};
+    render.scene.SetScene(test::Load(Floor(file)));
+    const auto constant = [](const glm::dvec3&) { return 50.0; };
+    const glm::vec3 expected = Expected(kPoints[1], constant);
+    ExpectNear(Traced(kPoints[1]), expected, "as in the file");
+    scene::Light light = render.scene.Light(0);
+    EXPECT_EQ(light.profile, 0u);
+    light.intensity = 1.0f;
+    light.color = {0.5f, 0.5f, 0.25f};
+    render.scene.SetLight(0, light);
+    ExpectNear(Traced(kPoints[1]), expected * glm::vec3(0.25f, 0.5f, 0.5f), "edited");
+    light.profile = 1;
+    EXPECT_THROW(render.scene.SetLight(0, light), Error);
+    light.profile = scene::kNone;  // a point light of 1 cd
+    render.scene.SetLight(0, light);
+    ExpectNear(Traced(kPoints[1]), expected * glm::vec3(0.25f, 0.5f, 0.5f) / 50.0f, "without the profile");
+    // The next scene has no profile
+    GltfDocument plain = Floor(file);
+    plain.json["nodes"][1].erase("extensions");
+    render.scene.SetScene(test::Load(plain));
+    EXPECT_EQ(Traced(kPoints[1]), glm::vec3(0.0f));
+}
+
+}  // namespace raygraph::testing::ies_light_scene_test

@@ -1,12 +1,26 @@
-// glTF materials on the device: energy, alpha, media and what the file's flags say.
+#include <gtest/gtest.h>
 #include <cmath>
+#include <cstring>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
 
+#include "passes/raster.h"
+#include "passes/views.h"
+#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/geometry/scene_geometry.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
+#include "renderer/gpu_scene/materials/material_features.h"
+#include "renderer/gpu_scene/materials/material_records.h"
+#include "shaders/shared/trace_options.h"
+#include "tests/scene/gltf_document.h"
 #include "tests/support/reference_assets.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
+// glTF materials on the device: energy, alpha, media and what the file's flags say.
 namespace raygraph::testing::trace_materials_test {
 
 using passes::TraceSettings;
@@ -378,3 +392,378 @@ TEST_F(TraceMaterials, Trace_MicrofacetModelsLoseOnlyLight) {
 }
 
 }  // namespace raygraph::testing::trace_materials_test
+
+// KHR_materials_pbrSpecularGlossiness, from the file to what is seen.
+namespace raygraph::testing::glossiness_test {
+
+namespace {
+
+using test::GltfDocument;
+using test::Json;
+
+constexpr const char* kExtension = "KHR_materials_pbrSpecularGlossiness";
+constexpr uint8_t kSpecular[2][4] = {{60, 130, 190, 90}, {210, 70, 110, 160}};  // and glossiness
+
+class Glossiness : public VulkanTest {
+  protected:
+    // A square that fills the view, under two lights. Its texture coordinates point at the middle of either of
+    // two texels.
+    static GltfDocument Square(const Json& material, int texel = 0) {
+        GltfDocument document;
+        const size_t positions = document.AddAccessor<float>({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, 3);
+        const size_t normals = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+        const float u = texel == 0 ? 0.25f : 0.75f;
+        const size_t uv = document.AddAccessor<float>({u, 0.5f, u, 0.5f, u, 0.5f, u, 0.5f}, 2);
+        const size_t indices = document.AddAccessor<uint16_t>({0, 1, 2, 0, 2, 3}, 1);
+        document.AddNode(
+            {{"mesh", document.AddMesh(
+                          {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"TEXCOORD_0", uv}}},
+                           {"indices", indices},
+                           {"material", document.AddMaterial(material)}})}});
+        document.Add("images",
+                     {{"uri", test::DataUri(test::MakePngOf(
+                                  2, 1, std::vector<uint8_t>(&kSpecular[0][0], &kSpecular[0][0] + 8)))}});
+        document.Add("samplers", {{"magFilter", 9728}, {"minFilter", 9728}});
+        document.Add("textures", {{"source", 0}, {"sampler", 0}});
+        document.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+            {{"type", "directional"}, {"intensity", 3}},
+            {{"type", "point"}, {"intensity", 20}, {"color", {1, 0.5, 0.25}}}};
+        document.AddNode({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}},
+                          {"rotation", {-0.25881905, 0, 0, 0.96592583}}});
+        document.AddNode(
+            {{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}, {"translation", {1, 0.5, 2}}});
+        return document;
+    }
+    static passes::TraceSettings Facing() {
+        scene::CameraView view = scene::CameraView::LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
+        view.projection = scene::Projection::Orthographic;
+        view.height = 1.5f;
+        passes::TraceSettings settings;
+        settings.extent = {8, 8};
+        settings.camera = ToRecord(view);
+        return settings;
+    }
+
+    struct Picture {
+        FloatImage traced, raster, roughness;
+        gpu::MaterialRecord record;
+    };
+    Picture Take(const GltfDocument& document) {
+        Picture picture;
+        render.scene.SetScene(test::Load(document));
+        render.scene.SetEnvironment({.radiance = glm::vec3(0.5f)});
+        picture.traced = render.TraceOnce(Facing());
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, Facing(), passes::FilmPosition::Center);
+        const Readback drawn = render.renderer.ReadBack(
+            passes::RasterShade(render.renderer, ids, Facing(), seen, environment, {}));
+        const Readback roughness = render.renderer.ReadBack(passes::SurfaceView(
+            render.renderer, ids, Facing(),
+            passes::TraceVisibility(render.renderer, ids, Facing(), passes::FilmPosition::Center),
+            passes::View::Roughness));
+        const Readback records = render.renderer.ReadBack(ids.materials);
+        render.renderer.Execute();
+        picture.raster = ToFloatImage(drawn);
+        picture.roughness = ToFloatImage(roughness);
+        records.Wait();
+        std::memcpy(&picture.record, records.Bytes().data(), sizeof(picture.record));
+        return picture;
+    }
+    static void ExpectAlike(const FloatImage& a, const FloatImage& b, float tolerance) {
+        ASSERT_EQ(a.values.size(), b.values.size());
+        for (size_t i = 0; i < a.values.size(); ++i)
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(a.values[i][c], b.values[i][c], tolerance * (1.0f + std::abs(b.values[i][c])))
+                    << "pixel " << i << ", channel " << c;
+    }
+
+    SceneRender render{Device()};
+    passes::FilteredEnvironment environment{"environment"};
+};
+
+}  // namespace
+
+TEST_F(Glossiness, PictureIsThatOfTheSameMaterialSaidOtherwise) {
+    const Picture glossy = Take(Square({{"extensions",
+                                         {{kExtension,
+                                           {{"diffuseFactor", {0.75, 0.5, 0.25, 1}},
+                                            {"specularFactor", {0.5, 0.25, 0.125}},
+                                            {"glossinessFactor", 0.5}}}}}}));
+    const Picture same = Take(Square(
+        {{"pbrMetallicRoughness",
+          {{"baseColorFactor", {0.75, 0.5, 0.25, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.5}}},
+         {"extensions",
+          {{"KHR_materials_ior", {{"ior", 0}}},
+           {"KHR_materials_specular", {{"specularColorFactor", {0.5, 0.25, 0.125}}}}}}}));
+    EXPECT_EQ(glossy.traced.values, same.traced.values);
+    EXPECT_EQ(glossy.raster.values, same.raster.values);
+    EXPECT_EQ(std::memcmp(&glossy.record, &same.record, sizeof(same.record)), 0);
+    EXPECT_GT(glossy.traced.Mean().x, 0.1);
+    // As without the extension it is not
+    const Picture plain = Take(Square(Json::object()));
+    EXPECT_NE(glossy.traced.values, plain.traced.values);
+}
+
+// Glossiness is linear, and scales that of the factor; the other channels are a color.
+TEST_F(Glossiness, TexturesAlphaIsItsGlossiness) {
+    const double factor = 0.75;
+    for (const int texel : {0, 1}) {
+        SCOPED_TRACE(texel);
+        const Json base{{"diffuseFactor", {0.5, 0.5, 0.5, 1}}, {"glossinessFactor", factor}};
+        Json textured = base, plain = base;
+        textured["specularGlossinessTexture"]["index"] = 0;
+        textured["specularFactor"] = {0.5, 1, 0.75};
+        const double glossiness = factor * kSpecular[texel][3] / 255.0;
+        plain["glossinessFactor"] = glossiness;
+        const double share[3] = {0.5, 1.0, 0.75};
+        for (size_t c = 0; c < 3; ++c) {
+            const double stored = kSpecular[texel][c] / 255.0;
+            plain["specularFactor"].push_back(share[c] * std::pow((stored + 0.055) / 1.055, 2.4));
+        }
+        const auto take = [&](const Json& extension) {
+            return Take(Square({{"extensions", {{kExtension, extension}}}}, texel));
+        };
+        const Picture seen = take(textured), expected = take(plain);
+        EXPECT_NEAR(seen.roughness.At(4, 4).x, 1.0 - glossiness, 1e-6);
+        ExpectAlike(seen.roughness, expected.roughness, 1e-6f);
+        // A device's sRGB curve has half a step of eight bits
+        ExpectAlike(seen.traced, expected.traced, 4e-3f);
+        ExpectAlike(seen.raster, expected.raster, 4e-3f);
+        EXPECT_EQ(seen.record.flags, gpu::kMaterialGlossiness);
+        EXPECT_EQ(expected.record.flags, 0u);
+    }
+}
+
+// Of a texture that KHR_materials_specular names, alpha says nothing.
+TEST_F(Glossiness, AlphaOfOtherSpecularColorsIsNotRead) {
+    const Picture seen = Take(
+        Square({{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.5}}},
+                {"extensions", {{"KHR_materials_specular", {{"specularColorTexture", {{"index", 0}}}}}}}}));
+    EXPECT_EQ(seen.roughness.At(4, 4).x, 0.5f);
+    EXPECT_EQ(seen.record.flags, 0u);
+}
+
+// A smooth surface from straight above, where light comes from everywhere: it reflects its specular color, and
+// of the rest, which is the same for all channels, the diffuse one. The extension: diffuse * (1 - max(specular)).
+TEST_F(Glossiness, DiffuseColorGetsWhatTheStrongestChannelOfTheSpecularLeaves) {
+    struct Case {
+        glm::vec3 diffuse, specular;
+    };
+    for (const Case& c : {Case{{1, 1, 1}, {0.4f, 0.2f, 0.1f}}, Case{{0.5f, 0.25f, 1}, {0.1f, 0.6f, 0.3f}},
+                          Case{{1, 1, 1}, {1, 1, 1}}, Case{{0.5f, 0.5f, 0.5f}, {0, 0, 0}}}) {
+        GltfDocument document =
+            Square({{"extensions",
+                     {{kExtension,
+                       {{"diffuseFactor", {c.diffuse.x, c.diffuse.y, c.diffuse.z, 1}},
+                        {"specularFactor", {c.specular.x, c.specular.y, c.specular.z}}}}}}});
+        document.json["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 0;
+        document.json["extensions"]["KHR_lights_punctual"]["lights"][1]["intensity"] = 0;
+        render.scene.SetScene(test::Load(document));
+        render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+        const RenderedImage image = render.Render(Facing(), 256);
+        const glm::dvec3 mean = image.mean.Mean(), error = image.StandardErrorOfMean();
+        const float left = 1.0f - std::max({c.specular.x, c.specular.y, c.specular.z});
+        for (int channel = 0; channel < 3; ++channel)
+            EXPECT_NEAR(mean[channel], c.specular[channel] + left * c.diffuse[channel],
+                        4.0 * error[channel] + 2e-3)
+                << "specular " << c.specular.x << ", channel " << channel;
+    }
+}
+
+}  // namespace raygraph::testing::glossiness_test
+
+// What a material needs of pipelines: a feature too few leaves a lobe out of the picture.
+namespace raygraph::material_features_test {
+namespace {
+
+using scene::Material;
+
+TraceFeatures FeaturesOf(const std::vector<Material>& materials) {
+    SceneGeometry geometry;
+    for (uint32_t i = 0; i < materials.size(); ++i)
+        geometry.groups.emplace_back().parts.push_back({.material = i});
+    return MaterialFeatures(MaterialRecords(materials, {}), 0, geometry);
+}
+
+// Rough plastic, but for what `change` makes of it.
+TraceFeatures FeaturesWith(const std::function<void(Material&)>& change) {
+    Material material;
+    material.metallicFactor = 0.0f;
+    material.roughnessFactor = 0.5f;
+    change(material);
+    return FeaturesOf({material});
+}
+
+constexpr scene::TextureRef kSomeTexture{.texture = 0};
+
+TEST(MaterialFeatures, AreThoseOfTheLobesThatAMaterialMayHave) {
+    struct Row {
+        const char* what;
+        std::function<void(Material&)> change;
+        TraceFeatures features;
+    };
+    const auto smoothCoat = [](Material& m) {
+        m.clearcoatFactor = 0.5f;
+        m.clearcoatRoughnessFactor = 0.0f;
+    };
+    const auto film = [](Material& m) {
+        m.iridescenceFactor = 0.5f;
+        m.iridescenceThicknessMinimum = 100.0f;
+        m.iridescenceThicknessMaximum = 400.0f;
+    };
+    const Row rows[] = {
+        {"plastic", [](Material&) {}, kTraceOpaque},
+        {"unlit", [](Material& m) { m.isUnlit = true; }, 0},
+        {"metal", [](Material& m) { m.metallicFactor = 1.0f; }, kTraceMetals},
+        {"half metal", [](Material& m) { m.metallicFactor = 0.5f; }, kTraceMetals | kTraceOpaque},
+        {"metal by a texture, which may say that it is rough or smooth",
+         [](Material& m) {
+             m.metallicFactor = 1.0f;
+             m.metallicRoughnessTexture = kSomeTexture;
+         },
+         kTraceMetals | kTraceOpaque | kTraceSmooth},
+        {"smooth", [](Material& m) { m.roughnessFactor = 0.0f; }, kTraceOpaque | kTraceSmooth},
+        {"glass", [](Material& m) { m.transmissionFactor = 1.0f; }, kTraceGlass},
+        {"half glass", [](Material& m) { m.transmissionFactor = 0.5f; }, kTraceGlass | kTraceOpaque},
+        {"glass by a texture",
+         [](Material& m) {
+             m.transmissionFactor = 1.0f;
+             m.transmissionTexture = kSomeTexture;
+         },
+         kTraceGlass | kTraceOpaque},
+        {"metal, whose transmission is nothing",
+         [](Material& m) { m.metallicFactor = m.transmissionFactor = 1.0f; }, kTraceMetals},
+        {"rough coat", [](Material& m) { m.clearcoatFactor = m.clearcoatRoughnessFactor = 0.5f; },
+         kTraceOpaque | kTraceClearcoat},
+        {"smooth coat", smoothCoat, kTraceOpaque | kTraceClearcoat | kTraceSmooth},
+        {"coat whose roughness a texture scales down",
+         [](Material& m) {
+             m.clearcoatFactor = m.clearcoatRoughnessFactor = 0.5f;
+             m.clearcoatRoughnessTexture = kSomeTexture;
+         },
+         kTraceOpaque | kTraceClearcoat | kTraceSmooth},
+        {"sheen", [](Material& m) { m.sheenColorFactor.y = 0.1f; }, kTraceOpaque | kTraceSheen},
+        {"film", film, kTraceOpaque | kTraceIridescence},
+        {"film on metal",
+         [&](Material& m) {
+             film(m);
+             m.metallicFactor = 1.0f;
+         },
+         kTraceMetals | kTraceIridescence},
+        {"film without thickness",
+         [&](Material& m) {
+             film(m);
+             m.iridescenceThicknessMaximum = 0.0f;
+         },
+         kTraceOpaque},
+        {"film as thick as a texture says",
+         [&](Material& m) {
+             film(m);
+             m.iridescenceThicknessMaximum = 0.0f;
+             m.iridescenceThicknessTexture = kSomeTexture;
+         },
+         kTraceOpaque | kTraceIridescence},
+        {"stretched highlights", [](Material& m) { m.anisotropyStrength = 0.1f; },
+         kTraceOpaque | kTraceAnisotropy},
+        {"leaf", [](Material& m) { m.diffuseTransmissionFactor = 0.1f; },
+         kTraceOpaque | kTraceDiffuseTransmission},
+        {"leaf of metal",
+         [](Material& m) {
+             m.metallicFactor = 1.0f;
+             m.diffuseTransmissionFactor = 0.1f;
+         },
+         kTraceMetals},
+        {"sheet that scatters a part",
+         [](Material& m) {
+             m.transmissionFactor = 1.0f;
+             m.scatterStrengthFactor = 0.5f;
+         },
+         kTraceGlass | kTraceOpaque | kTraceThinScatter | kTraceDiffuseTransmission},
+        {"sheet that scatters all",
+         [](Material& m) { m.transmissionFactor = m.scatterStrengthFactor = 1.0f; },
+         kTraceOpaque | kTraceThinScatter | kTraceDiffuseTransmission},
+        {"sheet that scatters as much as a texture says",
+         [](Material& m) {
+             m.transmissionFactor = m.scatterStrengthFactor = 1.0f;
+             m.scatterStrengthTexture = kSomeTexture;
+         },
+         kTraceGlass | kTraceOpaque | kTraceThinScatter | kTraceDiffuseTransmission},
+        {"sheet that has nothing to scatter", [](Material& m) { m.scatterStrengthFactor = 1.0f; },
+         kTraceOpaque},
+        {"retroreflector", [](Material& m) { m.retroreflectionFactor = 0.1f; },
+         kTraceOpaque | kTraceRetroreflection},
+        {"dispersion without a medium", [](Material& m) { m.dispersion = 1.0f; }, kTraceOpaque},
+    };
+    for (const Row& row : rows) EXPECT_EQ(FeaturesWith(row.change), row.features) << row.what;
+}
+
+TEST(GroupKinds, SheetThatScattersAllIsNoThinWall) {
+    Material sheet;
+    sheet.metallicFactor = sheet.roughnessFactor = 0.0f;
+    sheet.transmissionFactor = 1.0f;
+    const auto isThinWall = [&] {
+        const GroupPart part;
+        return KindOf({&part, 1}, MaterialRecords({&sheet, 1}, {})).isThinWall;
+    };
+    EXPECT_TRUE(isThinWall());
+    sheet.scatterStrengthFactor = 0.5f;
+    EXPECT_TRUE(isThinWall());
+    sheet.scatterStrengthFactor = 1.0f;
+    EXPECT_FALSE(isThinWall());
+    sheet.scatterStrengthTexture = kSomeTexture;
+    EXPECT_TRUE(isThinWall());
+}
+
+TEST(MaterialFeatures, OfASceneAreThoseOfAllItsMaterials) {
+    Material metal, glass;
+    metal.metallicFactor = metal.roughnessFactor = 1.0f;
+    glass.metallicFactor = 0.0f;
+    glass.roughnessFactor = 1.0f;
+    glass.transmissionFactor = 1.0f;
+    EXPECT_EQ(FeaturesOf({metal, glass}), kTraceMetals | kTraceGlass);
+    EXPECT_EQ(FeaturesOf({}), TraceFeatures{});
+}
+
+Material Medium(float ior, bool isEntered, bool scatters) {
+    Material medium;
+    medium.thicknessFactor = 1.0f;
+    medium.metallicFactor = 0.0f;
+    medium.roughnessFactor = 1.0f;
+    medium.ior = ior;
+    (isEntered ? medium.transmissionFactor : medium.diffuseTransmissionFactor) = 1.0f;
+    if (scatters) medium.multiscatterColorFactor = glm::vec3(0.5f);
+    if (scatters) medium.attenuationColor = glm::vec3(0.5f);
+    if (scatters) medium.attenuationDistance = 1.0f;
+    return medium;
+}
+
+TEST(MaterialFeatures, LightPassesStraightIntoAirAndBetweenMediaOfOneIndexThatScatter) {
+    struct Row {
+        const char* what;
+        std::vector<Material> media;
+        bool isMatched;
+    };
+    const Row rows[] = {
+        {"glass", {Medium(1.5f, true, false)}, false},
+        {"fog", {Medium(1.0f, true, true)}, true},
+        {"air that nothing enters", {Medium(1.0f, false, true)}, false},
+        {"milk", {Medium(1.33f, true, true)}, false},
+        {"milk in water", {Medium(1.33f, true, false), Medium(1.33f, true, true)}, true},
+        {"milk beside what nothing enters", {Medium(1.33f, true, true), Medium(1.33f, false, false)}, true},
+        {"milk that nothing enters in water", {Medium(1.33f, false, true), Medium(1.33f, true, false)}, true},
+        {"milk in glass", {Medium(1.5f, true, false), Medium(1.33f, true, true)}, false},
+        {"two of glass", {Medium(1.5f, true, false), Medium(1.5f, true, false)}, false},
+        {"none entered", {Medium(1.33f, false, true), Medium(1.33f, false, true)}, false},
+        {"the last pair of many",
+         {Medium(1.1f, true, true), Medium(1.5f, true, false), Medium(1.2f, true, true),
+          Medium(1.3f, true, false), Medium(1.5f, true, true)},
+         true},
+    };
+    for (const Row& row : rows)
+        EXPECT_EQ(FeaturesOf(row.media).Has(kTraceMatchedMedia), row.isMatched) << row.what;
+}
+
+}  // namespace
+}  // namespace raygraph::material_features_test

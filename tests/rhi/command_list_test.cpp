@@ -1,17 +1,24 @@
-// Command lists: each function does what its Vulkan command does, and misuse is refused before Vulkan
-// sees it.
-#include "rhi/command_list.h"
-
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <chrono>
+#include <thread>
+#include <tuple>
 
+#include "rhi/command_list.h"
 #include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
+#include "rhi/functions.h"
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
+#include "rhi/timestamps.h"
 #include "rhi/upload.h"
+#include "tests/rhi/gate.h"
 #include "tests/support/error_of.h"
+#include "tests/support/failing_vulkan.h"
 #include "tests/support/vulkan_test.h"
 
+// Command lists: each function does what its Vulkan command does, and misuse is refused before Vulkan
+// sees it.
 namespace raygraph::testing::command_list_test {
 namespace {
 
@@ -265,3 +272,396 @@ TEST_F(CommandListTest, MovedFromList_IsEmptyAndTheTargetsOldListIsDropped) {
 
 }  // namespace
 }  // namespace raygraph::testing::command_list_test
+
+// Tests the timeline: submissions, waiting, command lists, deferred destruction.
+namespace raygraph::testing::timeline_test {
+namespace {
+
+using rhi::BufferUsage;
+using rhi::SemaphoreUse;
+using ::testing::HasSubstr;
+
+using TimelineTest = VulkanTest;
+
+TEST_F(TimelineTest, SubmissionsCountUp) {
+    const uint64_t first = Device().Submit(Device().BeginCommands("a"));
+    const uint64_t second = Device().Submit(Device().BeginCommands("b"));
+    EXPECT_EQ(second, first + 1);
+    EXPECT_EQ(Device().LastSubmittedValue(), second);
+    Device().WaitFor(second);
+    EXPECT_EQ(Device().CompletedValue(), second);
+}
+
+TEST_F(TimelineTest, OutcomeOfAList_IsTold) {
+    std::string told;
+    const auto note = [&](rhi::CommandList& commands, const std::string& name) {
+        commands.OnSubmitted([&told, name] { told += name + " runs, "; });
+        commands.OnDropped([&told, name] { told += name + " is undone, "; });
+    };
+    rhi::CommandList submitted = Device().BeginCommands("submitted");
+    note(submitted, "a");
+    note(submitted, "b");
+    EXPECT_EQ(told, "") << "not before it is known";
+    Device().Submit(std::move(submitted));
+    EXPECT_EQ(told, "a runs, b runs, ");
+    told.clear();
+    {
+        rhi::CommandList dropped = Device().BeginCommands("dropped");
+        note(dropped, "a");
+        note(dropped, "b");
+        const rhi::CommandList moved = std::move(dropped);
+    }
+    EXPECT_EQ(told, "b is undone, a is undone, ") << "backwards, and once";
+}
+
+TEST_F(TimelineTest, WaitingForTheFuture_IsRefused) {
+    const uint64_t next = Device().LastSubmittedValue() + 1;
+    EXPECT_EQ(ErrorOf([&] { Device().WaitFor(next); }).Kind(), ErrorKind::Usage);
+}
+
+TEST_F(TimelineTest, SubmitWaitsForAndSignalsSemaphores) {
+    Gate before(Device()), after(Device());
+    const SemaphoreUse wait = before.At(1), signal = after.At(5);
+    const uint64_t value = Device().Submit(Device().BeginCommands("gated"), {&wait, 1}, {&signal, 1});
+    EXPECT_LT(Device().CompletedValue(), value);
+    EXPECT_EQ(after.Value(), 0u);
+    before.Open();
+    Device().WaitFor(value);
+    EXPECT_EQ(after.Value(), 5u);
+}
+
+TEST_F(TimelineTest, EmptyOrForeignList_IsRefused) {
+    EXPECT_EQ(ErrorOf([] { Device().Submit(rhi::CommandList()); }).Kind(), ErrorKind::Usage);
+    const std::unique_ptr<rhi::Device> other = rhi::Device::Create({.savePipelineCache = false});
+    EXPECT_EQ(ErrorOf([&] { Device().Submit(other->BeginCommands("other")); }).Kind(), ErrorKind::Usage);
+}
+
+TEST_F(TimelineTest, CommandBuffersAreRecycledOnceCompleted) {
+    Device().WaitIdle();
+    Gate gate(Device());
+    const SemaphoreUse wait = gate.At(1);
+    rhi::CommandList list = Device().BeginCommands("pending");
+    const VkCommandBuffer pending = list.Handle();
+    Device().Submit(std::move(list), {&wait, 1});
+    EXPECT_NE(Device().BeginCommands("meanwhile").Handle(), pending);
+    gate.Open();
+    Device().WaitIdle();
+    // All buffers are free now: as many lists as there are buffers reuse the one
+    std::vector<rhi::CommandList> lists;
+    bool isFound = false;
+    for (int i = 0; i < 64 && !isFound; ++i) {
+        lists.push_back(Device().BeginCommands("again"));
+        isFound = lists.back().Handle() == pending;
+    }
+    EXPECT_TRUE(isFound);
+}
+
+TEST_F(TimelineTest, BufferDestroyedWhilePending_IsFreedOnlyWhenItsWorkIsDone) {
+    Device().WaitIdle();
+    const uint64_t used = Device().Memory().usedBytes;
+    Gate gate(Device());
+    const SemaphoreUse wait = gate.At(1);
+    rhi::Buffer buffer = Device().CreateBuffer(
+        {.name = "short-lived", .size = 1 << 16, .usage = BufferUsage::CopyDestination});
+    const uint64_t with = Device().Memory().usedBytes;
+    ASSERT_GT(with, used);
+    rhi::CommandList commands = Device().BeginCommands("uses the buffer");
+    commands.Fill(buffer, 1);
+    const uint64_t value = Device().Submit(std::move(commands), {&wait, 1});
+    buffer = {};
+    Device().CollectGarbage();
+    EXPECT_EQ(Device().Memory().usedBytes, with) << "the fill has not run yet";
+    gate.Open();
+    Device().WaitFor(value);
+    EXPECT_EQ(Device().Memory().usedBytes, used);
+}
+
+TEST_F(TimelineTest, BufferDestroyedWhileItsListIsRecorded_IsFreedAfterThatList) {
+    Device().WaitIdle();
+    const uint64_t used = Device().Memory().usedBytes;
+    uint64_t value = 0;
+    {
+        rhi::CommandList commands = Device().BeginCommands("uses the buffer");
+        {
+            const rhi::Buffer buffer =
+                Device().CreateBuffer({.size = 1 << 16, .usage = BufferUsage::CopyDestination});
+            commands.Fill(buffer, 1);
+        }
+        // Other work completes in between: it says nothing about the list.
+        Device().WaitFor(Device().Submit(Device().BeginCommands("other")));
+        EXPECT_GT(Device().Memory().usedBytes, used);
+        value = Device().Submit(std::move(commands));
+    }
+    Device().WaitFor(value);
+    EXPECT_EQ(Device().Memory().usedBytes, used);
+}
+
+TEST_F(TimelineTest, DroppedList_FreesWhatItMentioned) {
+    Device().WaitIdle();
+    const uint64_t used = Device().Memory().usedBytes;
+    {
+        rhi::CommandList commands = Device().BeginCommands("dropped");
+        const rhi::Buffer buffer =
+            Device().CreateBuffer({.size = 4096, .usage = BufferUsage::CopyDestination});
+        commands.Fill(buffer, 1);
+    }
+    EXPECT_EQ(Device().Memory().usedBytes, used) << "no submission is needed for it";
+}
+
+TEST_F(TimelineTest, ThreadsSubmitAndDestroyAtTheSameTime) {
+    constexpr int kThreads = 4, kRounds = 25;
+    Device().WaitIdle();
+    const uint64_t used = Device().Memory().usedBytes;
+    const uint64_t first = Device().LastSubmittedValue();
+    std::vector<std::thread> threads;
+    std::atomic<int> wrong{0};
+    for (int t = 0; t < kThreads; ++t)
+        threads.emplace_back([t, &wrong] {
+            for (int i = 0; i < kRounds; ++i) {
+                const rhi::Buffer buffer = Device().CreateBuffer(
+                    {.size = 256, .usage = BufferUsage::CopySource | BufferUsage::CopyDestination});
+                rhi::CommandList commands = Device().BeginCommands("thread");
+                const auto value = static_cast<uint32_t>(t * 1000 + i);
+                commands.Fill(buffer, value);
+                Device().Submit(std::move(commands));
+                if (As<uint32_t>(rhi::ReadBuffer(Device(), buffer)) != std::vector<uint32_t>(64, value))
+                    ++wrong;
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    Device().WaitIdle();
+    EXPECT_EQ(wrong, 0);
+    EXPECT_EQ(Device().LastSubmittedValue(), first + 2 * kThreads * kRounds);
+    EXPECT_EQ(Device().Memory().usedBytes, used);
+}
+
+}  // namespace
+}  // namespace raygraph::testing::timeline_test
+
+// Tests GPU timestamps: in order, in nanoseconds, without waiting.
+namespace raygraph::testing::timestamps_test {
+namespace {
+
+using rhi::BufferUsage;
+
+struct TimestampsTest : VulkanTest {
+    // Runs a frame of `count` fills with a timestamp around each.
+    uint64_t Frame(uint32_t count) {
+        rhi::CommandList commands = Device().BeginCommands("timed");
+        pool.BeginFrame(commands);
+        EXPECT_EQ(pool.Write(commands), 0u);
+        for (uint32_t i = 0; i < count; ++i) {
+            commands.FullBarrier();
+            commands.Fill(target, i);
+            EXPECT_EQ(pool.Write(commands), i + 1);
+        }
+        const uint64_t value = Device().Submit(std::move(commands));
+        pool.EndFrame(value);
+        return value;
+    }
+    rhi::TimestampPool pool{Device(), "times", 16};
+    rhi::Buffer target = Device().CreateBuffer({.size = 8 << 20, .usage = BufferUsage::CopyDestination});
+};
+
+TEST_F(TimestampsTest, AreMonotoneAndNoLongerThanTheWallTime) {
+    const auto start = std::chrono::steady_clock::now();
+    const uint64_t value = Frame(8);
+    Device().WaitFor(value);
+    const double wall =
+        std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+    const std::optional<rhi::TimestampFrame> frame = pool.Poll();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->submitted, value);
+    ASSERT_EQ(frame->nanoseconds.size(), 9u);
+    EXPECT_EQ(frame->nanoseconds[0], 0.0);
+    for (size_t i = 1; i < 9; ++i) EXPECT_GE(frame->nanoseconds[i], frame->nanoseconds[i - 1]);
+    EXPECT_GT(frame->nanoseconds.back(), 0.0) << "64 MiB are not written in no time";
+    EXPECT_LE(frame->nanoseconds.back(), wall);
+    EXPECT_FALSE(pool.Poll());
+}
+
+TEST_F(TimestampsTest, EveryFrameIsReturnedOnceInOrder) {
+    std::vector<uint64_t> submitted, returned;
+    for (uint32_t i = 0; i < 10; ++i) {
+        submitted.push_back(Frame(i % 3));
+        while (const std::optional<rhi::TimestampFrame> frame = pool.Poll()) {
+            EXPECT_EQ(frame->nanoseconds.size(), returned.size() % 3 + 1);
+            returned.push_back(frame->submitted);
+        }
+        Device().WaitFor(submitted.back());
+    }
+    while (const std::optional<rhi::TimestampFrame> frame = pool.Poll()) returned.push_back(frame->submitted);
+    EXPECT_EQ(returned, submitted);
+    EXPECT_EQ(pool.LostFrameCount(), 0u);
+}
+
+TEST_F(TimestampsTest, UnreadFrames_AreLostAndCounted) {
+    const uint32_t ranges = Device().FramesInFlight() + 1;
+    for (uint32_t i = 0; i < ranges + 2; ++i) Frame(1);
+    Device().WaitIdle();
+    EXPECT_EQ(pool.LostFrameCount(), 2u);
+    uint32_t count = 0;
+    while (pool.Poll()) ++count;
+    EXPECT_EQ(count, ranges);
+}
+
+TEST_F(TimestampsTest, MoreThanThereIsRoomFor_AreLeftOut) {
+    rhi::TimestampPool small(Device(), "small", 2);
+    rhi::CommandList commands = Device().BeginCommands("timed");
+    EXPECT_FALSE(small.Write(commands)) << "outside of a frame";
+    small.BeginFrame(commands);
+    EXPECT_TRUE(small.Write(commands));
+    EXPECT_TRUE(small.Write(commands));
+    EXPECT_FALSE(small.Write(commands));
+    small.EndFrame(Device().Submit(std::move(commands)));
+    Device().WaitIdle();
+    EXPECT_EQ(small.Poll()->nanoseconds.size(), 2u);
+}
+
+TEST_F(TimestampsTest, FrameThatWasNeverSubmitted_IsGivenUp) {
+    {
+        rhi::CommandList dropped = Device().BeginCommands("dropped");
+        pool.BeginFrame(dropped);
+        pool.Write(dropped);
+    }
+    const uint64_t value = Frame(1);
+    Device().WaitFor(value);
+    const std::optional<rhi::TimestampFrame> frame = pool.Poll();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->submitted, value);
+    EXPECT_EQ(pool.LostFrameCount(), 0u);
+}
+
+TEST_F(TimestampsTest, EmptyPool_IsRefused) {
+    EXPECT_EQ(ErrorOf([] { rhi::TimestampPool(Device(), "none", 0); }).Kind(), ErrorKind::Usage);
+}
+
+}  // namespace
+}  // namespace raygraph::testing::timestamps_test
+
+// Tests how each wrapper reports Vulkan calls that fail, one at a time.
+namespace raygraph::testing::failing_call_test {
+namespace {
+
+class FailingCallTest : public ::testing::Test {
+  protected:
+    FailingCallTest() {
+        InjectFailure(std::nullopt);
+        UseDedicatedAllocations(true);
+        device = Make();
+    }
+    std::unique_ptr<rhi::Device> Make() {
+        return rhi::Device::Create({.validation = true,
+                                    .log = log.Listener(),
+                                    .savePipelineCache = false,
+                                    .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
+    }
+    ~FailingCallTest() override {
+        ClearInjectedFailure();
+        device.reset();
+        EXPECT_EQ(log.Text(), "");
+        UseDedicatedAllocations(false);
+        InjectFailure(std::nullopt);
+    }
+
+    std::shared_ptr<rhi::VulkanLoader> system = rhi::VulkanLoader::Open();
+    MessageLog log;
+    std::unique_ptr<rhi::Device> device;
+};
+
+TEST_F(FailingCallTest, DeviceThatCannotBeMade_LeavesNothing) {
+    for (const VkResult result : {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_DEVICE_LOST}) {
+        for (const uint64_t number : {1, 2}) {  // creation of its timeline, and of its pipeline cache
+            InjectFailure(InjectedFailure{.number = number, .result = result});
+            EXPECT_EQ(ErrorOf([&] { Make(); }).Kind(),
+                      result == VK_ERROR_DEVICE_LOST ? ErrorKind::DeviceLost : ErrorKind::OutOfMemory);
+        }
+        InjectFailure(InjectedFailure{.number = 3, .result = result});
+        EXPECT_NO_THROW(Make());
+    }
+}
+
+TEST_F(FailingCallTest, SubmissionThatHasArrived_IsNoError) {
+    rhi::CommandList commands = device->BeginCommands("arrives");
+    bool hasArrived = false;
+    commands.OnSubmitted([&] { hasArrived = true; });
+    // Submit next queries how far the device is.
+    InjectFailure(InjectedFailure{.call = FailingCall::Wait});
+    uint64_t value = 0;
+    EXPECT_NO_THROW(value = device->Submit(std::move(commands)));
+    EXPECT_TRUE(HasFailed());
+    EXPECT_TRUE(hasArrived);
+    EXPECT_EQ(value, device->LastSubmittedValue());
+    ClearInjectedFailure();
+    device->WaitFor(value);
+}
+
+TEST_F(FailingCallTest, SubmissionThatHasNotArrived_LeavesTheTimeline) {
+    rhi::CommandList commands = device->BeginCommands("does not arrive");
+    bool isDropped = false;
+    commands.OnDropped([&] { isDropped = true; });
+    InjectFailure(InjectedFailure{.call = FailingCall::Submission});
+    EXPECT_EQ(ErrorOf([&] { device->Submit(std::move(commands)); }).Kind(), ErrorKind::OutOfMemory);
+    EXPECT_TRUE(isDropped);
+    EXPECT_EQ(device->LastSubmittedValue(), 0u);
+    EXPECT_EQ(device->Submit(device->BeginCommands("arrives")), 1u);
+}
+
+// Fails each call that makes a resource in turn, until none is left.
+template <typename Make>
+uint32_t FailEach(rhi::Device& device, Make&& make) {
+    const uint64_t used = device.Memory().usedBytes;
+    for (uint32_t failures = 0;; ++failures) {
+        InjectFailure(InjectedFailure{.number = failures + 1, .lasts = true});
+        try {
+            make();
+            ClearInjectedFailure();
+            return failures;
+        } catch (const Error& error) {
+            ClearInjectedFailure();
+            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory) << error.what();
+            EXPECT_EQ(device.Memory().usedBytes, used) << RecordedCalls().back();
+        }
+    }
+}
+
+TEST_F(FailingCallTest, ResourcesThatCannotBeMadeLeaveNothing) {
+    const rhi::TextureDesc texture{.name = "t", .extent = {4, 4}};
+    const rhi::BufferDesc buffer{.name = "b", .size = 256};
+    EXPECT_EQ(FailEach(*device, [&] { std::ignore = device->CreateTexture(texture); }), 4u)
+        << "image, memory, binding, view";
+    EXPECT_EQ(FailEach(*device, [&] { std::ignore = device->CreateBuffer(buffer); }), 3u);
+    EXPECT_EQ(FailEach(*device, [&] { std::ignore = device->CreateSampler({.name = "s"}); }), 1u);
+    {
+        const rhi::MemoryBlock block = device->CreateMemoryBlock("block", device->RequirementsOf(texture));
+        EXPECT_EQ(FailEach(*device, [&] { std::ignore = device->CreateTexture(texture, block); }), 3u)
+            << "image, binding, view";
+    }
+    const rhi::MemoryBlock block = device->CreateMemoryBlock("block", device->RequirementsOf(buffer));
+    EXPECT_EQ(FailEach(*device, [&] { std::ignore = device->CreateBuffer(buffer, block); }), 2u);
+}
+
+// The allocator reports every failure as exhausted memory, including that of a lost device.
+TEST_F(FailingCallTest, AllocationOnALostDevice_SaysThatItIsLost) {
+    InjectFailure(
+        InjectedFailure{.call = FailingCall::Allocation, .result = VK_ERROR_DEVICE_LOST, .lasts = true});
+    const Error error = ErrorOf([&] { std::ignore = device->CreateBuffer({.name = "b", .size = 256}); });
+    EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
+    EXPECT_EQ(std::string(error.what()), "buffer 'b' (256 bytes): VK_ERROR_DEVICE_LOST; no pass is known");
+    ClearInjectedFailure();
+    EXPECT_EQ(ErrorOf([&] { device->WaitIdle(); }).Kind(), ErrorKind::DeviceLost);
+}
+
+TEST_F(FailingCallTest, FailuresAreReadFromText) {
+    for (const char* text : {"allocation:17:oom", "creation:1:lost", "any:200:oom:on", "wait:3:lost"}) {
+        const std::optional<InjectedFailure> failure = ParseFailure(text);
+        ASSERT_TRUE(failure) << text;
+        EXPECT_EQ(failure->Text(), text);
+    }
+    for (const char* text : {"", "allocation", "allocation:17", "allocation:0:oom", "allocation:x:oom",
+                             "walk:1:oom", "wait:1:off", "wait:1:oom:of"})
+        EXPECT_FALSE(ParseFailure(text)) << text;
+}
+
+}  // namespace
+}  // namespace raygraph::testing::failing_call_test

@@ -1,21 +1,31 @@
-// Tests compute and raster pipelines.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <filesystem>
+#include <fstream>
+#include <optional>
 
+#include "base/read_file.h"
 #include "rhi/command_list.h"
+#include "rhi/compile_ahead.h"
 #include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
+#include "rhi/pipeline_cache_file.h"
 #include "rhi/pipeline_statistics.h"
 #include "rhi/raster_pipeline.h"
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
+// Tests compute and raster pipelines.
 namespace raygraph::rhi::pipeline_test {
 namespace {
 
@@ -279,3 +289,326 @@ TEST_F(RasterPipelineTest, WhatCannotBeIsRefusedByName) {
 
 }  // namespace
 }  // namespace raygraph::rhi::pipeline_test
+
+// Tests the pipeline cache on disk: it is kept between devices, and never trusted.
+namespace raygraph::testing::pipeline_cache_test {
+namespace {
+
+using rhi::PipelineCacheFile;
+using test::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+using Bytes = std::vector<std::byte>;
+
+VkPhysicalDeviceProperties SomeDevice() {
+    VkPhysicalDeviceProperties properties{};
+    properties.vendorID = 0x10DE;
+    properties.deviceID = 0x2335;
+    for (uint32_t i = 0; i < VK_UUID_SIZE; ++i)
+        properties.pipelineCacheUUID[i] = static_cast<uint8_t>(i * 17);
+    return properties;
+}
+
+// Returns data as a driver's: its header, then anything.
+Bytes DriverBytes(const VkPhysicalDeviceProperties& device) {
+    VkPipelineCacheHeaderVersionOne header{
+        sizeof(header), VK_PIPELINE_CACHE_HEADER_VERSION_ONE, device.vendorID, device.deviceID, {}};
+    std::memcpy(header.pipelineCacheUUID, device.pipelineCacheUUID, VK_UUID_SIZE);
+    Bytes bytes(sizeof(header) + 1000, std::byte{0x5A});
+    std::memcpy(bytes.data(), &header, sizeof(header));
+    return bytes;
+}
+
+void Overwrite(const std::filesystem::path& path, const Bytes& bytes) {
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+struct PipelineCacheFileTest : ::testing::Test {
+    TemporaryFolder folder;
+    VkPhysicalDeviceProperties device = SomeDevice();
+    std::string Problem() { return PipelineCacheFile(folder.Path(), device).Load().problem; }
+};
+
+TEST_F(PipelineCacheFileTest, SavedBytesAreLoaded) {
+    PipelineCacheFile file(folder / "new", device);
+    EXPECT_THAT(file.Load().bytes, IsEmpty()) << "there is no file yet";
+    EXPECT_THAT(file.Load().problem, IsEmpty());
+    const Bytes bytes = DriverBytes(device);
+    EXPECT_EQ(file.Save(bytes), "");
+    EXPECT_EQ(PipelineCacheFile(folder / "new", device).Load().bytes, bytes);
+    EXPECT_THAT(file.Path().filename().string(),
+                AllOf(HasSubstr("000010de"), HasSubstr("00002335"), HasSubstr("0011223344556677")));
+}
+
+TEST_F(PipelineCacheFileTest, UnchangedBytesAreNotWrittenAgain) {
+    PipelineCacheFile file(folder.Path(), device);
+    ASSERT_EQ(file.Save(DriverBytes(device)), "");
+    std::filesystem::remove(file.Path());
+    EXPECT_EQ(file.Save(DriverBytes(device)), "");
+    EXPECT_FALSE(std::filesystem::exists(file.Path()));
+}
+
+TEST_F(PipelineCacheFileTest, EveryFlippedByteIsNoticed) {
+    PipelineCacheFile file(folder.Path(), device);
+    ASSERT_EQ(file.Save(DriverBytes(device)), "");
+    const Bytes good = ReadFile(file.Path());
+    for (size_t i = 0; i < good.size(); i += i < 80 ? 1 : 97) {
+        Bytes bad = good;
+        bad[i] ^= std::byte{0x10};
+        Overwrite(file.Path(), bad);
+        const PipelineCacheFile::Loaded loaded = PipelineCacheFile(folder.Path(), device).Load();
+        EXPECT_THAT(loaded.bytes, IsEmpty()) << i;
+        EXPECT_THAT(loaded.problem, HasSubstr("is ignored")) << i;
+    }
+    Overwrite(file.Path(), good);
+    EXPECT_EQ(Problem(), "");
+}
+
+TEST_F(PipelineCacheFileTest, CutOffFilesAreNoticed) {
+    PipelineCacheFile file(folder.Path(), device);
+    ASSERT_EQ(file.Save(DriverBytes(device)), "");
+    const Bytes good = ReadFile(file.Path());
+    for (const size_t size : {size_t{0}, size_t{7}, size_t{24}, size_t{60}, good.size() - 1}) {
+        Overwrite(file.Path(), Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)));
+        EXPECT_THAT(Problem(), HasSubstr("is ignored")) << size;
+    }
+}
+
+TEST_F(PipelineCacheFileTest, EveryNumberOfDeviceAndDriver_NamesAnotherFileAndIsComparedInIt) {
+    PipelineCacheFile file(folder.Path(), device);
+    const auto expectOther = [&](const VkPhysicalDeviceProperties& other) {
+        EXPECT_NE(PipelineCacheFile(folder.Path(), other).Path(), file.Path());
+        ASSERT_EQ(file.Save(DriverBytes(other)), "");
+        EXPECT_THAT(Problem(), HasSubstr("another device or driver"));
+    };
+    VkPhysicalDeviceProperties other = device;
+    other.vendorID ^= 1;
+    expectOther(other);
+    other = device;
+    other.deviceID ^= 1;
+    expectOther(other);
+    for (uint32_t i = 0; i < VK_UUID_SIZE; ++i) {
+        SCOPED_TRACE(i);
+        other = device;
+        other.pipelineCacheUUID[i] ^= 1;
+        expectOther(other);
+    }
+    ASSERT_EQ(file.Save(DriverBytes(device)), "");
+    EXPECT_EQ(Problem(), "");
+}
+
+TEST_F(PipelineCacheFileTest, FolderThatCannotBeMade_IsReported) {
+    Overwrite(folder / "file", Bytes(1));
+    PipelineCacheFile file(folder / "file" / "cache", device);
+    EXPECT_THAT(file.Save(DriverBytes(device)), HasSubstr((folder / "file").string()));
+}
+
+TEST(PipelineCacheFolderTest, FollowsTheXdgRules) {
+    const auto set = [](const char* name, const char* value) {
+        value ? setenv(name, value, 1) : unsetenv(name);
+    };
+    const auto get = [](const char* name) {
+        const char* value = std::getenv(name);
+        return value ? std::optional<std::string>(value) : std::nullopt;
+    };
+    const std::optional<std::string> cache = get("XDG_CACHE_HOME"), home = get("HOME");
+    set("XDG_CACHE_HOME", "/caches");
+    set("HOME", "/users/someone");
+    EXPECT_EQ(rhi::PipelineCacheFolder("/mine"), "/mine");
+    EXPECT_EQ(rhi::PipelineCacheFolder(""), "/caches/raygraph");
+    set("XDG_CACHE_HOME", "relative");
+    EXPECT_EQ(rhi::PipelineCacheFolder(""), "/users/someone/.cache/raygraph");
+    set("XDG_CACHE_HOME", nullptr);
+    EXPECT_EQ(rhi::PipelineCacheFolder(""), "/users/someone/.cache/raygraph");
+    set("HOME", nullptr);
+    EXPECT_EQ(rhi::PipelineCacheFolder(""), "");
+    set("XDG_CACHE_HOME", cache ? cache->c_str() : nullptr);
+    set("HOME", home ? home->c_str() : nullptr);
+}
+
+struct DeviceCacheTest : ::testing::Test {
+    TemporaryFolder folder;
+    MessageLog log;
+    std::unique_ptr<rhi::Device> Make() {
+        rhi::DeviceDesc desc;
+        desc.cacheDirectory = folder.Path();
+        desc.log = log.Listener();
+        return rhi::Device::Create(desc);
+    }
+    std::filesystem::path File() {
+        for (const auto& entry : std::filesystem::directory_iterator(folder.Path())) return entry.path();
+        return {};
+    }
+};
+
+TEST_F(DeviceCacheTest, IsWrittenWhenTheDeviceIsDestroyedAndReadByTheNext) {
+    Make();
+    ASSERT_FALSE(File().empty());
+    EXPECT_TRUE(Make()->SavePipelineCache());
+    EXPECT_EQ(log.Text(), "");
+}
+
+TEST_F(DeviceCacheTest, DamagedFile_IsIgnoredWithAMessageAndReplaced) {
+    Make();
+    const std::filesystem::path file = File();
+    Overwrite(file, Bytes(100, std::byte{0x42}));
+    Make();
+    ASSERT_EQ(log.Count(), 1u);
+    EXPECT_THAT(log.All()[0].text, AllOf(HasSubstr(file.string()), HasSubstr("is ignored")));
+    EXPECT_EQ(log.All()[0].level, LogLevel::Warning);
+    Make();
+    EXPECT_EQ(log.Count(), 1u) << "the second one found a good file";
+}
+
+TEST_F(DeviceCacheTest, UnwritableFolder_IsAMessageNotAnError) {
+    Overwrite(folder / "file", Bytes(1));
+    rhi::DeviceDesc desc;
+    desc.cacheDirectory = folder / "file" / "cache";
+    desc.log = log.Listener();
+    rhi::Device::Create(desc);
+    EXPECT_THAT(log.Text(), HasSubstr("pipeline cache is not saved"));
+}
+
+TEST_F(DeviceCacheTest, SwitchedOff_WritesNothing) {
+    rhi::DeviceDesc desc;
+    desc.cacheDirectory = folder.Path();
+    desc.savePipelineCache = false;
+    EXPECT_FALSE(rhi::Device::Create(desc)->SavePipelineCache());
+    EXPECT_TRUE(File().empty());
+}
+
+}  // namespace
+}  // namespace raygraph::testing::pipeline_cache_test
+
+// Tests that a driver which compiles at the first execution has the machine code of pipelines before.
+namespace raygraph::rhi::compile_ahead_test {
+namespace {
+
+// Sets an environment variable while it lives.
+class Environment {
+  public:
+    Environment(const char* name, const std::string& value) : m_name(name) {
+        if (const char* before = std::getenv(name)) m_before = before;
+        setenv(name, value.c_str(), 1);
+    }
+    ~Environment() { m_before ? setenv(m_name, m_before->c_str(), 1) : unsetenv(m_name); }
+
+  private:
+    const char* m_name;
+    std::optional<std::string> m_before;
+};
+
+// Gives Mesa's cache a folder of its own, in which each piece of machine code is a file.
+class CompileAheadTest : public ::testing::Test {
+  protected:
+    RayTracingPipelineDesc Desc(const std::vector<uint32_t>& words) const {
+        RayTracingPipelineDesc desc{.name = "ahead"};
+        desc.rayGen.stage = {.name = "ahead.rgen", .spirv = words};
+        return desc;
+    }
+    static std::vector<uint32_t> RayGen(const std::string& value) {
+        return CompileGlsl({.name = "ahead.rgen",
+                            .text = R"(#version 460
+                                #extension GL_EXT_ray_tracing : require
+                                #extension GL_EXT_buffer_reference_uvec2 : require
+                                layout(buffer_reference) buffer Number { uint number; };
+                                layout(push_constant) uniform Constants { uvec2 at; } constants;
+                                void main() {
+                                    if (gl_LaunchIDEXT.x > 99u) Number(constants.at).number = )" +
+                                    value + "; }\n"});
+    }
+    // Call it after the device has ended, which writes the compiled code.
+    size_t FileCount() const {
+        namespace fs = std::filesystem;
+        return static_cast<size_t>(
+            std::count_if(fs::recursive_directory_iterator(m_folder.Path()),
+                          fs::recursive_directory_iterator(), [](const fs::directory_entry& entry) {
+                              return entry.is_regular_file() && entry.path().filename() != "index" &&
+                                     entry.path().filename() != "marker";
+                          }));
+    }
+    // Returns how many files the first execution of what `make` makes writes; `launch` records the execution.
+    template <typename Make, typename Launch>
+    size_t FilesOfFirst(Make&& make, Launch&& launch) {
+        size_t before = 0;
+        {
+            const std::unique_ptr<Device> device = Device::Create({.savePipelineCache = false});
+            const auto pipeline = make(*device);
+            before = FileCount();
+            CommandList commands = device->BeginCommands("first");
+            commands.Bind(pipeline);
+            const std::array<uint32_t, 2> nowhere{};
+            commands.PushConstants(std::as_bytes(std::span(nowhere)));
+            launch(commands);
+            device->WaitFor(device->Submit(std::move(commands)));
+        }
+        return FileCount() - before;
+    }
+    // Returns the files by a ray-tracing pipeline that is made after `skipped` others.
+    size_t FilesOfFirstExecution(uint32_t skipped, bool isAhead) {
+        const auto make = [&](Device& device) {
+            const std::vector<uint32_t> other = RayGen("7u");
+            for (uint32_t i = 0; i < skipped; ++i)
+                static_cast<void>(CreateRayTracingPipeline(device, Desc(other)));
+            const std::vector<uint32_t> words = RayGen(std::to_string(skipped + 10) + "u");
+            RayTracingPipelineDesc desc = Desc(words);
+            RayTracingPipeline pipeline = CreateRayTracingPipeline(device, desc);
+            if (isAhead) CompileAhead(device, desc, pipeline);
+            return pipeline;
+        };
+        return FilesOfFirst(make, [](CommandList& commands) { commands.TraceRays({1, 1}); });
+    }
+    // Returns the files by a compute pipeline.
+    size_t FilesOfFirstDispatch(bool isAhead) {
+        const auto make = [&](Device& device) {
+            const std::vector<uint32_t> words =
+                CompileGlsl({.name = "ahead.comp",
+                             .text = R"(#version 460
+                                 #extension GL_EXT_buffer_reference_uvec2 : require
+                                 layout(buffer_reference) buffer Number { uint number; };
+                                 layout(push_constant) uniform Constants { uvec2 at; } constants;
+                                 void main() {
+                                     if (gl_GlobalInvocationID.x > 99u) Number(constants.at).number = )" +
+                                     std::string(isAhead ? "1u" : "2u") + "; }\n"});
+            const ComputePipelineDesc desc{.name = "ahead", .shader = {.name = "ahead.comp", .spirv = words}};
+            ComputePipeline pipeline = CreateComputePipeline(device, desc);
+            if (isAhead) CompileAhead(device, desc, pipeline);
+            return pipeline;
+        };
+        return FilesOfFirst(make, [](CommandList& commands) { commands.Dispatch(1); });
+    }
+
+  private:
+    test::TemporaryFolder m_folder;
+    Environment m_cache{"MESA_SHADER_CACHE_DIR", m_folder.Path().string()};
+    Environment m_isOff{"MESA_SHADER_CACHE_DISABLE", "false"};
+    Environment m_kind{"MESA_DISK_CACHE_MULTI_FILE", "true"};
+};
+
+TEST_F(CompileAheadTest, TheFirstExecutionFindsTheMachineCode) {
+    testing::MessageLog log;
+    const std::unique_ptr<Device> device =
+        Device::Create({.log = log.Listener(LogLevel::Debug), .savePipelineCache = false});
+    if (!device->Info()
+             .isLavapipe) {  // Other drivers compile when pipelines are made, and nothing is left to do.
+        const std::vector<uint32_t> words = RayGen("7u");
+        const RayTracingPipelineDesc desc = Desc(words);
+        const RayTracingPipeline pipeline = CreateRayTracingPipeline(*device, desc);
+        const size_t said = log.Count();
+        CompileAhead(*device, desc, pipeline);
+        EXPECT_EQ(log.Text(said), "");
+        return;
+    }
+    EXPECT_EQ(FilesOfFirstExecution(0, false), 1u) << "else there is nothing to do ahead";
+    // The code contains the groups' indices on the device, whatever was made before
+    for (const uint32_t skipped : {1u, 2u, 3u})
+        EXPECT_EQ(FilesOfFirstExecution(skipped, true), 0u) << skipped;
+    EXPECT_EQ(FilesOfFirstDispatch(false), 1u);
+    EXPECT_EQ(FilesOfFirstDispatch(true), 0u);
+}
+
+}  // namespace
+}  // namespace raygraph::rhi::compile_ahead_test

@@ -1,12 +1,17 @@
-// Tests bottom-level structures: batches, compaction, refit, and refusals.
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <cstring>
+#include <limits>
 
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
+#include "rhi/tlas.h"
+#include "tests/rhi/fake_loader.h"
 #include "tests/rhi/trace_test.h"
 #include "tests/support/error_of.h"
 #include "tests/support/padded_structures.h"
 
+// Tests bottom-level structures: batches, compaction, refit, and refusals.
 namespace raygraph::rhi::blas_test {
 namespace {
 
@@ -406,3 +411,342 @@ TEST_F(BlasTest, DescriptionsThatCannotBeBuiltAreRefused) {
 
 }  // namespace
 }  // namespace raygraph::rhi::blas_test
+
+// Tests deforming structures: in-place rebuilds, compaction, and the memory that these take.
+namespace raygraph::rhi::blas_rebuild_test {
+namespace {
+
+class BlasRebuild : public TraceTest {
+  protected:
+    std::vector<TestResult> Hits(const std::shared_ptr<Blas>& blas) {
+        return Trace(PlainPipeline(), BuildTlas({Instance(*blas)}), RayGrid(64));
+    }
+};
+
+// Has one triangle many times, on a device whose builds need more scratch memory than updates.
+class RefitScratch : public ::testing::Test {
+  protected:
+    static constexpr uint64_t kBuildScratch = 1u << 20;
+
+    RefitScratch() {
+        loader.Tell().buildScratchBytes = kBuildScratch;
+        DeviceDesc desc;
+        desc.getInstanceProcAddr = loader.Entry();
+        desc.savePipelineCache = false;
+        device = Device::Create(desc);
+        vertices = Upload("vertices", std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+        indices = Upload("indices", std::vector<uint32_t>{0, 1, 2});
+    }
+    template <typename T>
+    Buffer Upload(const char* name, const std::vector<T>& data) {
+        Buffer buffer = device->CreateBuffer({.name = name,
+                                              .size = data.size() * sizeof(T),
+                                              .usage = BufferUsage::BuildInput,
+                                              .memory = MemoryKind::Upload});
+        std::ranges::copy(std::as_bytes(std::span(data)), buffer.Mapped().begin());
+        return buffer;
+    }
+    std::vector<std::shared_ptr<Blas>> AddTriangles(BlasBuilder& builder, uint32_t count) {
+        const BlasDesc desc{.name = "triangle",
+                            .kind = BlasKind::Deforming,
+                            .triangles = {{.vertices = vertices.Address(),
+                                           .vertexCount = 3,
+                                           .indices = indices.Address(),
+                                           .triangleCount = 1}}};
+        std::vector<std::shared_ptr<Blas>> blases;
+        for (uint32_t i = 0; i < count; ++i) blases.push_back(builder.Add(desc));
+        Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+        loader.Tell().builds.clear();
+        return blases;
+    }
+    void Run(const std::function<void(CommandList&)>& record) {
+        CommandList commands = device->BeginCommands("test");
+        record(commands);
+        device->WaitFor(device->Submit(std::move(commands)));
+    }
+    uint64_t UsedBytes() {
+        device->WaitIdle();
+        device->CollectGarbage();
+        return device->Memory().usedBytes;
+    }
+
+    testing::FakeLoader loader;
+    std::unique_ptr<Device> device;
+    Buffer vertices, indices;
+};
+
+// Makes two quads, of which the second is NaN unless it is asked for.
+TestMesh OneOrTwoQuads(bool hasSecond) {
+    TestMesh mesh = Quad(0, 0), second = Quad(3, -1);
+    const auto first = static_cast<uint32_t>(mesh.vertices.size());
+    for (std::array<float, 3>& vertex : second.vertices) {
+        if (!hasSecond) vertex[0] = std::numeric_limits<float>::quiet_NaN();
+        mesh.vertices.push_back(vertex);
+    }
+    for (const uint32_t index : second.indices) mesh.indices.push_back(first + index);
+    return mesh;
+}
+
+// Triangles appear, which no update can do. Where drivers update by a rebuild, the tests of RefitScratch tell
+// the two apart.
+TEST_F(BlasRebuild, RebuildInPlaceShowsNewTrianglesAndKeepsTheAddress) {
+    BlasBuilder builder(Device(), {.name = "deforming"});
+    const std::shared_ptr<Blas> blas = builder.Add(Describe(OneOrTwoQuads(false), BlasKind::Deforming));
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    const VkDeviceAddress address = blas->Address();
+    const std::vector<TestRay> rays{{.origin = {0.1f, 0.2f, -4}}, {.origin = {3.1f, 0.2f, -4}}};
+    std::vector<TestResult> results = Trace(PlainPipeline(), BuildTlas({Instance(*blas)}), rays);
+    EXPECT_EQ(results[1].code, 2u);
+    const std::vector<BlasBuilder::RefitRequest> requests{
+        {blas.get(), Describe(OneOrTwoQuads(true), BlasKind::Deforming), true}};
+    Run([&](CommandList& commands) { builder.RecordRefits(commands, requests); });
+    results = Trace(PlainPipeline(), BuildTlas({Instance(*blas)}), rays);
+    EXPECT_FLOAT_EQ(results[0].distance, 4.0f);
+    EXPECT_FLOAT_EQ(results[1].distance, 3.0f);
+    EXPECT_EQ(blas->Address(), address);
+    EXPECT_EQ(builder.Statistics().rebuildCount, 1u);
+    EXPECT_EQ(builder.Statistics().refitCount, 0u);
+    {
+        CommandList dropped = Device().BeginCommands("dropped");
+        builder.RecordRefits(dropped, requests);
+    }
+    EXPECT_EQ(builder.Statistics().rebuildCount, 1u) << "of submitted lists";
+}
+
+TEST_F(RefitScratch, UpdatesOfAllShareABatchAndRebuildsTakeTurnsWithoutMoreMemory) {
+    BlasBuilder builder(*device, {.name = "tight", .scratchBudget = kBuildScratch});
+    const std::vector<std::shared_ptr<Blas>> blases = AddTriangles(builder, 4);
+    std::vector<BlasBuilder::RefitRequest> requests;
+    for (const std::shared_ptr<Blas>& blas : blases) requests.push_back({.blas = blas.get()});
+    constexpr auto kBuild = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    constexpr auto kUpdate = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    using Batches = std::vector<std::vector<VkBuildAccelerationStructureModeKHR>>;
+    device->LimitMemory(UsedBytes());
+    Run([&](CommandList& commands) { builder.RecordRefits(commands, requests); });
+    EXPECT_EQ(loader.Tell().builds, (Batches{{kUpdate, kUpdate, kUpdate, kUpdate}}));
+    loader.Tell().builds.clear();
+    for (const size_t i : {0, 1, 3}) requests[i].rebuilds = true;
+    Run([&](CommandList& commands) { builder.RecordRefits(commands, requests); });
+    EXPECT_EQ(loader.Tell().builds, (Batches{{kBuild}, {kBuild}, {kUpdate}, {kBuild}}));
+    EXPECT_EQ(builder.Statistics().rebuildCount, 3u);
+    EXPECT_EQ(builder.Statistics().refitCount, 5u);
+}
+
+TEST_F(RefitScratch, IsThatOfTheLargestRebuildUntilNoDeformingOneIsLeft) {
+    BlasBuilder builder(*device, {.name = "scratch"});
+    std::vector<std::shared_ptr<Blas>> blases = AddTriangles(builder, 8);
+    const uint64_t built = UsedBytes();
+    builder.Trim();
+    EXPECT_EQ(UsedBytes(), built) << "they may be refitted";
+    blases.clear();
+    const uint64_t withScratch = UsedBytes();
+    builder.Trim();
+    const uint64_t scratch = withScratch - UsedBytes();
+    EXPECT_GE(scratch, kBuildScratch);
+    EXPECT_LT(scratch, 2 * kBuildScratch);
+    blases = AddTriangles(builder, 1);
+    const BlasBuilder::RefitRequest request{.blas = blases[0].get(), .desc = {}, .rebuilds = true};
+    Run([&](CommandList& commands) { builder.RecordRefits(commands, {&request, 1}); });
+    EXPECT_EQ(builder.Statistics().rebuildCount, 1u);
+}
+
+// The vertices have moved within the buffer of the build.
+TEST_F(BlasRebuild, RefitsWithoutADescriptionReadTheBuffersOfTheBuild) {
+    BlasBuilder builder(Device(), {.name = "same buffers"});
+    TestMesh mesh = Quad(0, 0);
+    BlasDesc desc = Describe(mesh, BlasKind::Deforming);
+    const Buffer vertices = Upload("vertices", mesh.vertices, BufferUsage::BuildInput);
+    desc.triangles[0].vertices = vertices.Address();
+    const std::shared_ptr<Blas> blas = builder.Add(desc);
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    mesh = Quad(0, 2);
+    std::memcpy(vertices.Mapped().data(), mesh.vertices.data(),
+                mesh.vertices.size() * sizeof(mesh.vertices[0]));
+    const BlasBuilder::RefitRequest request{.blas = blas.get()};
+    Run([&](CommandList& commands) { builder.RecordRefits(commands, {&request, 1}); });
+    EXPECT_FLOAT_EQ(
+        Trace(PlainPipeline(), BuildTlas({Instance(*blas)}), {{.origin = {0.1f, 0.2f, -4}}})[0].distance,
+        6.0f);
+}
+
+}  // namespace
+}  // namespace raygraph::rhi::blas_rebuild_test
+
+// Tests top-level structures: build, update, and instances as the device reads them.
+namespace raygraph::rhi::tlas_test {
+namespace {
+
+class TlasTest : public TraceTest {
+  protected:
+    std::shared_ptr<Blas> m_quad = Build(Describe(Quad(0, 0)));
+};
+
+TEST_F(TlasTest, UpdateMovesAHit) {
+    Tlas tlas = BuildTlas({Instance(*m_quad, 0), Instance(*m_quad, 10)});
+    const RayTracingPipeline& pipeline = PlainPipeline();
+    const std::vector<TestRay> rays{
+        {.origin = {0, 0.1f, -4}}, {.origin = {5, 0.1f, -4}}, {.origin = {10, 0.1f, -4}}};
+    auto codes = [&] {
+        std::vector<uint32_t> out;
+        for (const TestResult& result : Trace(pipeline, tlas, rays)) out.push_back(result.code);
+        return out;
+    };
+    EXPECT_EQ(codes(), (std::vector<uint32_t>{1, 2, 1}));
+    const VkDeviceAddress address = tlas.Address();
+    const Buffer moved = Instances({Instance(*m_quad, 5), Instance(*m_quad, 10)});
+    Run([&](CommandList& commands) { tlas.Update(commands, moved, 2); });
+    EXPECT_EQ(codes(), (std::vector<uint32_t>{2, 1, 1}));
+    EXPECT_EQ(tlas.Address(), address);
+
+    const Buffer fewer = Instances({Instance(*m_quad, 0)});
+    Run([&](CommandList& commands) { tlas.Build(commands, fewer, 1); });  // within the capacity
+    EXPECT_EQ(tlas.InstanceCount(), 1u);
+    EXPECT_EQ(codes(), (std::vector<uint32_t>{1, 2, 2}));
+}
+
+TEST_F(TlasTest, BuildAndUpdateInOneListAreOrdered) {
+    const Buffer first = Instances({Instance(*m_quad, 0)});
+    const Buffer second = Instances({Instance(*m_quad, 5)});
+    Tlas tlas(Device(), {.name = "moving", .capacity = 1});
+    Run([&](CommandList& commands) {
+        tlas.Build(commands, first, 1);
+        tlas.Update(commands, second, 1);
+    });
+    EXPECT_EQ(Trace(PlainPipeline(), tlas, {{.origin = {5, 0.1f, -4}}})[0].code, 1u);
+}
+
+TEST_F(TlasTest, DroppedList_TakesItsBuildsBack) {
+    const Buffer one = Instances({Instance(*m_quad, 0)});
+    const Buffer two = Instances({Instance(*m_quad, 0), Instance(*m_quad, 5)});
+    Tlas tlas(Device(), {.name = "dropped", .capacity = 2});
+    {
+        CommandList commands = Device().BeginCommands("dropped");
+        tlas.Build(commands, two, 2);
+        tlas.Update(commands, two, 2);
+    }
+    EXPECT_EQ(tlas.InstanceCount(), 0u);
+    CommandList commands = Device().BeginCommands("update");
+    EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Update(commands, two, 2); }),
+              "TLAS 'dropped': update before its first build");
+    tlas.Build(commands, one, 1);
+    Device().WaitFor(Device().Submit(std::move(commands)));
+    EXPECT_EQ(tlas.InstanceCount(), 1u);
+    EXPECT_EQ(Trace(PlainPipeline(), tlas, {{.origin = {0, 0.1f, -4}}})[0].code, 1u);
+}
+
+TEST_F(TlasTest, TransformIsRowMajorObjectToWorld) {
+    TlasInstance instance = Instance(*m_quad);
+    // x' = 2 z + 3, y' = y, z' = x: the quad turns into the plane x = 3 and faces along x.
+    instance.objectToWorld = {0, 0, 2, 3, 0, 1, 0, 0, 1, 0, 0, 0};
+    const std::vector<TestResult> results =
+        Trace(PlainPipeline(), BuildTlas({instance}), {{.origin = {0, 0.1f, 0.5f}, .direction = {1, 0, 0}}});
+    EXPECT_EQ(results[0].code, 1u);
+    EXPECT_FLOAT_EQ(results[0].distance, 3.0f);
+}
+
+TEST_F(TlasTest, NoInstancesMeansThatEveryRayMisses) {
+    for (const TestResult& result : Trace(PlainPipeline(), BuildTlas({}), RayGrid(4)))
+        EXPECT_EQ(result.code, 2u);
+}
+
+TEST_F(TlasTest, MaskZeroAndInactiveInstancesAreNeverHit) {
+    TlasInstance masked = Instance(*m_quad, 0);
+    masked.mask = 0;
+    TlasInstance inactive = Instance(*m_quad, 4);
+    inactive.blas = 0;
+    const std::vector<TestResult> results =
+        Trace(PlainPipeline(), BuildTlas({masked, inactive, Instance(*m_quad, 8)}),
+              {{.origin = {0, 0.1f, -4}}, {.origin = {4, 0.1f, -4}}, {.origin = {8, 0.1f, -4}}});
+    EXPECT_EQ(results[0].code, 2u);
+    EXPECT_EQ(results[1].code, 2u);
+    EXPECT_EQ(results[2].code, 1u);
+}
+
+TEST_F(TlasTest, FrontFaceIsCounterClockwiseUnlessFlippedAndMirroringKeepsIt) {
+    const ShaderStage hit = Compile("facing.rchit", R"(
+        void main() { payload.code = gl_HitKindEXT == gl_HitKindFrontFacingTriangleEXT ? 5 : 6; })");
+    HitGroupSet set(kRayTypeCount);
+    set[RayType::Radiance].closestHit = hit;
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "facing", .rayGen = {RayGen(), {}}, .hitSets = {set}});
+    // Seen from -z along +z with y up, +x is to the left: (-1,-1), (-1,1), (1,1) turn counter-clockwise.
+    const TlasInstance plain = Instance(*m_quad, 0);
+    TlasInstance flipped = Instance(*m_quad, 4);
+    flipped.isFacingFlipped = true;
+    TlasInstance mirrored = Instance(*m_quad, 8);
+    mirrored.objectToWorld[0] = -1.0f;
+    std::vector<TestRay> rays;
+    for (float x : {0.0f, 4.0f, 8.0f})
+        for (float side : {-1.0f, 1.0f})
+            rays.push_back({.origin = {x, 0.1f, 4 * side}, .direction = {0, 0, -side}});
+    std::vector<uint32_t> codes;
+    for (const TestResult& result : Trace(pipeline, BuildTlas({plain, flipped, mirrored}), rays))
+        codes.push_back(result.code);
+    EXPECT_EQ(codes, (std::vector<uint32_t>{5, 6, 6, 5, 5, 6}));
+}
+
+TEST_F(TlasTest, CullingFollowsTheFacingWhereItIsNotDisabled) {
+    const ShaderStage rayGen = Compile("cull.rgen", R"(
+        void main() {
+            Ray ray = rays[gl_LaunchIDEXT.x];
+            payload = Payload(~0u, ~0u, ~0u, -1.0);
+            traceRayEXT(tlas, gl_RayFlagsCullBackFacingTrianglesEXT, 0xff, 0, 0, 0, ray.origin, 0.0,
+                        ray.direction, 1e9, 0);
+            results[gl_LaunchIDEXT.x] = payload;
+        })");
+    HitGroupSet set(kRayTypeCount);
+    set[RayType::Radiance].closestHit = ClosestHit("cull", 1);
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "cull", .rayGen = {rayGen, {}}, .hitSets = {set}});
+    TlasInstance culled = Instance(*m_quad, 0);
+    culled.isCullingDisabled = false;
+    const std::vector<TestResult> results = Trace(pipeline, BuildTlas({culled, Instance(*m_quad, 4)}),
+                                                  {{.origin = {0, 0.1f, -4}},
+                                                   {.origin = {0, 0.1f, 4}, .direction = {0, 0, -1}},
+                                                   {.origin = {4, 0.1f, 4}, .direction = {0, 0, -1}}});
+    EXPECT_EQ(results[0].code, 1u) << "front";
+    EXPECT_EQ(results[1].code, kUntouched) << "back";
+    EXPECT_EQ(results[2].code, 1u) << "back, culling disabled";
+}
+
+TEST_F(TlasTest, MisuseIsRefusedByName) {
+    Tlas tlas(Device(), {.name = "small", .capacity = 2});
+    Tlas rigid(Device(), {.name = "rigid", .capacity = 2, .allowsUpdate = false});
+    const Buffer three = Instances({Instance(*m_quad), Instance(*m_quad), Instance(*m_quad)});
+    const Buffer one = Instances({Instance(*m_quad)});
+    Run([&](CommandList& commands) {
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Build(commands, three, 3); }),
+                  "TLAS 'small': 3 instances exceed its capacity of 2");
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Build(commands, one, 2); }),
+                  "TLAS 'small': 2 instances exceed buffer 'instances' of 64 bytes");
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Update(commands, three, 2); }),
+                  "TLAS 'small': update before its first build");
+        tlas.Build(commands, three, 2);
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Update(commands, three, 1); }),
+                  "TLAS 'small': update with 1 instances, built with 2");
+        rigid.Build(commands, three, 2);
+        EXPECT_EQ(testing::ErrorTextOf([&] { rigid.Update(commands, three, 2); }),
+                  "TLAS 'rigid': update, but it was made without allowsUpdate");
+    });
+}
+
+TEST_F(TlasTest, InstanceFieldsBeyond24BitsAreRefusedWithTheirPlace) {
+    std::vector<std::byte> target(2 * kTlasInstanceBytes);
+    std::vector<TlasInstance> instances(2);
+    instances[1].customIndex = 0xffffff;
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }), "accepted");
+    instances[1].customIndex = 0x1000000;
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
+              "TLAS instance 1: customIndex 16777216 or hitRecord 0 exceeds 24 bits");
+    instances[1].customIndex = 0;
+    instances[1].hitRecord = 0x1000000;
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
+              "TLAS instance 1: customIndex 0 or hitRecord 16777216 exceeds 24 bits");
+    instances[1].hitRecord = 0;
+    target.pop_back();
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
+              "2 TLAS instances do not fit 127 bytes");
+}
+
+}  // namespace
+}  // namespace raygraph::rhi::tlas_test
