@@ -1,5 +1,5 @@
-// The ways in which a pass accesses a resource, and their masks and layouts in Vulkan. Pure: no device, no
-// vk* call. Threads: plain values and pure functions, for any thread.
+// The ways in which a pass accesses a resource, and their masks and layouts in Vulkan. Needs no device and
+// makes no vk* call. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ RAYGRAPH_API const char* Name(PassKind kind);
 enum class Access : uint8_t {
     Sampled,         // texture through a sampler
     StorageRead,     // storage image or storage buffer, read only
-    StorageWrite,    // ... written, contents before the pass not read
-    StorageUpdate,   // ... read and written
+    StorageWrite,    // as StorageRead, but written; the contents before the pass are not read
+    StorageUpdate,   // as StorageRead, but read and written
     Uniform,         // uniform buffer
     TraceStructure,  // acceleration structure, traced against
     AddressRead,     // buffer reached by address
@@ -48,8 +48,8 @@ RAYGRAPH_API bool Writes(Access access);
 // Returns true if the contents before the pass are needed: for StorageUpdate, every read, and so on; false
 // for pure writes.
 RAYGRAPH_API bool NeedsContents(Access access);
-// Returns whether a pass of this kind may access a resource that way: a compute pass has no attachments, a
-// transfer no shaders.
+// Returns whether a pass of this kind may access a resource that way: a compute pass has no attachments, and
+// a transfer pass no shaders.
 RAYGRAPH_API bool IsLegal(PassKind kind, Access access);
 
 // An access as the barrier planner sees it.
@@ -58,19 +58,20 @@ struct AccessMasks {
     VkAccessFlags2 access = VK_ACCESS_2_NONE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // textures only
 };
-// Takes only legal pairs.
+// Requires a legal pair.
 RAYGRAPH_API AccessMasks MasksFor(PassKind kind, Access access);
 
-// The pipeline stages that the shaders of a pass of this kind run in.
+// Returns the pipeline stages in which the shaders of a pass of this kind run.
 RAYGRAPH_API VkPipelineStageFlags2 ShaderStages(PassKind kind);
 
-// The last known state of a resource: what the next barrier must wait for. Survives frames for persistent and
-// imported resources. Default: never used, contents undefined.
+// The last known state of a resource, from which the next barrier follows. It survives frames for persistent
+// and imported resources. The default is a resource that was never used and has undefined contents.
 struct ResourceState {
     VkPipelineStageFlags2 writeStages = VK_PIPELINE_STAGE_2_NONE;  // the last write, not yet overwritten
     VkAccessFlags2 writeAccess = VK_ACCESS_2_NONE;
-    VkPipelineStageFlags2 readStages = VK_PIPELINE_STAGE_2_NONE;     // reads since then
-    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;  // where that write is already visible
+    VkPipelineStageFlags2 readStages = VK_PIPELINE_STAGE_2_NONE;  // reads since then
+    // Stages to which that write is visible already.
+    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;
     VkAccessFlags2 visibleAccess = VK_ACCESS_2_NONE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // set for imports that come from another family

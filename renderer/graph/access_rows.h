@@ -1,5 +1,5 @@
-// The table of accesses, one row each. Used by access.cpp, by the declaration of a frame (usage flags) and by
-// the compiler (what a write keeps). For renderer/graph/ alone. Threads: constants.
+// The table of accesses, one row each. It is used by access.cpp, by the declaration of a frame (usage flags)
+// and by the compiler (what a write preserves). For renderer/graph/ alone. Threads: constants.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace raygraph {
 
-// Sets of pass kinds and of resource kinds, a bit each.
+// Returns a set of pass kinds or of resource kinds, as one bit each.
 template <typename Kind, typename... Kinds>
 constexpr uint8_t SetOf(Kind first, Kinds... others) {
     return static_cast<uint8_t>((1u << static_cast<unsigned>(first)) |
@@ -24,7 +24,7 @@ constexpr bool Has(uint8_t set, Kind kind) {
 
 enum class Effect : uint8_t {
     Reads,     // needs the old contents
-    Replaces,  // writes; the old contents do not matter
+    Replaces,  // writes; the old contents are not needed
     Updates,   // writes, and needs the old contents
 };
 
@@ -32,16 +32,16 @@ struct AccessRow {
     Access kind;
     const char* text;
     Effect effect;
-    uint8_t passes;  // the pass kinds that may have it
-    // The barrier's masks. Stages NONE: those of the pass kind (ShaderStages).
+    uint8_t passes;  // the pass kinds that may use this access
+    // The masks of the barrier. Stages NONE stands for those of the pass kind (ShaderStages).
     VkAccessFlags2 access;
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
-    VkAccessFlags2 accessInBuilds = VK_ACCESS_2_NONE;  // NONE: as elsewhere
-    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // UNDEFINED: not an access of textures
-    // The usage flags that a resource needs.
+    VkAccessFlags2 accessInBuilds = VK_ACCESS_2_NONE;  // NONE: the same as `access`
+    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // UNDEFINED: textures have no such access
+    // The usage flags that the access needs.
     rhi::TextureUsage texture = rhi::TextureUsage::None;
     rhi::BufferUsage buffer = rhi::BufferUsage::None;
-    // The resource kinds of which it replaces only a part, so that the rest must be kept.
+    // The resource kinds of which this access replaces only a part, so that the rest must be preserved.
     uint8_t partOf = 0;
 };
 
@@ -75,8 +75,8 @@ inline constexpr VkImageLayout kGeneral = VK_IMAGE_LAYOUT_GENERAL;
 inline constexpr VkImageLayout kColorLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
 inline constexpr VkImageLayout kDepthLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
 
-// A write by address may leave any part unchanged, so all kinds keep the rest. What a build reads by address
-// is geometry (SHADER_READ), what it writes is scratch (accesses of structures).
+// A write by address may leave any part unchanged, so that it preserves the rest for all kinds. A build reads
+// geometry by address (SHADER_READ), and writes scratch memory (accesses of structures).
 inline constexpr uint8_t kAny = SetOf(ResourceKind::Texture, ResourceKind::Buffer, ResourceKind::Tlas,
                                       ResourceKind::BlasSet, ResourceKind::TextureSet);
 
@@ -200,7 +200,7 @@ inline constexpr AccessRow kAll[] = {
      .stages = kColorStage,
      .layout = kColorLayout,
      .texture = Texture::ColorTarget},
-    // A depth test reads what the pass itself wrote, so both have the same masks.
+    // A depth test reads what the pass itself has written, so that both have the same masks.
     {.kind = A::DepthWrite,
      .text = "depth target",
      .effect = Replaces,

@@ -6,7 +6,7 @@ namespace raygraph {
 
 namespace {
 
-// Returns whether two barriers differ at most in the part of the texture.
+// Returns whether two barriers differ at most in their subresources.
 bool AreAlike(const PlannedBarrier& a, const PlannedBarrier& b) {
     return a.dependency == b.dependency && a.predecessor == b.predecessor &&
            a.followsLastFrame == b.followsLastFrame;

@@ -10,7 +10,7 @@ bool Contains(VkFlags64 set, VkFlags64 bits) {
     return (set & bits) == bits;
 }
 
-// Adds the accesses that a combined flag includes.
+// Returns the flags together with the accesses that combined flags include.
 VkAccessFlags2 Expanded(VkAccessFlags2 access) {
     if ((access & VK_ACCESS_2_SHADER_READ_BIT) == 0) return access;
     return access | VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
@@ -23,8 +23,8 @@ Dependency PlanRead(ResourceState& state, const AccessMasks& masks) {
     const bool isVisible =
         Contains(state.visibleStages, masks.stages) && Contains(Expanded(state.visibleAccess), masks.access);
     if (isNeverWritten || isVisible) return {.oldLayout = state.layout, .newLayout = state.layout};
-    // Visibility is remembered as stages x accesses, so the new barrier covers the whole product. Stages that
-    // already had visibility wait once more for the same write, which costs nothing.
+    // Visibility is stored as a product of stages and accesses, so that the new barrier covers the whole
+    // product. Stages to which the write was visible already wait for it once more, which costs nothing.
     state.visibleStages |= masks.stages;
     state.visibleAccess |= masks.access;
     return {.srcStages = state.writeStages,
@@ -43,7 +43,8 @@ Dependency PlanAccess(ResourceState& state, const AccessRequest& request) {
     const bool changesLayout = masks.layout != VK_IMAGE_LAYOUT_UNDEFINED && masks.layout != state.layout;
     if (!request.writes && !changesLayout) return PlanRead(state, masks);
 
-    // Reads since the last write have waited for it and made it available: waiting for them is enough.
+    // Reads since the last write have waited for it and made it available, so that waiting for them is
+    // enough.
     const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
     Dependency dependency{.srcStages = isRead ? state.readStages : state.writeStages,
                           .srcAccess = isRead ? VK_ACCESS_2_NONE : state.writeAccess,
@@ -62,7 +63,7 @@ Dependency PlanAccess(ResourceState& state, const AccessRequest& request) {
         state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
         state.visibleAccess = VK_ACCESS_2_NONE;
     } else {
-        // A transition for a reader: it is available by itself, visible to that reader, and later accesses
+        // A transition for a reader is available by itself and visible to that reader, and later accesses
         // chain to the stages that waited for it.
         state.writeAccess = VK_ACCESS_2_NONE;
         state.readStages = masks.stages;
@@ -96,7 +97,7 @@ ResourceState Merged(std::span<const ResourceState> states) {
         all.writeAccess |= state.writeAccess;
         all.readStages |= state.readStages;
     }
-    // A write that nothing has read has to be waited for by itself, beside the reads of others.
+    // A write that nothing has read needs a wait of its own, beside the reads of others.
     if (hasUnread && hasRead) {
         all.writeStages |= all.readStages;
         all.readStages = VK_PIPELINE_STAGE_2_NONE;

@@ -25,7 +25,7 @@ inline constexpr VkAccessFlags2 kWriteAccesses =
     VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR;
 
 struct AccessRequest {
-    AccessMasks masks{};  // layout Undefined: not a texture, or its layout does not matter
+    AccessMasks masks{};  // a layout of UNDEFINED: it is no texture, or any layout will do
     bool writes = false;
     bool needsContents = true;  // false: a transition may discard the old contents
 };
@@ -42,11 +42,11 @@ struct Dependency {
     bool operator==(const Dependency&) const = default;
 };
 
-// The dependency that must come before the access; `state` becomes the state after it.
+// Returns the dependency that must precede the access, and advances `state` to the state after it.
 RAYGRAPH_API Dependency PlanAccess(ResourceState& state, const AccessRequest& request);
 
-// Returns one state for planning an access to several resources with these states: it waits for everything
-// that each of them waits for, or for more. The layout and the queue family are those of the first.
+// Returns one state for planning an access to several resources with these states: it waits at least for
+// everything that each of them waits for. Layout and queue family are those of the first.
 RAYGRAPH_API ResourceState Merged(std::span<const ResourceState> states);
 
 }  // namespace raygraph

@@ -13,7 +13,8 @@ namespace raygraph {
 
 namespace {
 
-// The readers of a presented texture, and every possible access by the owner of an exported resource.
+// The masks of the readers of a presented texture, and of every possible access by the owner of an exported
+// resource.
 constexpr AccessMasks kPresentMasks{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
                                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                     VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
@@ -55,7 +56,7 @@ class Compiler {
     const ResourceUse* UsesBegin(const GraphPass& pass) const { return m_graph.uses.data() + pass.firstUse; }
     const ResourceUse* UsesEnd(const GraphPass& pass) const { return UsesBegin(pass) + pass.useCount; }
     uint32_t BarrierCount() const { return static_cast<uint32_t>(m_plan.barriers.size()); }
-    // One for all subresources of a resource.
+    // Returns one state for all subresources of a resource.
     ResourceState StateOf(uint32_t resource) const {
         if (m_graph.resources[resource].SubresourceCount() == 1) return m_plan.states[resource];
         std::vector<ResourceState> states;
@@ -69,12 +70,12 @@ class Compiler {
     const FrameGraph& m_graph;
     Plan m_plan;
     struct BlockUse {
-        uint32_t occupant = kNone;  // the resource that used it last
-        // The occupant before `occupant`, or followsLastFrame for what the last frame left in the block.
+        uint32_t occupant = kNone;  // the last resource that used the block
+        // The occupant before `occupant`, or followsLastFrame for the contents that the last frame left in
+        // the block.
         uint32_t predecessor = kNone;
         bool followsLastFrame = false;
-        // The stages and writes of all occupants so far. An earlier one may reach beyond the last, smaller
-        // one.
+        // The stages and writes of all occupants so far. An earlier occupant may extend beyond the last one.
         AccessMasks access;
     };
     std::vector<BlockUse> m_blockUses;  // by block
@@ -115,16 +116,16 @@ void Compiler::FindLifetimes() {
             lifetime.last = position;
         }
     }
-    // The roots of the frame are used until after its last pass.
+    // The roots of the frame are in use until after its last pass.
     for (const Root& root : m_graph.roots) {
         Lifetime& lifetime = m_plan.lifetimes[root.resource];
         if (lifetime.IsUsed()) lifetime.last = static_cast<uint32_t>(m_plan.passes.size());
     }
 }
 
-// The frame's semaphores guard the resources that the host hands in. No transition may overtake the wait.
-// Where only some stages wait, accesses in other stages, reads too, come after those: the host may have
-// written what an earlier frame has read.
+// Returns the state of a resource of the host, guarded by the frame's semaphores. No transition may precede
+// the wait. Where only some stages wait, accesses in other stages, reads included, follow after those: the
+// host may have written what an earlier frame has read.
 ResourceState Compiler::Guarded(const GraphResource& resource, ResourceState state) const {
     if (resource.origin != Origin::Imported || m_graph.waitStages == VK_PIPELINE_STAGE_2_NONE) return state;
     const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
@@ -138,7 +139,7 @@ ResourceState Compiler::Guarded(const GraphResource& resource, ResourceState sta
     return state;
 }
 
-// The states are in the order of the subresources' numbers.
+// Initializes the states, in the order of the subresources' numbers.
 void Compiler::StartStates() {
     const auto start = [&](const GraphResource& resource, const ResourceState& state) {
         m_plan.states.push_back(resource.origin == Origin::Transient ? ResourceState{}
@@ -167,7 +168,7 @@ void Compiler::PlanBarriers() {
 void Compiler::Acquire() {
     m_plan.acquire.first = BarrierCount();
     for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
-        ResourceState state = m_plan.states[r];  // an import has one for all subresources
+        ResourceState state = m_plan.states[r];  // an import has one state for all subresources
         if (state.queueFamily == VK_QUEUE_FAMILY_IGNORED) continue;
         const auto isRootOf = [&](const Root& root) { return root.resource == r; };
         if (!m_plan.lifetimes[r].IsUsed() &&
@@ -198,7 +199,7 @@ void Compiler::Acquire() {
     m_plan.acquire.count = BarrierCount() - m_plan.acquire.first;
 }
 
-// The state in which the last occupant, and with it all earlier ones, leave their memory.
+// Returns the state in which the last occupant leaves the memory, together with all earlier ones.
 ResourceState Compiler::LeaveBlock(uint32_t block) {
     ResourceState state = StateOf(m_blockUses[block].occupant);
     AccessMasks& all = m_blockUses[block].access;
@@ -212,7 +213,7 @@ ResourceState Compiler::LeaveBlock(uint32_t block) {
     return state;
 }
 
-// A transient starts with the state of its memory, without the layout.
+// Gives a transient the state of its memory, without the layout.
 void Compiler::EnterBlock(uint32_t resource) {
     const uint32_t block = m_plan.lifetimes[resource].block;
     if (block == kNone) return;
@@ -234,7 +235,7 @@ void Compiler::EnterBlock(uint32_t resource) {
     use.occupant = resource;
 }
 
-// Returns what a pass does with one subresource, given its uses from `first` on; nullopt: nothing.
+// Returns the access of a pass to one subresource, given the uses from `first` on; nullopt if there is none.
 std::optional<AccessRequest> Compiler::RequestOf(const GraphPass& pass, const ResourceUse* first,
                                                  const Subresources& subresource) const {
     const ResourceKind kind = m_graph.resources[first->resource].kind;
@@ -260,9 +261,9 @@ void Compiler::PlanPass(uint32_t position) {
     for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use) {
         const uint32_t r = use->resource;
         const auto isSame = [&](const ResourceUse& other) { return other.resource == r; };
-        if (std::any_of(UsesBegin(pass), use, isSame)) continue;  // planned with its first use
+        if (std::any_of(UsesBegin(pass), use, isSame)) continue;  // planned with the first use
         const ResourceKind kind = m_graph.resources[r].kind;
-        if (kind == ResourceKind::TextureSet) continue;  // ordered by its owner
+        if (kind == ResourceKind::TextureSet) continue;  // its owner orders it
 
         const Lifetime& lifetime = m_plan.lifetimes[r];
         if (lifetime.first == position) EnterBlock(r);
@@ -298,8 +299,8 @@ void Compiler::PlanWhole(uint32_t resource, const AccessRequest& request) {
     MergeLayers(m_plan.barriers, first);
 }
 
-// The owner of an import knows one state for all of it, in one layout: that of the first subresource that has
-// any.
+// The owner of an import knows one state for all of it, with one layout: that of the first subresource that
+// has a layout.
 void Compiler::UniteImports() {
     if (m_graph.SubresourceCount() == m_graph.resources.size()) return;
     for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
@@ -337,14 +338,14 @@ void Compiler::Finish() {
         if (root.kind == RootKind::Presented &&
             std::any_of(m_graph.roots.begin(), m_graph.roots.end(), isExportOfSame))
             continue;
-        // A transient that no pass wrote has no contents; contents from the host or an earlier frame are
-        // shown as they are.
+        // A transient that no pass has written has no contents. Contents from the host or from an earlier
+        // frame are shown as they are.
         const bool isTransient = m_graph.resources[root.resource].origin == Origin::Transient;
         if (isTransient && !m_plan.lifetimes[root.resource].IsUsed()) continue;
         AccessRequest request{.masks = root.kind == RootKind::Presented ? kPresentMasks : kHostReadMasks};
         if (root.kind == RootKind::Exported) {
             request.masks = {kOwnerStages, kOwnerAccess, root.layout};
-            request.writes = true;  // its owner may write it, so the next frame waits for all
+            request.writes = true;  // its owner may write it, so that the next frame waits for all accesses
         }
         PlanWhole(root.resource, request);
     }

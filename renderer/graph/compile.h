@@ -1,11 +1,11 @@
-// Compile: makes the plan of execution of a declared frame. Pure: no device, no vk* call; the same graph
-// gives the same plan.
+// Compile: makes the execution plan of a declared frame. Needs no device and makes no vk* call; the same
+// graph gives the same plan. Threads: a pure function.
 //
 //   order       as declared: a pass can only use the results of earlier passes
 //   culling     a pass is kept if it is keepAlive, or if a root or a kept pass needs what it writes. The
 //               contents of a persistent resource at the end of the frame are needed if it is Always, or if
-//               a kept pass uses its contents from the beginning of the frame. Of textures, each level of
-//               each layer counts by itself.
+//               a kept pass uses its contents from the beginning of the frame. Each level of each layer of a
+//               texture is decided separately.
 //   lifetimes   from first to last use among the kept passes
 //   aliasing    transients with disjoint lifetimes and a common memory type share a block, largest first
 //   barriers    one batch before each pass (renderer/graph/barrier_planner.h), each for the levels and layers

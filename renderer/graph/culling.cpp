@@ -33,14 +33,14 @@ class Culler {
 
     const FrameGraph& m_graph;
     std::vector<uint8_t> m_isKept;  // by pass
-    // By subresource: m_isNeeded, whether its contents are needed after the current pass, and m_needsHistory,
-    // whether those from before the frame are needed.
+    // By subresource: m_isNeeded tells whether its contents are needed after the current pass, and
+    // m_needsHistory whether those from before the frame are needed.
     std::vector<uint8_t> m_isNeeded;
     std::vector<uint8_t> m_needsHistory;
 };
 
-// One traversal from the last pass to the first. Returns true if it found a persistent resource whose earlier
-// contents a kept pass needs, so that its last write is needed too: then the traversal has to be repeated.
+// Goes from the last pass to the first. Returns true if it has found a persistent resource whose earlier
+// contents a kept pass needs: then its last write is needed, too, and the traversal has to be repeated.
 bool Culler::MarkKept() {
     m_isNeeded.assign(m_graph.SubresourceCount(), 0);
     for (const Root& root : m_graph.roots)

@@ -1,4 +1,5 @@
-// Culling: which passes of a frame lead to something that is needed (renderer/graph/compile.h). Pure.
+// Culling: finds the passes of a frame that lead to something that is needed (renderer/graph/compile.h).
+// Threads: pure functions of their arguments.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint32_t kMaxVersion = TextureId::kMaxVersion;
 
-// "reads", "writes", "updates": what an access does to the contents.
+// Returns what an access does to the contents: "reads", "writes" or "updates".
 const char* VerbFor(Access access) {
     if (!Writes(access)) return "reads";
     return NeedsContents(access) ? "updates" : "writes";
@@ -24,7 +24,7 @@ std::string PassText(const GraphPass& pass) {
     return "pass " + Quoted(pass.name);
 }
 
-// Builds and transfers order the parts of a resource themselves, so that they may name it more than once.
+// Builds and transfers order the parts of a resource themselves, so that they may use it more than once.
 bool MayCombine(PassKind kind, ResourceKind resource) {
     if (kind == PassKind::AccelerationStructure) return true;
     return kind == PassKind::Transfer && resource == ResourceKind::Buffer;
@@ -39,12 +39,12 @@ std::optional<Subresources> FirstEmpty(const GraphResource& resource, const Subr
     return std::nullopt;
 }
 
-// Why a part has no contents that a pass could read, after its name; empty: it has them, or may have them
-// from before the frame.
+// Returns why a part has no contents that a pass could read, to follow after its name. Empty if it has
+// contents, or may have them from before the frame.
 std::string EmptyReason(const GraphResource& resource, const Subresources& part) {
     const std::optional<Subresources> one = FirstEmpty(resource, part);
     if (!one) return {};
-    std::string missing;  // " level 2": of a texture of which other parts are written
+    std::string missing;  // " level 2" of a texture, if other parts are written
     if (resource.version > 0) missing = rhi::PartText(*one, resource.levels, resource.layers);
     if (resource.origin == Origin::Transient)
         return Text(", a transient {} {} nothing has written in this frame", Name(resource.kind),
@@ -67,7 +67,7 @@ Subresources Shared(const Subresources& part, const Subresources& other) {
     return {.level = level, .levelCount = levelCount, .layer = layer, .layerCount = layerCount};
 }
 
-// "chain" level 2
+// Returns text such as "chain" level 2.
 std::string NameOf(const GraphResource& resource, const Subresources& part) {
     return Quoted(resource.name) + rhi::PartText(part, resource.levels, resource.layers);
 }
@@ -170,7 +170,7 @@ uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
 uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& asked) {
     GraphPass& pass = passes.back();
     const auto sentence = [&] { return PassText(pass) + " " + VerbFor(access); };
-    // The text is only built for an error: declaring happens in every frame.
+    // The text is built only for an error, since frames declare this often.
     const bool isGood = id.isValid && id.frame == (frame & TextureId::kFrameMask) &&
                         id.resource < resources.size() && resources[id.resource].kind == id.kind &&
                         resources[id.resource].version == id.version;

@@ -1,5 +1,5 @@
-// FrameGraph: one frame as plain data: resources, passes and what each pass uses. Pure: no device, no
-// vk* call.
+// FrameGraph: one frame as plain data: resources, passes and the uses of each pass. Needs no device and makes
+// no vk* call.
 //
 // The Renderer fills one from AddPass and compiles it; tests and tools write them by hand, and plan_text.h
 // describes them. A pass may only use the newest version of a resource, so the order of declaration is an
@@ -20,7 +20,7 @@
 
 namespace raygraph {
 
-// Parts of textures: the whole, or levels and layers of it.
+// Textures are used whole, or by levels and layers.
 using rhi::Layer;
 using rhi::Layers;
 using rhi::Level;
@@ -29,7 +29,7 @@ using rhi::Subresource;
 using rhi::Subresources;
 
 enum class Origin : uint8_t {
-    Transient,   // lives within the frame
+    Transient,   // its contents live within the frame
     Persistent,  // the Renderer keeps it between frames
     Imported,    // owned by the caller
 };
@@ -37,9 +37,10 @@ RAYGRAPH_API const char* Name(Origin origin);
 
 // The condition under which a write to a persistent resource keeps its pass alive.
 enum class Persistence : uint8_t {
-    OnDemand,  // when something shown in this frame uses its contents: toggling a view off stops its
-               // accumulation
-    Always,    // in every frame that declares it
+    // If something shown in this frame uses its contents: toggling a view off stops its accumulation.
+    OnDemand,
+    // accumulation
+    Always,  // in every frame that declares it
 };
 
 struct GraphResource {
@@ -47,18 +48,20 @@ struct GraphResource {
     ResourceKind kind = ResourceKind::Texture;
     Origin origin = Origin::Transient;
     Persistence persistence = Persistence::OnDemand;
-    bool isHostWritten = false;  // the CPU fills it, so that reading it first is no mistake
+    bool isHostWritten = false;  // the CPU fills it, so that a pass may read it without an earlier write
     rhi::Extent2D extent{};      // textures
     rhi::Format format = rhi::Format::Undefined;
     uint32_t levels = 1;
     uint32_t layers = 1;
     uint64_t bytes = 0;                // buffers
-    rhi::MemoryRequirements memory{};  // for a transient; size 0: it shares no memory
-    ResourceState state{};             // before the frame, of its first subresource; unused for transients
-    std::vector<ResourceState> otherStates = {};  // of its other ones, layer by layer; empty: as `state`
-    uint32_t version = 0;                         // writes declared so far
+    rhi::MemoryRequirements memory{};  // requirements of a transient; size 0: it shares no memory
+    ResourceState state{};             // before the frame, for the first subresource; unused for transients
+    // For the other subresources, layer by layer; empty: all are in `state`.
+    std::vector<ResourceState> otherStates = {};
+    uint32_t version = 0;  // number of writes declared so far
     // Set by FrameGraph for a texture with several subresources:
-    uint32_t firstOther = 0;             // the number of the second one, counted from the last resource on
+    // Number of the second subresource, counted from the last resource on.
+    uint32_t firstOther = 0;
     std::vector<uint8_t> isFilled = {};  // by subresource, layer by layer: it has contents
 
     uint32_t SubresourceCount() const { return levels * layers; }
@@ -77,7 +80,7 @@ struct ResourceUse {
 struct GraphPass {
     std::string name;
     PassKind kind = PassKind::Compute;
-    bool keepAlive = false;  // it has an effect that the graph does not see
+    bool keepAlive = false;  // the pass has an effect that the graph does not see
     uint32_t firstUse = 0;   // its uses are [firstUse, firstUse + useCount) of FrameGraph::uses
     uint32_t useCount = 0;
 };
@@ -85,7 +88,7 @@ struct GraphPass {
 enum class RootKind : uint8_t {
     Presented,  // shown: left for sampling by fragment shaders
     Exported,   // handed back to its owner
-    HostRead,   // read by the CPU when the frame has completed
+    HostRead,   // read by the CPU once the frame has completed
 };
 
 // A result of the frame that must be produced.
@@ -94,7 +97,8 @@ struct Root {
     uint32_t resource = 0;
     uint32_t version = 0;
     VkImageLayout layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-    uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // other than the frame's: ownership is released to it
+    // If not the family of the frame: ownership is released to this family.
+    uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;
 };
 
 // A ResourceId without its type.
@@ -122,7 +126,7 @@ struct RAYGRAPH_API FrameGraph {
     std::vector<ResourceState>
         blockStates;  // states in which the last frame left each block of transient memory
 
-    // Empties it for the next frame; keeps queueFamily and blockStates.
+    // Empties the graph for the next frame; keeps queueFamily and blockStates.
     void Begin(uint64_t frameNumber);
 
     template <ResourceKind Kind>
@@ -130,7 +134,7 @@ struct RAYGRAPH_API FrameGraph {
         resource.kind = Kind;
         return IdOf<Kind>(AddResource(std::move(resource)));
     }
-    // The id of the newest version.
+    // Returns the id of the newest version.
     template <ResourceKind Kind>
     ResourceId<Kind> IdOf(uint32_t resource) const {
         using Id = ResourceId<Kind>;
@@ -139,13 +143,13 @@ struct RAYGRAPH_API FrameGraph {
                 .frame = static_cast<uint32_t>(frame) & Id::kFrameMask};
     }
 
-    // Starts a pass: the uses that follow are its own.
+    // Adds a pass, to which the following uses belong.
     uint32_t AddPass(std::string_view name, PassKind kind);
-    // Declares a use by the last pass, and returns the id of the contents after it: of all of the texture, of
-    // which a write of a part changes that part. Throws Error{Usage} naming the pass and the resource for an
-    // id that is empty, of another frame, or stale, for an access that the pass's kind does not have, for a
-    // part that the texture does not have, for contents that were never written, and for uses that one pass
-    // cannot combine: it may read one subresource and write another.
+    // Declares a use by the last pass, and returns the id of the contents after it: the id of the whole
+    // texture, even if a part of it is written. Throws Error{Usage} naming the pass and the resource for an
+    // id that is empty, of another frame, or stale; for an access that the pass's kind does not have; for a
+    // part that the texture does not have; for contents that were never written; and for uses that one pass
+    // cannot combine. A pass may read one subresource of a texture and write another.
     template <ResourceKind Kind>
     ResourceId<Kind> Use(ResourceId<Kind> id, Access access, const Subresources& part = {}) {
         return IdOf<Kind>(UseResource(id, access, part));
@@ -156,18 +160,18 @@ struct RAYGRAPH_API FrameGraph {
     void Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
     void Export(BufferId buffer, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
     void ReadOnHost(BufferId buffer);
-    // The index of a resource of this frame whose newest version the id names.
+    // Returns the index of a resource of this frame, of which the id must name the newest version.
     uint32_t Resolve(AnyId id, std::string_view what) const;
-    // Resolves an id of any version of the resource.
+    // Does the same for an id of any version.
     uint32_t ResolveAnyVersion(AnyId id, std::string_view what) const;
 
-    // All subresources of the declared frame have a number: the first one of a resource has its index, the
-    // others, of textures that have several, follow after the last resource.
+    // All subresources of the declared frame are numbered: the first one of a resource has the index of the
+    // resource, and the others, of textures that have several, follow after the last resource.
     uint32_t SubresourceCount() const { return static_cast<uint32_t>(resources.size()) + m_otherCount; }
-    // Calls visit(number, subresource) for each of a part, layer by layer.
+    // Calls visit(number, subresource) for each subresource of a part, layer by layer.
     template <typename Visit>
     void ForEachSubresource(uint32_t resource, const Subresources& part, Visit&& visit) const {
-        if (m_otherCount == 0) {  // a frame without such textures pays nothing for them
+        if (m_otherCount == 0) {  // so that frames without such textures are not slower
             visit(resource, Subresource(0, 0));
             return;
         }
@@ -195,9 +199,9 @@ struct RAYGRAPH_API FrameGraph {
 };
 
 RAYGRAPH_API const char* Name(ResourceKind kind);  // "texture", "buffer", ...
-// Returns whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address
-// and builds of some structures of a set count as partial; Writes and CopiesTo of a texture, or of a part of
-// it, replace all of that.
+// Returns whether a use preserves some of the earlier contents. Copies into a buffer, writes by address, and
+// builds of some structures of a set count as partial. Writes and CopiesTo of a texture, or of a part of it,
+// replace the whole of it.
 RAYGRAPH_API bool PreservesContents(ResourceKind kind, Access access);
 
 }  // namespace raygraph

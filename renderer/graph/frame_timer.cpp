@@ -9,7 +9,7 @@ namespace raygraph {
 
 namespace {
 
-// The caller may never take them.
+// A limit, because the caller may never take the timings.
 constexpr size_t kMaxArrived = 4096;
 
 }  // namespace
@@ -53,7 +53,7 @@ void FrameTimer::Poll() {
         return;
     }
     while (const std::optional<rhi::TimestampFrame> frame = m_timestamps->Poll()) {
-        // Frames whose stamps were lost come before it.
+        // Frames before it have lost their timestamps.
         while (!m_pending.empty() && m_pending.front().submitted < frame->submitted) m_pending.pop_front();
         if (m_pending.empty() || m_pending.front().submitted != frame->submitted) continue;
         FrameTiming timing = std::move(m_pending.front().timing);

@@ -1,4 +1,5 @@
-// FrameTimer: GPU times of the passes of each frame, joined with the CPU's when they arrive.
+// FrameTimer: GPU times of the passes of each frame, combined with the CPU's when they arrive. Threads: that
+// of the Renderer.
 #pragma once
 
 #include <deque>
@@ -12,15 +13,15 @@ namespace raygraph {
 
 class FrameTimer {
   public:
-    // Without `gpuTimes`, or on a device without timestamps, GPU times stay 0.
+    // Without `gpuTimes`, or on a device without timestamps, the GPU times are 0.
     FrameTimer(rhi::Device& device, bool gpuTimes);
 
     void BeginFrame(rhi::CommandList& commands);
-    // Between passes: once before the first, once after each.
+    // Must be called once before the first pass, and once after each pass.
     void Stamp(rhi::CommandList& commands);
     void EndFrame(uint64_t submitted, FrameTiming timing);
 
-    // Takes the results that have arrived; never waits.
+    // Takes the results that have arrived, without waiting.
     void Poll();
     const FrameTiming& Latest() const { return m_latest; }
     std::vector<FrameTiming> TakeAll();

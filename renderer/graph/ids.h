@@ -19,7 +19,7 @@ struct ResourceId {
     static constexpr uint32_t kFrameMask = 0xff;
 
     uint32_t resource : 13 = kInvalid;  // index into the frame's resources
-    uint32_t version : 11 = 0;          // writes so far
+    uint32_t version : 11 = 0;          // number of writes so far
     uint32_t frame : 8 = 0;             // frame number modulo 256
 
     bool IsValid() const { return resource != kInvalid; }

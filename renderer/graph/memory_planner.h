@@ -1,4 +1,4 @@
-// Memory planner: which transients share memory. Pure.
+// Memory planner: decides which transients share memory. Threads: a pure function of its arguments.
 #pragma once
 
 #include "renderer/graph/frame_graph.h"
@@ -6,9 +6,9 @@
 
 namespace raygraph {
 
-// Gives every used transient with memory requirements a block (Lifetime::block, Plan::blocks): first fit,
-// largest first, where lifetimes are disjoint and a memory type is common. Every occupant lies at the start
-// of its block.
+// Gives every used transient with memory requirements a block (Lifetime::block, Plan::blocks) by first fit,
+// largest first. Transients share a block if their lifetimes are disjoint and they have a memory type in
+// common. Every occupant lies at the start of its block.
 void PlanMemory(const FrameGraph& graph, Plan& plan);
 
 }  // namespace raygraph

@@ -16,7 +16,7 @@ std::string PassText(const FrameGraph& graph) {
 
 }  // namespace
 
-// Null for "": the stage is left out.
+// Returns null for "": the stage is left out.
 const Shader* PassBuilder::FindShader(std::string_view name) {
     if (name.empty()) return nullptr;
     try {

@@ -76,9 +76,9 @@ class RAYGRAPH_API PassBuilder {
     // `hitSet` distinguishes instances (FirstHitRecord); there is one group per ray type in each set.
     PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
     PassBuilder& Callable(std::string_view shader);
-    // How deep rays may trace rays: 1, the default, is ray generation only; a closest-hit shader that traces
-    // needs one more. More than the device's maxRayRecursionDepth, or 0, is an error; deeper tracing than
-    // asked for is undefined.
+    // Sets how deep rays may trace rays. With 1, the default, only ray generation traces; a closest-hit
+    // shader that traces needs one more. A depth of 0 or above the device's maxRayRecursionDepth is an error;
+    // tracing more deeply than this is undefined behavior.
     PassBuilder& MaxRecursion(uint32_t depth);
     PassBuilder& Compute(std::string_view shader);
     PassBuilder& Vertex(std::string_view shader);
@@ -88,10 +88,11 @@ class RAYGRAPH_API PassBuilder {
     PassBuilder& Specialize(std::string_view constant, uint32_t value);
 
     // --- Resources bound by name (set 0) ---
-    // A part of a texture comes after it: Level(1), Layers(0, 6), Subresource(1, 3); none: all of it. A
-    // storage image is one level. The shader declares how many layers it sees: one as image2D or sampler2D,
-    // six as cube map, any number as array. A pass may read one part and write another one that does not
-    // overlap: `pass.Reads("finer", chain, Level(0)); chain = pass.Writes("coarser", chain, Level(1));`.
+    // The last argument is a part of a texture: Level(1), Layers(0, 6), Subresource(1, 3), or by default all
+    // of it. A storage image is one level. The shader declares how many layers it sees: one as image2D or
+    // sampler2D, six as cube map, any number as array. A pass may read one part and write another one that
+    // does not overlap: `pass.Reads("finer", chain, Level(0)); chain = pass.Writes("coarser", chain,
+    // Level(1));`.
     void Reads(std::string_view name, TextureId texture, const Subresources& part = {});  // storage image
     void Reads(std::string_view name, TextureId texture, const rhi::SamplerDesc& sampler) {
         Reads(name, texture, Subresources{}, sampler);
@@ -100,7 +101,7 @@ class RAYGRAPH_API PassBuilder {
                const rhi::SamplerDesc& sampler);
     void Reads(std::string_view name, BufferId buffer);  // storage or uniform, as the shader declares it
     void Reads(std::string_view name, TlasId tlas);
-    // Writes: earlier contents are not needed. Updates: they are read too.
+    // Writes does not need the earlier contents; Updates reads them, too.
     [[nodiscard]] TextureId Writes(std::string_view name, TextureId texture, const Subresources& part = {});
     [[nodiscard]] BufferId Writes(std::string_view name, BufferId buffer);
     [[nodiscard]] TextureId Updates(std::string_view name, TextureId texture, const Subresources& part = {});
@@ -138,21 +139,21 @@ class RAYGRAPH_API PassBuilder {
     [[nodiscard]] TlasId Refits(TlasId tlas);
     [[nodiscard]] BlasSetId Refits(BlasSetId structures);
 
-    // --- Constants, copied now ---
-    // The shaders' push-constant block; sizes must agree.
+    // --- Constants, which are copied by these calls ---
+    // Sets the push constants; the size must equal that of the shaders' block.
     template <typename T>
     void Constants(const T& constants) {
         static_assert(std::is_trivially_copyable_v<T>);
         ConstantBytes(std::as_bytes(std::span(&constants, 1)), alignof(T));
     }
-    // A uniform block of set 0, from the frame's uniform memory.
+    // Sets a uniform block of set 0, in the frame's uniform memory.
     template <typename T>
     void Uniform(std::string_view name, const T& data) {
         static_assert(std::is_trivially_copyable_v<T>);
         UniformBytes(name, std::as_bytes(std::span(&data, 1)), alignof(T));
     }
 
-    // The pass has an effect that the graph cannot see: never cull it.
+    // The pass has an effect that the graph cannot see, and is never culled.
     void KeepAlive();
 
   private:

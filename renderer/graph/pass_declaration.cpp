@@ -30,7 +30,7 @@ const char* Verb(BindVerb verb) {
     return "?";
 }
 
-// "storage image, write"
+// Returns text such as "storage image, write".
 std::string KindText(const rhi::BindingInfo& info) {
     std::string text = rhi::Name(info.kind);
     if (info.kind == rhi::BindingKind::StorageImage || info.kind == rhi::BindingKind::StorageBuffer ||
@@ -39,7 +39,7 @@ std::string KindText(const rhi::BindingInfo& info) {
     return text;
 }
 
-// "pathtrace/pathtrace.rgen has sceneTlas (acceleration structure), radiance (storage image, write)"
+// Returns "pathtrace/pathtrace.rgen has sceneTlas (acceleration structure), radiance (storage image, write)".
 std::string BindingsText(const rhi::ShaderInterface& interface) {
     if (interface.bindings.empty()) return "its shaders bind nothing by name";
     std::string text;
@@ -119,7 +119,7 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
              rhi::Name(resource.format), info.firstShader, rhi::Name(info.imageFormat));
 }
 
-// The view that the shader declares must be one of the part that is bound.
+// The view that the shader declares must fit the part that is bound.
 void CheckView(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
                const rhi::BindingInfo& info) {
     const GraphResource& resource = graph.resources[bound.resource];
@@ -174,8 +174,8 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
     bound.addressOffset = info->offset;
 }
 
-// Lists the address tables of the shaders. All addresses of a block are listed, also those that the pass does
-// not need.
+// Lists the address tables of the shaders. All addresses of a block are listed, including those that the pass
+// does not need.
 void ListAddressTables(const rhi::ShaderInterface& interface, std::vector<AddressTable>& tables) {
     tables.clear();
     for (const rhi::BindingInfo& info : interface.bindings) {

@@ -1,5 +1,5 @@
-// PassDeclaration: what one setup function declared, filled by PassBuilder. One object is reused for the same
-// position in every frame, so that its memory is allocated once.
+// PassDeclaration: what one setup function has declared, filled by PassBuilder. One object is reused for the
+// same position in every frame, so that its memory is allocated once. Threads: that of the Renderer.
 #pragma once
 
 #include <cstddef>
@@ -20,31 +20,31 @@ class PassResources;
 
 enum class BindVerb : uint8_t { Reads, Writes, Updates, Uniform };
 
-// A resource, or a block of uniform data, under a name of set 0.
+// A resource, or a block of uniform data, bound by a name in set 0.
 struct DeclaredBinding {
     std::string name;
     BindVerb verb = BindVerb::Reads;
     ResourceKind kind = ResourceKind::Buffer;
     uint32_t resource = kNone;              // index into FrameGraph::resources; kNone: uniform data
     uint32_t use = kNone;                   // index into FrameGraph::uses
-    const rhi::Sampler* sampler = nullptr;  // a texture read through a sampler
-    uint64_t uniformOffset = 0;             // in the frame's uniform memory
+    const rhi::Sampler* sampler = nullptr;  // null unless the texture is read through a sampler
+    uint64_t uniformOffset = 0;             // offset in the frame's uniform memory
     uint64_t uniformBytes = 0;
     size_t uniformAlignment = 1;
-    // Filled in from the shaders by ResolveBindings.
-    bool isPart = false;  // of a texture, which takes a view of its own
+    // The following fields are set from the shaders by ResolveBindings.
+    bool isPart = false;  // a part of a texture, which takes its own view
     rhi::ImageShape shape = rhi::ImageShape::Plain;
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
     bool isAddress = false;      // the buffer is bound by its address, in a uniform block
-    uint32_t addressOffset = 0;  // in the block
+    uint32_t addressOffset = 0;  // offset in that block
 };
 
-// A uniform block of the addresses of buffers, which the graph fills in.
+// A uniform block with addresses of buffers, which the graph fills.
 struct AddressTable {
     uint32_t binding = 0;
     uint32_t bytes = 0;
-    uint64_t uniformOffset = 0;  // in the frame's uniform memory
+    uint64_t uniformOffset = 0;  // offset in the frame's uniform memory
 };
 
 struct DeclaredColor {
@@ -66,14 +66,14 @@ struct PassDeclaration {
     bool hasConstants = false;
     size_t constantAlignment = 1;
     std::vector<std::byte> constants;
-    Program* program = nullptr;  // null: no shaders
+    Program* program = nullptr;  // null: the pass has no shaders
     std::function<void(rhi::CommandList&, const PassResources&)> execute;
 
     void Clear(PassKind kind);
 };
 
-// Uses a resource in the last pass of `graph`, under a name of its shaders. Returns the id after the use; the
-// binding is the last of `pass`.
+// Declares a use of a resource by the last pass of `graph`, under a name of its shaders. Returns the id after
+// the use; the binding is the last of `pass`.
 template <ResourceKind Kind>
 ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::string_view name,
                             ResourceId<Kind> id, BindVerb verb, Access access,
@@ -89,16 +89,15 @@ ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::strin
     return after;
 }
 
-// Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
-// and fills in what the shaders declare: binding numbers, whether a buffer is read as storage or uniform, and
-// tables of addresses.
-// Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or the limit of the
-// device: storage buffers of at most `maxStorageBytes`.
+// Checks the last pass of `graph` as declared against the shaders' interface (null: it has no shaders), and
+// fills in what the shaders declare: binding numbers, whether a buffer is read as storage or uniform, and
+// tables of addresses. Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or
+// the limit of the device: storage buffers have at most `maxStorageBytes`.
 void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface,
                      uint64_t maxStorageBytes = ~uint64_t{0});
 // Checks that the shaders belong to the pass's kind, before they are loaded.
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
-// Sorts the targets of the last pass and checks that they fit together; their formats go into the request.
+// Sorts the targets of the last pass, checks that they fit together, and puts their formats into the request.
 void ResolveTargets(const FrameGraph& graph, PassDeclaration& pass);
 
 }  // namespace raygraph

@@ -56,7 +56,7 @@ Layout LayoutOf(rhi::Format format) {
     return {};
 }
 
-// IEEE 754 binary16.
+// Decodes IEEE 754 binary16.
 float FromHalf(uint16_t half) {
     const uint32_t exponent = (half >> 10) & 0x1fu;
     const auto mantissa = static_cast<float>(half & 0x3ffu);
@@ -76,7 +76,7 @@ uint16_t ToHalf(float value) {
     std::frexp(size, &exponent);
     const int scale = std::max(exponent - 1, -14);
     const auto mantissa = static_cast<uint32_t>(std::nearbyint(std::ldexp(size, 10 - scale)));
-    // A mantissa that rounds up to 2048 carries into the exponent by itself.
+    // A mantissa that rounds up to 2048 carries into the exponent.
     const uint32_t base = size == 0.0f || mantissa < 1024 ? 0u : static_cast<uint32_t>(scale + 14) << 10;
     return static_cast<uint16_t>(sign | (base + mantissa));
 }
@@ -199,7 +199,7 @@ TextureId PassHarness::Texture(std::string_view name, const GraphTextureDesc& de
         uint32_t level = 0, layer = 0;
         size_t offset = 0;
     };
-    // A multiple of every texel's size and of 4, as copies need it.
+    // A multiple of every texel's size, and of 4 as copies require.
     constexpr size_t kAlignment = 16;
     TextureId texture = m_renderer.CreateTexture(name, desc);
     std::vector<Piece> pieces;
@@ -210,7 +210,7 @@ TextureId PassHarness::Texture(std::string_view name, const GraphTextureDesc& de
         for (uint32_t level = 0; level < desc.levels; ++level) {
             const Extent2D extent = rhi::MipExtent(desc.extent, level);
             const bool isLast = layer + 1 == desc.layers && level + 1 == desc.levels;
-            // The last subresource takes all that is left, and EncodeTexels reports a wrong number.
+            // The last subresource takes all that is left; EncodeTexels reports a wrong number.
             size_t count = size_t{extent.width} * extent.height * ChannelCount(desc.format);
             if (isOneTexel || isLast || count > rest.size()) count = rest.size();
             const std::vector<std::byte> piece = EncodeTexels(rest.first(count), extent, desc.format);

@@ -25,19 +25,19 @@
 
 namespace raygraph::testing {
 
-// A texture on the CPU: rows from the top, `channelCount` floats a texel. Unorm formats are scaled to [0, 1]
-// (sRGB ones are not decoded), integers converted.
+// A texture on the CPU: rows from the top, `channelCount` floats per texel. Unorm formats are scaled to [0,
+// 1] (sRGB is not decoded), and integers are converted.
 struct RAYGRAPH_API Texels {
     Extent2D extent;
     uint32_t channelCount = 0;
     std::vector<float> values;
 
-    // The channels of one texel; throws Error{Usage} outside of the extent.
+    // Returns the channels of one texel; throws Error{Usage} outside of the extent.
     std::span<const float> At(uint32_t x, uint32_t y) const;
 };
 
-// Converts bytes of a texture to floats, and back (rounded and clamped to what the format holds). Throws
-// Error{Usage} when sizes disagree.
+// These convert bytes of a texture to floats, and back (rounded and clamped to the range of the format). They
+// throw Error{Usage} when sizes disagree.
 RAYGRAPH_API Texels DecodeTexels(std::span<const std::byte> bytes, Extent2D extent, rhi::Format format);
 RAYGRAPH_API std::vector<std::byte> EncodeTexels(std::span<const float> values, Extent2D extent,
                                                  rhi::Format format);
@@ -50,15 +50,15 @@ class RAYGRAPH_API PassHarness {
 
     Renderer& Graph() { return m_renderer; }
 
-    // Inputs of the current frame: a transient that an upload pass fills. `values` holds the channels of
-    // every texel, rows from the top; a single texel's channels fill the whole texture.
+    // Creates an input of the current frame: a transient that an upload pass fills. `values` holds the
+    // channels of every texel, rows from the top; the channels of a single texel fill the whole texture.
     TextureId Texture(std::string_view name, Extent2D extent, rhi::Format format,
                       std::span<const float> values);
     TextureId Texture(std::string_view name, Extent2D extent, rhi::Format format,
                       std::initializer_list<float> values) {
         return Texture(name, extent, format, std::span(values.begin(), values.size()));
     }
-    // A texture of several levels and layers: `values` holds layer after layer, each from level 0 on.
+    // Creates a texture of several levels and layers: `values` holds layer after layer, each from level 0 on.
     TextureId Texture(std::string_view name, const GraphTextureDesc& desc, std::span<const float> values);
     BufferId Buffer(std::string_view name, std::span<const std::byte> bytes);
     template <typename T>
@@ -66,9 +66,10 @@ class RAYGRAPH_API PassHarness {
         return Buffer(name, std::as_bytes(std::span(values)));
     }
 
-    // Declares a frame, executes it, waits, and returns what the declared id holds at its end.
+    // Declares a frame, executes it, waits, and returns the contents of the declared id at its end.
     Texels Run(const std::function<TextureId(PassHarness&)>& declare);
-    // Returns all levels of all layers: layer after layer, each from level 0 on. Run reads only the first.
+    // Returns all levels of all layers: layer after layer, each from level 0 on. Run reads only the first
+    // level of the first layer.
     std::vector<Texels> RunAll(const std::function<TextureId(PassHarness&)>& declare);
     template <typename T>
     std::vector<T> RunBuffer(const std::function<BufferId(PassHarness&)>& declare) {
@@ -78,7 +79,7 @@ class RAYGRAPH_API PassHarness {
                     std::as_writable_bytes(std::span(values)).begin());
         return values;
     }
-    // The plan of the last Run.
+    // Returns the plan of the last Run.
     std::string Plan() const { return m_renderer.DescribePlan(); }
 
   private:

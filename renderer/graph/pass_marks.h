@@ -1,8 +1,9 @@
-// PassMarks: the pass that the device had reached, readable after it is lost.
+// PassMarks: tells which pass the device had reached when it was lost.
 //
-// Before a pass runs, and after its waits are over, the device writes the frame's number into that pass's
-// word of mapped memory. Every pass and every frame in flight has words of its own, so that no two writes
-// ever conflict. A word that holds the number means that everything the pass waited for had completed.
+// Before a pass runs, and once its waits are over, the device writes the frame's number into that pass's word
+// of mapped memory. Every pass has one word for each frame in flight, so that no two writes conflict. A word
+// with the number tells that everything for which the pass waited has completed. Threads: that of the
+// Renderer, except for Report.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +22,13 @@ class PassMarks {
 
     explicit PassMarks(rhi::Device& device);
 
-    // Starts a frame's marks. A frame framesInFlight later reuses their memory.
+    // Starts the marks of a frame, whose memory is that of the frame framesInFlight before.
     void BeginFrame(uint64_t frame);
-    // The next pass begins. Recorded outside of rendering, after its barriers, which must make transfers
-    // wait too.
+    // Marks the begin of the next pass. Must be recorded outside of rendering, after the pass's barriers,
+    // which must make transfers wait, too.
     void Mark(rhi::CommandList& commands, const std::string& pass);
     // Returns the last mark of the newest frame that has one, `the last pass reached was pass "Trace" (2 of
-    // 3) of frame 12`; empty if there is none. Any thread.
+    // 3) of frame 12`; empty if there is none. May be called from any thread.
     std::string Report() const;
 
   private:
@@ -40,7 +41,7 @@ class PassMarks {
     }
     static uint32_t ValueOf(uint64_t frame) {
         return static_cast<uint32_t>(frame) + 1;
-    }  // never the initial 0
+    }  // never 0, the initial value
 
     mutable std::mutex m_mutex;
     rhi::Buffer m_words;

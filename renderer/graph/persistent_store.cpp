@@ -4,7 +4,8 @@ namespace raygraph {
 
 namespace {
 
-// Every usage that later frames may need: recreating a persistent resource would lose its contents.
+// Returns every usage that later frames may need, since recreating a persistent resource would lose its
+// contents.
 rhi::TextureUsage UsageFor(rhi::Format format) {
     using rhi::TextureUsage;
     const TextureUsage common =

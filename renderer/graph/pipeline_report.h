@@ -9,8 +9,9 @@
 namespace raygraph {
 
 struct PipelineReport {
-    std::string name;         // name of its first shader; several may differ in specialization only
-    double creationMs = 0.0;  // wall time that the driver took
+    // Name of its first shader; several pipelines may differ in their specialization alone.
+    std::string name;
+    double creationMs = 0.0;  // wall time of the creation by the driver
     std::vector<rhi::ProgramStatistics> programs;
 };
 

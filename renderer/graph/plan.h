@@ -1,5 +1,5 @@
-// Plan: the result of compiling a FrameGraph. Plain data that refers to the graph by index.
-// Threads: plain values, for any thread.
+// Plan: the result of compiling a FrameGraph, as plain data that refers to the graph by index. Threads: plain
+// values, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct PlannedBarrier {
     uint32_t resource = 0;
     Subresources part{.levelCount = 1, .layerCount = 1};  // a part of a texture
     Dependency dependency{};
-    // The first use of a transient waits for the last occupant of its memory: a resource of this frame, or,
-    // when followsLastFrame, whatever the frame before left there.
+    // The first use of a transient waits for the last occupant of its memory: a resource of this frame or,
+    // with followsLastFrame, the contents that the frame before left there.
     uint32_t predecessor = kNone;
     bool followsLastFrame = false;
     // Both IGNORED: no transfer of ownership.
@@ -27,7 +27,7 @@ struct PlannedBarrier {
     uint32_t dstQueueFamily = VK_QUEUE_FAMILY_IGNORED;
 };
 
-// Barriers of one batch: [first, first + count) of Plan::barriers.
+// The barriers of one batch: [first, first + count) of Plan::barriers.
 struct BarrierRange {
     uint32_t first = 0;
     uint32_t count = 0;
@@ -42,7 +42,7 @@ struct PlannedPass {
 struct Lifetime {
     uint32_t first = kNone;  // kNone: no executed pass uses it
     uint32_t last = 0;
-    uint32_t block = kNone;  // of transient memory
+    uint32_t block = kNone;  // a block of transient memory
 
     bool IsUsed() const { return first != kNone; }
 };
@@ -58,8 +58,8 @@ struct Plan {
     std::vector<rhi::MemoryRequirements> blocks;  // of transient memory
     uint64_t bytesWithoutAliasing = 0;            // bytes of all transients that have a block
     std::vector<ResourceState> states;  // by number (FrameGraph::ForEachSubresource), after the frame
-    // By block, after the frame: of all its occupants together, since an earlier one may reach beyond
-    // the last.
+    // By block, after the frame: one state for all its occupants together, since an earlier one may extend
+    // beyond the last.
     std::vector<ResourceState> blockStates;
 };
 

@@ -22,7 +22,7 @@ std::string Node(const char* prefix, uint32_t index) {
     return Text("{}{}", prefix, index);
 }
 
-// Returns the attributes of an edge, with the part of the texture that it stands for.
+// Returns the attributes of an edge, with its part of the texture.
 std::string EdgeStyle(const std::string& style, const std::string& part) {
     std::string attributes = style.empty() ? "" : "style=" + style;
     if (!part.empty()) attributes += (style.empty() ? "" : ", ") + Text("label=\"{}\"", part.substr(1));
@@ -48,7 +48,7 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
         dot += "    " + Node("p", p) + " [shape=box, style=" + (isCulled[p] ? "dashed" : "solid") +
                ", label=\"" + number + ' ' + Escaped(pass.name) + "\\n" + Name(pass.kind) + "\"];\n";
     }
-    // Only those versions are nodes that a pass accesses, or that are shown.
+    // Nodes are those versions that a pass accesses, or that are shown.
     std::vector<std::string> nodes;
     const auto addNode = [&](uint32_t resource, uint32_t version) {
         const std::string node = VersionNode(resource, version);

@@ -48,7 +48,7 @@ class PlanJson {
     }
 
   private:
-    // A resource, or the part of a texture that is meant.
+    // Returns a resource, or a part of a texture.
     Json Named(uint32_t resource, const Subresources& part) const {
         const GraphResource& info = m_graph.resources[resource];
         Json json{{"resource", resource}, {"name", info.name}};
@@ -112,7 +112,7 @@ class PlanJson {
             json["from"]["queue_family"] = barrier.srcQueueFamily;
             json["to"]["queue_family"] = barrier.dstQueueFamily;
         }
-        // Whose memory it takes over
+        // The resource whose memory it takes over
         if (barrier.predecessor != kNone)
             json["memory_of"] = barrier.predecessor;
         else if (barrier.followsLastFrame)

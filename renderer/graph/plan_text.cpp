@@ -18,7 +18,8 @@ std::string Padded(std::string text, size_t width) {
     return text;
 }
 
-// "ComputeShader write"; reads that nothing has to be made available for have no access.
+// Returns text such as "ComputeShader write". Reads have no access if they need no write to be made
+// available.
 std::string SideText(VkPipelineStageFlags2 stages, VkAccessFlags2 access, const char* otherwise) {
     const std::string accessText = access == VK_ACCESS_2_NONE ? otherwise : AccessText(access);
     return accessText.empty() ? StagesText(stages) : StagesText(stages) + ' ' + accessText;
@@ -166,7 +167,7 @@ std::string UseText(const FrameGraph& graph, const ResourceUse& use) {
                 rhi::PartText(use.part, resource.levels, resource.layers), Name(use.access));
 }
 
-// "radiance: RayTracingShader write -> ComputeShader read, General"
+// Returns text such as "radiance: RayTracingShader write -> ComputeShader read, General".
 std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) {
     const GraphResource& resource = graph.resources[barrier.resource];
     const Dependency& dependency = barrier.dependency;
@@ -214,7 +215,7 @@ std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culle
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];
         if (!Writes(use.access)) continue;
-        // A write of a part leaves other parts, whose readers may come after more writes.
+        // A write of a part leaves other parts, whose readers may follow after more writes.
         const GraphResource& resource = graph.resources[use.resource];
         const bool hasManySubresources = resource.SubresourceCount() > 1;
         bool isUsed = false;

@@ -14,7 +14,7 @@ namespace raygraph {
 
 namespace {
 
-// Words of a ray-generation shader from which on compilation takes longer than making another device does.
+// Ray-generation shaders of more words than this take longer to compile than another device takes to create.
 constexpr size_t kLongWords = 50'000;
 
 rhi::ShaderStage StageOf(const Shader* shader) {
@@ -120,7 +120,7 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
 void ProgramCache::EnsurePipeline(Program& program) {
     if (program.m_future.valid()) TakeCompiled(program);
     if (const std::exception_ptr failure = program.m_failure) {
-        // One frame is lost to all of them: the next one makes them again
+        // One frame is lost to all failures: the next one retries all of these programs
         for (const auto& failed : m_programs) failed->m_failure = nullptr;
         std::rethrow_exception(failure);
     }
@@ -128,8 +128,8 @@ void ProgramCache::EnsurePipeline(Program& program) {
 }
 
 void ProgramCache::EnsurePipelines(std::span<Program* const> programs) {
-    // lavapipe numbers shader groups as they come, and the machine code that it keeps holds the numbers: such
-    // pipelines are made in the order of the passes, below.
+    // lavapipe numbers shader groups in the order of creation, and its cached machine code contains the
+    // numbers: such pipelines are created in the order of the passes, below.
     const bool isOrdered = m_device.Info().isLavapipe;
     Program* last = nullptr;
     for (Program* program : programs) {
@@ -140,7 +140,7 @@ void ProgramCache::EnsurePipelines(std::span<Program* const> programs) {
         last = program;
     }
     if (last) {
-        Begin(*last, false, std::launch::deferred);  // TakeCompiled makes it, on this thread
+        Begin(*last, false, std::launch::deferred);  // TakeCompiled creates it on this thread
         TakeCompiled(*last);
     }
     for (Program* program : programs)
@@ -263,7 +263,7 @@ void ProgramCache::Take(Program& program, ProgramPipeline&& made) {
     if (program.Kind() == PassKind::Transfer || program.Kind() == PassKind::AccelerationStructure) return;
     const double ms = program.m_pipeline.creationMs;
     m_creationMs += ms;
-    constexpr double kLongMs = 1000.0;  // somebody is waiting
+    constexpr double kLongMs = 1000.0;  // somebody is waiting for longer than this
     Say(m_device.Log(), ms < kLongMs ? LogLevel::Debug : LogLevel::Info, log_category::kShaders,
         "pipeline of {} is made in {}", program.m_name, DurationText(1e-3 * ms));
     m_pipelineCount += program.m_hasPipeline ? 0 : 1;

@@ -1,8 +1,8 @@
-// Program: the shaders of a pass with their bindings, and the pipeline created from them when it is
-// first needed.
+// Program: the shaders of a pass with their bindings, and the pipeline that is created from them when it is
+// first needed. Threads: that of the Renderer; threads of its own create pipelines.
 //
-// In every frame ProgramCache finds a pass's program again by comparing the whole of its request.
-// Interfaces come from reflection, so that a culled pass never creates a pipeline.
+// In every frame, ProgramCache finds the program of a pass by comparing its whole request. Interfaces come
+// from reflection, so that a culled pass never creates a pipeline.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@
 
 namespace raygraph {
 
-// Null: no such stage.
+// Null stands for a stage that is left out.
 struct HitShaders {
     const Shader* closestHit = nullptr;
     const Shader* anyHit = nullptr;
@@ -61,14 +61,15 @@ struct ProgramRequest {
     rhi::Format depthFormat = rhi::Format::Undefined;
 
     bool operator==(const ProgramRequest&) const = default;
-    // Resets it to ProgramRequest{.kind = newKind}; the vectors keep their memory.
+    // Resets the request to ProgramRequest{.kind = newKind}; the vectors keep their memory.
     void Clear(PassKind newKind);
     bool HasShaders() const;
-    // All shaders of the request, ray generation, compute or vertex first; one may occur more than once.
+    // Lists all shaders of the request, with ray generation, compute or vertex first. One may occur more than
+    // once.
     void ListShaders(std::vector<const Shader*>& shaders) const;
 };
 
-// The pipeline of the program's kind; the two others are empty.
+// The pipeline of the program's kind; the two other pointers are null.
 struct ProgramPipeline {
     rhi::ComputePipeline compute;
     rhi::RasterPipeline raster;
@@ -78,7 +79,7 @@ struct ProgramPipeline {
 
 class Program {
   public:
-    const std::string& Name() const { return m_name; }  // of its first shader
+    const std::string& Name() const { return m_name; }  // name of its first shader
     const rhi::ShaderInterface& Interface() const { return m_interface; }
     PassKind Kind() const { return m_request.kind; }
     const rhi::ComputePipeline& Compute() const { return m_pipeline.compute; }
@@ -96,11 +97,12 @@ class Program {
     std::vector<const Shader*> m_shaders;  // without repetition
     rhi::ShaderInterface m_interface;
     std::vector<rhi::SpecializationValue> m_specialization;
-    bool m_isAsked = true;                                  // since the last frame
-    std::chrono::steady_clock::time_point m_lastRequested;  // the end of a frame
+    // A frame has requested it since the last one ended.
+    bool m_isAsked = true;
+    std::chrono::steady_clock::time_point m_lastRequested;  // when a frame that requested it ended
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;
-    std::exception_ptr m_failure;           // of its thread, until EnsurePipelines reports one
+    std::exception_ptr m_failure;           // error of its thread, until EnsurePipelines reports it
     std::future<ProgramPipeline> m_future;  // its thread reads m_request, m_name and m_specialization
 };
 
@@ -108,28 +110,29 @@ class ProgramCache {
   public:
     explicit ProgramCache(rhi::Device& device) : m_device(device) {}
 
-    Program* Find(const ProgramRequest& request);  // null: not asked for before
-    // Throws Error{Usage} starting with `pass` (as in: pass "Trace") for shaders that do not fit together or
-    // a specialization constant that none of them has.
+    Program* Find(const ProgramRequest& request);  // null: it has never been requested
+    // Throws Error{Usage} that starts with `pass` (as in: pass "Trace") for shaders that do not fit together,
+    // or a specialization constant that none of them has.
     Program& Add(const ProgramRequest& request, std::string_view pass);
-    // Creates the missing pipelines at the same time, one on the calling thread and each other on a thread of
-    // its own, because drivers compile on the thread that asks. Throws the error of the first program whose
-    // pipeline failed, as rhi::Create*Pipeline do.
+    // Creates the missing pipelines concurrently, one on the calling thread and each other on its own thread,
+    // because drivers compile on the calling thread. Throws the error of the first program whose pipeline
+    // failed, as rhi::Create*Pipeline do.
     void EnsurePipelines(std::span<Program* const> programs);
-    // Begins to create it on another thread. True: EnsurePipelines has nothing to wait for, or fails.
+    // Begins to create the pipeline on another thread. Returns true if EnsurePipelines has nothing to wait
+    // for, or fails.
     bool BeginPipeline(Program& program);
-    // Whether it is there: neither is it being created, nor has that failed.
+    // Tells whether the pipeline exists: it is neither being created, nor has its creation failed.
     bool HasPipeline(Program& program);
-    // A frame was executed, for which those that were asked for since the last one were needed.
+    // A frame was executed, which needed the programs that were requested since the last one.
     void EndFrame();
-    // Between frames: removes those that no frame has needed for more than `lifetime` seconds before the end
-    // of the last one. Those that threads are working on stay.
+    // Must be called between frames. Removes programs that no frame has needed for more than `lifetime`
+    // seconds before the end of the last frame, except those on which threads are working.
     void Trim(double lifetime);
     bool IsCompilingPipelines() const;  // on other threads
     // Waits until no thread reads shaders.
     void WaitForPipelines();
-    // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
-    // messages say why. After WaitForPipelines, and the change.
+    // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline, and
+    // the returned messages say why. Must be called after WaitForPipelines and after the change.
     std::vector<std::string> Rebuild(std::span<const Shader* const> changed);
 
     // Reports on the pipelines that exist, by name. Must follow WaitForPipelines.
@@ -141,17 +144,17 @@ class ProgramCache {
   private:
     void Reflect(Program& program, std::string_view pass) const;
     void EnsurePipeline(Program& program);
-    // By default TakeCompiled makes the pipeline where no thread can be had.
+    // By default, TakeCompiled creates the pipeline if no thread can be started.
     void Begin(Program& program, bool isAhead,
                std::launch launch = std::launch::async | std::launch::deferred);
-    // `isAhead`: no frame waits for it (rhi/compile_ahead.h).
+    // `isAhead`: no frame waits for the pipeline (rhi/compile_ahead.h).
     ProgramPipeline MakePipeline(const Program& program, bool isAhead) const;
     void Take(Program& program, ProgramPipeline&& made);
-    // Takes what its thread has made, or why it has failed.
+    // Takes the pipeline that its thread has created, or the error.
     void TakeCompiled(Program& program);
 
     rhi::Device& m_device;
-    std::vector<std::unique_ptr<Program>> m_programs;  // few; no two requests are equal
+    std::vector<std::unique_ptr<Program>> m_programs;  // there are few, with different requests
     std::chrono::steady_clock::time_point m_frameEnd;
     double m_creationMs = 0.0;
     uint32_t m_pipelineCount = 0;

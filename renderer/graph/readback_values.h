@@ -10,8 +10,8 @@
 
 namespace raygraph {
 
-// Returns all values; T is a channel of the texture's format, a whole texel, or a record of the buffer, and
-// Values a vector of these. Error{Usage} when it is not ready.
+// Returns all values. T is a channel of the texture's format, a whole texel, or a record of the buffer, and
+// Values is a vector of these. Throws Error{Usage} if the readback is not ready.
 template <typename T, typename Values = std::vector<T>>
 Values ValuesOf(const Readback& readback) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -27,7 +27,7 @@ Values WaitForValues(const Readback& readback) {
     return ValuesOf<T, Values>(readback);
 }
 
-// Returns one channel of texels of four.
+// Returns one channel of texels with four channels.
 template <typename T>
 std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
     std::vector<T> values(texels.size() / 4);

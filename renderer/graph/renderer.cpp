@@ -38,7 +38,7 @@ Renderer::~Renderer() {
     try {
         m_impl->device.WaitFor(m_impl->lastSubmitted);
     } catch (const Error&) {
-        // On a lost device there is nothing to wait for.
+        // A lost device completes nothing, so that there is nothing to wait for.
     }
     for (const std::shared_ptr<Readback::State>& readback : m_impl->readbacks) {
         readback->submitted = Readback::State::kRendererGone;
@@ -111,7 +111,7 @@ void Renderer::Impl::DropFrame() {
     CloseFrame();
 }
 
-// A failure here follows the Error that dropped the frame, which says more.
+// A failure here is ignored: it follows the Error that dropped the frame, which says more.
 void Renderer::Impl::ForwardSemaphores() noexcept {
     if (waits.forwarded.empty() && signals.forwarded.empty()) return;
     try {
@@ -129,7 +129,7 @@ void Renderer::Impl::CloseFrame() {
     waits.Clear();
     signals.Clear();
     persistents.DropReplacements();
-    // Declarations hold what the execute functions captured.
+    // The execute functions may keep captured objects alive.
     for (PassDeclaration& pass : passes) pass.execute = nullptr;
     for (const std::shared_ptr<Readback::State>& readback : readbacks)
         if (readback->submitted == Readback::State::kDeclared)

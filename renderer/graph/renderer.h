@@ -1,4 +1,4 @@
-// Renderer: declares, compiles and submits one frame's render graph after the other on one Device.
+// Renderer: declares, compiles and submits the render graphs of one frame after the other on one Device.
 //
 //   renderer.BeginFrame();
 //   renderer.Present(Tonemap(renderer, Accumulate(renderer, Trace(renderer, scene, t).radiance, a), m));
@@ -41,15 +41,17 @@ using rhi::Format;
 
 struct RendererDesc {
     std::string name = {};  // distinguishes Renderers of one Device in the report of a lost device
-    // The root of the shader sources to reload from; "" uses the SPIR-V built into the library.
+    // The folder of shader sources from which stages are reloaded; with "", the SPIR-V in the library is
+    // used.
     std::filesystem::path shaderRoot;
-    // Further include folders for those sources: the installed shaders, for passes outside the library.
+    // Further include folders for those sources, such as the installed shaders for passes outside the
+    // library.
     std::vector<std::filesystem::path> shaderIncludes = {};
     bool gpuTimes = true;   // a timestamp between passes
     bool passMarks = true;  // record on the device which pass was reached, for the report of a lost device
 };
 
-// A texture of the graph; usage flags follow from how passes use it.
+// A texture of the graph. Its usage flags follow from the passes that use it.
 struct GraphTextureDesc {
     Extent2D extent;
     Format format = Format::Rgba32Float;
@@ -65,8 +67,8 @@ struct GraphBufferDesc {
     bool operator==(const GraphBufferDesc&) const = default;
 };
 
-// Resources of the pass, resolved: for execute functions that copy or build. Error{Usage} for an id that the
-// pass did not declare.
+// The resources of a pass, for execute functions that copy or build. Throws Error{Usage} for an id that the
+// pass has not declared.
 class RAYGRAPH_API PassResources {
   public:
     const rhi::Texture& Texture(TextureId id) const;
@@ -79,13 +81,14 @@ class RAYGRAPH_API PassResources {
     uint32_t m_pass;
 };
 
-// A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed. Copies share
-// the same bytes; each may be polled, waited for and read on a thread of its own, beside the Renderer's.
+// A copy of a texture or buffer that is read back by the CPU. Valid until the Renderer is destroyed. Copies
+// of this object share the same bytes; each may be polled, waited for and read on its own thread, beside the
+// Renderer's.
 class RAYGRAPH_API Readback {
   public:
     bool IsReady() const;  // the frame has completed
     void Wait() const;     // until IsReady()
-    // Returns tightly packed rows, or the buffer's bytes. Throws Error{Usage} when not ready.
+    // Returns tightly packed rows, or the buffer's bytes. Throws Error{Usage} if the readback is not ready.
     std::span<const std::byte> Bytes() const;
     Extent2D Extent() const;
     rhi::Format Format() const;
@@ -96,10 +99,10 @@ class RAYGRAPH_API Readback {
     std::shared_ptr<State> m_state;
 };
 
-// The fate of a semaphore of a frame that is dropped.
+// What happens to a semaphore of a frame that is dropped.
 enum class DropPolicy : uint8_t {
-    Forward,     // waited for or signaled all the same, so that its other users can continue
-    LeaveAlone,  // for the next frame to use
+    Forward,     // waited for or signaled nevertheless, so that its other users can continue
+    LeaveAlone,  // not used, for the next frame
 };
 
 struct PassTiming {
@@ -114,7 +117,7 @@ struct FrameTiming {
     uint64_t frame = 0;
     double declareMs = 0.0;  // BeginFrame returned .. Execute called
     double compileMs = 0.0;
-    double recordMs = 0.0;  // finding the resources and recording the commands
+    double recordMs = 0.0;  // time for finding the resources and recording the commands
     double submitMs = 0.0;
     std::vector<PassTiming> passes;  // executed ones, in order
 };
@@ -128,49 +131,51 @@ class RAYGRAPH_API Renderer {
 
     rhi::Device& Device() const;
 
-    // Waits until at most framesInFlight - 1 frames are pending, then starts declaring. A frame that is open
-    // is dropped.
+    // Waits until at most framesInFlight - 1 frames are pending, then opens a frame for declarations. Drops a
+    // frame that is still open.
     void BeginFrame();
-    // Returns whether BeginFrame would wait now: for a program that does something else meanwhile. Never
+    // Returns whether BeginFrame would wait now, for a program that can do something else meanwhile. Never
     // waits.
     bool WouldBlock() const;
     uint64_t FrameNumber() const;
-    // Drops the open frame, for a program that continues after an Error while declaring: its semaphores are
-    // forwarded now, not when the next frame begins. LeaveAlone forwards none of them, for a host that has
-    // not submitted what signals the binary ones. Does nothing when no frame is open.
+    // Drops the open frame, for a program that continues after an Error in its declarations. Its semaphores
+    // are forwarded now, not when the next frame begins. LeaveAlone forwards none of them, for a host that
+    // has not yet submitted the signals of the binary ones. Does nothing when no frame is open.
     void DropFrame(DropPolicy semaphores = DropPolicy::Forward);
-    // Expires when the current frame has been executed or dropped: until then, everything that the frame was
-    // declared from must stay unchanged. Already expired when no frame is open.
+    // Returns a pointer that expires when the current frame has been executed or dropped: until then,
+    // everything from which the frame was declared must stay unchanged. It has expired already if no frame is
+    // open.
     std::weak_ptr<const void> OpenFrame() const;
-    // Runs when the current frame has been submitted; discarded when it is dropped. Changes of state for the
-    // whole frame belong here, those of a pass into CommandList::OnSubmitted, which a culled pass never
-    // reaches. Must not throw.
+    // Calls `run` when the current frame has been submitted, and discards it when the frame is dropped. State
+    // changes of the whole frame belong here, those of a pass into CommandList::OnSubmitted, which a culled
+    // pass never reaches. `run` must not throw.
     void OnSubmitted(std::function<void()> run);
 
     // --- Resources ---
-    // Transient: contents live within the frame; memory is shared by resources with disjoint lifetimes.
+    // Transient: its contents live within the frame, and resources with disjoint lifetimes share memory.
     TextureId CreateTexture(std::string_view name, const GraphTextureDesc& desc);
     BufferId CreateBuffer(std::string_view name, const GraphBufferDesc& desc);
-    // Persistent: found again by name in later frames, with contents and last access. A changed desc
+    // Persistent: later frames find it by name, with its contents and last access. A changed description
     // recreates it when the frame is submitted.
     TextureId Persist(std::string_view name, const GraphTextureDesc& desc,
                       Persistence persistence = Persistence::OnDemand);
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
                            Persistence persistence = Persistence::OnDemand);
-    // Returns true for a persistent resource without contents: neither a submitted frame nor, before this id,
-    // a pass of this one has written it, or some level of some layer of the part. For ids of the open frame.
+    // Returns true for a persistent resource without contents: no submitted frame has written it, nor has a
+    // pass of this frame before this id. Also true if that holds for some level of some layer of the part.
+    // For ids of the open frame.
     bool IsFresh(TextureId texture, const Subresources& part = {}) const;
     bool IsFresh(BufferId buffer) const;
     // Releases a persistent resource.
     void Forget(std::string_view name);
-    // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is
-    // compiled and written back when it is submitted; it must outlive Execute. A resource that is imported
-    // twice in a frame is one resource: the id of its newest version is returned. A resource that another
-    // queue family released (state.queueFamily) is acquired before the first pass: the whole of a buffer,
-    // an image with oldLayout = newLayout = state.layout. The state of a texture is one for all its levels
-    // and layers: the frame leaves them in one layout. An acceleration structure is transferred with the
-    // buffer that holds it, imported as well: with another family of its own it is refused when the frame
-    // is compiled.
+    // Imported: the resource is owned by the caller, and must live until the frame has completed. `state` is
+    // read when the frame is compiled and written back when it is submitted; it must outlive Execute. A
+    // resource that is imported twice in a frame is one resource: the id of its newest version is returned. A
+    // resource that another queue family has released (state.queueFamily) is acquired before the first pass:
+    // the whole of a buffer, or an image with oldLayout = newLayout = state.layout. A texture has one state
+    // for all its levels and layers, and the frame leaves them in one layout. An acceleration structure is
+    // transferred with the buffer that holds it, which must be imported as well: if it has a queue family of
+    // its own, compiling the frame throws Error{Usage}.
     TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
     BufferId Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state);
     TlasId Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state);
@@ -187,83 +192,83 @@ class RAYGRAPH_API Renderer {
     template <typename Setup, typename ExecuteBody>
     PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute);
 
-    // The id that the next pass of the open frame gets. Passes between two of them are those from the first
-    // on, up to the second without it.
+    // Returns the id that the next pass of the open frame will get. A range of passes [first, end) is given
+    // by two of these.
     PassId NextPass() const;
 
-    // --- Roots: what the frame is for. Passes that lead to no root are culled. ---
-    // The texture shown; left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless exported.
+    // --- Roots: the results of the frame. Passes that lead to no root are culled. ---
+    // Shows the texture, which is left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless it is
+    // exported.
     void Present(TextureId texture);
     // Hands an imported texture back in the given layout and queue family, or a buffer in the queue family.
     void Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
     void Export(BufferId buffer, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
     Readback ReadBack(TextureId texture, uint32_t level = 0, uint32_t layer = 0);
     Readback ReadBack(BufferId buffer);
-    // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped
-    // forwards those that it has been given: a submission without commands waits and signals in its
-    // place, unless the device is lost. So the signal of a binary semaphore that the frame waits for must
-    // be submitted before the frame can be dropped: before Execute and DropFrame, and before the
-    // BeginFrame or the destructor that drops an open frame. Vulkan requires that of every wait for a
-    // binary semaphore. If the signal comes later, give the semaphore with LeaveAlone, or drop its frame
-    // by DropFrame(DropPolicy::LeaveAlone).
+    // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped forwards
+    // its semaphores: a submission without commands waits and signals instead, unless the device is lost.
+    // Hence the signal of a binary semaphore for which the frame waits must be submitted before the frame can
+    // be dropped: before Execute and DropFrame, and before the BeginFrame or the destructor that drops an
+    // open frame. Vulkan requires this of every wait for a binary semaphore. If the signal is submitted
+    // later, pass LeaveAlone here, or drop the frame by DropFrame(DropPolicy::LeaveAlone).
     void WaitSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy = DropPolicy::Forward);
     void SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy = DropPolicy::Forward);
 
-    // Compiles, records and submits; returns the timeline value that completes the frame. On an Error the
-    // frame is dropped and the next BeginFrame starts clean.
+    // Compiles, records and submits the frame; returns the timeline value that completes it. On an Error the
+    // frame is dropped, and the next BeginFrame starts without it.
     uint64_t Execute();
-    // Compiles what has been declared so far without recording anything, for DescribePlan before Execute.
+    // Compiles the declarations so far without recording anything, for DescribePlan before Execute.
     void Compile();
-    // Compiles, and begins to create the pipelines of the executed passes that are not there yet, each on a
-    // thread of its own. Returns true if Execute will wait for none. A host whose frames must not wait for
-    // pipelines, which may take seconds, drops the frame while this is false, shows what it has, and declares
-    // it again; Execute waits for those that are being created.
+    // Compiles, and begins to create the missing pipelines of the executed passes, each on its own thread.
+    // Returns true if Execute will wait for none. A host whose frames must not wait for pipelines, which may
+    // take seconds, drops the frame while this returns false, shows an earlier picture, and declares the
+    // frame again. Execute waits for pipelines that are being created.
     bool PreparePipelines();
-    // Prepares the pipelines of the declared passes from `first` on, up to `end` without it, whether the open
-    // frame will execute them or not. A caller can so declare both what it would like to show and what it can
-    // show now, and use one of them. Error{Usage} for passes that are not declared.
+    // Prepares the pipelines of the declared passes [first, end), whether the open frame will execute them or
+    // not. Hence a caller can declare both the passes that it would like to show and those that it can show
+    // now, and use one of the two. Throws Error{Usage} for passes that are not declared.
     bool PreparePipelines(PassId first, PassId end);
-    // Returns whether those are all there, without beginning to create any. One that could not be created is
-    // not: it fails when it is needed.
+    // Returns whether all these pipelines exist, without beginning to create any. A pipeline whose creation
+    // has failed does not count as existing: it fails when it is needed.
     bool HasPipelines(PassId first, PassId end) const;
-    // Returns whether any pipeline is being created on another thread. ReloadShaders, AddShader of other
-    // words and the destructor wait for those.
+    // Returns whether any pipeline is being created on another thread. ReloadShaders, the destructor, and an
+    // AddShader that changes a shader wait for those.
     bool IsPreparingPipelines() const;
-    // Called between frames: destroys the pipelines for which no frame of the last `lifetime` seconds has
-    // declared a pass, culled or not. One that is needed again later is created again; one that is being
-    // created stays. Without this call all are kept. Does nothing while a frame is open.
+    // Destroys the pipelines for which no frame of the last `lifetime` seconds has declared a pass, culled or
+    // not. Must be called between frames; does nothing while a frame is open. A pipeline that is needed again
+    // is created again, and one that is being created stays. Without this call all are kept.
     void ForgetPipelines(double lifetime);
 
-    // --- What happened ---
+    // --- Reports ---
     bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled
     // The plan of the last compiled frame: order, culled passes, barriers, lifetimes, aliases.
     std::string DescribePlan() const;
     std::string DescribePlanDot() const;  // Graphviz
-    // The plan of the last frame as data, for tools that draw it. Both are valid until the next BeginFrame.
-    // Error{Usage} before the first frame.
+    // The plan of the last frame as data, for tools that draw it. Both pointers are valid until the next
+    // BeginFrame. Throws Error{Usage} before the first frame.
     struct CompiledFrame {
         const FrameGraph& graph;
         const Plan& plan;
     };
     CompiledFrame LastCompiled() const;
-    // The latest frame whose GPU times have arrived; empty before that.
+    // Returns the latest frame whose GPU times have arrived; empty before the first.
     const FrameTiming& Timing() const;
     // Returns all timings that arrived since the last call, oldest first.
     std::vector<FrameTiming> TakeTimings();
-    // The milliseconds spent creating pipelines so far, and the number of pipelines.
+    // Returns the milliseconds spent on creating pipelines so far, and the number of pipelines.
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
     // Returns the driver's statistics of each pipeline, by name: see rhi/pipeline_statistics.h. Waits for
-    // those that are being created.
+    // pipelines that are being created.
     std::vector<PipelineReport> PipelineReports();
     // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile
-    // leaves its last good pipeline in use; the messages ("file:line: text") are returned. Error{Usage} while
-    // a frame is open: its passes were checked against the shaders as they are.
+    // leaves its last good pipeline in use, and the messages ("file:line: text") are returned. Throws
+    // Error{Usage} while a frame is open, because its passes were checked against the current shaders.
     std::vector<std::string> ReloadShaders();
 
-    // Shaders of passes outside the library: SPIR-V under a name, copied. Other words under a known name
-    // rebuild the pipelines that use it; Error{Usage} while a frame is open, and if they do not fit those
-    // passes: then the shader stays as it was.
+    // Adds the SPIR-V of a pass outside the library under a name, as a copy. Other words under a known name
+    // rebuild the pipelines that use it. Throws Error{Usage} while a frame is open, and if the words do not
+    // fit those passes, in which case the shader does not change.
     void AddShader(std::string_view name, std::span<const uint32_t> spirv);
 
   private:
@@ -278,7 +283,7 @@ class RAYGRAPH_API Renderer {
 
 template <typename Setup, typename ExecuteBody>
 PassId Renderer::AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute) {
-    // The setup runs before this returns: a reference to it will do.
+    // The setup runs before this call returns, so that a reference is enough
     if constexpr (std::is_invocable_v<ExecuteBody&, CommandList&, const PassResources&>)
         return AddPassErased(name, kind, std::ref(setup), std::forward<ExecuteBody>(execute));
     else

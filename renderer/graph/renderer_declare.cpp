@@ -1,4 +1,4 @@
-// Declaring a frame: resources, passes, roots.
+// The declaration of a frame: resources, passes, roots.
 #include <algorithm>
 #include <tuple>
 
@@ -12,7 +12,7 @@ namespace raygraph {
 
 namespace {
 
-// All fields but the name. When the description gets a new field, this does not compile until it is listed
+// Returns all fields except the name. A new field of the description breaks the build until it is listed
 // here.
 auto PartsOf(const rhi::SamplerDesc& desc) {
     const auto& [name, magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy] = desc;
@@ -204,7 +204,7 @@ TlasId Renderer::Import(std::string_view name, const rhi::Tlas& tlas, ResourceSt
 }
 
 BlasSetId Renderer::ImportBlasSet(std::string_view name, ResourceState& state) {
-    // The set has no object: its state identifies it.
+    // A BLAS set has no object: its state identifies it.
     return m_impl->ImportObject<ResourceKind::BlasSet>(name, state, &FrameResource::blasState,
                                                        ImportInfo(name), &state);
 }
@@ -287,7 +287,7 @@ void Renderer::Impl::FinishPass(PassDeclaration& pass) {
     CollectUsages(info);
 }
 
-// Room of zeros in the frame's uniform memory: its offset there.
+// Allocates zeroed bytes in the frame's uniform memory, and returns their offset.
 uint64_t Renderer::Impl::TakeUniform(uint64_t bytes) {
     const uint64_t alignment = std::max<uint64_t>(device.Info().uniformAlignment, 16);
     const uint64_t offset = (uniformBytes.size() + alignment - 1) / alignment * alignment;
@@ -295,7 +295,7 @@ uint64_t Renderer::Impl::TakeUniform(uint64_t bytes) {
     return offset;
 }
 
-// Collects the usage flags of resources; existing objects must have been created with them.
+// Collects the usage flags of resources, with which existing objects must have been created.
 void Renderer::Impl::CollectUsages(const GraphPass& pass) {
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];

@@ -1,4 +1,4 @@
-// Executing a frame: compile, allocate memory, record, submit.
+// The execution of a frame: compile, allocate memory, record, submit.
 #include <algorithm>
 #include <cstring>
 
@@ -16,7 +16,7 @@ namespace raygraph {
 namespace {
 
 rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResource& behind) {
-    // A texture that only culled passes declare still queries its requirements; any usage will do.
+    // A texture that only culled passes declare still needs memory requirements, for which any usage will do.
     const rhi::TextureUsage usage =
         behind.textureUsage == rhi::TextureUsage::None ? rhi::TextureUsage::Sampled : behind.textureUsage;
     return {.name = resource.name,
@@ -113,10 +113,10 @@ void Renderer::ForgetPipelines(double lifetime) {
     if (!m_impl->isOpen) m_impl->programs.Trim(lifetime);
 }
 
-// Finds or creates what the executed passes use: memory, persistent resources, pipelines.
+// Finds or creates the objects that the executed passes use: memory, persistent resources, pipelines.
 void Renderer::Impl::Prepare() {
     transients.Reserve(plan.blocks, frameNumber);
-    // The shown texture may be unchanged: no pass of this frame need access it.
+    // No pass of this frame may access the shown texture, if it is unchanged.
     for (const Root& root : graph.roots)
         if (resources[root.resource].persistent)
             persistents.Ensure(device, *resources[root.resource].persistent);
@@ -201,9 +201,9 @@ void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& p
     if (info.kind == PassKind::Raster) commands.EndRendering();
 }
 
-// One merged memory barrier for buffers and acceleration structures; one each for textures and for
-// resources that change their queue family. With `holdsTransfers` transfers wait as well: the pass's mark
-// is one.
+// Records one merged memory barrier for buffers and acceleration structures, and one barrier each for
+// textures and for resources that change their queue family. With `holdsTransfers` transfers wait as well,
+// since the pass's mark is one.
 void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRange& range,
                                     bool holdsTransfers) {
     if (range.count == 0) return;
@@ -233,7 +233,7 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
             continue;
         }
         const bool isTexture = graph.resources[barrier.resource].kind == ResourceKind::Texture;
-        // Writes of another resource to the same memory are not accesses through this image.
+        // Writes to the same memory as another resource are no accesses through this image.
         const bool isHandOver = barrier.predecessor != kNone || barrier.followsLastFrame;
         if (!isTexture || (isHandOver && dependency.srcAccess != VK_ACCESS_2_NONE)) {
             memory.srcStageMask |= dependency.srcStages;
@@ -293,7 +293,7 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration&
         target.texture = behind.texture;
         target.sampler = binding.sampler;
         if (binding.isPart) target.view = behind.texture->View(graph.uses[binding.use].part, binding.shape);
-        // Queried only now: a pass before this one may have rebuilt it.
+        // Queried now, because a pass before this one may have rebuilt it.
         if (behind.tlas) target.accelerationStructure = behind.tlas->Handle();
     }
     commands.BindResources(bound);
@@ -320,7 +320,7 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclarat
                  .clearValue = pass.depthLoad.value,
                  .level = pass.depthPart.level,
                  .layer = pass.depthPart.layer};
-    // ResolveTargets has checked that there is one, and that all have the same extent.
+    // ResolveTargets has checked that a target exists, and that all have the same extent.
     const bool isDepthOnly = pass.colors.empty();
     const uint32_t first = isDepthOnly ? pass.depth : pass.colors.front().resource;
     const uint32_t level = (isDepthOnly ? pass.depthPart : pass.colors.front().part).level;
@@ -337,7 +337,7 @@ void Renderer::Impl::MarkWritten(const ResourceUse& use) {
     });
 }
 
-// The frame has been submitted: its final states are the initial states of the next one.
+// Must be called when the frame has been submitted: its final states are the initial states of the next one.
 void Renderer::Impl::Commit(uint64_t value) {
     submitted[frameNumber % submitted.size()] = value;
     lastSubmitted = value;
@@ -362,7 +362,7 @@ void Renderer::Impl::Commit(uint64_t value) {
         if (readback->submitted == Readback::State::kDeclared) readback->submitted = value;
 }
 
-// Compiles, records and submits what has been declared.
+// Compiles, records and submits the declared frame.
 uint64_t Renderer::Impl::Submit(FrameTiming& timing) {
     CompileFrame();
     const Stopwatch recording;
@@ -390,7 +390,7 @@ uint64_t Renderer::Execute() {
         impl.DropFrame();
         throw;
     }
-    // Close the frame before running the callbacks, which are not part of it.
+    // The frame is closed before the callbacks run, which are not part of it.
     impl.Commit(value);
     impl.CloseFrame();
     timing.compileMs = impl.compileMs;

@@ -35,13 +35,13 @@ struct Readback::State {
     Extent2D extent;
     rhi::Format format = rhi::Format::Undefined;
     std::atomic<uint64_t> submitted = kDeclared;
-    std::atomic<bool> isHeld = false;  // by a Readback
+    std::atomic<bool> isHeld = false;  // a Readback holds it
     uint64_t frame = 0;                // the frame that uses it
 };
 
-// The backing object of a resource of the frame, parallel to FrameGraph::resources.
+// The object behind a resource of the frame, parallel to FrameGraph::resources.
 struct FrameResource {
-    rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // usage for all uses so far
+    rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // all uses so far
     rhi::BufferUsage bufferUsage = rhi::BufferUsage::None;
     rhi::MemoryKind memory = rhi::MemoryKind::Device;
     const rhi::Texture* texture = nullptr;  // null for transients and persistents before Prepare
@@ -56,7 +56,7 @@ struct FrameResource {
 // The semaphores that a frame waits for, or those that it signals.
 struct FrameSemaphores {
     std::vector<rhi::SemaphoreUse> all;
-    std::vector<rhi::SemaphoreUse> forwarded;  // of these, when the frame is dropped
+    std::vector<rhi::SemaphoreUse> forwarded;  // the subset that is forwarded when the frame is dropped
 
     void Add(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
         all.push_back(semaphore);
@@ -72,7 +72,8 @@ struct Renderer::Impl {
     Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc);
 
     // --- Declaring (renderer_declare.cpp) ---
-    void RequireOpen(std::string_view what) const;  // Error{Usage} outside of a frame, or in one that failed
+    // Throws Error{Usage} outside of a frame, or in one that failed.
+    void RequireOpen(std::string_view what) const;
     template <ResourceKind Kind>
     ResourceId<Kind> AddResource(GraphResource resource, const FrameResource& behind);
     template <ResourceKind Kind, typename Object>
@@ -91,8 +92,9 @@ struct Renderer::Impl {
     BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
     std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
 
-    // --- Executing (renderer_execute.cpp) --- Takes passes of the open frame; throws Error{Usage} for
-    // others.
+    // --- Executing (renderer_execute.cpp) ---
+    //
+    // Returns the passes [first, end) of the open frame; throws Error{Usage} for passes of others.
     std::span<const PassDeclaration> PassesBetween(PassId first, PassId end, std::string_view what) const;
     void CompileFrame();
     void Prepare();
@@ -108,11 +110,11 @@ struct Renderer::Impl {
     void MarkWritten(const ResourceUse& use);
     void Commit(uint64_t value);
     void Abandon(std::string why);
-    // The resource behind an id that the pass declared; Error{Usage} otherwise.
+    // Returns the resource behind an id that the pass has declared; throws Error{Usage} otherwise.
     uint32_t DeclaredBy(uint32_t pass, AnyId id) const;
-    // The frame is over, executed or not.
+    // Ends the frame, executed or not.
     void CloseFrame();
-    // The frame ends without having been submitted.
+    // Ends a frame that was not submitted.
     void DropFrame();
     void ForwardSemaphores() noexcept;
 
@@ -124,20 +126,21 @@ struct Renderer::Impl {
     PersistentStore persistents;
     std::vector<std::pair<rhi::SamplerDesc, std::unique_ptr<rhi::Sampler>>> samplers;
     FrameTimer timer;
-    std::unique_ptr<PassMarks> marks;            // null: off
+    std::unique_ptr<PassMarks> marks;            // null: marks are off
     std::shared_ptr<const void> lastPassReport;  // keeps `marks` registered with the device
     std::vector<std::shared_ptr<Readback::State>> readbacks;
 
     // The current frame.
     uint64_t frameNumber = 0;
-    bool isOpen = false;                        // between BeginFrame and Execute
-    std::shared_ptr<const uint64_t> openFrame;  // its number; null once it cannot be executed any more
-    std::string abandonReason;                  // why the open frame cannot be executed; empty: it can
-    bool isCompiled = false;                    // `plan` is that of `graph`
+    bool isOpen = false;  // between BeginFrame and Execute
+    // Number of the open frame; null once it cannot be executed any more.
+    std::shared_ptr<const uint64_t> openFrame;
+    std::string abandonReason;  // why the open frame cannot be executed; empty: it can
+    bool isCompiled = false;    // `plan` is that of `graph`
     FrameGraph graph;
     Plan plan;
     std::vector<FrameResource> resources;  // by FrameGraph::resources
-    std::vector<PassDeclaration> passes;   // by FrameGraph::passes; longer than that: kept for their memory
+    std::vector<PassDeclaration> passes;   // may be longer than FrameGraph::passes, to keep the memory
     std::vector<std::byte> uniformBytes;   // all uniform data of the frame
     FrameSemaphores waits;
     FrameSemaphores signals;
@@ -145,18 +148,18 @@ struct Renderer::Impl {
     Stopwatch sinceBegin;
     double compileMs = 0.0;
 
-    // The last compiled frame, after the next one has begun.
+    // The last compiled frame, even after the next one has begun.
     FrameGraph lastGraph;
     Plan lastPlan;
     bool hasLastPlan = false;
 
     // By frame in flight.
     std::vector<uint64_t> submitted;
-    // The submission that must be complete before the next frame begins.
+    // Returns the submission that must complete before the next frame begins.
     uint64_t OldestInFlight() const { return submitted[(frameNumber + 1) % submitted.size()]; }
     std::vector<rhi::Buffer> uniformBuffers;
     uint64_t lastSubmitted = 0;
-    std::vector<uint8_t> wasExecuted;  // by pass, of the frame executed last
+    std::vector<uint8_t> wasExecuted;  // by pass of the frame executed last
 
     // Members that keep their memory from frame to frame.
     std::vector<VkImageMemoryBarrier2> imageBarriers;

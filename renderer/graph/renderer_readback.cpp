@@ -1,5 +1,5 @@
-// Readbacks: a transfer pass of the frame copies into mapped memory, which the host reads once the frame
-// is done.
+// Readbacks: a transfer pass of the frame copies into mapped memory, which the host reads once the frame has
+// completed.
 #include "base/error.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
@@ -8,7 +8,7 @@ namespace raygraph {
 
 namespace {
 
-// A program may never poll again.
+// A limit, because a program may never poll again.
 constexpr uint64_t kKeepFrames = 16;
 
 }  // namespace
@@ -45,7 +45,7 @@ rhi::Format Readback::Format() const {
     return m_state ? m_state->format : rhi::Format::Undefined;
 }
 
-// A state that has no holder any more, or a new one. It is returned for a Readback, whose last copy
+// Returns a state that has no holder any more, or a new one, as the pointer of a Readback, whose last copy
 // releases it.
 std::shared_ptr<Readback::State> Renderer::Impl::TakeReadback(uint64_t bytes) {
     using State = Readback::State;

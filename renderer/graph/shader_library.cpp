@@ -12,7 +12,7 @@ namespace raygraph {
 
 namespace {
 
-// FNV-1a over the sources; a file that cannot be read counts as empty.
+// Hashes the sources with FNV-1a; a file that cannot be read counts as empty.
 uint64_t HashOf(std::span<const std::filesystem::path> files) {
     uint64_t hash = 0xcbf29ce484222325ull;
     const auto add = [&](unsigned char byte) { hash = (hash ^ byte) * 0x100000001b3ull; };
@@ -113,7 +113,8 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
     for (auto& [name, shader] : m_shaders) {
         if (shader->sources.empty()) continue;
         const uint64_t hash = HashOf(shader->sources);
-        // A broken one is compiled again even if its sources are unchanged: a missing file may exist now.
+        // A broken shader is compiled again even if its sources are unchanged, because a missing file may
+        // exist now.
         if (hash == shader->sourceHash && !shader->isBroken) continue;
         std::vector<std::filesystem::path> includes;
         try {
@@ -132,15 +133,15 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
             AppendLines(error.what(), result.messages);
         }
         includes.insert(includes.begin(), shader->sources.front());
-        // The hash from before the compilation, so that a source saved in between counts as changed the
-        // next time.
+        // This is the hash from before the compilation, so that a source saved in between counts as changed
+        // the next time.
         shader->sourceHash = includes == shader->sources ? hash : HashOf(includes);
         shader->sources = std::move(includes);
     }
     return result;
 }
 
-// "; there are ..." with the shaders of the same file name or stage, as a hint.
+// Returns a hint, "; there are ...", with the shaders of the same file name or stage.
 std::string ShaderLibrary::SimilarNames(std::string_view name) const {
     const std::string extension = std::filesystem::path(name).extension().string();
     std::vector<std::string> sameFile;

@@ -1,8 +1,9 @@
-// ShaderLibrary: shaders by name, from the SPIR-V built into the library, from source files, or handed in.
+// ShaderLibrary: shaders by name, from SPIR-V in the library, from source files, or from the host.
 //
-// With a source root, a stage found there is compiled from source when it is first requested, and again by
-// Reload when its source or an included file has changed: the file of its name, or the source of the variant
-// of that name (shaders/CMakeLists.txt). A stage that no longer compiles keeps its last good SPIR-V.
+// With a source root, a stage that is found there is compiled from source when it is first requested, and
+// again by Reload when its source or an included file has changed. The source is the file with its name, or
+// that of the variant with its name (shaders/CMakeLists.txt). A stage that no longer compiles keeps its last
+// good SPIR-V.
 //
 // Threads: one at a time.
 #pragma once
@@ -22,33 +23,33 @@
 
 namespace raygraph {
 
-// One stage. Lives as long as its library, at one address.
+// One stage. It lives as long as its library, at a fixed address.
 struct Shader {
     std::string name;
     std::span<const uint32_t> words{};
     rhi::ShaderReflection reflection{};
 
-    // The source of the words; empty for SPIR-V that was built in or handed in.
+    // Compiled from `source`; empty for SPIR-V of the library or of the host.
     std::vector<uint32_t> compiledWords{};
-    rhi::GlslSource source{};                      // for rhi::CompileGlslFile
-    std::vector<std::filesystem::path> sources{};  // the file and all it includes
+    rhi::GlslSource source{};                      // input of rhi::CompileGlslFile
+    std::vector<std::filesystem::path> sources{};  // the file and all that it includes
     uint64_t sourceHash = 0;                       // hash of the sources' contents
     bool isBroken = false;                         // the current source does not compile
 };
 
 class ShaderLibrary {
   public:
-    // `root`: folder of sources that names are relative to; empty: none. They may include files
-    // of `includes`.
+    // `root` is the folder of the sources to which names are relative; empty: there is none. The sources may
+    // include files of `includes`.
     explicit ShaderLibrary(std::filesystem::path root, std::vector<std::filesystem::path> includes = {});
     ~ShaderLibrary();
 
-    // Takes a copy. A name that exists gets the new words.
+    // Copies the words. A shader with that name gets the new words.
     const Shader& Add(std::string_view name, std::span<const uint32_t> spirv);
-    // The shader of that name, if it has been requested or added; null otherwise.
+    // Returns the shader with that name if it has been requested or added; null otherwise.
     const Shader* Known(std::string_view name) const;
-    // Throws Error{Usage} naming the shaders of a similar name if there is none; as rhi::CompileGlsl for a
-    // source that does not compile and has never done so.
+    // Throws Error{Usage} naming shaders of similar names if there is none with that name. Throws as
+    // rhi::CompileGlsl does for a source that does not compile and has never done so.
     const Shader& Find(std::string_view name);
 
     struct ReloadResult {

@@ -15,7 +15,7 @@ std::optional<TextureId> SwapchainFrame::Begin(Renderer& renderer, Extent2D exte
     }
     if (!image || m_swapchain.Extent() != extent) return std::nullopt;
     m_image = *image;
-    // The image has no contents; the first write waits for the semaphore, whatever its stage.
+    // The image has no contents, and the first write waits for the semaphore in any stage.
     m_state = {};
     m_state.readStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     return renderer.Import("window", *m_image.texture, m_state);

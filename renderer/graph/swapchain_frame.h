@@ -22,16 +22,17 @@ class SwapchainFrame {
     SwapchainFrame(const SwapchainFrame&) = delete;
     SwapchainFrame& operator=(const SwapchainFrame&) = delete;
 
-    // The window's next image, for the open frame: a color target of that extent, without contents. Follows
-    // the window's size. Nullopt: the window cannot be drawn to now, or its size has just changed.
+    // Acquires the window's next image for the open frame, as a color target of that extent without contents,
+    // and follows the window's size. Returns nullopt if the window cannot be drawn to now, or its size has
+    // just changed.
     std::optional<TextureId> Begin(Renderer& renderer, Extent2D extent);
-    // Executes the frame and shows `drawn`, the last version of what Begin returned. Drivers of CPUs would
-    // wait here until it is drawn: there, ShowDrawn shows it, or the next Begin, which waits.
+    // Executes the frame and shows `drawn`, the last version of the target that Begin returned. Drivers of
+    // CPUs would wait here until it is drawn: with these, ShowDrawn shows it, or the next Begin, which waits.
     void End(Renderer& renderer, TextureId drawn);
-    // Ends the frame if Renderer::PreparePipelines returns true. Otherwise returns false: the frame stays
-    // open, and nothing is shown. After DropFrame another one may take its place.
+    // Ends the frame and returns true if Renderer::PreparePipelines does. Otherwise returns false: the frame
+    // stays open, and nothing is shown. After DropFrame another frame may be declared.
     bool TryEnd(Renderer& renderer, TextureId drawn);
-    // Returns false if the last frame is not drawn yet. Never waits for it.
+    // Returns false if the last frame has not been drawn yet. Never waits for it.
     bool ShowDrawn();
 
   private:
@@ -44,7 +45,7 @@ class SwapchainFrame {
     ResourceState m_state;
     bool m_isStale = false;              // the window may have another size
     rhi::Device* m_drawingOn = nullptr;  // not null: m_image is not shown yet
-    uint64_t m_drawn = 0;                // of the timeline: when it is drawn
+    uint64_t m_drawn = 0;                // timeline value at which it is drawn
 };
 
 }  // namespace raygraph

@@ -1,4 +1,4 @@
-// Small text helpers of the graph's messages and plan text.
+// Text helpers for messages and plan text of the graph. Threads: pure functions.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 
 namespace raygraph {
 
-// "RayTracingShader", "ComputeShader|Copy", "nothing".
+// Returns text such as "RayTracingShader", "ComputeShader|Copy", "nothing".
 std::string StagesText(VkPipelineStageFlags2 stages);
-// "read", "write", "read+write"; "" for none.
+// Returns "read", "write", "read+write", or "" for none.
 const char* AccessText(VkAccessFlags2 access);
-// "General", "ShaderReadOnly", ...
+// Returns text such as "General", "ShaderReadOnly".
 const char* LayoutText(VkImageLayout layout);
 
 }  // namespace raygraph

@@ -9,11 +9,10 @@ namespace raygraph {
 
 namespace {
 
-// Resizing by drag requests a new size in every frame: discard the old ones from time to time.
+// Resizing by drag requests a new size in every frame: a limit discards the old ones.
 constexpr size_t kMaxKnown = 128;
 
-// All fields but the name. When a description gets a new field, this does not compile until it is listed
-// here.
+// Returns all fields except the name. A new field of a description breaks the build until it is listed here.
 auto PartsOf(const rhi::TextureDesc& desc) {
     const auto& [name, extent, format, usage, mipLevels, layers] = desc;
     return std::tie(extent, format, usage, mipLevels, layers);
@@ -23,7 +22,7 @@ auto PartsOf(const rhi::BufferDesc& desc) {
     return std::tie(size, usage, memory, hasOwnMemory);
 }
 
-// Returns true if an object made for `a` also serves `b`, under the same name in debuggers.
+// Returns true if an object that was created for `a` also serves `b`, under the same name in debuggers.
 template <typename Desc>
 bool IsSame(const Desc& a, const Desc& b) {
     return PartsOf(a) == PartsOf(b) && a.name == b.name;

@@ -1,9 +1,8 @@
-// TransientPool: the Vulkan objects behind transients, kept between frames.
+// TransientPool: the Vulkan objects behind transients, kept between frames. Threads: that of the Renderer.
 //
-// Block b of a plan is block b of the pool; textures and buffers placed in it are found again by name,
-// description and usage. Objects that no frame has used for kKeepFrames frames are freed, as is a block that
-// has been far too large for as long. Destroyed objects live on in their Device until the frames that use
-// them have completed.
+// Block b of a plan is block b of the pool; textures and buffers in it are found by name, description and
+// usage. Objects that no frame has used for kKeepFrames frames are freed, as is a block that has been far too
+// large for that time. The Device keeps destroyed objects until the frames that use them have completed.
 #pragma once
 
 #include <cstdint>
@@ -23,19 +22,19 @@ class TransientPool {
 
     explicit TransientPool(rhi::Device& device) : m_device(device) {}
 
-    // Cached: the driver is queried once for each combination of all fields but the name.
+    // The result is cached: the driver is queried once for each combination of all fields except the name.
     rhi::MemoryRequirements RequirementsOf(const rhi::TextureDesc& desc);
     rhi::MemoryRequirements RequirementsOf(const rhi::BufferDesc& desc);
 
-    // Makes block b large enough for blocks[b], for every b. Objects in a block that is replaced
-    // are destroyed.
+    // Makes block b large enough for blocks[b], for every b. Objects in a block that is replaced are
+    // destroyed.
     void Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame);
-    // The object at the start of a block. The pointer is valid until the next Reserve.
+    // Returns the object at the start of a block. The reference is valid until the next Reserve.
     const rhi::Texture& Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame);
     const rhi::Buffer& Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame);
-    // A buffer of its own that no other frame in flight uses, for memory that the CPU writes.
+    // Returns a buffer for memory that the CPU writes, which no other frame in flight uses.
     const rhi::Buffer& TakeUpload(const rhi::BufferDesc& desc, uint64_t frame);
-    // Frees objects that have not been used for long.
+    // Frees objects that have not been used for kKeepFrames frames.
     void Trim(uint64_t frame);
 
   private:

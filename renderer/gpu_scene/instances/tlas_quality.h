@@ -15,6 +15,7 @@
 // rebuild takes time in proportion to the instances, and kInstancesPerFrame of them are taken to cost as much
 // as a frame. Hence a small scene is rebuilt at once, and a large one in which few instances travel far only
 // after many frames.
+//
 // Added instances follow all others in the order, and removed ones leave gaps: either may be one part in
 // kMaxChanged of the instances before all get a new order. Threads: plain values.
 #pragma once

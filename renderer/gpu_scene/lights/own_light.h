@@ -11,9 +11,9 @@
 namespace raygraph {
 
 // When the built-in light, a studio (renderer/scene/model/studio.h), is a scene's environment.
-// Auto:   if the scene has no environment, and HasOwnLight is false
-// Studio: instead of the scene's environment
-// None:   never
+//   Auto:   if the scene has no environment, and HasOwnLight is false
+//   Studio: instead of the scene's environment
+//   None:   never
 #define RAYGRAPH_DEFAULT_LIGHTS(X, Of)                                \
     X(Of, Auto, 0, "auto", "the studio where the scene has no light") \
     X(Of, Studio, 1, "studio", "in place of its environment")         \
