@@ -1,4 +1,4 @@
-// Acceleration structures: the owner of one, and bottom-level ones (BLAS) as the builder makes them
+// Acceleration structures: an owner of one, and the bottom-level ones (BLAS) that a builder makes
 // (rhi/blas_builder.h). Threads: as in rhi/resources.h; only its BlasBuilder changes a Blas.
 #pragma once
 
@@ -22,7 +22,7 @@ class RAYGRAPH_API AccelerationStructure {
     AccelerationStructure(AccelerationStructure&& other) noexcept { *this = std::move(other); }
     AccelerationStructure& operator=(AccelerationStructure&& other) noexcept;
     ~AccelerationStructure();
-    // Wraps one that a host owns: destroying this object then frees nothing. Bytes() is 0.
+    // Wraps a structure that a host owns: destroying this object then frees nothing. Bytes() is 0.
     static AccelerationStructure Wrap(Device& device, VkAccelerationStructureKHR structure);
 
     VkAccelerationStructureKHR Handle() const { return m_structure; }
@@ -58,7 +58,7 @@ struct TriangleGeometry {
     VkDeviceAddress indices = 0;   // address of the first index, a multiple of 4
     uint32_t triangleCount = 0;
     bool isOpaque = true;            // opaque geometry never runs an any-hit shader
-    bool noDuplicateAnyHit = false;  // no ray runs it more than once on a triangle
+    bool noDuplicateAnyHit = false;  // no ray runs any-hit more than once on a triangle
 };
 
 // Boxes for an intersection shader: tightly packed VkAabbPositionsKHR (float min[3], max[3]).
@@ -66,7 +66,7 @@ struct AabbGeometry {
     VkDeviceAddress boxes = 0;  // a multiple of 8
     uint32_t boxCount = 0;
     bool isOpaque = true;
-    bool noDuplicateAnyHit = false;  // no ray runs it more than once for a reported hit
+    bool noDuplicateAnyHit = false;  // no ray runs any-hit more than once for a reported hit
 };
 
 // Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements;
@@ -98,7 +98,7 @@ class RAYGRAPH_API Blas {
     friend class BlasBuilder;
     BlasDesc m_desc;
     AccelerationStructure m_structure;
-    AccelerationStructure m_reserved;  // for a build that is not recorded yet
+    AccelerationStructure m_reserved;  // for a build that has not been recorded
     VkBuildAccelerationStructureFlagsKHR m_flags = 0;
     uint64_t m_bytesBuilt = 0;
     uint64_t m_buildScratch = 0;  // bytes, known once m_reserved has been made; likewise m_updateScratch

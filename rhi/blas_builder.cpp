@@ -45,7 +45,7 @@ struct BlasBuilder::Impl {
             return *geometries.emplace_back(std::move(geometry));
         }
     };
-    // A BLAS that waits for its build, with the memory for it.
+    // Allocates the memory for the builds of all added BLASes, and returns these BLASes.
     std::vector<std::shared_ptr<Blas>> Reserve();
     void Trim() noexcept {
         std::erase_if(deforming, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
@@ -61,12 +61,11 @@ struct BlasBuilder::Impl {
     Device& device;
     BlasBuilderDesc desc;
     Compaction compaction;
-    std::vector<std::weak_ptr<Blas>> added;  // waiting for their build
+    std::vector<std::weak_ptr<Blas>> added;  // not built yet
     std::vector<std::weak_ptr<Blas>> built;
     std::vector<std::weak_ptr<Blas>> deforming;
     BuildScratch buildScratch;  // from Reserve until the builds are submitted
-    BuildScratch
-        refitScratch;  // of the largest rebuild, or larger; kept, since deformation comes every frame
+    BuildScratch refitScratch;  // for the largest rebuild; kept, since deformations come in every frame
     uint32_t buildCount = 0;
     uint32_t batchCount = 0;
     uint32_t refitCount = 0;
@@ -133,7 +132,7 @@ std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
     }
     if (due.empty()) return due;
     const BatchPlan plan = PlanBatches(scratchSizes, desc.scratchBudget);
-    // Twice of before, where many are added one by one
+    // Doubles the memory, since many structures may be added one by one
     if (buildScratch.Address() == 0 || buildScratch.Bytes() < plan.scratchBytes)
         buildScratch =
             BuildScratch(device, desc.name,
@@ -155,8 +154,8 @@ void BlasBuilder::Trim() noexcept {
 
 void BlasBuilder::RecordBuilds(CommandList& commands) {
     Impl& impl = *m_impl;
-    // Everything that can fail comes first and changes no BLAS: added ones stay added until their build
-    // is recorded.
+    // Everything that may fail comes first and changes no BLAS: added ones stay added until their build is
+    // recorded.
     const std::vector<std::shared_ptr<Blas>> due = impl.Reserve();
     if (due.empty()) return;
     Impl::Steps steps;
@@ -222,7 +221,7 @@ void BlasBuilder::RecordCompaction(CommandList& commands) {
     // Replaced structures are kept until the list is submitted, so that dropping it restores them.
     const auto slice = std::make_shared<std::vector<Compaction::Ready>>(impl.compaction.TakeSlice());
     if (slice->empty()) return;
-    BarrierBetweenBuilds(commands);  // the copies read what builds wrote
+    BarrierBetweenBuilds(commands);  // The copies read what builds have written
     for (Compaction::Ready& ready : *slice) {
         VkCopyAccelerationStructureInfoKHR copy{};
         copy.sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR;

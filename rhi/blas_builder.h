@@ -30,11 +30,11 @@ class CommandList;
 struct BlasBuilderDesc {
     std::string name = "blas builder";
     uint64_t scratchBudget = 64ull << 20;  // bytes of scratch memory for the builds of one batch
-    // False: structures stay as built. Deforming ones always do, because a rebuild needs that memory. On a
-    // driver where compaction saves nothing it turns itself off after the first batch.
+    // False: structures stay as built. Deforming ones always stay so, because a rebuild needs that memory.
+    // Compaction turns itself off after the first batch on a driver where it saves nothing.
     bool compacts = true;
-    // Bytes of compacted structures of one RecordCompaction, which they take beside the ones they replace; a
-    // larger one comes alone.
+    // Bytes of the compacted structures of one RecordCompaction, which exist beside the ones that they
+    // replace. A larger structure is compacted alone.
     uint64_t compactionBudget = 64ull << 20;
 };
 
@@ -42,7 +42,7 @@ struct CompactionStatistics {
     uint32_t blasCount = 0;       // live BLASes whose build was submitted
     uint64_t bytesBuilt = 0;      // bytes of the structures as built
     uint64_t bytesCompacted = 0;  // in use now; equals bytesBuilt where nothing was compacted
-    uint32_t pending = 0;         // whose compaction is not yet recorded
+    uint32_t pending = 0;         // BLASes whose compaction is not recorded yet
     uint32_t buildCount = 0;      // builds submitted so far
     uint32_t batchCount = 0;      // build batches submitted so far
     uint32_t refitCount = 0;      // updates submitted so far

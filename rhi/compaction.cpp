@@ -89,8 +89,8 @@ bool Compaction::IsWorthCompacting(const Entry& entry) const {
     return blas && entry.bytes < blas->BytesBuilt();
 }
 
-// Takes as many structures as the budget allows, at least one. If memory is short, it tries again later: the
-// larger structures work in the meantime.
+// Reserves memory for as many structures as the budget allows, at least one. If memory is short, it tries
+// again later: the larger structures can be used in the meantime.
 void Compaction::ReserveSlice() {
     if (m_ready.empty()) return;
     if (m_pollsToRetry > 0) {
@@ -119,7 +119,7 @@ void Compaction::ReserveSlice() {
             Say(m_device.Log(), LogLevel::Info, log_category::kGeometry,
                 "BLAS compaction waits for memory: {}", error.what());
         m_hasRunOut = true;
-        // Keep those that got memory: each of them frees some of its own when it has been copied.
+        // The structures with memory are kept: each of them frees some of its own when it has been copied
         taken = done;
     }
     m_slice = std::move(slice);
@@ -148,7 +148,7 @@ void Compaction::Judge(const Batch& batch) {
         built += blas->BytesBuilt();
         compacted += entry.bytes;
     }
-    if (built == 0) return;  // all of them dropped: the next batch decides
+    if (built == 0) return;  // all of them were dropped, so that the next batch decides
     m_isJudged = true;
     if (compacted < built - built / 2000) return;  // below 1.000 when written with three decimals
     m_disabledReason =

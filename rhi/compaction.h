@@ -25,23 +25,23 @@ class Compaction {
     Compaction(const Compaction&) = delete;
     Compaction& operator=(const Compaction&) = delete;
 
-    // A BLAS whose build has been recorded as this structure.
+    // A BLAS, and the structure of its recorded build.
     struct Query {
         std::weak_ptr<Blas> blas;
         VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
     };
-    // Creates a pool for this many queries. Returns null for none, if compaction is off, and if there is no
-    // memory for a pool: then structures stay as built.
+    // Creates a pool for this many queries. Returns null for a count of 0, if compaction is off, and if there
+    // is no memory for a pool: then structures stay as built.
     VkQueryPool CreatePool(size_t count);
     // Takes ownership of the pool; does nothing with a null one.
     void RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries);
-    // The list with these queries will not be executed.
+    // Must be called if the list with these queries will not be executed.
     void Abandon(VkQueryPool pool);
 
-    // Returns true if TakeSlice has something.
+    // Returns true if TakeSlice will return anything.
     bool Poll();
     // Returns BLASes whose size has arrived, whose compaction is worthwhile, and for which there is memory
-    // and budget; those dropped meanwhile are left out.
+    // and budget, except those that have been dropped.
     std::vector<Ready> TakeSlice();
     void Requeue(std::span<const Ready> slice);
 
@@ -77,8 +77,8 @@ class Compaction {
     std::string m_disabledReason;
     std::vector<Batch> m_waiting;
     std::vector<Entry> m_ready;
-    std::vector<Reserved> m_slice;  // the next copies
-    uint32_t m_pollsToRetry = 0;    // after running out of memory
+    std::vector<Reserved> m_slice;  // the next structures to copy
+    uint32_t m_pollsToRetry = 0;    // polls to wait for after memory has run out
     bool m_hasRunOut = false;
 };
 

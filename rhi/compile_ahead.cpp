@@ -14,10 +14,10 @@ namespace raygraph::rhi {
 
 namespace {
 
-// The number of the first group that is made on a device.
+// The number of the first shader group that is created on a device.
 constexpr uint32_t kFirstNumber = 2;
 
-// The number of its first group on its device: what a handle of this driver is.
+// Returns the number of the pipeline's first group on its device, which this driver stores in the handle.
 uint32_t FirstGroup(const Device& device, const RayTracingPipeline& pipeline) {
     std::vector<std::byte> handle(device.Info().shaderGroupHandleSize);
     device.Check(device.Vk().vkGetRayTracingShaderGroupHandlesKHR(device.Handle(), pipeline.Handle(), 0, 1,
@@ -28,7 +28,8 @@ uint32_t FirstGroup(const Device& device, const RayTracingPipeline& pipeline) {
     return number;
 }
 
-// Makes that many groups, at least 2: a pipeline has no fewer. Ray generation is one, each hit set another.
+// Creates `count` shader groups, at least 2, since a pipeline has no fewer: ray generation is one, each hit
+// set another.
 void SkipGroups(Device& device, uint32_t count) {
     const std::vector<uint32_t> rayGen =
         CompileGlsl({.name = "nothing",
@@ -40,7 +41,8 @@ void SkipGroups(Device& device, uint32_t count) {
     static_cast<void>(CreateRayTracingPipeline(device, desc));
 }
 
-// No invocation, so that nothing is read: unlike others, this driver needs no resources bound for that.
+// Executes no invocation, so that nothing is read: unlike others, this driver needs no bound resources for
+// that.
 void Execute(Device& device, const RayTracingPipeline& pipeline) {
     CommandList commands = device.BeginCommands("compile ahead");
     const DeviceFunctions& vk = device.Vk();
@@ -58,7 +60,7 @@ void Execute(Device& device, const ComputePipeline& pipeline) {
     device.WaitFor(device.Submit(std::move(commands)));
 }
 
-// `run` is given the second device, and says why that did not do; "": it did.
+// Calls `run` with the second device; it returns a message if the device is not suitable, or "".
 template <typename Run>
 void OnSecondDevice(const Device& device, const Pipeline& made, Run&& run) {
     if (!device.Info().isLavapipe) return;

@@ -46,7 +46,7 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     allocatorInfo.instance = instance;
     allocatorInfo.pAllocationCallbacks = allocation;
     allocatorInfo.pVulkanFunctions = &functions;
-    // A frame that needs another block waits for it: 256 MiB, the default, take 6 ms on an H200.
+    // A frame that needs another block waits for its allocation: 256 MiB, the default, take 6 ms on an H200.
     allocatorInfo.preferredLargeHeapBlockSize = uint64_t{64} << 20;
     allocatorInfo.vulkanApiVersion = VK_API_VERSION_1_3;
     check(vmaCreateAllocator(&allocatorInfo, &allocator), "vmaCreateAllocator");
@@ -109,7 +109,7 @@ VkResult Device::Impl::Await(uint64_t value) noexcept {
             hungValue = completed;
             return VK_TIMEOUT;
         }
-        before = completed;  // slow, but it does not hang
+        before = completed;  // the device is slow, but does not hang
     }
     return result;
 }
@@ -120,7 +120,7 @@ bool Device::Impl::Drain() noexcept {
     const VkResult result = Await(last);
     if (result == VK_TIMEOUT) return false;
     if (result == VK_SUCCESS) return true;
-    // A lost device: whatever is still running ends in finite time, which the queue knows.
+    // The device is lost: whatever is still running ends in finite time, which the queue knows.
     LockQueue();
     vk.vkQueueWaitIdle(queue);
     UnlockQueue();
@@ -157,7 +157,7 @@ void Device::Impl::Close() noexcept {
         if (instance && instanceFunctions.vkDestroyInstance)
             instanceFunctions.vkDestroyInstance(instance, allocation);
     }
-    // Closing again does nothing.
+    // A second call has nothing to close
     device = VK_NULL_HANDLE;
     instance = VK_NULL_HANDLE;
 }
@@ -178,7 +178,7 @@ Device::~Device() {
         m_impl->Close();
         return;
     }
-    // Objects that the device may still use cannot be freed, nor the loader, nor anything that is retired.
+    // Objects that the device may still use cannot be freed, nor can the loader and retired objects.
     Say(Log(), LogLevel::Error, log_category::kDevice, "device '{}' hangs: nothing of it is freed",
         m_impl->name);
     m_impl->Silence();
@@ -237,7 +237,8 @@ void Device::SetName(VkObjectType type, uint64_t handle, const std::string& name
     info.objectType = type;
     info.objectHandle = handle;
     info.pObjectName = name.c_str();
-    m_impl->vk.vkSetDebugUtilsObjectNameEXT(m_impl->device, &info);  // may fail: it is only a name
+    // A failure is ignored, since it affects only a name.
+    m_impl->vk.vkSetDebugUtilsObjectNameEXT(m_impl->device, &info);
 }
 
 const raygraph::Log& Device::Log() const {
@@ -281,7 +282,7 @@ bool Device::SavePipelineCache() {
     std::string problem;
     if (read(size, nullptr) == VK_SUCCESS) {
         std::vector<std::byte> bytes(size);
-        // VK_INCOMPLETE: a pipeline was added in between; the truncated data is a valid cache, too.
+        // With VK_INCOMPLETE a pipeline was added in between; the truncated data is a valid cache, too.
         if (read(size, bytes.data()) >= VK_SUCCESS) {
             bytes.resize(size);
             savedBytes = size;

@@ -1,10 +1,10 @@
 // Device: one Vulkan device, created by Raygraph or adopted from a host engine, with its memory, its queue
 // and its timeline.
 //
-// No globals: any number of devices in one process, each with its own function table. Nothing here exits or
-// prints; messages go to DeviceDesc::log. Threads: Create*, Retire, CompletedValue and WaitFor may be
-// called from any thread; Submit takes the queue lock (the host's, when adopted). A CommandList belongs to
-// one thread at a time.
+// There are no globals: a process may have any number of devices, each with its own function table. Nothing
+// here exits or prints; messages go to DeviceDesc::log. Threads: Create*, Retire, CompletedValue and WaitFor
+// may be called from any thread; Submit takes the queue lock (the host's, when adopted). A CommandList
+// belongs to one thread at a time.
 #pragma once
 
 #include <array>
@@ -39,18 +39,19 @@ inline constexpr std::chrono::milliseconds kDefaultHangLimit = std::chrono::minu
 
 struct DeviceDesc {
     std::string name = "raygraph";
-    // The device: "" is the most suitable one, "1" an index, all else a case-insensitive part of the name.
+    // Selects the device: "" is the most suitable one, "1" an index, and any other text a case-insensitive
+    // part of the name.
     std::string select = {};
     // Enables core and synchronization validation; Error{NoDevice} if the layers are not installed.
     bool validation = false;
     bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
-    raygraph::Log log = {};  // messages of the device and of all that is made with it; see base/log.h
+    raygraph::Log log = {};  // for messages of the device and of all objects created with it; see base/log.h
     // Instance extensions that the window system requires: with any, the device can present in windows
     // (rhi/swapchain.h). Error{NoDevice} if one of them or VK_KHR_swapchain is missing.
     std::vector<std::string> surfaceExtensions = {};
     uint32_t framesInFlight = 2;
     // A wait in which no submission completes for this long ends in Error{DeviceLost}, which names the last
-    // pass reached. 0: waits are unlimited. nullopt: kDefaultHangLimit, and 0 on a CPU device, whose frames
+    // pass reached. 0: waits are unlimited. nullopt: kDefaultHangLimit, or 0 on a CPU device, whose frames
     // may take that long.
     std::optional<std::chrono::milliseconds> hangLimit = {};
     bool savePipelineCache = true;              // keep the pipeline cache on disk between runs
@@ -60,8 +61,8 @@ struct DeviceDesc {
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
-// A host's own objects; all of them outlive the Device. The host has enabled what
-// rhi/device_requirements.h requires.
+// The objects of a host, all of which outlive the Device. The host has enabled what rhi/device_requirements.h
+// requires.
 struct AdoptedDeviceDesc {
     std::string name = "host";
     VkInstance instance = VK_NULL_HANDLE;
@@ -71,8 +72,8 @@ struct AdoptedDeviceDesc {
     uint32_t queueFamily = 0;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
     std::vector<std::string> enabledExtensions = {};          // device extensions the host enabled
-    // The optional features that the host has enabled: no other is used, because Vulkan cannot be queried for
-    // them. For a device created with FeaturesFor, OptionalFeaturesOf.
+    // The optional features that the host has enabled. No other is used, because Vulkan cannot be queried for
+    // them. A device that was created with FeaturesFor has OptionalFeaturesOf.
     OptionalFeatures enabledFeatures = {};
     bool debugUtilsEnabled = false;  // instance has VK_EXT_debug_utils
     const VkAllocationCallbacks* allocationCallbacks = nullptr;
@@ -113,7 +114,7 @@ struct DeviceInfo {
     uint32_t timestampValidBits = 0;  // bits of the queue family's timestamps; 0: none
     uint32_t maxPushConstantBytes = 0;
     uint32_t maxPushDescriptors = 0;
-    uint64_t storageAlignment = 0;  // minStorageBufferOffsetAlignment
+    uint64_t storageAlignment = 0;  // bytes, minStorageBufferOffsetAlignment
     uint64_t uniformAlignment = 0;
     uint64_t maxBufferBytes = 0;
     uint64_t maxStorageBufferBytes = 0;  // limit of a buffer that a shader binds: maxStorageBufferRange
@@ -123,7 +124,7 @@ struct DeviceInfo {
     OptionalFeatures optional;
 };
 
-// A device seen at enumeration, with every reason for which it cannot be used (none: it is suitable).
+// A device found by enumeration, with every reason for which it cannot be used (none: it is suitable).
 struct DeviceReport {
     uint32_t index = 0;
     std::string name;
@@ -145,15 +146,15 @@ struct SemaphoreUse {
 struct MemoryStatistics {
     uint64_t usedBytes = 0;  // bytes of live resources
     uint64_t peakBytes = 0;  // the largest usedBytes so far
-    // The part of usedBytes that was meant for the device's own memory but had to be placed in the host's,
+    // The part of usedBytes that should be in the device's own memory but had to be placed in the host's,
     // which is slow. A warning reports the first time.
     uint64_t fallbackBytes = 0;
 };
 
-// One of the device's memory heaps. With VK_EXT_memory_budget (OptionalFeatures::memoryBudget) budget and use
-// are the driver's; without it, 80 % of the size and what this Device has allocated.
+// One of the device's memory heaps. With VK_EXT_memory_budget (OptionalFeatures::memoryBudget), budget and
+// use come from the driver; without it, they are 80 % of the size and the allocations of this Device.
 struct MemoryHeap {
-    bool isDeviceLocal = false;  // the device's own; else the host's
+    bool isDeviceLocal = false;  // false: host memory
     uint64_t sizeBytes = 0;
     uint64_t budgetBytes = 0;  // bytes that this process may use
     uint64_t usedBytes = 0;    // bytes that this process uses, over all its devices
@@ -166,12 +167,12 @@ class RAYGRAPH_API Device {
     static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});
     // Checks the host's device against the requirements; throws Error{NoDevice} naming what is missing.
     static std::unique_ptr<Device> Adopt(const AdoptedDeviceDesc& desc);
-    // Returns every Vulkan device of the machine, in the loader's order; empty without a loader. Null:
-    // libvulkan.so.1.
+    // Returns every Vulkan device of the machine, in the loader's order; empty without a loader. A null
+    // `loader` stands for libvulkan.so.1.
     static std::vector<DeviceReport> Enumerate(PFN_vkGetInstanceProcAddr loader = nullptr);
 
-    // Waits for the device to be idle. If it hangs for longer than DeviceDesc::hangLimit, nothing is freed,
-    // because it may still be in use; a message says so.
+    // Waits until the device is idle. If it hangs for longer than DeviceDesc::hangLimit, nothing is freed,
+    // because it may still be in use; a message reports this.
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
@@ -187,21 +188,21 @@ class RAYGRAPH_API Device {
     VkPipelineCache PipelineCache() const;
     VkPipelineCreateFlags PipelineFlags() const;  // flags of all pipelines
     uint32_t FramesInFlight() const;
-    std::chrono::milliseconds HangLimit() const;  // 0: none
+    std::chrono::milliseconds HangLimit() const;  // 0: unlimited
     const VkAllocationCallbacks* AllocationCallbacks() const;
 
-    // These throw Error{OutOfMemory} or Error{Vulkan} with the object's name, and Error{Usage} for a bad
-    // Desc.
+    // These functions throw Error{OutOfMemory} or Error{Vulkan} with the object's name, and Error{Usage} for
+    // an invalid Desc.
     Buffer CreateBuffer(const BufferDesc& desc);
     Buffer CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory);
     Texture CreateTexture(const TextureDesc& desc);
     Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
-    // Wraps an image that the host owns, and creates a view of it. If it has six layers or more, a view as
-    // cube map needs VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT.
+    // Wraps an image that the host owns, and creates a view of it. With six layers or more, a view as cube
+    // map requires VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT.
     Texture WrapTexture(const TextureDesc& desc, VkImage image);
-    // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. Only
-    // if its address is used (Buffer::Address, passes that reach it by address, builds) does it
-    // need VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
+    // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. It needs
+    // VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT only if its address is used (Buffer::Address, passes that
+    // read it by address, builds).
     Buffer WrapBuffer(const BufferDesc& desc, VkBuffer buffer);
     // Wraps a TLAS that the host owns, builds and destroys; see rhi/tlas.h.
     Tlas WrapTlas(const std::string& name, VkAccelerationStructureKHR structure);
@@ -216,16 +217,16 @@ class RAYGRAPH_API Device {
     bool CanSample(Format format) const;
     MemoryStatistics Memory() const;
     std::vector<MemoryHeap> MemoryHeaps() const;
-    // From then on, resources that would take MemoryStatistics::usedBytes above `bytes` are refused with
-    // Error{OutOfMemory}, as if the device had no more. 0: no limit. Threads that create resources at the
-    // same time may exceed it by these resources.
+    // Sets a limit: resources that would take MemoryStatistics::usedBytes above `bytes` are then refused with
+    // Error{OutOfMemory}, as if the device had no more memory. 0: no limit. Threads that create resources at
+    // the same time may exceed it by these resources.
     void LimitMemory(uint64_t bytes);
     uint64_t MemoryLimit() const;  // 0: none
 
-    // One timeline: every submission signals the next value.
-    // Begin a command list in the recording state; its pool is recycled once its submission has completed.
+    // --- The timeline: every submission signals its next value.
+    // Returns a command list in the recording state; its pool is recycled once its submission has completed.
     CommandList BeginCommands(const std::string& name);
-    // Ends the list and submits it; returns the value that the timeline reaches when it has completed. Throws
+    // Ends the list and submits it; returns the timeline value at which it has completed. Throws
     // Error{DeviceLost} (see AddLastPassReport) or Error{Vulkan}.
     uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
                     std::span<const SemaphoreUse> signals = {});
@@ -235,7 +236,7 @@ class RAYGRAPH_API Device {
     uint64_t CompletedValue() const;
     uint64_t LastSubmittedValue() const;
     VkSemaphore Timeline() const;
-    // Throws Error{DeviceLost} for a lost device, and for one that hangs (DeviceDesc::hangLimit).
+    // Throws Error{DeviceLost} for a device that is lost or hangs (DeviceDesc::hangLimit).
     void WaitFor(uint64_t value);
     // Waits for Raygraph's own submissions, not for a host's on the same queue.
     void WaitIdle();
@@ -245,22 +246,22 @@ class RAYGRAPH_API Device {
     // Calls WaitIdle, then vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
     void WaitQueueIdle();
 
-    // Runs `destroy` once all work submitted so far, and every command list now being recorded, has
-    // completed; a list that is kept open holds back all that is retired meanwhile. At once when there is no
-    // such work.
+    // Calls `destroy` once all work submitted so far, and every command list that is being recorded, has
+    // completed; if there is none, it calls it at once. A list that is kept open delays everything that is
+    // retired meanwhile.
     void Retire(std::function<void()> destroy);
     // Frees retired objects that the timeline has passed. Submit and WaitFor call it.
     void CollectGarbage();
 
-    // Gives a Vulkan object its debug name; nothing without VK_EXT_debug_utils.
+    // Gives a Vulkan object its debug name. Does nothing without VK_EXT_debug_utils.
     void SetName(VkObjectType type, uint64_t handle, const std::string& name);
     // The log of DeviceDesc, which renderers and scenes on this device use, too.
     const raygraph::Log& Log() const;
-    // Throws the Error that fits `result` unless it is a success; `what` names object and call.
+    // Throws the Error for `result` unless that is a success; `what` names object and call.
     void Check(VkResult result, std::string_view what) const;
-    // Registers a function that says which pass was reached when the device is lost. All non-empty reports go
-    // into the Error. `report` is called from any thread, never after the returned object has been destroyed,
-    // and must not call back into the Device.
+    // Registers a function that reports which pass was reached when the device is lost. All non-empty reports
+    // are put into the Error. `report` may be called from any thread, but never after the returned object has
+    // been destroyed, and must not call back into the Device.
     [[nodiscard]] std::shared_ptr<const void> AddLastPassReport(std::function<std::string()> report);
     // The number of validation messages so far, core and synchronization. An adopted device has none: the
     // messages of a host's instance reach the host's own messenger.
@@ -275,8 +276,8 @@ class RAYGRAPH_API Device {
 
     // The layout of set 1 (bindless textures), which all pipelines share: see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();
-    // The SPIR-V to give to the driver in place of a shader's own (rhi/shader_specializer.h); null: its own,
-    // with the values. Only for rhi/.
+    // Returns the SPIR-V to pass to the driver instead of a shader's own (rhi/shader_specializer.h), or null
+    // if the shader's own is to be used with the values. Only for rhi/.
     std::shared_ptr<const std::vector<uint32_t>> Specialized(std::span<const uint32_t> spirv,
                                                              std::span<const SpecializationValue> values);
 
@@ -292,8 +293,8 @@ class RAYGRAPH_API Device {
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
     void FreeMemory(VmaAllocation allocation) noexcept;
-    // Called before and after memory is allocated: throws Error{OutOfMemory} beyond the limit; counts the
-    // memory.
+    // Called before and after memory is allocated: the first throws Error{OutOfMemory} beyond the limit, the
+    // second counts the memory.
     void RequireMemory(const std::string& subject, uint64_t bytes);
     void CheckMemory(VkResult result, const std::string& subject);
     void TrackMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);

@@ -1,4 +1,4 @@
-// Device::Adopt: a host's own device, checked against the requirements.
+// Device::Adopt: checks a host's device against the requirements, and wraps it.
 #include <algorithm>
 
 #include "base/text.h"

@@ -39,7 +39,7 @@ bool HasLayer(const GlobalFunctions& vk, const char* layer) {
 struct InstanceDesc {
     std::string name;
     bool validation = false;
-    bool debugUtils = false;  // where there is the extension
+    bool debugUtils = false;  // set if the extension exists
     std::vector<std::string> surfaceExtensions = {};
 };
 
@@ -48,7 +48,7 @@ struct CreatedInstance {
     bool hasDebugUtils = false;
 };
 
-// `messenger` may be null; it is chained, so that making the instance is watched as well.
+// `messenger` may be null; it is chained, so that it also receives messages of vkCreateInstance.
 CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceDesc& desc,
                                const VkDebugUtilsMessengerCreateInfoEXT* messenger) {
     const GlobalFunctions vk = LoadGlobalFunctions(loader);
@@ -109,7 +109,7 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
     info.ppEnabledExtensionNames = extensions.data();
     const VkResult result = vk.vkCreateInstance(&info, nullptr, &created.handle);
     if (result != VK_SUCCESS) {
-        // A loader without any driver answers so.
+        // A loader without any driver returns this result
         const char* cause = result == VK_ERROR_INCOMPATIBLE_DRIVER ? " (no Vulkan driver is installed)" : "";
         throw Error(KindOfCreationError(result), Text("vkCreateInstance: {}{}", ResultName(result), cause),
                     result);

@@ -27,11 +27,11 @@ DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstance
 // Returns the name of a result: "VK_ERROR_DEVICE_LOST".
 std::string ResultName(VkResult result);
 
-// The Error of a call that failed while a device was created: exhausted memory and a lost device are
-// not NoDevice.
+// Returns the kind of Error for a call that failed while a device was created: exhausted memory and a lost
+// device are not NoDevice.
 ErrorKind KindOfCreationError(VkResult result);
 
-// A command buffer with the pool it comes from; reused once the timeline has reached `until`.
+// A command buffer and its pool; they are reused once the timeline has reached `until`.
 struct CommandSlot {
     VkCommandPool pool = VK_NULL_HANDLE;
     VkCommandBuffer commands = VK_NULL_HANDLE;
@@ -56,7 +56,8 @@ class MemoryCounter {
     std::atomic<uint64_t> m_used{0}, m_peak{0}, m_fallback{0};
 };
 
-// The reporters of the last pass reached. Thread-safe; shared with them, as they may outlive the device.
+// The reporters of the last pass reached. Thread-safe; it is shared with them, as they may outlive the
+// device.
 class LastPassReports {
   public:
     using Report = std::function<std::string()>;
@@ -80,17 +81,17 @@ struct Device::Impl {
     explicit Impl(raygraph::Log log) : messages(std::move(log)) {}
     ~Impl() { Close(); }
 
-    // Makes a working device of the handles: functions, allocator, timeline, pipeline cache. May throw;
-    // Close() then frees what was created.
+    // Makes a working device of the handles: functions, allocator, timeline, pipeline cache. If it throws,
+    // Close() frees what was created.
     void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
               std::optional<std::chrono::milliseconds> requestedHangLimit);
-    // Frees everything of a device that is idle or lost, and in the created case the device and the instance.
+    // Frees everything of a device that is idle or lost, and device and instance unless they are adopted.
     // Never throws.
     void Close() noexcept;
     // Waits until all own submissions have completed, or the device is lost. Returns false if it hangs.
     bool Drain() noexcept;
-    // Waits for the timeline; returns VK_TIMEOUT when no submission completed for hangLimit. A wait ends at
-    // once if the timeline has not advanced since another wait found the device to hang.
+    // Waits for the timeline. Returns VK_TIMEOUT when no submission has completed for hangLimit, or at once
+    // if the timeline has not advanced since another wait found the device to hang.
     VkResult Await(uint64_t value) noexcept;
     // The timeline's current value.
     VkResult QueryCompleted(uint64_t& value) noexcept;
@@ -114,7 +115,7 @@ struct Device::Impl {
     uint32_t queueFamily = 0;
     uint32_t framesInFlight = 2;
     const VkAllocationCallbacks* allocation = nullptr;
-    std::function<void()> lockQueue, unlockQueue;  // the host's, or none
+    std::function<void()> lockQueue, unlockQueue;  // of the host, or empty
 
     InstanceFunctions instanceFunctions;
     DeviceFunctions vk;
@@ -127,9 +128,10 @@ struct Device::Impl {
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
-    std::atomic<uint64_t> lastCompleted{0};         // the value at the last query
-    std::chrono::milliseconds hangLimit{0};         // 0: none
-    std::atomic<uint64_t> hungValue{~uint64_t{0}};  // the timeline's value when a wait found it to hang
+    std::atomic<uint64_t> lastCompleted{0};  // the value at the last query
+    std::chrono::milliseconds hangLimit{0};  // 0: none
+    // The timeline's value when a wait found the device to hang.
+    std::atomic<uint64_t> hungValue{~uint64_t{0}};
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;
@@ -142,7 +144,7 @@ struct Device::Impl {
     PipelineCacheFile pipelineCacheFile;
     Measurements measurements;
     VkPipelineCache pipelineCache = VK_NULL_HANDLE;
-    std::optional<SpecializedShaders> specializedShaders;  // once it is open
+    std::optional<SpecializedShaders> specializedShaders;  // set by Open
     std::mutex tableLayoutMutex;
     VkDescriptorSetLayout tableLayout = VK_NULL_HANDLE;
 };

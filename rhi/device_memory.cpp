@@ -17,7 +17,8 @@ MemoryStatistics Device::Memory() const {
 std::vector<MemoryHeap> Device::MemoryHeaps() const {
     const VkPhysicalDeviceMemoryProperties* properties = nullptr;
     vmaGetMemoryProperties(Allocator(), &properties);
-    vmaSetCurrentFrameIndex(Allocator(), 0);  // asks the driver: what it said before is kept for long
+    // Makes the allocator query the driver, whose answers it caches for long.
+    vmaSetCurrentFrameIndex(Allocator(), 0);
     std::vector<VmaBudget> budgets(VK_MAX_MEMORY_HEAPS);
     vmaGetHeapBudgets(Allocator(), budgets.data());
     std::vector<MemoryHeap> heaps;

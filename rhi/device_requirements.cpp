@@ -12,7 +12,7 @@
 
 namespace raygraph::rhi {
 
-// Every feature structure that is read.
+// All feature structures that are queried.
 struct FeatureStructs {
     VkPhysicalDeviceFeatures2 root{};
     VkPhysicalDeviceVulkan12Features vulkan12{};
@@ -34,8 +34,8 @@ namespace {
 struct FeatureEntry {
     FeatureRequirement requirement;
     const char* extension;                         // null: part of Vulkan 1.3
-    VkBool32& (*flag)(FeatureStructs&);            // where the feature is
-    bool OptionalFeatures::*capability = nullptr;  // what it turns on, for an optional one
+    VkBool32& (*flag)(FeatureStructs&);            // returns the field of the feature
+    bool OptionalFeatures::*capability = nullptr;  // the capability that an optional feature enables
 };
 
 // An optional extension without a feature.
@@ -210,7 +210,7 @@ constexpr std::array kFormatRequirements{
                       VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT, "radiance and its mean"},
 };
 
-// The queries of one physical device.
+// The queries to one physical device.
 class Probe {
   public:
     Probe(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader, VkInstance instance)
@@ -262,7 +262,7 @@ class Probe {
 #endif
     }
 
-    // `structs` chained, with everything the device has.
+    // Chains `structs` and queries all features of the device.
     void Query(FeatureStructs& structs) const {
         Chain(structs);
         m_vk.vkGetPhysicalDeviceFeatures2(m_device, &structs.root);
@@ -424,7 +424,7 @@ std::vector<std::string> UnmetRequirements(VkPhysicalDevice device, PFN_vkGetIns
     const auto text = [](uint32_t v) {
         return Text("{}.{}", VK_API_VERSION_MAJOR(v), VK_API_VERSION_MINOR(v));
     };
-    // Without Vulkan 1.3 the structures below cannot even be queried.
+    // Without Vulkan 1.3 the following structures cannot even be queried.
     if (version < Requirements().apiVersion)
         return {"has Vulkan " + text(version) + ", needs " + text(Requirements().apiVersion)};
 
@@ -437,7 +437,7 @@ std::vector<std::string> UnmetRequirements(VkPhysicalDevice device, PFN_vkGetIns
     for (const FeatureEntry& entry : kFeatures)
         if (entry.requirement.isRequired && probe.HasExtensionOf(entry) && !entry.flag(available))
             refusals.push_back(std::string("lacks the feature ") + entry.requirement.name);
-    // A limit of a missing extension would read as 0: report only the missing extension.
+    // A limit of a missing extension would read as 0, so that only the missing extension is reported.
     if (refusals.empty()) refusals = probe.LimitRefusals();
     for (std::string& refusal : probe.FormatRefusals()) refusals.push_back(std::move(refusal));
     if (!probe.QueueFamily()) refusals.emplace_back("has no queue family for graphics, compute and transfer");

@@ -47,10 +47,10 @@ struct RequirementList {
     VkQueueFlags queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT;
 };
 
-// The list as data; static, thread-safe.
+// Returns the list as static data. Thread-safe.
 RAYGRAPH_API const RequirementList& Requirements();
 
-// The optional capabilities that were found.
+// The optional capabilities of a device.
 struct OptionalFeatures {
     bool rayQuery = false;
     bool positionFetch = false;
@@ -70,7 +70,7 @@ struct OptionalFeatures {
     bool operator==(const OptionalFeatures&) const = default;
 };
 
-// The chained feature structures that turn the requirements on: pass Root() as VkDeviceCreateInfo::pNext.
+// The chained feature structures that enable the requirements: pass Root() as VkDeviceCreateInfo::pNext.
 // Movable, not copyable; Root() stays valid while the object lives.
 class RAYGRAPH_API FeatureChain {
   public:
@@ -78,7 +78,7 @@ class RAYGRAPH_API FeatureChain {
     FeatureChain(FeatureChain&&) noexcept;
     FeatureChain& operator=(FeatureChain&&) noexcept;
     ~FeatureChain();
-    // The caller may set more flags in the chained structures, before the device is made.
+    // The caller may set more flags in the chained structures before the device is created.
     VkPhysicalDeviceFeatures2* Root();
     const VkPhysicalDeviceFeatures2* Root() const;
 
@@ -88,24 +88,25 @@ class RAYGRAPH_API FeatureChain {
     std::unique_ptr<Impl> m_impl;
 };
 
-// The functions below query a physical device; `loader` is the one that created `instance`. Thread-safe.
+// The functions below query a physical device; `loader` is the one by which `instance` was created.
+// Thread-safe.
 
-// The required features plus the optional ones that `device` has.
+// Returns the required features and the optional ones that `device` has.
 RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                       VkInstance instance);
 // Returns the names of the required extensions and of the optional ones that `device` has, for
 // VkDeviceCreateInfo. The strings live as long as the program.
 RAYGRAPH_API std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance);
-// The first queue family with all of RequirementList::queueFlags; nullopt if there is none.
+// Returns the first queue family with all of RequirementList::queueFlags; nullopt if there is none.
 RAYGRAPH_API std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance);
-// The optional capabilities of `device`: extension and feature are both present.
+// Returns the optional capabilities of `device`, whose extension and feature are both present.
 RAYGRAPH_API OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                  VkInstance instance);
-// Turns off capabilities that need a device extension which is not in `enabled`.
+// Clears capabilities that need a device extension which is not in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
-// Turns off capabilities that are off in `enabled`.
+// Clears capabilities that are not set in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& enabled);
 // Returns every reason for which `device` cannot be used, one line each; empty: it can be used.
 RAYGRAPH_API std::vector<std::string> UnmetRequirements(VkPhysicalDevice device,

@@ -1,5 +1,5 @@
-// Device's creation of buffers, textures, samplers and memory blocks. What a failed call leaves in its handle
-// is undefined, of the allocator's calls as of Vulkan's: an owner gets its handle after a success only.
+// The creation of buffers, textures, samplers and memory blocks. A failed call of Vulkan or of the allocator
+// leaves its handle undefined, so that an owner gets the handle after a success only.
 #include <algorithm>
 
 #include "base/text.h"
@@ -70,13 +70,13 @@ VmaAllocationCreateInfo AllocationInfo(MemoryKind kind, BufferUsage usage = Buff
     info.usage = VMA_MEMORY_USAGE_AUTO;
     if (kind == MemoryKind::Device) {
         info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
-        // Every ray traverses these. The allocator would place them in host memory permanently.
+        // Every ray traverses these, and the allocator might place them in host memory permanently.
         if (Has(usage, BufferUsage::AccelerationStructure))
             info.requiredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
         return info;
     }
-    // Buffers that are only copied belong in host memory: little of the device's own can be mapped. The
-    // allocator cannot know, because every buffer has an address that shaders might use.
+    // Buffers that are only copied belong in host memory, since little of the device's own can be mapped. The
+    // allocator cannot know this, because every buffer has an address that shaders might use.
     if (Has(BufferUsage::CopySource | BufferUsage::CopyDestination, usage))
         info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_HOST;
     info.flags = VMA_ALLOCATION_CREATE_MAPPED_BIT |
@@ -183,7 +183,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     const VkBufferCreateInfo info = CreateInfo(desc);
     VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory, desc.usage);
     if (desc.hasOwnMemory) allocate.flags |= VMA_ALLOCATION_CREATE_DEDICATED_MEMORY_BIT;
-    // Where an address must be aligned, the whole buffer is, so that offset 0 always is.
+    // The whole buffer is aligned, so that an address at offset 0 always is.
     uint64_t alignment = 16;
     if (Has(desc.usage, BufferUsage::Storage))
         alignment = std::max<uint64_t>(alignment, Info().scratchAlignment);
@@ -260,7 +260,7 @@ VkImageView Device::CreateView(const Texture& texture, const Subresources& part,
     return view;
 }
 
-// Names the image and makes the view, if its usage needs one. The texture owns its image by now.
+// Names the image and creates the view if its usage needs one. The texture owns its image already.
 void Device::Finish(Texture& texture) {
     const TextureDesc& desc = texture.m_desc;
     if (texture.m_ownsImage)
@@ -268,7 +268,7 @@ void Device::Finish(Texture& texture) {
     constexpr VkImageUsageFlags kViewed = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
                                           VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
                                           VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
-    if ((ToVk(desc.usage) & kViewed) == 0) return;  // copies alone take no view, and Vulkan gives none
+    if ((ToVk(desc.usage) & kViewed) == 0) return;  // copies need no view, and Vulkan allows none
     texture.m_view = CreateView(texture, Resolved({}, desc.mipLevels, desc.layers),
                                 desc.layers == 1 ? ImageShape::Plain : ImageShape::Array);
 }
@@ -386,8 +386,7 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     MemoryBlock block;
     block.m_allocation = allocation;
     block.m_device = this;
-    // The block has one memory type from here on: resources that are bound to it must be able to use that
-    // one.
+    // The block has one memory type from here on, which bound resources must be able to use.
     block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};
     TrackMemory(block.m_allocation, subject, true);
     return block;

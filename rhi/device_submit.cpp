@@ -1,4 +1,5 @@
-// The timeline: command lists in, timeline values out, and what is destroyed when a value is reached.
+// The timeline: submission of command lists, and destruction of objects when the timeline has reached a
+// value.
 #include <algorithm>
 
 #include <array>
@@ -69,8 +70,8 @@ CommandList Device::BeginCommands(const std::string& name) {
     return list;
 }
 
-// Takes the Vulkan objects out of the list, for reuse once the timeline has reached `value` (0: now, the list
-// was not submitted), and runs the callbacks for its outcome.
+// Moves the Vulkan objects out of the list for reuse once the timeline has reached `value` (0: at once, since
+// the list was not submitted), and runs the callbacks for its outcome.
 void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
     {
         const std::lock_guard lock(m_impl->slotMutex);
@@ -80,18 +81,18 @@ void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
     commands.m_device = nullptr;
     commands.m_commands = VK_NULL_HANDLE;
     commands.m_pool = VK_NULL_HANDLE;
-    // Either may retire its captures: the list is closed by now, so that nothing waits for it in vain.
+    // Either may retire its captures: the list is closed, so that nothing waits for it in vain.
     const std::vector<std::function<void()>> onSubmitted = std::exchange(commands.m_onSubmitted, {});
     const std::vector<std::function<void()>> onDropped = std::exchange(commands.m_onDropped, {});
     if (value != 0)
         for (const std::function<void()>& run : onSubmitted) run();
     else
         for (auto undo = onDropped.rbegin(); undo != onDropped.rend(); ++undo) (*undo)();
-    // Memory may be exhausted because of what the list held back: free it without waiting for a submission.
+    // Memory may be exhausted by what the list kept alive: free that without waiting for a submission.
     if (value == 0) m_impl->retired.Collect(m_impl->lastCompleted.load());
 }
 
-// One batch, with or without commands, that moves the timeline on; returns its value.
+// Submits one batch, with or without commands, that advances the timeline; returns its value.
 uint64_t Device::Impl::SubmitBatch(const Device& owner, VkCommandBuffer commands,
                                    std::span<const SemaphoreUse> waits,
                                    std::span<const SemaphoreUse> signals) {
@@ -131,7 +132,7 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
 
     const uint64_t value = m_impl->SubmitBatch(*this, list.Handle(), waits, signals);
     Recycle(list, value);
-    // The commands have been submitted: an Error here would tell the caller that they have not. The next wait
+    // The commands have been submitted, and an Error here would mean that they have not. The next wait
     // reports a device that does not respond.
     uint64_t completed = 0;
     if (m_impl->QueryCompleted(completed) == VK_SUCCESS) m_impl->retired.Collect(completed);
@@ -139,7 +140,7 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
 }
 
 uint64_t Device::Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals) {
-    // Without commands no other stage ties the signals to the waits.
+    // Without commands, no other stage orders the signals after the waits.
     const auto atAllStages = [](std::span<const SemaphoreUse> uses) {
         std::vector<SemaphoreUse> all(uses.begin(), uses.end());
         for (SemaphoreUse& use : all) use.stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;

@@ -1,5 +1,5 @@
-// The texel formats in use, and the corresponding VkFormats. Threads: plain values and pure functions, for
-// any thread.
+// The texel formats of Raygraph, and the corresponding VkFormats. Threads: plain values and pure functions,
+// for any thread.
 #pragma once
 
 #include <cstdint>
@@ -45,13 +45,13 @@ enum class Format : uint8_t {
 constexpr uint32_t kFormatCount = static_cast<uint32_t>(Format::Bc7Srgb) + 1;
 
 RAYGRAPH_API VkFormat ToVk(Format format);
-// Returns Undefined for a VkFormat that is not in the list.
+// Returns Undefined for a VkFormat that has no Format.
 RAYGRAPH_API Format FormatFromVk(VkFormat format);
 // Returns the bytes of one texel, or of one block; 0 for Undefined.
 RAYGRAPH_API uint32_t TexelBytes(Format format);
-// Returns the texels a side of the unit of TexelBytes: 4 for block formats, else 1.
+// Returns the texels per side of the unit of TexelBytes: 4 for block formats, otherwise 1.
 RAYGRAPH_API uint32_t BlockSide(Format format);
-// Returns "rgba32f", "rgba8-srgb" and the like, for plan text, labels and errors.
+// Returns text such as "rgba32f" or "rgba8-srgb", for plan text, labels and errors.
 RAYGRAPH_API const char* Name(Format format);
 RAYGRAPH_API bool IsDepth(Format format);
 
@@ -63,15 +63,15 @@ struct Extent2D {
     bool IsEmpty() const { return width == 0 || height == 0; }
 };
 
-// Returns the columns and rows of blocks that cover so many texels; a format without blocks has one texel a
+// Returns the columns and rows of blocks that cover the extent; a format without blocks has one texel per
 // block.
 RAYGRAPH_API Extent2D BlockCounts(Format format, Extent2D extent);
-// Returns the bytes of so many texels, without padding.
+// Returns the bytes of an image of that extent, without padding.
 RAYGRAPH_API uint64_t ImageBytes(Format format, Extent2D extent);
 
 // Returns the size of a mip level: halved and rounded down `level` times (level < 32), at least 1.
 RAYGRAPH_API Extent2D MipExtent(Extent2D extent, uint32_t level);
-// Returns the levels down to 1x1; 0 for an extent of 0x0.
+// Returns the number of levels down to 1x1; 0 for an extent of 0x0.
 RAYGRAPH_API uint32_t FullMipCount(Extent2D extent);
 
 }  // namespace raygraph::rhi

@@ -57,8 +57,8 @@ DeviceFunctions LoadDeviceFunctions(PFN_vkGetDeviceProcAddr loader, VkDevice dev
 #undef RAYGRAPH_LOAD_OPTIONAL_
 
 std::shared_ptr<VulkanLoader> VulkanLoader::Open() {
-    // It stays loaded to the end of the process: drivers start threads and register handlers that may outlive
-    // the last instance, and unloading the code under them ends in a crash.
+    // The library stays loaded until the process ends: drivers start threads and register handlers that may
+    // outlive the last instance, and unloading their code would crash.
     constexpr const char* kLibrary = "libvulkan.so.1";
     std::shared_ptr<VulkanLoader> loader(new VulkanLoader);
     std::string whyNot;

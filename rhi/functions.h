@@ -1,7 +1,7 @@
-// Tables of Vulkan functions: InstanceFunctions for what needs no device, DeviceFunctions one per device,
-// loaded through that device's own vkGetDeviceProcAddr. Members have the Vulkan names, so a call reads
-// `vk.vkCmdDispatch(...)`. To use one more function, add a line to the right list; nothing else changes. For
-// rhi/ alone. Threads: any; tables do not change once they are loaded.
+// Tables of Vulkan functions: InstanceFunctions for calls that need no device, and one DeviceFunctions per
+// device, loaded through that device's own vkGetDeviceProcAddr. Members have the Vulkan names, so that a call
+// reads `vk.vkCmdDispatch(...)`. To use one more function, add a line to the right list; nothing else
+// changes. For rhi/ alone. Threads: any; tables do not change once they are loaded.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 // clang-format off
 
-// These are loaded with a null instance.
+// Loaded with a null instance.
 #define RAYGRAPH_GLOBAL_FUNCTIONS(X)                    \
     X(vkCreateInstance)                                 \
     X(vkEnumerateInstanceExtensionProperties)           \

@@ -1,4 +1,4 @@
-// The part of an image barrier that is the same everywhere. For rhi/ and renderer/graph/ alone. Threads: any.
+// The common fields of an image barrier. For rhi/ and renderer/graph/ alone. Threads: any.
 #pragma once
 
 #include "rhi/resources.h"

@@ -50,7 +50,7 @@ void Measurements::Remember(std::string_view name, double value) {
         file.Write(std::as_bytes(std::span(text)));
         file.Commit();
     } catch (const std::exception&) {
-        // It is measured again
+        // The number is measured again
     }
 }
 

@@ -1,7 +1,7 @@
-// Measurements: numbers that were measured once on a device, and are remembered from one process to the next.
+// Measurements: numbers that are measured once on a device, and kept on disk for later processes.
 //
-// One text file a device model and driver version, named as that of the pipeline cache: lines of a name, a
-// tab and the number. Threads: any. Never throws, but for lack of memory.
+// There is one text file per device model and driver version, named as that of the pipeline cache. Its lines
+// have a name, a tab and the number. Threads: any. Never throws except for lack of memory.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +19,8 @@ class Measurements {
     void SetFile(std::filesystem::path file);
 
     std::optional<double> Find(std::string_view name) const;
-    // The name has neither a tab nor an end of a line. Of processes that write at the same time the last one
-    // keeps its numbers. A file that cannot be written is left alone: the number is measured again next time.
+    // The name has neither a tab nor a line break. If processes write at the same time, the numbers of the
+    // last one stay. A failure to write is ignored: the number is measured again next time.
     void Remember(std::string_view name, double value);
 
   private:

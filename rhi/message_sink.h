@@ -1,4 +1,5 @@
-// The sink of all messages of a Device: its log, with a count of validation messages.
+// The sink of all messages of a Device: its log, with a count of validation messages. Threads: as the log's
+// callback.
 #pragma once
 
 #include <atomic>
@@ -19,7 +20,7 @@ class MessageSink {
     void SendValidation(LogLevel level, std::string_view id, std::string_view text) noexcept;
     uint64_t ValidationCount() const { return m_validationCount.load(std::memory_order_relaxed); }
 
-    // The messenger that sends warnings and errors of the validation layers to this sink, which has to
+    // Returns a messenger that sends warnings and errors of the validation layers to this sink, which must
     // outlive it.
     VkDebugUtilsMessengerCreateInfoEXT MessengerInfo();
 

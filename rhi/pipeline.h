@@ -1,10 +1,11 @@
-// Pipeline: the common base of compute, raster and ray-tracing pipelines. The layout is derived from
-// the shaders:
+// Pipeline: the common base of compute, raster and ray-tracing pipelines. The layout is derived from the
+// shaders:
 //   set 0  push descriptors (vkCmdPushDescriptorSetKHR) of every binding of any stage
 //   set 1  the bindless textures (rhi/texture_table.h), if a stage declares set 1
 //   push constants: one range from 0, visible to all stages
-// Owners as in rhi/resources.h: move-only, freed once the timeline has passed every submission made before.
-// Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline may be called from any.
+// Pipelines are owners as in rhi/resources.h: move-only, freed once the timeline has passed every submission
+// made before. Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline may be
+// called from any.
 #pragma once
 
 #include <span>
@@ -37,15 +38,14 @@ class RAYGRAPH_API Pipeline {
     bool UsesTextureTable() const { return m_interface.usesTextureTable; }
     // The bytes of the push-constant range, a multiple of 4; 0: none.
     uint32_t PushConstantBytes() const { return m_interface.pushConstants.bytes; }
-    // The stages to name in vkCmdPushConstants: those of the range in the layout.
+    // Returns the stages for vkCmdPushConstants: those of the range in the layout.
     VkShaderStageFlags PushConstantStages() const { return m_interface.stages; }
-    // The wall time in which the driver created the pipeline.
+    // Returns the wall time in which the driver created the pipeline.
     double CreationMs() const { return m_creationMs; }
 
   protected:
     Pipeline() = default;
-    // Reflects and merges the stages and creates the layouts; the derived pipeline then creates
-    // the VkPipeline.
+    // Reflects and merges the stages and creates the layouts; the derived class then creates the VkPipeline.
     Pipeline(Device& device, std::string name, std::span<const ShaderStage> stages);
     Pipeline(Pipeline&& other) noexcept { *this = std::move(other); }
     Pipeline& operator=(Pipeline&& other) noexcept;

@@ -22,7 +22,7 @@ struct FileHeader {
     uint64_t checksum = 0;
 };
 
-// No cache should be larger; NVIDIA's own limit for its disk cache is of this order.
+// No cache should be larger than this; NVIDIA's limit for its disk cache is of this order.
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 30;
 
 std::string Hex(std::span<const uint8_t> bytes) {

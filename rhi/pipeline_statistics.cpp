@@ -19,7 +19,7 @@ double ValueOf(const VkPipelineExecutableStatisticKHR& statistic) {
     }
 }
 
-// Calls a function of Vulkan that enumerates: for the number, then for as many structures of `type`.
+// Calls an enumerating function of Vulkan twice: for the number, then for as many structures of `type`.
 template <typename T, typename Ask>
 std::vector<T> ListOf(const Device& device, const char* what, VkStructureType type, Ask&& ask) {
     uint32_t count = 0;

@@ -31,7 +31,7 @@ template <>
 inline constexpr VkStructureType kTypeOf<VkPhysicalDeviceRayTracingPipelinePropertiesKHR> =
     VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR;
 
-// Each structure once. The device has to have the extensions that they belong to.
+// Holds each structure once. The device must have the extensions to which they belong.
 template <typename... Properties>
 class PropertyChain {
   public:
@@ -39,7 +39,7 @@ class PropertyChain {
         (Append(std::get<Properties>(m_properties)), ...);
         vk.vkGetPhysicalDeviceProperties2(device, &m_core);
     }
-    PropertyChain(const PropertyChain&) = delete;  // its parts point at each other
+    PropertyChain(const PropertyChain&) = delete;  // its members point at each other
     PropertyChain& operator=(const PropertyChain&) = delete;
 
     const VkPhysicalDeviceProperties2& Core() const { return m_core; }

@@ -16,15 +16,15 @@ enum class CullMode : uint8_t { None, Front, Back };
 enum class DepthCompare : uint8_t { Always, Less, LessOrEqual, Equal, Greater, GreaterOrEqual };
 enum class BlendMode : uint8_t {
     Off,
-    Alpha,          // straight alpha over
-    Premultiplied,  // premultiplied alpha over
+    Alpha,          // straight alpha, over
+    Premultiplied,  // premultiplied alpha, over
     Additive,
 };
 
 struct RasterPipelineDesc {
     std::string name = "raster pipeline";
     ShaderStage vertex{};
-    ShaderStage fragment{};  // empty: depth only
+    ShaderStage fragment{};  // empty: only depth is drawn
     std::vector<SpecializationValue> specialization{};
     std::vector<Format> colorFormats{};
     Format depthFormat = Format::Undefined;  // Undefined: no depth target

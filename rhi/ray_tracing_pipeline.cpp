@@ -22,7 +22,7 @@ std::vector<ShaderStage> StagesOf(const RayTracingPipelineDesc& desc) {
     return stages;
 }
 
-// Shader groups in the order in which they are numbered: ray generation, misses, hit sets, callables.
+// The shader groups in the order of their numbers: ray generation, misses, hit sets, callables.
 class GroupList {
   public:
     GroupList(StageSet& stages, const DeviceInfo& info)
@@ -72,13 +72,13 @@ uint32_t DataBytes(const std::vector<std::byte>& data) {
     return static_cast<uint32_t>(data.size());
 }
 
-// Writes records one after the other, taking the handles in the order of the groups.
+// Writes records one after another, taking the handles in the order of the groups.
 class TableWriter {
   public:
     TableWriter(std::byte* table, std::span<const std::byte> handles, size_t handleSize)
         : m_table(table), m_handles(handles), m_handleSize(handleSize) {}
 
-    // Without a group the handle stays zero, which the device takes for "no shader".
+    // Without a group the handle stays zero, which means "no shader" to the device.
     void Write(const TableRegion& region, uint32_t record, bool hasGroup,
                const std::vector<std::byte>& data) {
         std::byte* target = m_table + region.RecordOffset(record);
@@ -93,7 +93,7 @@ class TableWriter {
 
   private:
     std::byte* m_table;
-    std::span<const std::byte> m_handles;  // those not yet written
+    std::span<const std::byte> m_handles;  // handles that are not written yet
     size_t m_handleSize;
 };
 
@@ -165,7 +165,7 @@ void RayTracingPipeline::CreateTable(const RayTracingPipelineDesc& desc, uint32_
                         m_device->Handle(), m_pipeline, 0, groupCount, handles.size(), handles.data()),
                     m_name + ": vkGetRayTracingShaderGroupHandlesKHR");
 
-    // A buffer's address need not be aligned to the table's needs: there is room to move the start.
+    // The address of a buffer may be less aligned than the table must be: there is room to move the start.
     const uint64_t alignment = info.shaderGroupBaseAlignment;
     m_table = m_device->CreateBuffer({.name = m_name + " table",
                                       .size = m_tableLayout.size + alignment,
@@ -193,7 +193,7 @@ void RayTracingPipeline::CreateTable(const RayTracingPipelineDesc& desc, uint32_
 RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc) {
     CheckDesc(device, desc);
     RayTracingPipelineDesc whole = desc;
-    // An instance must find a record for its hits, if only one that runs nothing.
+    // An instance needs a record for its hits, even if that runs nothing.
     if (whole.hitSets.empty()) whole.hitSets.emplace_back();
     size_t rayTypeCount = std::max<size_t>(1, whole.miss.size());
     for (const HitGroupSet& set : whole.hitSets) rayTypeCount = std::max(rayTypeCount, set.size());

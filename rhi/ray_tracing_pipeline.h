@@ -1,8 +1,8 @@
 // A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
 //
-// Hit groups are given by hit set and, in it, by ray type. Ray types are numbers from 0 up that the caller
-// assigns; traceRayEXT is given one. TlasInstance::hitRecord selects an instance's hit set. A shader calls a
-// callable by its index in `callables`. Threads: any; a pipeline does not change once it is made.
+// Hit groups are given by hit set and, within it, by ray type. Ray types are numbers from 0 up that the
+// caller assigns and passes to traceRayEXT. TlasInstance::hitRecord selects an instance's hit set. A shader
+// calls a callable by its index in `callables`. Threads: any; a pipeline does not change once it is created.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct GeneralShader {
     std::vector<std::byte> recordData{};
 };
 
-// The shaders that a hit runs. All may be empty: such a hit runs nothing and leaves the payload as it is.
+// The shaders that a hit runs. All may be empty: such a hit runs nothing and does not change the payload.
 // With an intersection shader the group is for AABBs, without one for triangles.
 struct HitGroup {
     ShaderStage closestHit{};
@@ -34,12 +34,13 @@ struct HitGroup {
 // The hit groups of one hit set; the index is the ray type.
 using HitGroupSet = std::vector<HitGroup>;
 
-// The number of ray types is the length of the longest of `miss` and all hit sets, at least 1; shorter ones
+// The number of ray types is the length of the longest of `miss` and all hit sets, at least 1; shorter lists
 // are filled up with empty shaders.
 struct RayTracingPipelineDesc {
     std::string name = "ray tracing pipeline";
     GeneralShader rayGen{};
-    std::vector<GeneralShader> miss{};   // by ray type; an empty stage: a miss leaves the payload as it is
+    // By ray type; with an empty stage, a miss does not change the payload.
+    std::vector<GeneralShader> miss{};
     std::vector<HitGroupSet> hitSets{};  // empty: one set that runs nothing
     std::vector<GeneralShader> callables{};
     std::vector<SpecializationValue> specialization{};
@@ -49,7 +50,7 @@ struct RayTracingPipelineDesc {
 class RAYGRAPH_API RayTracingPipeline : public Pipeline {
   public:
     RayTracingPipeline() = default;
-    // The regions for vkCmdTraceRaysKHR.
+    // Returns the regions for vkCmdTraceRaysKHR.
     const VkStridedDeviceAddressRegionKHR& RayGenRegion() const { return m_regions[0]; }
     const VkStridedDeviceAddressRegionKHR& MissRegion() const { return m_regions[1]; }
     const VkStridedDeviceAddressRegionKHR& HitRegion() const { return m_regions[2]; }
@@ -66,9 +67,9 @@ class RAYGRAPH_API RayTracingPipeline : public Pipeline {
     std::array<VkStridedDeviceAddressRegionKHR, 4> m_regions{};
 };
 
-// A shader used by several groups is compiled once. Throws Error{Usage} naming the pipeline for a missing
-// ray-generation shader, a shader of the wrong stage, maxRecursion or record data above the device's limits,
-// and as CreateComputePipeline.
+// Compiles a shader that several groups use once. Throws Error{Usage} naming the pipeline for a missing
+// ray-generation shader, a shader of the wrong stage, and maxRecursion or record data above the device's
+// limits; otherwise as CreateComputePipeline.
 RAYGRAPH_API RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
 
 }  // namespace raygraph::rhi

@@ -69,7 +69,7 @@ std::optional<Format> FormatOf(spv::ImageFormat format) {
     }
 }
 
-// Reads one module; holds what all steps need.
+// Reads one module; holds the state that all steps need.
 class Reflector {
   public:
     Reflector(std::span<const uint32_t> spirv, std::string_view name)
@@ -157,7 +157,7 @@ class Reflector {
         binding.imageFormat = *format;
     }
 
-    // The block that a buffer reference is to; null: the type is none.
+    // Returns the block to which a buffer reference refers; null if the type is no buffer reference.
     const spirv_cross::SPIRType* Referenced(const spirv_cross::SPIRType& type) const {
         const bool isPointer = type.pointer && type.array.empty();
         if (!isPointer || type.storage != spv::StorageClassPhysicalStorageBufferEXT) return nullptr;

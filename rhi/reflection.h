@@ -1,6 +1,5 @@
-// The reflected interface of a SPIR-V module: bindings, push constants, specialization constants,
-// workgroup size.
-// Threads: pure functions, no device; any thread.
+// The reflected interface of a SPIR-V module: bindings, push constants, specialization constants, workgroup
+// size. Needs no device. Threads: pure functions, for any thread.
 //
 // Names are the GLSL names: of the variable for images, samplers and acceleration structures; for a buffer or
 // push-constant block its instance name if it has one, otherwise the block's name.
@@ -36,7 +35,7 @@ enum class BindingKind : uint8_t {
 };
 
 RAYGRAPH_API VkDescriptorType ToVk(BindingKind kind);
-// Returns "storage image", "sampled image" and the like, for errors.
+// Returns text such as "storage image" or "sampled image", for errors.
 RAYGRAPH_API const char* Name(BindingKind kind);
 
 struct Binding {
@@ -48,7 +47,7 @@ struct Binding {
     uint32_t count = 1;                      // array size; 0: a runtime array
     bool isReadable = true;                  // false: declared writeonly
     bool isWritable = false;                 // storage images and buffers not declared readonly
-    bool isUsed = false;                     // the entry point uses it: it has to be bound
+    bool isUsed = false;                     // the entry point uses it, so that it must be bound
     ImageShape shape = ImageShape::Plain;    // for images
     Format imageFormat = Format::Undefined;  // for storage images; Undefined: the shader states none
     uint32_t blockBytes = 0;                 // of a buffer block or what a reference is to, without a
@@ -73,10 +72,10 @@ struct SpecializationConstant {
 struct ShaderReflection {
     StageKind stage = StageKind::Compute;
     std::string entryPoint;         // "main"
-    std::vector<Binding> bindings;  // by set, then binding
+    std::vector<Binding> bindings;  // sorted by set, then by binding
     PushConstantBlock pushConstants;
     std::vector<SpecializationConstant> specialization;  // by id
-    // Compute only, with the specialization defaults; 0, 0, 0 for other stages.
+    // For compute shaders, with the default values of specialization constants; 0, 0, 0 for other stages.
     std::array<uint32_t, 3> workgroupSize{};
     std::array<int64_t, 3> workgroupSizeIds{-1, -1, -1};  // constant ids of local_size_*_id; -1: fixed
 };
@@ -86,10 +85,10 @@ struct ShaderReflection {
 // specialization constants).
 RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
 
-// Returns a copy of ShaderStage::reflection, or what Reflect finds if the stage has none.
+// Returns a copy of ShaderStage::reflection, or the result of Reflect if the stage has none.
 RAYGRAPH_API ShaderReflection ReflectionOf(const ShaderStage& stage);
 
-// A stage's reflection with the stage's name, for messages.
+// The reflection of a stage, with its name for messages.
 struct NamedReflection {
     std::string name;
     ShaderReflection reflection;
@@ -101,22 +100,22 @@ struct BindingInfo : Binding {
     std::string firstShader;  // the shader that declared it first, for messages
 };
 
-// The bindings of all stages of one pipeline, merged: the resources that a pass has to bind.
+// The merged bindings of all stages of one pipeline: the resources that a pass has to bind.
 struct RAYGRAPH_API ShaderInterface {
-    std::vector<BindingInfo> bindings;                   // of set 0, by binding: the pass's own
-    bool usesTextureTable = false;                       // some stage uses set 1: the bindless textures
-    VkShaderStageFlags stages = 0;                       // all stages
-    PushConstantBlock pushConstants;                     // the largest block
-    std::string pushConstantShader;                      // the shader that has it
-    std::vector<SpecializationConstant> specialization;  // of all stages, by id
+    std::vector<BindingInfo> bindings;  // of set 0, sorted by binding: the resources of the pass
+    bool usesTextureTable = false;      // some stage uses set 1, the bindless textures
+    VkShaderStageFlags stages = 0;      // all stages
+    PushConstantBlock pushConstants;    // the largest block
+    std::string pushConstantShader;     // the shader that has it
+    std::vector<SpecializationConstant> specialization;  // of all stages, sorted by id
 
     const BindingInfo* Find(std::string_view bindingName) const;  // null: no such binding
 };
 
-// Merges stage by stage. A binding is readable, writable or used if it is so in any stage. Throws
-// Error{Usage} naming both shaders if one binding number has two kinds, names or array sizes, or one name two
-// numbers; naming the shader if it uses a set above 1, or set 1 for anything but `sampler2D x[]` at binding
-// 0, or a runtime array in set 0.
+// Merges the stages. A binding is readable, writable or used if it is so in any stage. Throws Error{Usage}
+// naming both shaders if one binding number has two kinds, names or array sizes, or one name two numbers.
+// Throws Error{Usage} naming the shader if it uses a set above 1, set 1 for anything except `sampler2D x[]`
+// at binding 0, or a runtime array in set 0.
 RAYGRAPH_API ShaderInterface MergeInterface(std::span<const NamedReflection> stages);
 
 }  // namespace raygraph::rhi

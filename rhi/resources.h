@@ -1,9 +1,9 @@
-// Buffers, textures, samplers and memory blocks: move-only owners made by Device::Create*.
+// Buffers, textures, samplers and memory blocks: move-only owners that Device::Create* returns.
 //
-// Lifetime: destroying an owner hands the Vulkan objects to its Device, which frees them once its timeline
+// Lifetime: destroying an owner passes the Vulkan objects to its Device, which frees them once its timeline
 // has passed every submission made before the destruction. An owner must not outlive its Device. A moved-from
 // or default-constructed owner is empty: Handle() is VK_NULL_HANDLE and destroying it does nothing. Threads:
-// creation and destruction may happen on any thread; one object is not to be used by two at once.
+// creation and destruction may happen on any thread; an object must not be used by two at once.
 #pragma once
 
 #include <cstddef>
@@ -72,7 +72,8 @@ struct BufferDesc {
     uint64_t size = 0;  // bytes; 0 is refused
     BufferUsage usage = BufferUsage::Storage;
     MemoryKind memory = MemoryKind::Device;
-    // An allocation of its own, apart from the blocks that resources share: for what is large and kept.
+    // Gives the buffer its own allocation, outside of the blocks that resources share; for large buffers that
+    // live long.
     bool hasOwnMemory = false;
 };
 
@@ -85,14 +86,13 @@ class RAYGRAPH_API Buffer {
 
     VkBuffer Handle() const { return m_buffer; }
     uint64_t Size() const { return m_desc.size; }
-    // Returns the device address; every buffer has one (buffer device address is a requirement). It is
-    // queried here and not before: older validation layers confuse buffers that share memory once they know
-    // their addresses.
+    // Returns the device address, which every buffer has (buffer device address is required). It is queried
+    // only here: older validation layers confuse buffers that share memory once they know their addresses.
     VkDeviceAddress Address() const;
-    // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
+    // Returns the mapped bytes of an Upload or Readback buffer, which are coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
-    // Returns false for a host's buffer that was wrapped: destroying this object then frees nothing.
+    // Returns false for a wrapped buffer of a host: destroying this object then frees nothing.
     bool OwnsBuffer() const { return m_ownsBuffer; }
     explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }
 
@@ -127,9 +127,9 @@ struct TextureDesc {
     uint32_t layers = 1;
 };
 
-// A 2D image, or an array of them, with a view of all of it (none if it is only copied); views of parts are
-// made when they are first asked for, and destroyed with it. Its layout is not tracked here: the render graph
-// does that.
+// A 2D image, or an array of them, with a view of all of it (none if it is only copied). Views of parts are
+// created when they are first requested, and destroyed with it. The layout is not tracked here, but by the
+// render graph.
 class RAYGRAPH_API Texture {
   public:
     Texture() = default;
@@ -141,14 +141,14 @@ class RAYGRAPH_API Texture {
     // Returns a view of all levels and layers: a 2D view of a texture of one layer, an array view of others.
     VkImageView View() const { return m_view; }
     // Returns a view of a part, for a shader or as a target. Throws Error{Usage} for a part that the texture
-    // does not have, or that does not have the shape: a cube map takes six layers of a square texture.
+    // does not have, or that does not fit the shape: a cube map needs six layers of a square texture.
     VkImageView View(const Subresources& part, ImageShape shape) const;
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
     // RangeOf takes a resolved part.
     VkImageSubresourceRange RangeOf(const Subresources& part) const;
     VkImageSubresourceRange WholeRange() const;
-    // Returns false for a host's image that was wrapped: destroying this object then frees only the views.
+    // Returns false for a wrapped image of a host: destroying this object then frees only the views.
     bool OwnsImage() const { return m_ownsImage; }
     explicit operator bool() const { return m_image != VK_NULL_HANDLE; }
 
@@ -164,7 +164,7 @@ class RAYGRAPH_API Texture {
     TextureDesc m_desc;
     VkImage m_image = VK_NULL_HANDLE;
     VkImageView m_view = VK_NULL_HANDLE;
-    mutable std::vector<PartView> m_partViews;  // made so far
+    mutable std::vector<PartView> m_partViews;  // created so far
     VmaAllocation m_allocation = nullptr;       // null: bound to a MemoryBlock, or a host's image
     bool m_ownsImage = true;
 };
@@ -179,9 +179,8 @@ struct SamplerDesc {
     Filter mipFilter = Filter::Linear;
     AddressMode addressU = AddressMode::Repeat;
     AddressMode addressV = AddressMode::Repeat;
-    // The maximum of samples along the longer axis of a footprint that a shader gives by derivatives; 1:
-    // none, it is filtered as if it were round. Values above DeviceInfo::maxAnisotropy are clamped to it. For
-    // linear filters.
+    // The maximum number of samples along the longer axis of a footprint that a shader gives by derivatives,
+    // for linear filters. It is clamped to DeviceInfo::maxAnisotropy; 1 treats footprints as round.
     float maxAnisotropy = 1.0f;
 };
 
@@ -209,7 +208,7 @@ struct MemoryRequirements {
     uint32_t memoryTypeBits = 0;
 };
 
-// Device memory that several transient textures and buffers with disjoint lifetimes share, each bound at
+// Device memory that several transient textures and buffers with disjoint lifetimes share. Each is bound at
 // offset 0.
 class RAYGRAPH_API MemoryBlock {
   public:
@@ -218,8 +217,8 @@ class RAYGRAPH_API MemoryBlock {
     MemoryBlock& operator=(MemoryBlock&& other) noexcept;
     ~MemoryBlock();
 
-    // The requirements as requested, with the one memory type that was chosen. Bound resources must fit into
-    // them.
+    // Returns the requirements as requested, with the one memory type that was chosen. Bound resources must
+    // fit into them.
     const MemoryRequirements& Requirements() const { return m_requirements; }
     explicit operator bool() const { return m_allocation != nullptr; }
 

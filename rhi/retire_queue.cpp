@@ -19,8 +19,8 @@ void RetireQueue::CloseList(uint64_t serial, uint64_t submittedValue) {
     MoveRecorded();
 }
 
-// Entries whose lists are all closed wait for the newest submission, which is not older than any of
-// those lists.
+// Entries whose lists are all closed wait for the newest submission, which is not older than any of those
+// lists.
 void RetireQueue::MoveRecorded() {
     const uint64_t oldestOpen = m_open.empty() ? std::numeric_limits<uint64_t>::max() : *m_open.begin();
     while (!m_recorded.empty() && m_recorded.front().until < oldestOpen) {
@@ -36,7 +36,8 @@ void RetireQueue::Retire(Destroy destroy, uint64_t completed) {
             m_recorded.push_back({m_lastSerial, std::move(destroy)});
             return;
         }
-        // The object is not destroyed before those retired earlier, even if the timeline has passed both.
+        // The object must not be destroyed before those retired earlier, even if the timeline has passed
+        // both.
         if (m_lastSubmitted > completed || !m_submitted.empty()) {
             m_submitted.push_back({m_lastSubmitted, std::move(destroy)});
             return;

@@ -1,5 +1,4 @@
-// RetireQueue: objects to be destroyed once the device cannot use them any more. Uses only numbers,
-// no Vulkan.
+// RetireQueue: destroys objects once the device cannot use them any more. It uses numbers, and no Vulkan.
 //
 // Two clocks decide. Timeline values give the progress of the device. Serials identify the command lists that
 // were being recorded when the object was retired: such a list may still refer to it, so the object waits
@@ -15,24 +14,24 @@
 
 namespace raygraph::rhi {
 
-// Thread-safe. The functions run on the thread that calls Collect or Retire, outside the queue's lock; they
-// may retire more.
+// The functions run on the thread that calls Collect or Retire, outside of the queue's lock; they may retire
+// more objects. Threads: any.
 class RetireQueue {
   public:
     using Destroy = std::function<void()>;
 
-    // A command list starts to be recorded; serials increase.
+    // Starts the recording of a command list, and returns its serial; serials increase.
     uint64_t OpenList();
-    // It was submitted as this timeline value, or dropped (0).
+    // The list was submitted with this timeline value, or dropped (0).
     void CloseList(uint64_t serial, uint64_t submittedValue);
 
-    // Runs `destroy` at once when nothing can be using the object any more, otherwise keeps it.
+    // Calls `destroy` at once if nothing can use the object any more, otherwise keeps it.
     void Retire(Destroy destroy, uint64_t completed);
-    // Runs the functions of objects that the timeline has passed.
+    // Calls the functions of objects that the timeline has passed.
     void Collect(uint64_t completed);
-    // Runs all functions, in order: for a device that is idle or lost.
+    // Calls all functions, in order, for a device that is idle or lost.
     void CollectAll();
-    // The number of objects that are waiting.
+    // Returns the number of objects that are waiting.
     size_t PendingCount() const;
 
   private:

@@ -19,10 +19,10 @@
 // All records of a region have the same stride: handle plus the largest data of the region, rounded up
 // to handleAlignment.
 //
-// In shaders sbtRecordOffset and missIndex are the ray type. sbtRecordStride is 0, which gives every geometry
-// of an instance the hit set of the instance. With the number of ray types instead, geometry g of a BLAS
-// takes the hit set that is g behind the instance's, and each of these sets must exist: reading
-// past the table is undefined. Threads: plain values and pure functions, for any thread.
+// In shaders, sbtRecordOffset and missIndex are the ray type. With an sbtRecordStride of 0, every geometry of
+// an instance uses the hit set of the instance. With the number of ray types instead, geometry g of a BLAS
+// uses the g-th hit set after that of the instance, and each of these sets must exist: reading past the table
+// is undefined behavior. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <algorithm>
@@ -61,7 +61,7 @@ struct TableLayout {
     uint64_t size = 0;  // bytes of the whole table, whose start must be aligned to baseAlignment
 };
 
-// The bytes of data in each record, one element a record. `rayGen` is a single record.
+// The number of bytes of data in each record. `rayGen` is a single record.
 struct TableRecords {
     uint32_t rayGen = 0;
     std::span<const uint32_t> miss{};

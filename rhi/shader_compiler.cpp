@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// glslang's process-wide tables; made at the first use, on whichever thread comes first.
+// Creates glslang's process-wide tables at the first use, on whichever thread comes first.
 void InitializeGlslang() {
     static const bool isReady = glslang::InitializeProcess();
     if (!isReady) throw Error(ErrorKind::Usage, "shader compiler: glslang does not initialize");
@@ -54,8 +54,8 @@ std::optional<std::string> ReadText(const fs::path& path) {
     return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-// Finds included files next to the including one, then in the roots. Their names in messages are relative to
-// the root that they lie in.
+// Finds included files beside the including one, then in the roots. Messages name them relative to the root
+// in which they are.
 class FolderIncluder : public glslang::TShader::Includer {
   public:
     FolderIncluder(const GlslSource& source, std::vector<fs::path>* files) : m_files(files) {
@@ -93,7 +93,7 @@ class FolderIncluder : public glslang::TShader::Includer {
     std::vector<fs::path>* m_files;
 };
 
-// glslang writes "ERROR: file:line: text" lines and closes with a count of them.
+// glslang writes "ERROR: file:line: text" lines, followed by their number.
 std::string FirstErrors(const std::string& log, const std::string& name) {
     constexpr int kMaxErrors = 5;
     constexpr std::string_view kPrefix = "ERROR: ";
@@ -106,7 +106,7 @@ std::string FirstErrors(const std::string& log, const std::string& name) {
         line.erase(0, kPrefix.size());
         while (!line.empty() && line.back() == ' ') line.pop_back();
         if (++count > kMaxErrors) continue;
-        // Errors of linking carry no file.
+        // Errors of linking name no file.
         if (line.find(".") == std::string::npos || line.starts_with("Linking")) line = name + ": " + line;
         errors += (errors.empty() ? "" : "\n") + line;
     }

@@ -16,18 +16,18 @@ namespace raygraph::rhi {
 struct GlslSource {
     std::string name{};      // path relative to includeRoot, "pathtrace/pathtrace.rgen"; appears in errors
     std::string text{};      // the whole GLSL source, starting with #version
-    std::string preamble{};  // goes before the text and is not counted in lines: "#define COUNT 4\n"
-    std::optional<StageKind> stage{};     // nullopt: by the suffix of the name
+    std::string preamble{};  // inserted before the text and not counted in lines: "#define COUNT 4\n"
+    std::optional<StageKind> stage{};     // nullopt: given by the suffix of the name
     std::filesystem::path includeRoot{};  // searched after the including file's folder; empty: no includes
-    std::vector<std::filesystem::path> moreIncludes{};  // searched after that root, as roots of their own
+    std::vector<std::filesystem::path> moreIncludes{};  // further roots, which are searched after includeRoot
 };
 
-// Compiles for Vulkan 1.3 (SPIR-V 1.6). The words equal those that `glslangValidator -V --target-env
-// vulkan1.3 -I<root>` of the same glslang writes, which is how the build makes the embedded shaders.
-// `includedFiles`, if given, receives every file that was included, also when the compilation fails: with the
-// source itself, the files that a hot reload has to watch. Throws Error{BadInput} of one line a finding, the
-// first five: "pathtrace/pathtrace.rgen:12: 'x' : undeclared identifier"; Error{Usage} if neither stage nor
-// suffix names a stage. Callable from any thread.
+// Compiles for Vulkan 1.3 (SPIR-V 1.6). The words equal the output of `glslangValidator -V --target-env
+// vulkan1.3 -I<root>` of the same glslang version, by which the build makes the embedded shaders.
+// `includedFiles`, if given, receives every file that was included, also when the compilation fails; a hot
+// reload has to watch these files and the source itself. Throws Error{BadInput} with one line for each of the
+// first five findings, "pathtrace/pathtrace.rgen:12: 'x' : undeclared identifier"; Error{Usage} if neither
+// stage nor suffix names a stage. Callable from any thread.
 RAYGRAPH_API std::vector<uint32_t> CompileGlsl(const GlslSource& source,
                                                std::vector<std::filesystem::path>* includedFiles = nullptr);
 

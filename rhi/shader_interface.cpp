@@ -1,4 +1,4 @@
-// Merging of the reflections of a pipeline's stages (rhi/reflection.h).
+// Merges the reflections of a pipeline's stages (rhi/reflection.h).
 #include <algorithm>
 
 #include "base/text.h"
@@ -44,7 +44,7 @@ void CheckAgree(const BindingInfo& first, const std::string& shader, const Bindi
     Fail("shaders disagree: " + side(first.firstShader, first) + ", " + side(shader, second));
 }
 
-// Returns whether no pipeline can have both but as one: they have a name or a place in common.
+// Tells whether a pipeline can have both only if they are equal: they share a name or a binding number.
 bool Collide(const Binding& a, const Binding& b) {
     if (a.name == b.name) return true;
     return a.binding == b.binding && (a.offset == b.offset || a.kind != b.kind);

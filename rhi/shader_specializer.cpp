@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kHeaderWords = 5;
 
-// Calls visit(opcode, instruction's words) for each instruction; stops at one that is cut off.
+// Calls visit(opcode, words of the instruction) for each instruction; stops at one that is truncated.
 template <typename Words, typename Visit>
 void ForEachInstruction(Words spirv, Visit visit) {
     for (size_t at = kHeaderWords; at < spirv.size();) {
@@ -54,7 +54,7 @@ std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t>, std::span<const
 
 namespace {
 
-// Functions that do nothing but return a constant of the module, by what they return.
+// Returns the functions that do nothing except return a constant of the module, with that constant.
 std::unordered_map<uint32_t, uint32_t> ConstantFunctions(std::span<const uint32_t> spirv) {
     std::unordered_map<uint32_t, uint32_t> found;
     std::unordered_set<uint32_t> constants;
@@ -94,8 +94,8 @@ std::unordered_map<uint32_t, uint32_t> ConstantFunctions(std::span<const uint32_
     return found;
 }
 
-// Puts in place of each call of such a function a copy of what it returns, through which constants propagate
-// as they do not through calls. False: there was none.
+// Replaces each call of such a function by a copy of its result, through which constants propagate as they do
+// not through calls. Returns false if there was no such call.
 bool FoldConstantCalls(std::vector<uint32_t>& spirv) {
     const std::unordered_map<uint32_t, uint32_t> functions = ConstantFunctions(spirv);
     if (functions.empty()) return false;
@@ -119,7 +119,7 @@ bool Optimize(std::vector<uint32_t>& spirv, std::vector<spvtools::Optimizer::Pas
     spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_3);
     for (spvtools::Optimizer::PassToken& pass : passes) optimizer.RegisterPass(std::move(pass));
     spvtools::OptimizerOptions options;
-    options.set_run_validator(false);  // the shaders are glslang's
+    options.set_run_validator(false);  // glslang has validated the shaders
     options.set_preserve_bindings(true);
     std::vector<uint32_t> optimized;
     if (!optimizer.Run(spirv.data(), spirv.size(), &optimized, options)) return false;
@@ -127,8 +127,9 @@ bool Optimize(std::vector<uint32_t>& spirv, std::vector<spvtools::Optimizer::Pas
     return true;
 }
 
-// Removes what constants decide. What short-circuits on one becomes constant itself once branches are gone,
-// so a round of branches comes first; the propagation is the slowest pass, and then has half as much to do.
+// Removes code that constants decide. Expressions that short-circuit on a constant become constant themselves
+// once branches are gone, so that a round on branches comes first; the propagation is the slowest pass, and
+// then has half as much to do.
 std::vector<spvtools::Optimizer::PassToken> Pruning() {
     std::vector<spvtools::Optimizer::PassToken> passes;
     passes.push_back(spvtools::CreateDeadBranchElimPass());
@@ -162,7 +163,7 @@ std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t> spirv,
     std::vector<uint32_t> words(spirv.begin(), spirv.end());
     if (!Optimize(words, std::move(passes))) return {};
 
-    // Each round makes more functions constant. Values that pass through variables are followed only now that
+    // Each round makes more functions constant. Values that pass through variables are followed only when
     // less code is left, because that takes long.
     constexpr int kMaxRounds = 3;
     for (int round = 0; round < kMaxRounds; ++round) {

@@ -1,5 +1,5 @@
-// Shader stages as pipelines take them: a name, SPIR-V words and specialization values. Threads: plain
-// values and pure functions, for any thread.
+// Shader stages as input of pipelines: a name, SPIR-V words and specialization values. Threads: plain values
+// and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -26,16 +26,16 @@ enum class StageKind : uint8_t {
 };
 
 RAYGRAPH_API VkShaderStageFlagBits ToVk(StageKind stage);
-// Returns "ray generation", "closest hit" and the like, for errors.
+// Returns text such as "ray generation" or "closest hit", for errors.
 RAYGRAPH_API const char* Name(StageKind stage);
-// Finds the stage by the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nullopt
-// for any other.
+// Returns the stage by the suffix of the file: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag;
+// nullopt for any other.
 RAYGRAPH_API std::optional<StageKind> StageOfFile(std::string_view fileName);
 
 struct ShaderReflection;
 
 // One stage of a pipeline. Words and reflection are read while the pipeline is created and may be freed
-// afterwards. Empty (no words): the stage is absent.
+// afterwards. A stage without words is absent.
 struct ShaderStage {
     std::string name{};  // "pathtrace/pathtrace.rgen": for errors and labels
     std::span<const uint32_t> spirv{};

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A scene's pipelines are a few hundred kilobytes to a megabyte.
+// Of these, the pipelines of a scene take a few hundred kilobytes to a megabyte.
 constexpr uint64_t kMaxFolderBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{16} << 20;
@@ -39,7 +39,7 @@ uint64_t HashOf(std::span<const uint32_t> spirv, std::span<const SpecializationV
     return Checksum(std::as_bytes(spirv), hash);
 }
 
-// Why these bytes are not the words of that key; empty: they are.
+// Returns why these bytes are not the words of that key; empty if they are.
 std::string Refusal(std::span<const std::byte> file, const std::array<uint64_t, 2>& key) {
     FileHeader header;
     const FileHeader ours;
@@ -121,7 +121,7 @@ void SpecializedShaders::Save(const Key& key, const std::vector<uint32_t>& words
     header.size = bytes.size();
     header.checksum = Checksum(bytes);
     std::error_code failure;
-    fs::create_directories(m_folder, failure);  // what fails here fails below
+    fs::create_directories(m_folder, failure);  // writing the file reports a failure
     try {
         AtomicFile file(FileOf(key));
         file.Write(std::as_bytes(std::span(&header, 1)));
@@ -135,7 +135,7 @@ void SpecializedShaders::Save(const Key& key, const std::vector<uint32_t>& words
     RemoveOldFiles();
 }
 
-// Another process may do the same: what fails is left for the next time.
+// Another process may do the same; failures are left for the next time.
 void SpecializedShaders::RemoveOldFiles() const {
     struct File {
         fs::file_time_type time;

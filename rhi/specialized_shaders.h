@@ -1,4 +1,4 @@
-// SpecializedShaders keeps what SpecializeSpirv makes (rhi/shader_specializer.h) on disk, because
+// SpecializedShaders keeps the results of SpecializeSpirv (rhi/shader_specializer.h) on disk, because
 // specializing a large shader takes up to a second, and in memory only while a caller holds the words.
 // Without a folder, up to 64 MiB stay in memory.
 //
@@ -28,14 +28,14 @@ class SpecializedShaders {
   public:
     using Words = std::shared_ptr<const std::vector<uint32_t>>;
 
-    // `folder`: that of the pipeline cache; empty: nothing is kept on disk. `log` is told of files that are
-    // not what they should be, and of one that cannot be written. `version` is that of the specializer
-    // (SpecializerVersion); if it is empty, no shader is specialized.
+    // `folder` is that of the pipeline cache; if it is empty, nothing is kept on disk. `log` receives
+    // messages about damaged files, and about files that cannot be written. `version` is that of the
+    // specializer (SpecializerVersion); if it is empty, no shader is specialized.
     SpecializedShaders(const std::filesystem::path& folder, Log log, std::string version);
 
     // Returns null if the module has none of the values, if it cannot be specialized, or if there is no
-    // version: it is then used as it is. While one thread makes a shader, others that want the same wait for
-    // it. Throws std::bad_alloc alone.
+    // version: the shader is then used as it is. While one thread specializes a shader, others that need the
+    // same wait for it. Throws only std::bad_alloc.
     Words Find(std::span<const uint32_t> spirv, std::span<const SpecializationValue> values);
 
   private:
@@ -49,11 +49,11 @@ class SpecializedShaders {
     Log m_log;
     std::string m_version;
     struct Shader {
-        std::mutex mutex;  // held while it is made
+        std::mutex mutex;  // held while the shader is specialized
         std::weak_ptr<const std::vector<uint32_t>> words;
-        Words kept;  // the same, where no folder holds them
+        Words kept;  // the same words, if there is no folder
     };
-    std::mutex m_mutex;  // of the map
+    std::mutex m_mutex;  // guards the map
     std::map<Key, Shader> m_shaders;
     std::atomic<uint64_t> m_keptBytes = 0;
 };

@@ -22,8 +22,8 @@ class StageSet {
     StageSet(const StageSet&) = delete;
     StageSet& operator=(const StageSet&) = delete;
 
-    // The index of the stage in Infos(); one that was added before for the same `partner` is not added again.
-    // Throws Error{Usage} if the shader is not of the given stage.
+    // Returns the index of the stage in Infos(). A stage that was added before for the same `partner` is not
+    // added again. Throws Error{Usage} if the shader is not of the given stage.
     uint32_t Add(const ShaderStage& shader, StageKind expected, uint32_t partner = VK_SHADER_UNUSED_KHR);
     // Returns VK_SHADER_UNUSED_KHR for an empty stage.
     uint32_t AddIfPresent(const ShaderStage& shader, StageKind expected,

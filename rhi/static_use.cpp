@@ -45,13 +45,13 @@ class Scan {
     }
 
   private:
-    // Marks the variable whose id is there, if it is that of one.
+    // Marks the variable with this id, if there is one.
     void Use(Words instruction, size_t word) {
         if (word < instruction.size() && m_variables.contains(instruction[word]))
             m_function->used[instruction[word]].isWhole = true;
     }
 
-    // The member of a block is the first index; where it is no constant, the variable is an array.
+    // Marks a member of a block, which is the first index. If that is no constant, the variable is an array.
     void UseMember(Words instruction) {
         constexpr size_t kBase = 3, kIndex = 4;
         if (instruction.size() <= kBase || !m_variables.contains(instruction[kBase])) return;
@@ -62,7 +62,7 @@ class Scan {
     }
 
     void Read(spv::Op op, Words instruction) {
-        constexpr size_t kShortest = 4;  // with which these are complete
+        constexpr size_t kShortest = 4;  // the number of words with which these instructions are complete
         const bool isRead = op == spv::OpEntryPoint || op == spv::OpConstant || op == spv::OpVariable ||
                             op == spv::OpFunction || op == spv::OpFunctionCall;
         if (isRead && instruction.size() < kShortest) return;
@@ -131,7 +131,7 @@ class Scan {
     std::unordered_map<uint32_t, uint32_t> m_constants;
     std::unordered_set<uint32_t> m_variables;
     std::unordered_map<uint32_t, Function> m_functions;
-    Function* m_function = nullptr;  // that is being read; elements of the map stay where they are
+    Function* m_function = nullptr;  // the function that is being read; elements of the map do not move
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Finds the resources that the entry point of a SPIR-V module uses statically: all that the functions that it
-// calls name, in any branch. Reads the module once, while SPIRV-Cross reads a function again for each call of
-// it. Threads: pure functions. For rhi/ alone.
+// Finds the resources that the entry point of a SPIR-V module uses statically: those that any function which
+// it calls names, in any branch. Reads the module once, while SPIRV-Cross reads a function again for each
+// call of it. Threads: pure functions. For rhi/ alone.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace raygraph::rhi {
 
 struct UsedVariable {
-    bool isWhole = false;                  // more than some members
+    bool isWhole = false;                  // more than single members are used
     std::unordered_set<uint32_t> members;  // numbers of the used members of a block
     bool Uses(uint32_t member) const { return isWhole || members.contains(member); }
 };

@@ -5,7 +5,7 @@
 namespace raygraph::rhi {
 namespace {
 
-// "level 2", "levels 1-3"
+// Returns text such as "level 2" or "levels 1-3".
 std::string RangeText(const char* noun, uint32_t first, uint32_t count) {
     return count == 1 ? Text("{} {}", noun, first) : Text("{}s {}-{}", noun, first, first + count - 1);
 }
@@ -31,7 +31,7 @@ const char* Name(ImageShape shape) {
 }
 
 Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers) {
-    // A first one that is not there stays a range of one, for the message.
+    // A first one that does not exist stays a range of one, for the message.
     const auto count = [](uint32_t first, uint32_t asked, uint32_t available) {
         if (asked != Subresources::kRest) return asked;
         return first < available ? available - first : 1;

@@ -47,10 +47,10 @@ enum class ImageShape : uint8_t {
 };
 RAYGRAPH_API const char* Name(ImageShape shape);  // "2D image", "array of 2D images", "cube map"
 
-// Returns the part with counts in place of kRest, for a texture of so many levels and layers.
+// Returns the part with counts instead of kRest, for a texture with these numbers of levels and layers.
 RAYGRAPH_API Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers);
 // Returns which part of a resolved range such a texture lacks, "level 7, there are 5", or an empty text if it
-// has all of it.
+// lacks none.
 RAYGRAPH_API std::string DescribeMissing(const Subresources& part, uint32_t levels, uint32_t layers);
 // Returns " level 2", " levels 1-3 layer 4"; empty for all of the texture. `part` must be resolved.
 RAYGRAPH_API std::string PartText(const Subresources& part, uint32_t levels, uint32_t layers);

@@ -19,7 +19,7 @@ std::vector<Item> All(Call&& call) {
     return items;
 }
 
-// Eight bits, without conversion: the picture is already display-encoded.
+// Returns a format of eight bits per channel without conversion: the picture is already display-encoded.
 VkSurfaceFormatKHR ChooseFormat(std::span<const VkSurfaceFormatKHR> formats, const std::string& subject) {
     for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM})
         for (const VkSurfaceFormatKHR& format : formats)
@@ -32,10 +32,10 @@ VkPresentModeKHR ChooseMode(std::span<const VkPresentModeKHR> modes, bool waitsF
     if (!waitsForRefresh)
         for (const VkPresentModeKHR wanted : {VK_PRESENT_MODE_MAILBOX_KHR, VK_PRESENT_MODE_IMMEDIATE_KHR})
             if (std::find(modes.begin(), modes.end(), wanted) != modes.end()) return wanted;
-    return VK_PRESENT_MODE_FIFO_KHR;  // always there
+    return VK_PRESENT_MODE_FIFO_KHR;  // always supported
 }
 
-// The surface's own, where it prescribes one.
+// Returns the extent of the surface, if it prescribes one.
 Extent2D ChooseExtent(const VkSurfaceCapabilitiesKHR& surface, Extent2D wanted) {
     if (surface.currentExtent.width != 0xFFFFFFFFu)
         return {surface.currentExtent.width, surface.currentExtent.height};
@@ -88,7 +88,7 @@ VkSemaphore Swapchain::MakeSemaphore(const std::string& name) {
     return semaphore;
 }
 
-// Everything, the surface included. The queue is idle.
+// Destroys everything, the surface included. The queue must be idle.
 void Swapchain::Clear() {
     const DeviceFunctions& vk = m_device.Vk();
     m_textures.clear();
@@ -113,8 +113,8 @@ void Swapchain::Make(Extent2D extent) {
     m_device.Check(instance.vkGetPhysicalDeviceSurfaceCapabilitiesKHR(physical, m_surface, &surface),
                    m_desc.name + ": vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
     const Extent2D wanted = extent.IsEmpty() ? Extent2D{} : ChooseExtent(surface, extent);
-    m_extent = {};                 // until there are images of that size
-    if (wanted.IsEmpty()) return;  // what there was stays, unused
+    m_extent = {};                 // there are no images of that size yet
+    if (wanted.IsEmpty()) return;  // the old swapchain stays, unused
     const VkSurfaceFormatKHR format =
         ChooseFormat(All<VkSurfaceFormatKHR>([&](uint32_t* count, VkSurfaceFormatKHR* formats) {
                          instance.vkGetPhysicalDeviceSurfaceFormatsKHR(physical, m_surface, count, formats);
@@ -145,7 +145,7 @@ void Swapchain::Make(Extent2D extent) {
     VkSwapchainKHR made = VK_NULL_HANDLE;
     const VkResult result =
         vk.vkCreateSwapchainKHR(m_device.Handle(), &info, m_device.AllocationCallbacks(), &made);
-    // The old one is retired, whatever the result
+    // The old swapchain is retired, whatever the result
     m_textures.clear();
     if (m_swapchain) vk.vkDestroySwapchainKHR(m_device.Handle(), m_swapchain, m_device.AllocationCallbacks());
     m_swapchain = made;

@@ -26,31 +26,31 @@ struct SwapchainDesc {
     // Creates the window's surface; the Swapchain destroys it. Returns false if there is none.
     MakeSurface makeSurface = {};
     Extent2D extent = {};         // the window's extent in pixels; empty: minimized, Acquire returns nothing
-    bool waitsForRefresh = true;  // false: as fast as frames come, where the device can
+    bool waitsForRefresh = true;  // false: frames are shown as fast as they come, if the device supports it
 };
 
 struct SwapchainImage {
     const Texture* texture = nullptr;  // contents undefined; color target and copy source
     uint32_t index = 0;
-    SemaphoreUse acquired;  // to wait for
-    SemaphoreUse drawn;     // to signal
+    SemaphoreUse acquired;  // semaphore to wait for
+    SemaphoreUse drawn;     // semaphore to signal
 };
 
 class Swapchain {
   public:
-    // Throws Error{NoDevice} if the device cannot present to the surface, Error{Vulkan} with the call that
-    // failed. `device` must outlive the object.
+    // Throws Error{NoDevice} if the device cannot present to the surface, and Error{Vulkan} with the call
+    // that failed. `device` must outlive the object.
     Swapchain(Device& device, const SwapchainDesc& desc);
     ~Swapchain();  // waits for the queue
     Swapchain(const Swapchain&) = delete;
     Swapchain& operator=(const Swapchain&) = delete;
 
-    // May wait for the screen. An image that was acquired and not presented is returned again. Returns
-    // nullopt if the window has another size, or none: call Resize.
+    // Returns the next image, for which it may wait. An image that was acquired and not presented is returned
+    // again. Returns nullopt if the window has another size, or none: call Resize.
     std::optional<SwapchainImage> Acquire();
     // Returns false if the window has another size: call Resize. The image counts as presented.
     bool Present(const SwapchainImage& image);
-    // Waits for the queue. The extent is the one that the surface prescribes, if it does.
+    // Waits for the queue and creates images of that extent, or of the one that the surface prescribes.
     void Resize(Extent2D extent);
 
     Extent2D Extent() const { return m_extent; }
@@ -59,7 +59,7 @@ class Swapchain {
   private:
     struct Slot {
         VkSemaphore acquired = VK_NULL_HANDLE;
-        uint64_t until = 0;  // of the timeline: a submission that waits for it
+        uint64_t until = 0;  // timeline value of a submission that waits for it
     };
 
     void Make(Extent2D extent);

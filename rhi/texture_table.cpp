@@ -49,7 +49,7 @@ struct TextureTable::State {
     std::vector<bool> isTaken;
     std::vector<uint32_t> free;  // the last one is used next
     uint32_t count = 0;
-    bool isClosed = false;  // the table is gone: pending removals leave the set alone
+    bool isClosed = false;  // the table is destroyed, and pending removals no longer write to the set
 };
 
 void TextureTable::State::CreateSet(uint32_t capacity) {

@@ -13,40 +13,39 @@
 
 namespace raygraph::rhi {
 
-// The maximum of slots of a table; every device with descriptor indexing supports more.
+// The maximum number of slots of a table; every device with descriptor indexing supports more.
 inline constexpr uint32_t kMaxTextureTableSlots = 65536;
 
-// The layout behind Device::TextureTableLayout(): one array of combined image samplers of variable size,
-// update after bind. The caller destroys it.
+// Creates the layout behind Device::TextureTableLayout(): one array of combined image samplers of variable
+// size, update after bind. The caller destroys it.
 RAYGRAPH_API VkDescriptorSetLayout CreateTextureTableLayout(Device& device);
 
-// Slots 0 to capacity - 1. Every slot always holds a texture: a free one holds the default, since a driver
-// may fault on an empty one. Textures are expected in SHADER_READ_ONLY_OPTIMAL; a texture and its sampler
-// outlive their slot, the defaults the table. Add and Remove may be called from any thread and at any time,
-// also while frames that use the table are in flight: a removed slot returns to the default, and can be
+// A table has slots 0 to capacity - 1. Every slot always holds a texture: a free one holds the default, since
+// a driver may fault on an empty one. Textures must be in SHADER_READ_ONLY_OPTIMAL; a texture and its sampler
+// outlive their slot, and the defaults outlive the table. Add and Remove may be called from any thread and at
+// any time, even while frames that use the table are in flight: a removed slot gets the default, and can be
 // reused, only when every frame that could read it has completed.
 class RAYGRAPH_API TextureTable {
   public:
     // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots.
     TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
                  const Sampler& defaultSampler);
-    // Makes a larger table in which the textures of `smaller` keep their slots; it is then independent of
-    // that one.
+    // Makes a larger table, independent of `smaller`, in which its textures keep their slots.
     TextureTable(Device& device, uint32_t capacity, const TextureTable& smaller);
     ~TextureTable();
     TextureTable(const TextureTable&) = delete;
     TextureTable& operator=(const TextureTable&) = delete;
 
-    // The slot that now holds the texture. Throws Error{Usage} when the table is full.
+    // Returns the slot that now holds the texture. Throws Error{Usage} when the table is full.
     [[nodiscard]] uint32_t Add(const Texture& texture, const Sampler& sampler);
-    // The texture may be destroyed right after. Throws Error{Usage} for a slot that holds none.
+    // The texture may be destroyed right afterwards. Throws Error{Usage} for a slot that holds none.
     void Remove(uint32_t slot);
 
     VkDescriptorSet Set() const;
     uint32_t Capacity() const;
     uint32_t Count() const;  // slots that hold a texture that was added
-    // The number of slots that Add can return now. A removed slot is among them once no frame can read it any
-    // more.
+    // Returns the number of slots that Add can return now. A removed slot is one of them once no frame can
+    // read it any more.
     uint32_t FreeCount() const;
 
   private:

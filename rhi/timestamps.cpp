@@ -8,8 +8,8 @@
 namespace raygraph::rhi {
 
 TimestampPool::TimestampPool(Device& device, const std::string& name, uint32_t maxPerFrame)
-    // One range more than frames in flight: the frame that has just completed can still be read while
-    // they run.
+    // There is one range more than frames in flight: the frame that has just completed can still be read
+    // while they run.
     : m_device(device), m_maxPerFrame(maxPerFrame), m_ranges(device.FramesInFlight() + 1) {
     const std::string subject = "timestamp pool '" + name + "'";
     if (device.Info().timestampValidBits == 0)
@@ -71,7 +71,7 @@ std::optional<TimestampFrame> TimestampPool::Poll() {
                                                 sizeof(uint64_t), VK_QUERY_RESULT_64_BIT),
             "vkGetQueryPoolResults");
         // The counter may have fewer than 64 bits, and wrap around between two ticks: their difference is
-        // right modulo 2^bits, read as a signed number.
+        // correct modulo 2^bits, read as a signed number.
         const uint32_t unused = 64 - std::min(m_device.Info().timestampValidBits, 64u);
         for (const uint64_t tick : ticks) {
             const auto difference = static_cast<int64_t>((tick - ticks[0]) << unused) >> unused;

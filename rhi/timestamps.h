@@ -1,8 +1,7 @@
 // TimestampPool: GPU times of a frame, read without waiting.
 //
-// Each frame takes one of a few ranges of queries; a range is read when the timeline has passed its frame
-// and used again after that. A frame whose range is reused before it was read (without polling) is lost,
-// and counted.
+// Each frame uses one of a few ranges of queries; a range is read when the timeline has passed its frame, and
+// then reused. A frame whose range is reused before it was read (without polling) is lost, and counted.
 // Threads: one at a time.
 #pragma once
 
@@ -31,18 +30,18 @@ class RAYGRAPH_API TimestampPool {
     TimestampPool(const TimestampPool&) = delete;
     TimestampPool& operator=(const TimestampPool&) = delete;
 
-    // Starts a frame's timestamps; outside of rendering.
+    // Starts the timestamps of a frame. Must be recorded outside of rendering.
     void BeginFrame(CommandList& commands);
-    // A timestamp once all commands before have passed `stage`. Returns its index in
-    // TimestampFrame::nanoseconds; nothing is written, and nothing returned, above maxPerFrame or outside of
-    // a frame.
+    // Writes a timestamp once all commands before have passed `stage`. Returns its index in
+    // TimestampFrame::nanoseconds. Above maxPerFrame or outside of a frame, it writes nothing and returns
+    // nullopt.
     std::optional<uint32_t> Write(CommandList& commands,
                                   VkPipelineStageFlags2 stage = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
-    // The frame was submitted as this timeline value. The next BeginFrame discards a frame that was
-    // not submitted.
+    // The frame was submitted with this timeline value. The next BeginFrame discards a frame that was not
+    // submitted.
     void EndFrame(uint64_t submitted);
 
-    // The oldest completed frame not yet returned; never waits.
+    // Returns the oldest completed frame that has not been returned; never waits.
     std::optional<TimestampFrame> Poll();
     uint64_t LostFrameCount() const { return m_lostCount; }
 
@@ -58,7 +57,7 @@ class RAYGRAPH_API TimestampPool {
     Device& m_device;
     uint32_t m_maxPerFrame;
     std::vector<Range> m_ranges;
-    size_t m_current = 0;  // the range of the present frame, or of the last one
+    size_t m_current = 0;  // range of the current frame, or of the last one
     VkQueryPool m_pool = VK_NULL_HANDLE;
     uint64_t m_lostCount = 0;
 };

@@ -128,7 +128,7 @@ void Tlas::Record(CommandList& commands, const Buffer& instances, uint32_t count
     info.scratchData.deviceAddress = m_scratch.Address();
     const VkAccelerationStructureBuildRangeInfoKHR range{count, 0, 0, 0};
     const VkAccelerationStructureBuildRangeInfoKHR* ranges = &range;
-    BarrierBetweenBuilds(commands);  // BLASes, and the builds that used the same scratch
+    BarrierBetweenBuilds(commands);  // waits for BLASes, and for builds that used the same scratch
     m_device->Vk().vkCmdBuildAccelerationStructuresKHR(commands.Handle(), 1, &info, &ranges);
     commands.OnDropped([built = m_built, before = *m_built] { *built = before; });
     *m_built = {true, count};

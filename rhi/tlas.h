@@ -27,12 +27,12 @@ struct TlasInstance {
     uint32_t hitRecord = 0;
     VkDeviceAddress blas = 0;  // Blas::Address(); 0: the instance is inactive
     // A face is front where its vertices turn counter-clockwise seen from the ray's origin (in right-handed
-    // space and before objectToWorld, as in glTF); flipped: clockwise.
+    // space and before objectToWorld, as in glTF); if flipped, clockwise.
     bool isFacingFlipped = false;
     bool isCullingDisabled = true;  // gl_RayFlagsCull*FacingTrianglesEXT have no effect on it
 };
 
-// The bytes of one instance as the device reads it.
+// The size of one instance as the device reads it.
 inline constexpr uint64_t kTlasInstanceBytes = 64;
 
 // Writes instances as the device reads them; `target` has kTlasInstanceBytes for each (Buffer::Mapped() for
@@ -41,26 +41,26 @@ RAYGRAPH_API void WriteInstances(std::span<const TlasInstance> instances, std::s
 
 struct TlasDesc {
     std::string name = "tlas";
-    uint32_t capacity = 0;     // maximum of instances; more needs a new Tlas
+    uint32_t capacity = 0;     // maximum number of instances; more of them need a new Tlas
     bool allowsUpdate = true;  // Update may be called
 };
 
-// An owner as in rhi/resources.h. Scratch memory is its own. Build and Update order themselves after earlier
-// builds on the device; the caller that records the list orders readers of the structure. Dropping a list
-// undoes its builds. One from Device::WrapTlas belongs to a host and can only be traced against: Build and
-// Update are refused, Bytes and InstanceCount are 0. The host's instances must have the fields that
-// Raygraph's shaders read, and the hit records of its hit sets.
+// An owner as in rhi/resources.h, with its own scratch memory. Build and Update order themselves after
+// earlier builds on the device; the caller that records the list orders readers of the structure. Dropping a
+// list undoes its builds. A structure from Device::WrapTlas belongs to a host and can only be traced against:
+// Build and Update throw Error{Usage}, and Bytes and InstanceCount are 0. The host's instances must have the
+// fields that Raygraph's shaders read, and the hit records of its hit sets.
 class RAYGRAPH_API Tlas {
   public:
     Tlas() = default;
     Tlas(Device& device, const TlasDesc& desc);
 
-    // Builds from `count` instances at the start of `instances` (BufferUsage::BuildInput), which stays alive
-    // until the build has completed. Zero instances are legal: every ray misses. Throws Error{Usage} if count
+    // Builds from `count` instances at the start of `instances` (BufferUsage::BuildInput), which must live
+    // until the build has completed. With zero instances, every ray misses. Throws Error{Usage} if count
     // exceeds the capacity or the buffer.
     void Build(CommandList& commands, const Buffer& instances, uint32_t count);
-    // Updates in place: transforms may have changed. Throws Error{Usage} without a Build before, with
-    // another count than the last Build, or without allowsUpdate. An instance must not have become active
+    // Updates in place after transforms have changed. Throws Error{Usage} without an earlier Build, with
+    // another count than that of the last Build, or without allowsUpdate. No instance may have become active
     // or inactive.
     void Update(CommandList& commands, const Buffer& instances, uint32_t count);
 
@@ -79,7 +79,7 @@ class RAYGRAPH_API Tlas {
     TlasDesc m_desc;
     AccelerationStructure m_structure;
     BuildScratch m_scratch;
-    // The build state as of the recorded lists; shared with lists that may be dropped.
+    // The state of the build after the recorded lists; it is shared with lists that may be dropped.
     struct Built {
         bool isBuilt = false;
         uint32_t count = 0;

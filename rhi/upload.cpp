@@ -13,7 +13,7 @@ namespace raygraph::rhi {
 namespace {
 
 constexpr uint64_t kMinChunkBytes = uint64_t{64} << 10;
-// A multiple of every texel size and of 4, as copies into textures need it.
+// A multiple of every texel size, and of 4 as copies into textures require.
 constexpr uint64_t kStagingAlignment = 16;
 
 VkImageMemoryBarrier2 MipBarrier(const Texture& texture, uint32_t level, uint32_t levelCount,
@@ -60,7 +60,7 @@ Uploader::Uploader(Device& device, const UploaderDesc& desc)
         std::vector<Chunk> chunks;
         for (size_t i = 0; i < m_desc.chunkCount; ++i) {
             chunks.push_back(MakeChunk(i));
-            // The first access to a page takes longest
+            // The first access to a page takes longest, and happens here
             std::ranges::fill(chunks.back().buffer.Mapped(), std::byte{0});
         }
         return chunks;
@@ -114,8 +114,8 @@ Uploader::Chunk Uploader::MakeChunk(size_t index) const {
     return chunk;
 }
 
-// Moves on to a chunk that is free: the oldest one in the ring if it is done, else a new one while the bound
-// allows it, else the oldest one once it is done.
+// Advances to a free chunk: the oldest one in the ring if the device is done with it, otherwise a new one if
+// the limit allows it, otherwise the oldest one after waiting for it.
 void Uploader::NextChunk() {
     if (m_ahead.valid()) m_chunks = m_ahead.get();
     const size_t oldest = m_chunks.empty() ? 0 : (m_current + 1) % m_chunks.size();
@@ -152,7 +152,7 @@ Uploader::Staged Uploader::Stage(uint64_t wanted, uint64_t least) {
     return {&chunk.buffer, offset, chunk.buffer.Mapped().subspan(offset, size)};
 }
 
-// A second write of bytes that this list writes already waits for the first.
+// Makes a second write of bytes that this list writes already wait for the first.
 void Uploader::SeparateOverlap(VkBuffer buffer, uint64_t begin, uint64_t end) {
     const auto after = m_written.lower_bound({buffer, end});
     if (after != m_written.begin()) {
@@ -248,7 +248,7 @@ uint64_t Uploader::Continue(TextureTransfer& transfer, uint64_t budget) {
     return copied;
 }
 
-// All levels are in TRANSFER_DST_OPTIMAL, those below `firstLevel` have their texels.
+// Requires all levels in TRANSFER_DST_OPTIMAL, and texels in those below `firstLevel`.
 void Uploader::GenerateMips(const Texture& target, uint32_t firstLevel) {
     CommandList& list = List();
     const uint32_t levelCount = target.Desc().mipLevels;

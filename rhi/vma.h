@@ -1,5 +1,5 @@
-// The Vulkan Memory Allocator as the RHI uses it: no static Vulkan functions, everything through the
-// device's loader.
+// The Vulkan Memory Allocator without static Vulkan functions: it calls everything through the device's
+// loader.
 #pragma once
 
 #include "rhi/vulkan.h"
