@@ -7,7 +7,7 @@
 
 // The version of these headers; the build reads the numbers from here.
 #define RAYGRAPH_VERSION_MAJOR 0
-#define RAYGRAPH_VERSION_MINOR 1
+#define RAYGRAPH_VERSION_MINOR 2
 #define RAYGRAPH_VERSION_PATCH 0
 
 namespace raygraph {

@@ -61,7 +61,7 @@ session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float
     render.sceneHash = "0123456789abcdef";
     render.environmentFile = "sky.hdr";
     render.environmentHash = "fedcba9876543210";
-    render.version = "0.1.0";
+    render.version = "1.2.3";
     render.device = "a device";
     render.driver = "a driver";
     return render;

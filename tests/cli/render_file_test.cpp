@@ -183,7 +183,7 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     EXPECT_EQ(text("raygraph.scene"), "box.gltf");
     EXPECT_EQ(text("raygraph.device"), "a device");
     EXPECT_EQ(text("raygraph.driver"), "a driver");
-    EXPECT_EQ(text("raygraph.version"), "0.1.0");
+    EXPECT_EQ(text("raygraph.version"), "1.2.3");
 }
 
 TEST(RenderFile, RemovedLightNeedsItsVarianceAndCount) {
