@@ -3,6 +3,7 @@
 #include "base/out_of_memory.h"
 #include "base/path_text.h"
 #include "base/text.h"
+#include "editor/app/actions.h"
 #include "editor/app/script.h"
 #include "editor/app/settings.h"
 #include "editor/app/window.h"
@@ -122,6 +123,13 @@ void RunEditor(const EditOptions& options, const OpenDevice& openDevice) {
         RunWindow(options, openDevice);
     else
         PlayScript(options, openDevice);
+}
+
+std::string KeyList() {
+    std::string list;
+    for (const auto& [keys, effect] : HelpRows())
+        list += Text("{}{:<32}{}", list.empty() ? "" : "\n", keys, effect);
+    return list;
 }
 
 }  // namespace raygraph::editor

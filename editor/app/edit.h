@@ -51,4 +51,7 @@ void RunFrames(Editor& editor, Screen& screen, const FrameSource& window);
 // file name has the wrong extension. The status line reports files that cannot be loaded.
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice);
 
+// Returns the keys and what the mouse does, a line each.
+std::string KeyList();
+
 }  // namespace raygraph::editor

@@ -9,7 +9,6 @@
 #include "editor/cli/command_tree.h"
 #include "editor/cli/completion.h"
 #include "editor/cli/exit_code.h"
-#include "editor/cli/man_page.h"
 #include "editor/cli/options.h"
 #include "editor/cli/suggestion.h"
 #include "editor/cli/version.h"
@@ -18,6 +17,13 @@
 namespace raygraph::cli {
 
 namespace {
+
+constexpr std::pair<const char*, const char*> kEnvironment[] = {
+    {"RAYGRAPH_DEVICE", "device, by index or by a part of its name, where --device names none"},
+    {"RAYGRAPH_LOG", "level of messages, for all or by category: warning,shaders=debug,cache=off"},
+    {"XDG_CACHE_HOME", "has the folder raygraph with compiled pipelines (default: ~/.cache)"},
+    {"XDG_CONFIG_HOME", "has the folder raygraph with the editor's settings (default: ~/.config)"},
+};
 
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
@@ -130,6 +136,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     AddPointsAndLines(*edit, arguments.pointsAndLines);
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
+    edit->add_flag("--keys", arguments.isListingKeys, "List the keys and what the mouse does, and exit");
     AddPath(*edit, "--shaders", "FOLDER", "Shader sources, for F5 to reload from", arguments.shaders);
     AddDevice(*edit, arguments.device);
     edit->add_flag("--validate", arguments.isValidating,
@@ -225,6 +232,16 @@ std::string DescribeUsageError(CLI::App& app, const CLI::ParseError& error) {
     return OneLine(error.what()) + help;
 }
 
+// Returns what ends the help of the program.
+std::string Overview() {
+    std::string text = "raygraph COMMAND --help shows the options of a command.\n\nExit status:\n";
+    for (const ExitCodeText& each : kExitCodes)
+        text += Text("  {:<24}  {}\n", static_cast<int>(each.code), each.text);
+    text += "\nEnvironment:\n";
+    for (const auto& [variable, meaning] : kEnvironment) text += Text("  {:<24}  {}\n", variable, meaning);
+    return text;
+}
+
 // Returns the help of the program, or of the command that was given. CLI11 leaves two empty lines between
 // groups.
 std::string HelpOf(const CLI::App& app) {
@@ -250,10 +267,6 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     app.get_formatter()->label("REQUIRED", "(required)");
     app.set_help_all_flag("--help-all", "Print the options that exist for study, too, and exit");
     app.set_version_flag("--version", std::string("raygraph ") + kVersion);
-    app.footer(
-        "raygraph COMMAND --help shows a command's options.\n"
-        "Exit status: " +
-        ListOfExitCodes() + ".");
 
     RenderArguments renderArguments;
     BenchArguments benchArguments;
@@ -269,7 +282,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* edit = AddEdit(app, editArguments);
     Shell shell{};
     const CLI::App* completion = AddCompletion(app, shell);
-    const CLI::App* man = app.add_subcommand("man", "Print the manual page, for `raygraph man | man -l -`");
+    app.footer(Overview());  // of the program alone: commands take the footer that it has when they are added
 
     const auto setGroups = [&app](bool showsStudy) {
         for (CLI::App* command : app.get_subcommands({})) SetGroups(*command, showsStudy);
@@ -290,7 +303,6 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         Refuse(DescribeUsageError(app, error));
     }
     if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
-    if (*man) return ShowText{ManPage(TextsOf(app))};
     if (*render) {
         CheckRender(renderArguments);
         ApplyShard(renderArguments);

@@ -125,6 +125,7 @@ struct EditArguments : OutputArguments {
     std::filesystem::path shaders;         // "": no hot reload
     std::string device;
     bool isValidating = false;
+    bool isListingKeys = false;
 };
 
 // Returns the settings of a render, except for the depth, since a few long paths in a bright scene would

@@ -28,7 +28,6 @@ OptionText TextOf(CLI::Option& option) {
     text.isRepeatable = std::ranges::find(text.names, "-v") != text.names.end() ||
                         option.get_items_expected_max() > 1 ||
                         option.get_multi_option_policy() == CLI::MultiOptionPolicy::Join;
-    text.isRequired = option.get_required();
     return text;
 }
 

@@ -1,5 +1,4 @@
-// ProgramText holds the commands and their options as plain texts, for --help, completion and the manual
-// page.
+// ProgramText holds the commands and their options as plain texts, for suggestions and completion.
 #pragma once
 
 #include <string>
@@ -18,7 +17,6 @@ struct OptionText {
     std::vector<std::string> choices;  // accepted names; empty: any text
     bool isList = false;               // several choices, separated by commas
     bool isRepeatable = false;
-    bool isRequired = false;
 
     bool TakesFile() const;
     bool TakesFolder() const { return operand == "FOLDER"; }

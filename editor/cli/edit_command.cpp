@@ -15,6 +15,7 @@ namespace raygraph::cli {
 
 void EditCommand(const EditArguments& arguments, Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
+    if (arguments.isListingKeys) return PrintLine(editor::KeyList());
     os::MapLargeBlocks();  // scenes are allocated and freed beside frames
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });

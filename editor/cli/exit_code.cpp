@@ -1,7 +1,5 @@
 #include "editor/cli/exit_code.h"
 
-#include "base/text.h"
-
 namespace raygraph::cli {
 
 ExitCode ExitCodeFor(ErrorKind kind) {
@@ -20,13 +18,6 @@ ExitCode ExitCodeFor(ErrorKind kind) {
             return ExitCode::Failure;
     }
     return ExitCode::Failure;
-}
-
-std::string ListOfExitCodes() {
-    std::string list;
-    for (const ExitCodeText& each : kExitCodes)
-        list += Text("{}{} {}", list.empty() ? "" : ", ", static_cast<int>(each.code), each.text);
-    return list;
 }
 
 }  // namespace raygraph::cli

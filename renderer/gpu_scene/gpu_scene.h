@@ -70,8 +70,8 @@ struct StreamProgress {
     bool IsDone() const { return bytes == of; }
 };
 
-// When the light tree is rebuilt although an update would do (docs/lights.md). With Always, pictures depend
-// on the current scene alone, not on what was shown before. Raygraph's own BVHs then keep the topology of the
+// When the light tree is rebuilt although an update would do (docs/sampling.md). With Always, pictures
+// depend on the current scene alone, not on what was shown before. Raygraph's own BVHs then keep the topology of the
 // scene as it was set, and only their boxes follow what moves.
 enum class LightRule : uint8_t { Decay, Always };
 

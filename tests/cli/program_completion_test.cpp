@@ -1,4 +1,4 @@
-// Tests the manual page and the completion of shells with the programs that read them.
+// Tests the completion of shells with the programs that read them.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -50,7 +50,7 @@ std::map<std::string, std::vector<std::string>> NamesInHelp() {
     for (std::string line; std::getline(list, line) && !line.empty();)
         if (line.starts_with("  ") && line[2] != ' ')
             commands.push_back(line.substr(2, line.find(' ', 2) - 2));
-    EXPECT_GE(commands.size(), 9u) << overview;
+    EXPECT_GE(commands.size(), 8u) << overview;
     const std::regex name("--?[a-z][a-z-]*");
     for (const std::string& command : commands) {
         std::istringstream help(
@@ -154,34 +154,6 @@ TEST(Completion, FishReadsItsScriptAndCompletes) {
     EXPECT_EQ(
         Shell(folder, "fish --no-config -c 'source ./c.fish; complete -C \"raygraph render --view ra\"'"),
         "raster\tWhat the picture shows\nray-cost\tWhat the picture shows\n");
-}
-
-TEST(ManPage, NamesEveryOptionOfHelp) {
-    const std::string page = RunProgram(TemporaryFolder(), "man").output;
-    for (const auto& [command, names] : NamesInHelp()) {
-        const size_t begin = command.empty() ? 0 : page.find(".SS \\fBraygraph\\fR \\fB" + command + "\\fR");
-        ASSERT_NE(begin, std::string::npos) << command;
-        const std::string section = page.substr(begin, page.find("\n.S", begin + 1) - begin);
-        for (const std::string& name : names) {
-            if (command.empty()) continue;  // tested below
-            const std::string bold = "\\fB" + std::regex_replace(name, std::regex("-"), "\\-") + "\\fR";
-            EXPECT_NE(section.find(bold), std::string::npos) << command << " lacks " << bold;
-        }
-    }
-    for (const char* text : {"\\fB\\-\\-version\\fR", "RAYGRAPH_DEVICE", "RAYGRAPH_LOG",
-                             ".SH \"EXIT STATUS\"", "Russian roulette", "[\\fIFILE\\fR]"})
-        EXPECT_NE(page.find(text), std::string::npos) << "lacks " << text;
-}
-
-TEST(ManPage, RoffHasNothingToSayAboutIt) {
-    if (!Has("groff")) GTEST_SKIP() << "there is no groff";
-    const TemporaryFolder folder;
-    Store(folder, "man", "raygraph.1");
-    EXPECT_EQ(Shell(folder, "groff -ww -man -Tascii raygraph.1 >shown"), "");
-    const std::string shown = Shell(folder, "groff -man -Tascii -P-cbou raygraph.1");
-    for (const char* text : {"raygraph render [OPTION]... FILE", "--sampler SAMPLER", "~/.cache",
-                             "source <(raygraph completion bash)"})
-        EXPECT_NE(shown.find(text), std::string::npos) << shown << "lacks " << text;
 }
 
 TEST(Environment, ChoosesTheDeviceWhereNoOptionDoes) {

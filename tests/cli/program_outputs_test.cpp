@@ -301,7 +301,7 @@ TEST(ProgramOutputs, StdoutThatCannotBeWrittenIsAFailure) {
         const int descriptor = open("/dev/full", O_WRONLY);
         dup2(descriptor, STDOUT_FILENO);
     };
-    for (const std::string line : {"--help", "man", "info @cornell.gltf", "info --json --extensions",
+    for (const std::string line : {"--help", "info @cornell.gltf", "info --json --extensions",
                                    "graph @cornell.gltf --size 8x8 --json"}) {
         const ProgramResult result = RunPrepared(folder, line, full);
         EXPECT_EQ(result.exitCode, 1) << line;

@@ -1,12 +1,7 @@
-// Tests which actions keys are bound to, and that help and docs list them.
+// Tests which actions keys are bound to, and that each has help.
 #include "editor/app/actions.h"
 
 #include <gtest/gtest.h>
-
-#include <fstream>
-#include <iterator>
-
-#include "tests/support/source_file.h"
 
 namespace raygraph::editor::actions_test {
 
@@ -28,14 +23,6 @@ TEST(Actions, EachIsInAMenuOrHasAKeyAndKeysHaveHelp) {
         EXPECT_EQ(row.keys[0].has_value(), *row.help != 0) << static_cast<int>(row.action);
         EXPECT_TRUE(row.menu == Menu::None || *row.label != 0) << static_cast<int>(row.action);
     }
-}
-
-TEST(Actions, DocsHaveTheTableOfHelp) {
-    std::string expected = "| key | |\n|---|---|\n";
-    for (const auto& [keys, what] : HelpRows()) expected += "| " + keys + " | " + what + " |\n";
-    std::ifstream file(test::SourceFile("docs/editor.md"));
-    const std::string page{std::istreambuf_iterator<char>(file), {}};
-    EXPECT_NE(page.find("\n" + expected + "\n"), std::string::npos) << expected;
 }
 
 }  // namespace raygraph::editor::actions_test
