@@ -71,8 +71,8 @@ struct StreamProgress {
 };
 
 // When the light tree is rebuilt although an update would do (docs/sampling.md). With Always, pictures
-// depend on the current scene alone, not on what was shown before. Raygraph's own BVHs then keep the topology of the
-// scene as it was set, and only their boxes follow what moves.
+// depend on the current scene alone, not on what was shown before. Raygraph's own BVHs then keep the topology
+// of the scene as it was set, and only their boxes follow what moves.
 enum class LightRule : uint8_t { Decay, Always };
 
 struct GpuSceneDesc {
