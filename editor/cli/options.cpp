@@ -112,7 +112,7 @@ void AddPath(CLI::App& app, const std::string& name, const char* operand, const 
 }
 
 void AddVariant(CLI::App& app, std::string& variant) {
-    AddOption(app, "--variant", "VARIANT", "Which variant of the scene's materials, by name or index (none)",
+    AddOption(app, "--variant", "VARIANT", "Variant of the materials, by name or index (none)",
               [&variant](const std::string& text) { variant = text; });
 }
 
@@ -121,8 +121,8 @@ void AddPointsAndLines(CLI::App& app, scene::PointsAndLines& radii) {
         AddOption(app, option, "RADIUS", what + kRadiusHelp,
                   [&radius](const std::string& text) { radius = scene::ParseRoundRadius(text); });
     };
-    add("--points", "Radius of the scene's points, shown as spheres", radii.points);
-    add("--lines", "Radius of the scene's lines, shown as capsules", radii.lines);
+    add("--points", "Radius of points, shown as spheres", radii.points);
+    add("--lines", "Radius of lines, shown as capsules", radii.lines);
 }
 
 CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
@@ -179,8 +179,8 @@ void AddLog(CLI::App& app, OutputArguments& arguments) {
     // excludes it, would always be refused.
     app.add_flag_function(
         "-v,--verbose", [&arguments](int64_t count) { arguments.verbosity = static_cast<uint32_t>(count); },
-        Wrapped("More messages on stderr: what is done and how long it takes; -vv: debug messages, too"));
-    AddPath(app, "--log", "FILE", "Add messages to a file as well, from information on (with -vv all)",
+        Wrapped("Show information on stderr, such as times; -vv: debug messages, too"));
+    AddPath(app, "--log", "FILE", "Write messages to a file, too, information included (with -vv all)",
             arguments.logFile);
 }
 
@@ -200,8 +200,7 @@ void AddProgress(CLI::App& app, OutputArguments& arguments) {
 
 void AddRoot(CLI::App& app, std::filesystem::path& root) {
     AddPath(app, "--root", "FOLDER",
-            "Folder below which the scene may name files, too, besides its own: for ../textures/wood.png",
-            root);
+            "Folder below which the scene may name files, too, such as ../textures/wood.png", root);
 }
 
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {

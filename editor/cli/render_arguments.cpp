@@ -86,7 +86,7 @@ void AddCameras(CLI::App& render, RenderArguments& arguments) {
     CLI::Option* option = render.get_option("--camera");
     const std::string help =
         option->get_description() +
-        Wrapped("\nMay be given several times: a picture each, {camera} in names of files");
+        Wrapped("\nMay be given several times, for a picture each: {camera} in names of outputs");
     render.remove_option(option);
     render
         .add_option_function<std::vector<std::string>>(
@@ -161,10 +161,10 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                     }
                 }
             },
-            Wrapped("Picture to write: " +
+            Wrapped("Output file: " +
                     ListForHelp({kEndings.begin(), kEndings.end()}, {kNotes.begin(), kNotes.end()},
                                 kEndings.size()) +
-                    "; may be given several times. Default: " + kDefaultPicture +
+                    ". May be given several times. Default: " + kDefaultPicture +
                     ", or the file that is resumed"))
         ->type_name("OUT")
         ->allow_extra_args(false);
@@ -174,32 +174,32 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
     AddOption(*render, "--time", "SECONDS", "Render for this long instead of --spp",
               [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
-    AddOption(*render, "--error", "E",
-              "Render until the estimated relative error of the picture is E, 0.01 say; --spp or --time stop "
-              "it earlier",
-              [&](const std::string& text) { arguments.error = ParseNumber(text, 1e-6, 1.0); });
+    AddOption(
+        *render, "--error", "E",
+        "Render until the estimated relative error of the picture is E, as 0.01; --spp or --time stop it "
+        "earlier",
+        [&](const std::string& text) { arguments.error = ParseNumber(text, 1e-6, 1.0); });
     AddOption(*render, "--sample-offset", "N",
               Text("Index of the first sample ({}): renders of disjoint ranges can be merged",
                    SessionDesc{}.firstSample),
               [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
-    AddOption(
-        *render, "--frames", "A:B:STEP",
-        "Render a picture for each of these times of the animations, in seconds, instead of --at; names "
-        "of outputs have a run of # for the number, as name.####.exr",
-        [&](const std::string& text) { arguments.frames = ParseFrames(text); });
-    AddOption(
-        *render, "--shard", "I/N|auto",
-        "Render the part I, from 0, of N parts of the --spp samples, for `raygraph merge`, or of the "
-        "--frames; "
-        "auto: by the variables of a Slurm job array, srun or mpirun. Without --frames, a run of # in the "
-        "names of outputs is I",
-        [&](const std::string& text) { arguments.shard = ParseShard(text); });
+    AddOption(*render, "--frames", "A:B:STEP",
+              "Render a picture for each time from A to B, in seconds; a run of # in names of outputs is the "
+              "number, "
+              "as name.####.exr",
+              [&](const std::string& text) { arguments.frames = ParseFrames(text); });
+    AddOption(*render, "--shard", "I/N|auto",
+              "Render part I, from 0, of N parts of the samples, for `raygraph merge`, or of the --frames; "
+              "auto: by the "
+              "variables of a Slurm job array, srun or mpirun. Without --frames, a run of # in names of "
+              "outputs is I",
+              [&](const std::string& text) { arguments.shard = ParseShard(text); });
     AddSettings(*render, arguments.given);
     AddCameras(*render, arguments);
     AddRoot(*render, arguments.root);
     AddEnvironment(*render, arguments.environment);
     const passes::TonemapSettings display = DisplayOf({});
-    AddOption(*render, "--exposure", "EV", Text("Stops of exposure of a .png ({})", display.exposureEv),
+    AddOption(*render, "--exposure", "EV", Text("Exposure of a .png in stops ({})", display.exposureEv),
               [&](const std::string& text) {
                   arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
               });
@@ -209,45 +209,44 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                    "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
                    [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
         {kOperators.begin(), kOperators.end()});
-    AddOption(
-        *render, "--white-point", "K|auto",
-        Text("White balance of a .png: what is white under a light of so many kelvin, {} to {}, is shown "
-             "white ({:g}: as it is); auto: under the scene's light, all together",
-             passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint),
-        [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
+    AddOption(*render, "--white-point", "K|auto",
+              Text("White balance of a .png: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
+                   "change); auto: "
+                   "the light of the scene",
+                   passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint),
+              [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
     constexpr auto kTypes = Texts(ExrType{});
-    SetChoices(*AddOption(*render, "--exr-type", "TYPE",
-                          "Numbers of means and variances of an .exr: " + ListForHelp(ExrType::Float),
+    SetChoices(*AddOption(*render, "--exr-type", "TYPE", "Numbers of an .exr: " + ListForHelp(ExrType::Float),
                           [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); }),
                {kTypes.begin(), kTypes.end()});
-    CLI::Option* aov =
-        AddOption(*render, "--aov", "LIST",
-                  "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
-                      "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
-                      ", and by what scattered it first: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
-                      "; what a bias took: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
-                      "; or all. Samples and variance are always there",
-                  [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    CLI::Option* aov = AddOption(
+        *render, "--aov", "LIST",
+        "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
+            "; light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
+            ", or by its first scattering: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
+            "; light that a bias removed: " + ListOf(AovOf(kBiases.front()), std::nullopt) + "; or all",
+        [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     std::vector<std::string_view> aovs{"all"};
     for (const Aov named : kAovs) aovs.push_back(Name(named));
     SetChoices(*aov, aovs, Operands::List);
     AddPath(*render, "--resume", "FILE.exr", "Resume a stored render, with its settings", arguments.resume);
-    AddOption(*render, "--checkpoint", "MINUTES",
-              "Write the outputs every so often while rendering: the .exr, of which one is needed, can be "
-              "resumed. --resume may then name a file that is not there yet, and one that is complete",
-              [&](const std::string& text) { arguments.checkpointMinutes = ParseNumber(text, 1e-3, 1e6); });
+    AddOption(
+        *render, "--checkpoint", "MINUTES",
+        "Write the outputs at this interval; one must be an .exr. --resume may then name a file that does "
+        "not exist yet, or one that is complete",
+        [&](const std::string& text) { arguments.checkpointMinutes = ParseNumber(text, 1e-3, 1e6); });
     AddPath(*render, "--settings-from", "FILE.exr",
-            "Take the settings of the picture from a render; options that are given override them",
+            "Take the settings of the picture from a render; given options override them",
             arguments.settingsFrom);
     AddTracing(*render, arguments.tracing);
     AddDevice(*render, arguments.device);
     AddOption(*render, "--devices", "LIST",
-              "Several devices, which share the samples: all (of the best kind), or indices, as 0,1",
+              "Devices that share the samples: all (of the best kind), or indices, as 0,1",
               [&](const std::string& text) { arguments.devices = ValidatedDevices(text); })
         ->excludes("--device");
     render->add_flag("--validate", arguments.isValidating,
                      Wrapped("Turn on the Vulkan validation layers and fail on any message"));
-    AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
+    AddPath(*render, "--report", "FILE.json", "Write a report: the scene, times, memory, the error",
             arguments.report);
     AddProgress(*render, arguments);
     AddOutput(*render, arguments);

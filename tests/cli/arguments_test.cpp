@@ -202,7 +202,7 @@ TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
           "uniform, power or bvh (by its possible contribution; default)",
           "linear, srgb, reinhard, aces, agx or neutral (default)", "balance, power (default) or off",
           "throughput (default), constant:P (each bounce survives with P), frame:P",
-          "emission, direct, indirect, and by what scattered it first: diffuse, specular, transmission;"})
+          "emission, direct, indirect, or by its first scattering: diffuse, specular, transmission;"})
         EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
 }
 
@@ -224,10 +224,10 @@ TEST(Arguments, HelpSaysTheDefaultsOfItsOwnCommand) {
         for (const std::string& text : texts)
             EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
     };
-    expect("render --help", {"darkens the picture. Default: none", "Samples a pixel (64);",
-                             "first sample (0):", "exposure of a .png (0)"});
+    expect("render --help", {"or none. Default: none", "Samples a pixel (64);",
+                             "first sample (0):", "Exposure of a .png in stops (0)"});
     expect("bench --help",
-           {"darkens the picture. Default: 16", "in a round (8)", "over all of them (5)", "may rise (0.05)"});
+           {"or none. Default: 16", "in a round (8)", "over all of them (5)", "may rise (0.05)"});
     EXPECT_EQ(SettingsFrom({}, BenchDefaults()).paths.biases.maxDepth, 16u);
     EXPECT_EQ(SettingsFrom({{"max-depth", "none"}}, BenchDefaults()).paths.biases.maxDepth,
               passes::kNoDepthLimit);

@@ -147,65 +147,60 @@ std::string RouletteHelp() {
 // It is no plain constant, since its help is generated.
 const std::vector<PictureSetting>& Table() {
     static const std::vector<PictureSetting> kTable = {
-        {"size", "WxH", "Pixels of the picture ({})",
+        {"size", "WxH", "Size of the picture in pixels ({})",
          [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
          [](const PictureSettings& settings) { return ToText(settings.size); }},
         {"crop", "X,Y,W,H",
-         "Render only this part of the picture: W times H pixels from X, Y on, counted from its upper left "
-         "corner ({}: all of it)",
+         "Render only W times H pixels of the picture from X, Y on, counted from the upper left corner ({})",
          [](PictureSettings& settings, std::string_view text) { SetCrop(settings.crop, text); },
          [](const PictureSettings& settings) { return CropText(settings.crop); }},
         Choice(
             "view", "VIEW", "What the picture shows", [](auto& settings) -> auto& { return settings.view; }),
         {"camera", "CAMERA",
-         "A camera of the scene by name or index, or \"eye target up fov\" as ten numbers, fov the vertical "
-         "angle in degrees, or with m the height that is seen, in meters, without perspective. Default: the "
-         "scene's first camera, else one that frames the scene",
+         "A camera of the scene by name or index, or \"eye target up fov\" as ten numbers: fov is the "
+         "vertical "
+         "angle in degrees, or with m the height of an orthographic view in meters. Default: the scene's "
+         "first "
+         "camera, else one that frames the scene",
          [](PictureSettings& settings, std::string_view text) {
              if (scene::IsViewText(text))
                  std::ignore = scene::ViewFromText(text, 1.0f);  // malformed ones early
              settings.camera = text;
          },
          [](const PictureSettings& settings) { return settings.camera; }},
-        {"scene", "SCENE", "Which scene of the glTF file, by name or index (the file's default)",
+        {"scene", "SCENE", "Scene of the glTF file, by name or index (the file's default)",
          [](PictureSettings& settings, std::string_view text) { settings.scene = text; },
          [](const PictureSettings& settings) { return settings.scene; }},
-        {"variant", "VARIANT", "Which variant of the scene's materials, by name or index (none)",
+        {"variant", "VARIANT", "Variant of the materials, by name or index (none)",
          [](PictureSettings& settings, std::string_view text) { settings.variant = text; },
          [](const PictureSettings& settings) { return settings.variant; }},
-        {"at", "SECONDS",
-         "Time of the scene's animations. Default: none plays, and the scene has its rest pose",
+        {"at", "SECONDS", "Time of the animations. Default: none, the scene has its rest pose",
          [](PictureSettings& settings, std::string_view text) {
              settings.at.reset();
              if (!text.empty()) settings.at = ParseNumber(text, -1e6, 1e6);
          },
          [](const PictureSettings& settings) { return AtText(settings.at); }},
         {"clips", "LIST",
-         "Which animations play, by name or index, with a weight if they blend: \"walk:0.3,run:0.7\"; all: "
-         "all "
-         "of them. Default: the first. Needs --at",
+         "Animations to play, by name or index, with weights to blend them: \"walk:0.3,run:0.7\"; or all. "
+         "Default: the first. Needs --at",
          [](PictureSettings& settings, std::string_view text) { settings.clips = text; },
          [](const PictureSettings& settings) { return settings.clips; }},
         {"shutter", "OPEN:CLOSE",
-         "Motion blur: seconds after --at between which the shutter is open, -0.01:0.01 say. Default: {}, "
-         "all "
-         "stands still. Needs --at",
+         "Motion blur: when the shutter opens and closes, in seconds after --at, as -0.01:0.01 ({}). Needs "
+         "--at",
          [](PictureSettings& settings, std::string_view text) { SetShutter(settings.shutter, text); },
          [](const PictureSettings& settings) { return ShutterText(settings.shutter); }},
         Radius(
-            "points", "Radius of the scene's points, shown as spheres",
+            "points", "Radius of points, shown as spheres",
             [](auto& settings) -> auto& { return settings.pointsAndLines.points; }),
         Radius(
-            "lines", "Radius of the scene's lines, shown as capsules",
+            "lines", "Radius of lines, shown as capsules",
             [](auto& settings) -> auto& { return settings.pointsAndLines.lines; }),
         {"seed", "N", "Seed of the random numbers ({})",
          [](PictureSettings& settings, std::string_view text) { settings.paths.seed = ParseCount(text); },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},
         Switch(
-            "adaptive",
-            "Give pixels as many samples as the error of the picture needs ({}: all the same number); --spp "
-            "is "
-            "the average",
+            "adaptive", "Distribute the samples by the noise of each pixel ({}); --spp is the average",
             [](auto& settings) -> auto& { return settings.isAdaptive; }),
         Choice(
             "sampler", "SAMPLER", "Random numbers",
@@ -226,13 +221,13 @@ const std::vector<PictureSetting>& Table() {
             "multiscatter", "M", "Light between microfacets",
             [](auto& settings) -> auto& { return settings.paths.scattering.multiscatter; }),
         Switch(
-            "nee", "Sample the lights ({}); off finds light by chance alone, and no punctual light",
+            "nee", "Sample the lights ({}). Without that, rays find light by chance, and no punctual light",
             [](auto& settings) -> auto& { return settings.paths.lights.isOn; }),
         Choice(
             "light-sampler", "L", "How a light is chosen",
             [](auto& settings) -> auto& { return settings.paths.lights.sampler; }),
         Choice(
-            "mis", "HEURISTIC", "Weighing of sampled lights and sampled surfaces",
+            "mis", "HEURISTIC", "Weights of light sampling and BSDF sampling",
             [](auto& settings) -> auto& { return settings.paths.lights.mis; }),
         {"rr", "ROULETTE", "How paths end: " + RouletteHelp(),
          [](PictureSettings& settings, std::string_view text) { SetRoulette(settings.paths.roulette, text); },
@@ -242,8 +237,7 @@ const std::vector<PictureSetting>& Table() {
              settings.paths.roulette.start = ParseCount(text);
          },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
-        {"max-depth", "N",
-         "Bias: end paths after N bounces, or none, without limit; this darkens the picture. Default: {}",
+        {"max-depth", "N", "Bias: end paths after N bounces, which darkens the picture, or none. Default: {}",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.maxDepth =
                  text == "none" ? passes::kNoDepthLimit : ParseCount(text, 0, passes::kNoDepthLimit - 1);
@@ -254,7 +248,7 @@ const std::vector<PictureSetting>& Table() {
                         : std::to_string(settings.paths.biases.maxDepth);
          }},
         {"clamp-indirect", "RADIANCE",
-         "Bias: cut at this radiance what light that was scattered twice or more brings. Default: {}",
+         "Bias: clamp the radiance of light that was scattered twice or more. Default: {}",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.clampIndirect = text == "none"
                                                        ? std::numeric_limits<float>::infinity()
@@ -265,20 +259,20 @@ const std::vector<PictureSetting>& Table() {
                         ? std::string("none")
                         : ToText(settings.paths.biases.clampIndirect);
          }},
-        {"regularize", "ALPHA",
-         "Bias: roughen surfaces behind the first bounce to at least this GGX alpha ({})",
+        {"regularize", "ALPHA", "Bias: give surfaces after the first bounce at least this GGX alpha ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
          },
          [](const PictureSettings& settings) { return ToText(settings.paths.biases.regularize); }},
         Switch(
             "shadow-terminator",
-            "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a "
-            "smooth body throws on itself shows no triangles ({})",
+            "Bias: shade opaque surfaces as curved, as their vertex normals are, to smooth the shadows that "
+            "they cast on themselves ({})",
             [](auto& settings) -> auto& { return settings.paths.biases.shadowTerminator; }),
         {"texture-lod", "BIAS",
-         "Bias: read textures at the mip level that fits how wide a path is, plus this (0: as computed; "
-         "negative: sharper), for less noise where they are seen small. Default: {}, all at full resolution",
+         "Bias: read textures at the mip level that fits the width of the path, plus this (negative: "
+         "sharper). "
+         "Default: {}, at full resolution",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.textureLod = text == "none"
                                                     ? -std::numeric_limits<float>::infinity()
@@ -291,33 +285,31 @@ const std::vector<PictureSetting>& Table() {
         Choice(
             "shadows", "SHADOWS", "Shadows of the raster view",
             [](auto& settings) -> auto& { return settings.raster.shadows; }),
-        {"aperture", "RADIUS", "Radius of the camera's lens in meters ({}: a pinhole, all is sharp)",
+        {"aperture", "RADIUS", "Radius of the camera's lens in meters ({}: a pinhole)",
          [](PictureSettings& settings, std::string_view text) {
              settings.aperture = static_cast<float>(ParseNumber(text, 0.0, 1e6));
          },
          [](const PictureSettings& settings) { return ToText(settings.aperture); }},
-        {"focus", "DISTANCE", "Distance that is sharp, in meters ({}: to the middle of the scene's bounds)",
+        {"focus", "DISTANCE", "Distance in focus, in meters ({}: the middle of the scene's bounds)",
          [](PictureSettings& settings, std::string_view text) {
              settings.focusDistance = static_cast<float>(ParseNumber(text, 0.0, 1e9));
          },
          [](const PictureSettings& settings) { return ToText(settings.focusDistance); }},
-        {"env-rotation", "DEG", "Turns the environment map, or the studio, about +y ({})",
+        {"env-rotation", "DEG", "Rotation of the environment map, or of the studio, about +y ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentRotation); }},
         Choice(
             kLightSetting.data(), "LIGHT",
-            "Whether a built-in studio is the environment, where neither a map nor a background is given",
+            "Built-in studio as the environment, where neither a map nor a background is given",
             [](auto& settings) -> auto& { return settings.light; }),
         {"env-tint", "R,G,B", "Factor on the radiance of the environment map, or of the studio ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentTint = ParseRadiance(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
-        {"background", "R,G,B",
-         "Constant radiance of the environment, instead of a map. Default: {}, the scene's own light or "
-         "that of --light",
+        {"background", "R,G,B", "Constant radiance of the environment, instead of a map. Default: {}",
          [](PictureSettings& settings, std::string_view text) {
              settings.background.reset();
              if (text != "none") settings.background = ParseRadiance(text);
@@ -327,19 +319,20 @@ const std::vector<PictureSetting>& Table() {
          }},
         Switch(
             "transparent",
-            "Leave the environment out where the camera sees nothing else ({}): a .png is transparent there, "
-            "and an .exr has only what alpha covers",
+            "Leave out the environment where the camera sees it directly ({}); alpha is 0 there",
             [](auto& settings) -> auto& { return settings.paths.isEnvironmentHidden; }),
         {"texture-budget", "SIZE",
-         "Bias: device memory that textures may take, 512M say; where they take more, large ones lose "
-         "detail. "
-         "Default: {}, half of the device's",
+         "Bias: device memory of textures, as 512M; where they take more, large ones lose detail. Default: "
+         "{}, "
+         "half of the device's",
          [](PictureSettings& settings, std::string_view text) { settings.textureBudget = ParseBudget(text); },
          [](const PictureSettings& settings) { return BudgetText(settings.textureBudget); }},
         {"light-group", "NAME=PATTERN,...",
-         "Keep the light of a group of lights apart, as light.NAME.R and so on in an .exr: those whose "
-         "material, light or node has a name like a PATTERN (* and ? as in a shell). May be given eight "
-         "times; light.environment and light.rest hold the others",
+         "Write the light of a group to channels light.NAME.R, G and B of an .exr: of the lights whose "
+         "material, "
+         "light or node has a name that matches a PATTERN of the shell. May be given eight times; all other "
+         "light "
+         "is in light.environment and light.rest",
          [](PictureSettings& settings, std::string_view text) {
              settings.lightGroups = ParseLightGroups(text);
          },
