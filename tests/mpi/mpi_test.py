@@ -46,7 +46,7 @@ class MpiTest(unittest.TestCase):
         picture = ["render", CORNELL, "--size", "40x30", "--spp", "37", "--max-depth", "4", "--aov", "all",
                    "--light-group", "lamp=*"]
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr", "-o", "one.png"])
-        for ranks in 1, 2, 3, 4:
+        for ranks in 1, 3:
             with self.subTest(ranks=ranks):
                 result = self.run_in(mpi(ranks, *picture, "-o", "all.exr", "-o", "all.png"))
                 self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
@@ -55,7 +55,7 @@ class MpiTest(unittest.TestCase):
 
     # Sums are sent 2^18 pixels at a time
     def test_large_pictures_are_added_piece_by_piece(self):
-        picture = ["render", CORNELL, "--size", "600x500", "--spp", "2", "--max-depth", "1"]
+        picture = ["render", CORNELL, "--size", "520x510", "--spp", "2", "--view", "albedo"]
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
         self.run_in(mpi(2, *picture, "-o", "all.exr"))
         self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
@@ -67,18 +67,15 @@ class MpiTest(unittest.TestCase):
         self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
 
     def test_error_is_reached_at_the_same_sample(self):
-        picture = ["render", CORNELL, "--size", "12x12", "--error", "0.35"]
+        """Also where a render was left: what was measured before is the root's to know; and at 64 samples one rank alone
+        has a new one."""
+        picture = ["render", CORNELL, "--size", "12x12", "--max-depth", "2", "--error", "0.35"]
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
-        result = self.run_in(mpi(3, *picture, "-o", "all.exr"))
-        self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"), result.stdout)
-
-    def test_error_goes_on_where_a_render_was_left(self):
-        """What was measured before is the root's to know; and at 64 samples one rank alone has a new one."""
-        picture = ["render", CORNELL, "--size", "12x12"]
-        self.run_in([PROGRAM, *map(str, picture), "--error", "0.35", "-o", "one.exr"])
+        self.run_in(mpi(3, *picture, "-o", "all.exr"))
+        self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
         for before in "63", "200":
             with self.subTest(before=before):
-                self.run_in([PROGRAM, *map(str, picture), "--error", "0.35", "--spp", before, "-o", "part.exr"])
+                self.run_in([PROGRAM, *map(str, picture), "--spp", before, "-o", "part.exr"])
                 self.run_in(mpi(3, "render", CORNELL, "--resume", "part.exr", "--error", "0.35", "-o", "all.exr"))
                 self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
 
@@ -118,13 +115,13 @@ class MpiTest(unittest.TestCase):
             value = condition()
             if value:
                 return value
-            time.sleep(0.05)
+            time.sleep(0.01)
         self.fail("waited in vain; exit status " + str(process.poll()))
 
     def test_signal_to_any_rank_saves_and_ends_the_job(self):
         """SIGUSR1 saves and goes on; SIGUSR2 saves and ends, also where one of two outputs cannot be written; the
         render resumed by other ranks is that of one run."""
-        picture = ["render", CORNELL, "--size", "48x48", "--spp", "800"]
+        picture = ["render", CORNELL, "--size", "48x48", "--spp", "600", "--max-depth", "2"]
         save = ["--checkpoint", "100", "--resume", "all.exr", "-o", "all.exr", "-o", "all.png"]
         process = self.start(mpi(2, *picture, *save))
         other = self.wait_for(lambda: self.rank_of(process, 1), process)
@@ -156,7 +153,7 @@ class MpiTest(unittest.TestCase):
             (["merge", "a.exr", "b.exr", "-o", "c.exr"], 2, "raygraph-mpi renders"),
         ):
             with self.subTest(line=line):
-                result = self.run_in(mpi(3, *arguments), status)
+                result = self.run_in(mpi(2, *arguments), status)
                 said = [text for text in result.stderr.splitlines() if text.startswith("raygraph")]
                 self.assertEqual(len(said), 1, result.stderr)
                 self.assertIn(line, said[0])
@@ -164,7 +161,7 @@ class MpiTest(unittest.TestCase):
     def test_rank_that_dies_ends_the_job(self):
         process = self.start(mpi(2, "render", CORNELL, "--size", "32x32", "--spp", "1000000", "-o", "a.exr"))
         other = self.wait_for(lambda: self.rank_of(process, 1), process)
-        time.sleep(2)
+        self.wait_for(lambda: catches(other, signal.SIGUSR1), process)
         os.kill(other, signal.SIGKILL)
         process.communicate(timeout=60)
         self.assertNotEqual(process.returncode, 0)
