@@ -10,8 +10,11 @@
 #pragma once
 
 #include <cstdint>
+#include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "base/api.h"
 
@@ -41,5 +44,24 @@ class RAYGRAPH_API Error : public std::runtime_error {
     ErrorKind m_kind;
     int32_t m_result;
 };
+
+// Converts std::bad_alloc: the standard library's exceptions for exhausted memory leave as an Error.
+//
+// Functions that allocate by the size of their input run within it, so that a host catches one type and can
+// free something. Threads: any.
+
+// Returns what `run` returns. std::bad_alloc and std::length_error become Error{OutOfMemory}, in which
+// `subject` names the object or the call. All other exceptions pass through.
+template <typename Run>
+decltype(auto) WithMemoryErrors(std::string_view subject, Run&& run) {
+    try {
+        return std::forward<Run>(run)();
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::OutOfMemory, std::string(subject) + ": host memory is exhausted");
+    } catch (const std::length_error&) {
+        throw Error(ErrorKind::OutOfMemory,
+                    std::string(subject) + ": asks for more memory than a process can have");
+    }
+}
 
 }  // namespace raygraph

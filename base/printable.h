@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -19,5 +20,16 @@ RAYGRAPH_API std::string Printable(std::string_view text, size_t maxBytes = 120)
 
 // Returns the printable text in double quotes.
 RAYGRAPH_API std::string Quoted(std::string_view text, size_t maxBytes = 120);
+
+// Texts of counts, for messages. Threads: any.
+
+// Returns "1 key", "2 keys" or "0 keys"; or "1 vertex follows", "2 vertices follow" with the verb that agrees
+// with what is counted. The plural is the singular with an s, or the one given.
+inline std::string Counted(uint64_t count, std::string_view one, std::string_view many = {}) {
+    std::string text = std::to_string(count) + ' ';
+    if (count != 1 && !many.empty()) return text.append(many);
+    text += one;
+    return count == 1 ? text : text + 's';
+}
 
 }  // namespace raygraph

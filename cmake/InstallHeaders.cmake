@@ -23,24 +23,21 @@ set(public
     renderer/scene/animation/deform.h
     renderer/scene/gltf/file_access.h
     renderer/scene/gltf/load_gltf.h
-    renderer/scene/animation/pose_applier.h
+    renderer/scene/animation/pose.h
     renderer/scene/gltf/still_scene.h
     renderer/scene/gltf/save_gltf.h
     renderer/scene/model/scene_data.h
     renderer/scene/model/variants.h
     rhi/blas_builder.h
     rhi/command_list.h
-    rhi/compute_pipeline.h
+    rhi/pipeline.h
     rhi/device.h
-    rhi/raster_pipeline.h
-    rhi/ray_tracing_pipeline.h
-    rhi/readback.h
+    rhi/transfer.h
     rhi/reflection.h
     rhi/shader_compiler.h
     rhi/texture_table.h
     rhi/timestamps.h
     rhi/tlas.h
-    rhi/upload.h
     shaders/embedded.h)
 # What a pass binds, and what it returns, is all for others to use.
 file(GLOB folders RELATIVE ${RAYGRAPH_SOURCE_DIR}

@@ -8,7 +8,7 @@
 #include "editor/viewport/vulkan_interop.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "rhi/readback.h"
+#include "rhi/transfer.h"
 
 using namespace raygraph;  // NOLINT: an example
 

@@ -1,7 +1,7 @@
 #include "passes/filter_environment.h"
 
 #include "passes/scene_bindings.h"
-#include "shaders/shared/filtered_environment.h"
+#include "shaders/shared/light_records.h"
 
 namespace raygraph::passes {
 

@@ -23,7 +23,7 @@ class RAYGRAPH_API FilteredEnvironment {
     uint64_t m_version = 0;  // SceneIds::environmentVersion of what the texture holds
 };
 
-// Returns the levels of shaders/shared/filtered_environment.h, rgba32f, without the scene's factor and
+// Returns the levels of shaders/shared/light_records.h, rgba32f, without the scene's factor and
 // rotation: the work is done once for each map. Without a map there is nothing to filter, and the texture is
 // undefined. `state` outlives the frame.
 [[nodiscard]] RAYGRAPH_API TextureId FilterEnvironment(Renderer& renderer, const SceneIds& scene,

@@ -5,6 +5,7 @@
 
 #include "base/api.h"
 #include "passes/trace.h"
+#include "shaders/shared/lambert_path.h"
 
 namespace raygraph::passes {
 
@@ -18,5 +19,24 @@ enum class LimitKind : uint8_t {
 [[nodiscard]] RAYGRAPH_API TextureId Limit(Renderer& renderer, const SceneIds& scene,
                                            const TraceSettings& settings, LimitKind kind,
                                            TextureId* rayCounts = nullptr);
+
+// LambertPath: one plain path traced in two forms, to measure what a loop in ray generation saves
+// compared with recursion from the closest hit. Both give the same picture, to rounding. Threads: that of
+// the Renderer.
+
+enum class PathForm : uint8_t {
+    Loop,       // in ray generation, with the hit and miss shaders of Trace
+    Recursive,  // each closest hit traces the next ray: a recursion of kLambertRecursion
+};
+
+// If the device traces from closest hits as deep as PathForm::Recursive needs.
+[[nodiscard]] RAYGRAPH_API bool CanRecurse(const rhi::Device& device);
+
+// Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base color
+// with flat normals, emission found by BSDF sampling, alpha taken as opaque, the environment without its map.
+// Only extent, camera, sampler, seed and sampleIndex of `settings` are used. Throws Error{Usage} for
+// PathForm::Recursive where the device cannot (CanRecurse).
+[[nodiscard]] RAYGRAPH_API TextureId LambertPath(Renderer& renderer, const SceneIds& scene,
+                                                 const TraceSettings& settings, PathForm form);
 
 }  // namespace raygraph::passes

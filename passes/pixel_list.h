@@ -8,7 +8,7 @@
 
 #include "base/api.h"
 #include "renderer/graph/renderer.h"
-#include "shaders/shared/listed_pixel.h"
+#include "shaders/shared/scene_records.h"
 
 namespace raygraph::passes {
 

@@ -77,8 +77,8 @@ struct RasterSettings {
     // and 65,536 instances: 93 ms against 61 ms and 1.6 s for the maps at 320 x 180.
     RasterShadows shadows = RasterShadows::Rays;
     uint32_t shadowAtlasSize = 4096;  // texels a side
-    bool hasOcclusion = true;         // occlusion of the environment, in screen space (passes/occlusion.h)
-    // Glass shows what is behind it (passes/see_through.h), else the environment.
+    bool hasOcclusion = true;         // occlusion of the environment, in screen space (passes/raster.h)
+    // Glass shows what is behind it (passes/raster.h), else the environment.
     bool hasTransmission = true;
     // Textures are read at the mip level that fits a pixel's footprint (shaders/raster/pixel_footprint.glsl),
     // else at level 0. Only where SceneIds::features has kTraceTextureLod.
@@ -105,5 +105,54 @@ struct RasterSettings {
                                                     const TraceSettings& settings, FilmPosition film,
                                                     FilteredEnvironment& environment,
                                                     const RasterSettings& raster);
+
+// The picture behind glass, for raster views: drawn without the glass, and blurred. Threads: that of
+// the Renderer.
+
+// Draws `seen` without its transmissive surfaces, from its lists: the nearest surface behind them in each
+// pixel.
+[[nodiscard]] RAYGRAPH_API RasterVisibility DrawBehindGlass(Renderer& renderer, const SceneIds& scene,
+                                                            const TraceSettings& settings,
+                                                            const RasterVisibility& seen);
+
+// Makes blurred copies of an rgba32f picture, rgba32f, color multiplied by alpha: the levels of
+// shaders/shared/blur_levels.h, level i for footprints of 2^i pixels.
+[[nodiscard]] RAYGRAPH_API TextureId BlurLevels(Renderer& renderer, TextureId picture);
+
+// Occlusion: the visible part of the environment at each surface, in screen space, for raster views. Threads:
+// that of the Renderer.
+
+// Returns, r32f, the share of the directions above each surface, weighted by the cosine, that no surface on
+// the screen within 0.4 of the picture's height occludes; 1 without a surface. Hidden surfaces and those
+// outside of the picture occlude nothing; visible ones occlude as if they were as deep as they look. A few
+// directions for each sample (settings.seed, sampleIndex): the noise falls in a mean over samples. Source and
+// formulas: shaders/raster/occlusion.comp. `seen` is from DrawVisibility.
+[[nodiscard]] RAYGRAPH_API TextureId Occlusion(Renderer& renderer, const SceneIds& scene,
+                                               const TraceSettings& settings, const RasterVisibility& seen);
+
+// ProjectHits: where on the picture surfaces are that were seen in another frame, for motion vectors.
+//
+//   const auto hits = [&] { return renderer.Persist("hits", {extent, Format::Rgba32Uint}); };
+//   renderer.Present(TraceHits(renderer, scene, settings, hits()));
+//   ...in another frame, after the scene and the camera have moved...
+//   TextureId places = ProjectHits(renderer, scene, movedSettings, hits(), settings.camera);
+//
+// Threads: that of the Renderer.
+
+// Writes the hits of the rays through one point of each pixel, its center say, into `hits`, rgba32ui of the
+// size of settings.region: triangles or capsules and places on them (shaders/raster/visibility.glsl), which
+// hold for the same scene in any pose. The camera has no lens here. BLEND surfaces are met with their chance.
+// Returns the new version.
+[[nodiscard]] RAYGRAPH_API TextureId TraceHits(Renderer& renderer, const SceneIds& scene,
+                                               const TraceSettings& settings, TextureId hits,
+                                               glm::vec2 filmOffset = glm::vec2(0.5f));
+
+// Projects these hits as they are now to the camera of `settings`. rgba32f: x and y in pixels from the
+// picture's upper left corner, then 1 for what is behind the camera, which has no place, else 0. Where a
+// pixel saw nothing, the place of its direction, through the pixel's center, from `seenBy`, the camera that
+// saw it; before an orthographic camera, its own.
+[[nodiscard]] RAYGRAPH_API TextureId ProjectHits(Renderer& renderer, const SceneIds& scene,
+                                                 const TraceSettings& settings, TextureId hits,
+                                                 const gpu::CameraRecord& seenBy);
 
 }  // namespace raygraph::passes

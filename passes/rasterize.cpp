@@ -4,7 +4,7 @@
 #include <array>
 
 #include "passes/scene_bindings.h"
-#include "shaders/shared/chunk_records.h"
+#include "shaders/shared/draw_records.h"
 
 namespace raygraph::passes {
 

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "base/error.h"
 #include "base/text.h"
 
 namespace raygraph::passes {
@@ -65,6 +66,70 @@ TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
                         rhi::Name(Format::Rgba8Unorm));
     const bool isKept = !(region == WholeOf(to.extent));
     return TonemapTo(renderer, radiance, display, isKept, region, settings, std::move(onSubmitted));
+}
+
+namespace {
+
+// Returns the XYZ of unit luminance.
+glm::dvec3 XyzOf(const glm::dvec2& chromaticity) {
+    return {chromaticity.x / chromaticity.y, 1.0, (1.0 - chromaticity.x - chromaticity.y) / chromaticity.y};
+}
+
+glm::dvec2 DisplayWhite() {
+    return {kDisplayWhite[0], kDisplayWhite[1]};
+}
+
+// Returns the matrix from linear Rec. 709 to XYZ: white has luminance 1.
+glm::dmat3 ToXyz() {
+    const glm::dmat3 primaries(XyzOf({0.64, 0.33}), XyzOf({0.30, 0.60}), XyzOf({0.15, 0.06}));
+    const glm::dvec3 weights = glm::inverse(primaries) * XyzOf(DisplayWhite());
+    return {primaries[0] * weights[0], primaries[1] * weights[1], primaries[2] * weights[2]};
+}
+
+// Rows, from XYZ.
+const glm::dmat3 kBradford = glm::transpose(
+    glm::dmat3{{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}});
+
+glm::dvec2 BlackBody(double t) {
+    const double t2 = t * t;
+    const double u = (0.860117757 + 1.54118254e-4 * t + 1.28641212e-7 * t2) /
+                     (1.0 + 8.42420235e-4 * t + 7.08145163e-7 * t2);
+    const double v = (0.317398726 + 4.22806245e-5 * t + 4.20481691e-8 * t2) /
+                     (1.0 - 2.89741816e-5 * t + 1.61456053e-7 * t2);
+    const double scale = 1.0 / (2.0 * u - 8.0 * v + 4.0);  // from the UCS of 1960
+    return {3.0 * u * scale, 2.0 * v * scale};
+}
+
+glm::dvec2 Daylight(double t) {
+    const double k = 1e3 / t;
+    const double x = t <= 7000.0 ? ((-4.6070 * k + 2.9678) * k + 0.09911) * k + 0.244063
+                                 : ((-2.0064 * k + 1.9018) * k + 0.24748) * k + 0.237040;
+    return {x, (-3.0 * x + 2.870) * x - 0.275};
+}
+
+}  // namespace
+
+glm::dvec2 WhitePointAt(double kelvin) {
+    if (!(kelvin >= kMinWhitePoint && kelvin <= kMaxWhitePoint))
+        throw MakeError(ErrorKind::Usage, "a white point of {} K, not {} to {}", kelvin, kMinWhitePoint,
+                        kMaxWhitePoint);
+    if (kelvin == kDisplayWhitePoint) return DisplayWhite();
+    return kelvin < 4000.0 ? BlackBody(kelvin) : Daylight(kelvin);
+}
+
+glm::dvec2 ChromaticityOf(const glm::dvec3& color) {
+    const glm::dvec3 xyz = ToXyz() * color;
+    const double sum = xyz.x + xyz.y + xyz.z;
+    return {xyz.x / sum, xyz.y / sum};
+}
+
+glm::mat3 WhiteBalance(const glm::dvec2& white) {
+    if (white == DisplayWhite()) return glm::mat3(1.0f);
+    const glm::dvec3 gains = (kBradford * XyzOf(DisplayWhite())) / (kBradford * XyzOf(white));
+    glm::dmat3 scaled = kBradford;  // its rows times the gains
+    for (int column = 0; column < 3; ++column) scaled[column] *= gains;
+    const glm::dmat3 toXyz = ToXyz();
+    return glm::mat3(glm::inverse(toXyz) * glm::inverse(kBradford) * scaled * toXyz);
 }
 
 }  // namespace raygraph::passes

@@ -7,7 +7,8 @@
 #include "base/text.h"
 #include "passes/scene_bindings.h"
 #include "passes/wavefront.h"
-#include "renderer/gpu_scene/materials/texture_upload.h"
+#include "renderer/gpu_scene/camera_record.h"
+#include "renderer/gpu_scene/materials/texture_set.h"
 
 namespace raygraph::passes {
 
@@ -162,6 +163,19 @@ PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const Trace
         },
         [traced](CommandList& commands) { commands.TraceRays(traced); });
     return hits;
+}
+
+TraceSettings FrameSettings(Extent2D extent, const scene::CameraView& camera, const LensSettings& lens,
+                            const PathSettings& paths) {
+    scene::CameraView view = camera;
+    view.aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+    TraceSettings settings;
+    static_cast<PathSettings&>(settings) = paths;
+    settings.extent = extent;
+    settings.camera = ToRecord(view);
+    settings.camera.lensRadius = lens.radius;
+    settings.camera.focusDistance = lens.focusDistance;
+    return settings;
 }
 
 }  // namespace raygraph::passes

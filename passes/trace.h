@@ -12,10 +12,8 @@
 #include "passes/tiles.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
-#include "shaders/shared/light_samplers.h"
-#include "shaders/shared/microfacet_models.h"
-#include "shaders/shared/multiscatter_kinds.h"
-#include "shaders/shared/sampler_kinds.h"
+#include "renderer/scene/model/camera_view.h"
+#include "shaders/shared/choice.h"
 #include "shaders/shared/trace_options.h"
 
 namespace raygraph::passes {
@@ -213,5 +211,21 @@ enum class FilmPosition : uint8_t {
 
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,
                                                      const TraceSettings& settings, FilmPosition film);
+
+// The options from which a viewport and an offline render make the settings of their frames. Threads: plain
+// values and pure functions, for any thread.
+
+// A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
+struct LensSettings {
+    float radius = 0.0f;
+    float focusDistance = 1.0f;  // along the view direction to the plane in focus
+
+    bool operator==(const LensSettings&) const = default;
+};
+
+// Returns the settings for sample 0 of a whole picture. The aspect ratio is that of the extent, which must
+// not be empty, and the camera's own is ignored.
+RAYGRAPH_API TraceSettings FrameSettings(Extent2D extent, const scene::CameraView& camera,
+                                         const LensSettings& lens, const PathSettings& paths);
 
 }  // namespace raygraph::passes

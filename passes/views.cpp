@@ -125,4 +125,18 @@ TextureId PaintView(Renderer& renderer, TextureId values, View view) {
     return display;
 }
 
+// Properties of views that need no drawing.
+
+bool ShowsLight(View view) {
+    return view == View::PathTraced || view == View::Raster;
+}
+
+bool ShowsSurface(View view) {
+    return !ShowsLight(view) && view != View::Overdraw && view != View::RayCost;
+}
+
+bool IsAverageable(View view) {
+    return view != View::Depth && view != View::Instance && view != View::Material;
+}
+
 }  // namespace raygraph::passes

@@ -9,7 +9,7 @@
 
 #include "base/api.h"
 #include "passes/raster.h"
-#include "shaders/shared/views.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::passes {
 
@@ -19,7 +19,7 @@ RAYGRAPH_API bool ShowsLight(View view);     // radiance, for Tonemap; the other
 RAYGRAPH_API bool ShowsSurface(View view);   // made by SurfaceView
 RAYGRAPH_API bool IsAverageable(View view);  // over samples: false for ids and distances
 
-// Returns the view's values, rgba32f: one number three times, a color or a vector (shaders/shared/views.h).
+// Returns the view's values, rgba32f: one number three times, a color or a vector (shaders/shared/choice.h).
 // Alpha is 1 on a surface; all channels are 0 where there is none. A mean over jittered samples keeps that
 // meaning: alpha becomes coverage. `seen` is from DrawVisibility or TraceVisibility. One pipeline serves all
 // views. Error{Usage} for a view for which ShowsSurface is false.

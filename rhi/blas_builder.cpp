@@ -6,10 +6,8 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "rhi/blas_geometry.h"
-#include "rhi/build_scratch.h"
+#include "rhi/blas_build.h"
 #include "rhi/command_list.h"
-#include "rhi/compaction.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {

@@ -10,8 +10,7 @@
 #pragma once
 
 #include "base/api.h"
-#include "rhi/compute_pipeline.h"
-#include "rhi/ray_tracing_pipeline.h"
+#include "rhi/pipeline.h"
 
 namespace raygraph::rhi {
 

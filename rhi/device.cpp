@@ -3,7 +3,6 @@
 #include <tuple>
 
 #include "base/check.h"
-#include "base/path_text.h"
 #include "base/text.h"
 #include "rhi/device_impl.h"
 #include "rhi/shader_specializer.h"

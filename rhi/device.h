@@ -56,7 +56,7 @@ struct DeviceDesc {
     std::optional<std::chrono::milliseconds> hangLimit = {};
     bool savePipelineCache = true;              // keep the pipeline cache on disk between runs
     std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
-    // True: pipelines record what rhi/pipeline_statistics.h reports, if the device can.
+    // True: pipelines record what rhi/pipeline.h reports, if the device can.
     bool capturesStatistics = false;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };

@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "rhi/device.h"
-#include "rhi/measurements.h"
+#include "rhi/device_cache.h"
 #include "rhi/message_sink.h"
-#include "rhi/pipeline_cache_file.h"
 #include "rhi/retire_queue.h"
-#include "rhi/specialized_shaders.h"
+#include "rhi/shader_specializer.h"
 #include "rhi/vma.h"
 
 namespace raygraph::rhi {

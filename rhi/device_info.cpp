@@ -4,7 +4,7 @@
 #include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/device_impl.h"
-#include "rhi/property_chain.h"
+#include "rhi/device_requirements.h"
 
 namespace raygraph::rhi {
 namespace {

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "rhi/functions.h"
-#include "rhi/property_chain.h"
 
 namespace raygraph::rhi {
 

@@ -8,21 +8,28 @@
 // called from any.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/api.h"
+#include "rhi/format.h"
 #include "rhi/reflection.h"
+#include "rhi/resources.h"
+#include "rhi/shader_binding_table.h"
 #include "rhi/shader_stage.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph::rhi {
 
 class Device;
-class ComputePipeline;     // rhi/compute_pipeline.h
-class RasterPipeline;      // rhi/raster_pipeline.h
-class RayTracingPipeline;  // rhi/ray_tracing_pipeline.h
+class ComputePipeline;     // rhi/pipeline.h
+class RasterPipeline;      // rhi/pipeline.h
+class RayTracingPipeline;  // rhi/pipeline.h
 
 class RAYGRAPH_API Pipeline {
   public:
@@ -62,5 +69,157 @@ class RAYGRAPH_API Pipeline {
   private:
     void Release() noexcept;
 };
+
+// A compute pipeline. Threads: any.
+
+struct ComputePipelineDesc {
+    std::string name = "compute pipeline";
+    ShaderStage shader{};
+    std::vector<SpecializationValue> specialization{};
+};
+
+class RAYGRAPH_API ComputePipeline : public Pipeline {
+  public:
+    ComputePipeline() = default;
+    // Returns the invocations of a workgroup along x, y, z, with the specialization applied.
+    std::array<uint32_t, 3> WorkgroupSize() const { return m_workgroupSize; }
+
+  private:
+    friend ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc);
+    ComputePipeline(Device& device, const ComputePipelineDesc& desc);
+    std::array<uint32_t, 3> m_workgroupSize{1, 1, 1};
+};
+
+// Throws Error{Usage} naming the pipeline for a shader of another stage, a specialization id that the shader
+// does not have, or more push constants or bindings than the device takes; Error{Vulkan} or {OutOfMemory}
+// from the driver.
+RAYGRAPH_API ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc);
+
+// A raster pipeline for dynamic rendering. There is no vertex input: the vertex shader fetches its attributes
+// from storage buffers by gl_VertexIndex. Not supported: MSAA, stencil, tessellation, geometry and mesh
+// shaders. Threads: any.
+
+enum class Topology : uint8_t { TriangleList, TriangleStrip, LineList, PointList };
+enum class CullMode : uint8_t { None, Front, Back };
+enum class DepthCompare : uint8_t { Always, Less, LessOrEqual, Equal, Greater, GreaterOrEqual };
+enum class BlendMode : uint8_t {
+    Off,
+    Alpha,          // straight alpha, over
+    Premultiplied,  // premultiplied alpha, over
+    Additive,
+};
+
+struct RasterPipelineDesc {
+    std::string name = "raster pipeline";
+    ShaderStage vertex{};
+    ShaderStage fragment{};  // empty: only depth is drawn
+    std::vector<SpecializationValue> specialization{};
+    std::vector<Format> colorFormats{};
+    Format depthFormat = Format::Undefined;  // Undefined: no depth target
+    Topology topology = Topology::TriangleList;
+    CullMode cull = CullMode::None;
+    bool isFrontClockwise = false;  // as seen in the framebuffer; glTF's front is counter-clockwise with y up
+    DepthCompare depthCompare = DepthCompare::LessOrEqual;
+    bool writesDepth = true;
+    BlendMode blend = BlendMode::Off;  // blending of every color target
+    bool isWireframe = false;          // needs the feature fillModeNonSolid
+};
+
+class RAYGRAPH_API RasterPipeline : public Pipeline {
+  public:
+    RasterPipeline() = default;
+
+  private:
+    friend RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
+    RasterPipeline(Device& device, const RasterPipelineDesc& desc);
+};
+
+// Throws as CreateComputePipeline does. Viewport and scissor are dynamic.
+RAYGRAPH_API RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
+
+// A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
+//
+// Hit groups are given by hit set and, within it, by ray type. Ray types are numbers from 0 up that the
+// caller assigns and passes to traceRayEXT. TlasInstance::hitRecord selects an instance's hit set. A shader
+// calls a callable by its index in `callables`. Threads: any; a pipeline does not change once it is created.
+
+// A ray-generation, miss or callable shader with the data of its record (`shaderRecordEXT` in the shader).
+struct GeneralShader {
+    ShaderStage stage{};
+    std::vector<std::byte> recordData{};
+};
+
+// The shaders that a hit runs. All may be empty: such a hit runs nothing and does not change the payload.
+// With an intersection shader the group is for AABBs, without one for triangles.
+struct HitGroup {
+    ShaderStage closestHit{};
+    ShaderStage anyHit{};
+    ShaderStage intersection{};
+    std::vector<std::byte> recordData{};
+};
+
+// The hit groups of one hit set; the index is the ray type.
+using HitGroupSet = std::vector<HitGroup>;
+
+// The number of ray types is the length of the longest of `miss` and all hit sets, at least 1; shorter lists
+// are filled up with empty shaders.
+struct RayTracingPipelineDesc {
+    std::string name = "ray tracing pipeline";
+    GeneralShader rayGen{};
+    // By ray type; with an empty stage, a miss does not change the payload.
+    std::vector<GeneralShader> miss{};
+    std::vector<HitGroupSet> hitSets{};  // empty: one set that runs nothing
+    std::vector<GeneralShader> callables{};
+    std::vector<SpecializationValue> specialization{};
+    uint32_t maxRecursion = 1;  // 1: only ray generation traces
+};
+
+class RAYGRAPH_API RayTracingPipeline : public Pipeline {
+  public:
+    RayTracingPipeline() = default;
+    // Returns the regions for vkCmdTraceRaysKHR.
+    const VkStridedDeviceAddressRegionKHR& RayGenRegion() const { return m_regions[0]; }
+    const VkStridedDeviceAddressRegionKHR& MissRegion() const { return m_regions[1]; }
+    const VkStridedDeviceAddressRegionKHR& HitRegion() const { return m_regions[2]; }
+    const VkStridedDeviceAddressRegionKHR& CallableRegion() const { return m_regions[3]; }
+    const TableLayout& Table() const { return m_tableLayout; }
+
+  private:
+    friend RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+    RayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+    void CreateTable(const RayTracingPipelineDesc& desc, uint32_t groupCount);
+
+    Buffer m_table;
+    TableLayout m_tableLayout;
+    std::array<VkStridedDeviceAddressRegionKHR, 4> m_regions{};
+};
+
+// Compiles a shader that several groups use once. Throws Error{Usage} naming the pipeline for a missing
+// ray-generation shader, a shader of the wrong stage, and maxRecursion or record data above the device's
+// limits; otherwise as CreateComputePipeline.
+RAYGRAPH_API RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+
+// Statistics of the programs that a driver has compiled from a pipeline's shaders: registers, stack memory,
+// occupancy. Names and units are the driver's. Threads: any.
+
+class Device;
+class Pipeline;
+
+struct ProgramStatistic {
+    std::string name;         // "Register Count"
+    std::string description;  // a sentence
+    double value = 0.0;       // 1 or 0 for a boolean
+};
+
+struct ProgramStatistics {
+    std::string name;           // the driver's name of the program: "RAY GENERATION"
+    uint32_t subgroupSize = 0;  // 0: unknown
+    std::vector<ProgramStatistic> statistics;
+};
+
+// Returns nothing unless DeviceDesc::capturesStatistics was set and the device supports it
+// (OptionalFeatures::pipelineStatistics), and nothing for an empty pipeline. Throws Error{Vulkan} or
+// {OutOfMemory} from the driver.
+RAYGRAPH_API std::vector<ProgramStatistics> StatisticsOf(const Device& device, const Pipeline& pipeline);
 
 }  // namespace raygraph::rhi

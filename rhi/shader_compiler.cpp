@@ -8,7 +8,6 @@
 #include <iterator>
 #include <sstream>
 
-#include "base/path_text.h"
 #include "base/text.h"
 
 namespace raygraph::rhi {

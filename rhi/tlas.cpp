@@ -5,7 +5,7 @@
 
 #include "base/check.h"
 #include "base/text.h"
-#include "rhi/build_scratch.h"
+#include "rhi/blas_build.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
 

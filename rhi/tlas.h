@@ -10,7 +10,7 @@
 
 #include "base/api.h"
 #include "rhi/acceleration_structure.h"
-#include "rhi/build_scratch.h"
+#include "rhi/blas_build.h"
 #include "rhi/resources.h"
 
 namespace raygraph::rhi {

@@ -18,8 +18,7 @@
 #include "editor/app/file_content.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
-#include "renderer/scene/geometry/transform_parts.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::editor {

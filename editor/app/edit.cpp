@@ -1,7 +1,6 @@
 #include "editor/app/edit.h"
 
-#include "base/out_of_memory.h"
-#include "base/path_text.h"
+#include "base/error.h"
 #include "base/text.h"
 #include "editor/app/actions.h"
 #include "editor/app/script.h"

@@ -6,9 +6,15 @@
 #include <functional>
 #include <utility>
 
+#include "base/files.h"
+#include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "editor/app/file_content.h"
 #include "editor/app/panels.h"
+#include "renderer/graph/readback_values.h"
+#include "renderer/image/exr_read.h"
+#include "renderer/image/image.h"
 
 namespace raygraph::editor {
 
@@ -342,6 +348,417 @@ void Editor::StatusBar(float top, float width, float height) {
         ImGui::TextColored({0.91f, 0.56f, 0.20f, 1.0f}, "  %s", m_work.message.c_str());
     }
     ImGui::End();
+}
+
+// Handles keys and mouse of the editor.
+
+namespace {
+
+constexpr float kTurn = 0.006f;       // radians per point of mouse movement
+constexpr float kClickReach = 4.0f;   // points of movement that still count as a click
+constexpr float kFlySpeed = 0.6f;     // distances to the pivot per second
+constexpr float kLongestStep = 0.1f;  // seconds: longest time step of a frame's flight
+
+}  // namespace
+
+void Editor::UseBookmark(size_t slot, bool isKept) {
+    std::optional<Bookmark>& bookmark = m_work.bookmarks.at(slot);
+    if (isKept) {
+        bookmark = {m_work.camera.View(), m_work.camera.Distance()};
+        m_work.Say(Text("camera kept under {}", slot + 1));
+    } else if (bookmark) {
+        m_work.camera.Set(bookmark->view, bookmark->distance);
+    }
+}
+
+void Editor::Do(Action action) {
+    const viewport::View view = m_work.view.Show().view;
+    const auto toggle = [&](viewport::View to) {
+        m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
+    };
+    if (bool Panels::*const panel = Row(action).panel) m_work.panels.*panel ^= true;
+    switch (action) {
+        case Action::Open:
+            return ShowOpenDialog();
+        case Action::SaveScene:
+            return ShowSaveSceneDialog();
+        case Action::SavePicture:
+            return ShowSavePictureDialog();
+        case Action::Screenshot:
+            return SavePicture("raygraph.png");
+        case Action::Quit:
+            return Leave();
+        case Action::Undo:
+            return m_work.Undo();
+        case Action::Redo:
+            return m_work.Redo();
+        case Action::Hide:
+            return m_work.ToggleVisibility();
+        case Action::Frame:
+            return m_work.FrameSelection();
+        case Action::SceneCamera:
+            return m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
+                                                                            : std::optional<uint32_t>(0));
+        case Action::Play:
+            return m_work.timeline.Toggle();
+        case Action::Stop:
+            return m_work.timeline.Stop();
+        case Action::Loop:
+            m_work.timeline.isLooping ^= true;
+            return;
+        case Action::Hierarchy:
+        case Action::Inspector:
+        case Action::Timeline:
+        case Action::Statistics:
+        case Action::Graph:
+        case Action::Log:
+        case Action::Help:
+            return;  // handled above
+        case Action::Raster:
+            return toggle(viewport::View::Raster);
+        case Action::Wipe:
+            return toggle(viewport::View::Wipe);
+        case Action::NextView:
+            return m_work.view.SetView(
+                static_cast<viewport::View>((static_cast<uint32_t>(view) + 1) % viewport::kViewCount));
+        case Action::Move:
+            m_work.tool = GizmoTool::Move;
+            return;
+        case Action::Rotate:
+            m_work.tool = GizmoTool::Rotate;
+            return;
+        case Action::Scale:
+            m_work.tool = GizmoTool::Scale;
+            return;
+        case Action::Space:
+            m_work.toolSpace = m_work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
+            return;
+        case Action::Pivot:
+            m_work.pivot = m_work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
+            return;
+        case Action::Cancel:
+            if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
+            return;
+        case Action::ReloadShaders:
+            return ReloadShaders();
+        case Action::Count:
+            return;
+    }
+}
+
+void Editor::ReloadShaders() {
+    if (!m_work.hasShaderSources) {
+        m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
+        return;
+    }
+    Renderer& renderer = m_work.renderer;
+    m_isReloading = renderer.IsPreparingPipelines();
+    if (m_isReloading) {
+        m_work.Say("shaders are reloaded once the pipelines are there");
+        return;
+    }
+    const double before = renderer.PipelineCreationMs();  // grows with each pipeline that is made
+    const std::vector<std::string> messages = renderer.ReloadShaders();
+    if (!messages.empty())
+        m_work.Say(messages.front());
+    else
+        m_work.Say(renderer.PipelineCreationMs() > before ? "shaders reloaded" : "no shader has changed");
+}
+
+bool Editor::CanDo(Action action) const {
+    if (action == Action::SaveScene) return !m_work.document.File().empty();
+    if (action == Action::Undo) return m_work.document.CanUndo();
+    if (action == Action::Redo) return m_work.document.CanRedo();
+    if (action == Action::Hide) return m_work.selectedNode.has_value();
+    if (Row(action).menu == Menu::AnimationMenu) return !m_work.timeline.IsEmpty();
+    return true;
+}
+
+bool Editor::IsOn(Action action) const {
+    if (action == Action::Play) return m_work.timeline.IsPlaying();
+    if (action == Action::Loop) return m_work.timeline.isLooping;
+    bool Panels::*const panel = Row(action).panel;
+    return panel && m_work.panels.*panel;
+}
+
+void Editor::Keys(const FrameInput& input) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
+    if (m_drag == MouseButton::Right) return;  // the right button flies
+    for (const Key key : input.pressed) {
+        if (key >= Key::Digit1 && key <= Key::Digit9)
+            UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);
+        else if (const std::optional<Action> action = ActionOf({key, input.isControl, input.isShift}))
+            Do(*action);
+    }
+}
+
+void Editor::Fly(const FrameInput& input) {
+    const auto axis = [&](Key forward, Key back) {
+        return static_cast<float>(input.IsDown(forward)) - static_cast<float>(input.IsDown(back));
+    };
+    const glm::vec3 way(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
+    if (way == glm::vec3(0.0f)) return;
+    const float hurry = (input.isShift ? 5.0f : 1.0f) * (input.isControl ? 0.2f : 1.0f);
+    const float seconds = std::min(input.seconds, kLongestStep);
+    m_work.camera.Fly(hurry * kFlySpeed * m_work.camera.Distance() * seconds * way);
+}
+
+void Editor::Mouse(const FrameInput& input) {
+    const glm::vec2 moved = (input.mouse - std::exchange(m_lastMouse, input.mouse)) / input.scale;
+    const Extent2D size = m_work.view.Size();
+    const bool mayTake = m_isViewHovered && !m_drag && !input.IsDown(MouseButton::Right);
+    m_gizmo.Update(m_work, input, (input.mouse - glm::vec2(m_viewOrigin)) / input.scale,
+                   glm::vec2(size.width, size.height) / input.scale, mayTake);
+    if (m_gizmo.IsHeld()) return;
+    if (!m_drag) {
+        if (m_isViewHovered && input.wheel != 0.0f) m_work.camera.Dolly(input.wheel);
+        for (const MouseButton button : {MouseButton::Left, MouseButton::Right, MouseButton::Middle})
+            if (m_isViewHovered && input.IsDown(button) && !m_drag) {
+                m_drag = button;
+                m_pressedAt = input.mouse;
+                m_hasMoved = false;
+            }
+        return;
+    }
+    if (!input.IsDown(*m_drag)) {
+        const glm::ivec2 pixel = glm::ivec2(m_pressedAt) - m_viewOrigin;
+        if (m_drag == MouseButton::Left && !m_hasMoved && pixel.x >= 0 && pixel.y >= 0 &&
+            pixel.x < static_cast<int>(size.width) && pixel.y < static_cast<int>(size.height)) {
+            m_pick = m_work.view.RequestPick(glm::uvec2(pixel));
+            m_isPicking = true;
+        }
+        m_drag.reset();
+        return;
+    }
+    if (glm::length(input.mouse - m_pressedAt) > kClickReach * input.scale) m_hasMoved = true;
+    if (m_drag == MouseButton::Right) {
+        if (moved != glm::vec2(0.0f)) m_work.camera.Turn(kTurn * glm::vec2(moved.x, -moved.y));
+        Fly(input);
+    } else if (m_hasMoved && moved != glm::vec2(0.0f)) {
+        const bool isPan = m_drag == MouseButton::Middle || input.isShift;
+        const float height = static_cast<float>(std::max(size.height, 1u)) / input.scale;
+        if (isPan)
+            m_work.camera.Pan(glm::vec2(moved.x, -moved.y) / height);
+        else
+            m_work.camera.Orbit(kTurn * glm::vec2(-moved.x, moved.y));
+    }
+}
+
+void Editor::ApplyPick() {
+    if (!m_isPicking || !m_pick.IsReady()) return;
+    m_isPicking = false;
+    const viewport::PickResult result = m_pick.Result();
+    m_work.Select(std::nullopt);
+    const scene::SceneData& scene = m_work.document.Scene();
+    if (!result.isHit || result.instance >= scene.instances.size() ||
+        result.material >= scene.materials.size())
+        return;
+    const uint32_t node = m_work.document.Scene().instances[result.instance].node;
+    if (node == scene::kNone) return;
+    m_work.Select(node, result.material);
+    m_work.nodeToReveal = node;
+}
+
+// Reads and writes files for the editor: the dialogs that ask for a path, and pictures that are being
+// written.
+
+namespace {
+
+image::Image8 ToImage(const Readback& texels, bool isSwapped) {
+    image::Image8 picture{texels.Extent().width, texels.Extent().height, ValuesOf<uint8_t>(texels)};
+    for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
+        if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
+        picture.rgba[i + 3] = 255;
+    }
+    return picture;
+}
+
+// Returns what the message about a saved file adds to its name. Throws as AtomicFile does.
+std::string NoteFor(const std::filesystem::path& file) {
+    const std::string note = InPlaceWarning(file);
+    return note.empty() ? note : ", " + note;
+}
+
+}  // namespace
+
+void Editor::ConfirmDiscard(const std::string& loss, std::function<void()> then) {
+    if (!m_work.document.IsEdited()) {
+        then();
+        return;
+    }
+    const std::filesystem::path file = m_work.document.File();
+    m_unsaved.Ask(
+        Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.", file, loss),
+        [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
+            if (answer == UnsavedDialog::Answer::Cancel) return;
+            // If saving fails, the edits are kept, and the message says why
+            if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
+            then();
+        });
+}
+
+void Editor::Open(const std::filesystem::path& file) {
+    if (Workspace::IsEnvironment(file))
+        m_work.Open(file);
+    else
+        ConfirmDiscard(Text("opening {}", file), [this, file] {
+            if (!m_work.loader.IsLoading()) m_discardedChanges = m_work.document.ChangeCount();
+            m_work.Open(file);
+        });
+}
+
+void Editor::FinishLoading() {
+    if (std::optional<LoadedScene> loaded = m_work.FinishLoading()) m_loaded = std::move(loaded);
+    if (!m_loaded || IsPrompting() || m_isQuitting) return;
+    const auto loaded = std::make_shared<LoadedScene>(std::move(*m_loaded));
+    m_loaded.reset();
+    const auto show = [this, loaded] {
+        if (!m_work.Show(std::move(*loaded))) return;
+        m_isPicking = false;  // the pick's scene is gone
+        StoreSettings();      // stores the file in the list of recent ones
+    };
+    if (m_work.document.ChangeCount() == m_discardedChanges)
+        show();
+    else  // edited since Open asked
+        ConfirmDiscard(Text("opening {}", loaded->document.File()), show);
+}
+
+void Editor::Leave() {
+    ConfirmDiscard("closing the editor", [this] { m_isQuitting = true; });
+}
+
+void Editor::ShowOpenDialog() {
+    m_dialog.Ask("Open a scene",
+                 "glTF file (.gltf or .glb), or an environment map (.hdr or .exr); both may be dropped onto "
+                 "the window",
+                 PathDialog::For::Reading, m_work.document.File(),
+                 [this](const std::filesystem::path& file) { Open(file); });
+}
+
+void Editor::ShowSavePictureDialog() {
+    const std::string name = m_work.document.File().stem().string();
+    m_dialog.Ask("Save the picture", "As shown: .png. Linear, with variance and AOVs: .exr",
+                 PathDialog::For::Writing, (name.empty() ? "raygraph" : name) + ".png",
+                 [this](const std::filesystem::path& file) { SavePicture(file); });
+}
+
+void Editor::ShowSaveSceneDialog() {
+    if (m_work.document.File().empty()) return;
+    std::filesystem::path suggestion = m_work.document.File();
+    m_dialog.Ask("Save the scene", "With all edits: .gltf or .glb", PathDialog::For::Writing, suggestion,
+                 [this](const std::filesystem::path& file) { SaveScene(file); });
+}
+
+void Editor::SetConfigFolder(const std::filesystem::path& folder) {
+    m_config = folder;
+    std::string message;
+    m_kept = ReadSettings(folder, message);
+    m_work.Take(m_kept);
+    if (!message.empty()) m_work.Refuse(message);
+}
+
+void Editor::StoreSettings() {
+    if (m_config.empty()) return;
+    Settings settings = m_work.Kept();
+    settings.window = m_windowSize.IsEmpty() ? m_kept.window : m_windowSize;
+    if (settings == m_kept) return;
+    try {
+        WriteSettings(m_config, settings);
+        m_kept = settings;
+    } catch (const Error& error) {
+        m_work.Refuse(error.what());
+    }
+}
+
+void Editor::SavePicture(const std::filesystem::path& file) {
+    const std::string extension = LowerExtension(file);
+    if (extension != ".exr") {
+        if (extension != ".png")
+            m_work.Refuse(Text("{}: must end in .png or .exr", file));
+        else
+            m_pictureFile = file;
+        return;
+    }
+    if (m_work.view.Show().view == viewport::View::Surface) {
+        m_work.Refuse(
+            Text("{}: this view shows no light; an .exr holds the path-traced or the raster view", file));
+    } else if (m_work.view.Size().IsEmpty()) {
+        m_work.Refuse(Text("{}: there is no picture", file));
+    } else {
+        m_work.Say(Text("saving {} ...", file));
+        m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture()});
+    }
+}
+
+bool Editor::IsSaving(bool hasDrawn) {
+    const auto giveUp = [&](const std::filesystem::path& file) {
+        if (!file.empty())
+            m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file));
+    };
+    // A drawn frame has taken these files unless there was no picture
+    giveUp(std::exchange(m_pictureFile, {}));
+    giveUp(std::exchange(m_windowFile, {}));
+    // A surface view has no render
+    if (!hasDrawn || m_work.view.Show().view == viewport::View::Surface)
+        std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
+            if (!saving.isTaken) giveUp(saving.file);
+            return !saving.isTaken;
+        });
+    return !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy();
+}
+
+void Editor::HandleCaptures() {
+    for (SavingRender& saving : m_savingRenders) {
+        if (saving.isTaken || !saving.capture.IsTaken()) continue;
+        saving.isTaken = true;
+        saving.shown = m_work.Shown();
+        saving.content = m_work.document.Content();
+        saving.content.pointsAndLines = m_work.pointsAndLines;
+    }
+}
+
+void Editor::WriteBeside(Worker::Task write) {
+    m_worker.Add(std::move(write), [this](const std::string& why) { m_work.Refuse(why); });
+}
+
+void Editor::ReportSaved(std::string text) {
+    ++m_savedCount;
+    m_work.Say(std::move(text));
+}
+
+void Editor::FinishSaving() {
+    m_worker.FinishTasks();
+    std::erase_if(m_saving, [&](const Saving& saving) {
+        if (!saving.texels.IsReady()) return false;
+        WriteBeside([this, saving]() -> Worker::Finish {
+            const std::string note = NoteFor(saving.file);
+            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
+            return [this, text = Text("saved {}{}", saving.file, note)] { ReportSaved(text); };
+        });
+        return true;
+    });
+    std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
+        if (!saving.capture.IsReady()) return false;
+        // The scene may have to be read again to find out whether its hash is still valid
+        WriteBeside(
+            [this, saving, device = m_work.device.Info(), log = m_work.device.Log()]() -> Worker::Finish {
+                const FileContent content = WithHash(saving.content, log);
+                ShownScene shown = saving.shown;
+                shown.input.hash = content.hash;
+                const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
+                const image::ExrThreads threads;
+                const std::string note = NoteFor(saving.file);
+                session::WriteRenderFile(saving.file, render, log);
+                return [this, content,
+                        text = Text("saved {}, {}{}", saving.file,
+                                    Counted(SampleCount(render.samples), "sample"), note)] {
+                    m_work.document.Know(content);
+                    ReportSaved(text);
+                };
+            });
+        return true;
+    });
 }
 
 }  // namespace raygraph::editor

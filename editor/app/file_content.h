@@ -7,6 +7,8 @@
 #include <string>
 
 #include "base/log.h"
+#include "editor/session/session.h"
+#include "editor/viewport/capture.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "renderer/scene/model/scene_data.h"
 
@@ -32,5 +34,19 @@ struct FileContent {
 // Fills in the hash; if it is unknown, the file is read. The hash is "" if the file was written since, or
 // cannot be read. Threads: any.
 FileContent WithHash(FileContent content, const Log& log = {});
+
+// Makes a render of a viewport's picture: its .exr is as `render` writes it, and can be resumed.
+
+// Names what a picture shows, in the terms of a render.
+struct ShownScene {
+    session::SceneInput input;  // without the data
+    std::optional<double> at;   // time of the animations; none: the rest pose
+    std::string clips;          // the clips in effect, see scene::FindClips
+};
+
+// Returns the picture with the settings that reproduce it on the command line, since the camera was moved by
+// hand. Albedo and normals are those of the pixels' centers, and have no sums.
+session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,
+                             const rhi::DeviceInfo& device);
 
 }  // namespace raygraph::editor

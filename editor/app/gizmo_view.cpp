@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "editor/app/actions.h"
-#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/scene/geometry/transforms.h"
 
 namespace raygraph::editor {
 

@@ -1,10 +1,14 @@
 #include "editor/app/script.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 
+#include "base/files.h"
 #include "base/overloaded.h"
-#include "base/read_file.h"
+#include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/variants.h"
@@ -270,6 +274,186 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
         case Of::SamplesAbove:
             return require(samples > expected.number, std::to_string(samples));
     }
+}
+
+namespace {
+
+template <typename... Values>
+[[noreturn]] void Refuse(fmt::format_string<Values...> format, Values&&... values) {
+    throw MakeError(ErrorKind::Usage, format, std::forward<Values>(values)...);
+}
+
+// Parses a finite number within the range.
+float Number(const std::string& word, float minimum, float maximum) {
+    float value = 0.0f;
+    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (failure != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
+        Refuse("{} is not a number", Quoted(word));
+    if (value < minimum || value > maximum)
+        Refuse("{} is not from {:g} to {:g}", Quoted(word), minimum, maximum);
+    return value;
+}
+
+uint32_t Count(const std::string& word) {
+    constexpr float kMax = 1e6f;
+    const float value = Number(word, 0.0f, kMax);
+    if (value != std::floor(value)) Refuse("{} is no whole number", Quoted(word));
+    return static_cast<uint32_t>(value);
+}
+
+// Parses a position in pixels, at most far outside of any window.
+glm::vec2 Place(const std::string& x, const std::string& y) {
+    constexpr float kMax = 1e6f;
+    return {Number(x, -kMax, kMax), Number(y, -kMax, kMax)};
+}
+
+rhi::Extent2D Size(const std::string& word) {
+    constexpr float kMax = 16384.0f;
+    const size_t x = word.find('x');
+    if (x == std::string::npos) Refuse("a size is WxH");
+    return {static_cast<uint32_t>(Number(word.substr(0, x), 0.0f, kMax)),
+            static_cast<uint32_t>(Number(word.substr(x + 1), 0.0f, kMax))};
+}
+
+MouseButton ButtonOf(const std::string& word) {
+    if (word == "left") return MouseButton::Left;
+    if (word == "right") return MouseButton::Right;
+    if (word == "middle") return MouseButton::Middle;
+    Refuse("there is no mouse button {}", Quoted(word));
+}
+
+viewport::View ViewOf(const std::string& name) {
+    for (const viewport::View view : Values<viewport::View>())
+        if (name == Name(view)) return view;
+    Refuse("there is no view {}", Quoted(name));
+}
+
+// Parses a key with modifiers: "ctrl+shift+z".
+PressKey KeyOf(std::string name) {
+    PressKey press{};
+    for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
+        const std::string modifier = name.substr(0, plus);
+        if (modifier != "ctrl" && modifier != "shift") Refuse("there is no modifier {}", Quoted(modifier));
+        (modifier == "ctrl" ? press.isControl : press.isShift) = true;
+        name = name.substr(plus + 1);
+    }
+    press.key = KeyFromName(name);
+    return press;
+}
+
+// Decodes the text, which is well-formed UTF-8.
+std::u32string CodePoints(std::string_view text) {
+    std::u32string points;
+    for (const char character : text) {
+        const auto byte = static_cast<unsigned char>(character);
+        if ((byte & 0xC0u) == 0x80u)
+            points.back() = points.back() << 6 | (byte & 0x3Fu);
+        else
+            points.push_back(byte < 0x80 ? byte : byte & (byte < 0xE0 ? 0x1Fu : byte < 0xF0 ? 0x0Fu : 0x07u));
+    }
+    return points;
+}
+
+// Reads the words of a line as values.
+class LineReader {
+  public:
+    explicit LineReader(const std::vector<std::string>& words) : m_words(words) {}
+
+    ScriptCommand Read() const {
+        const std::string& verb = m_words[0];
+        if (verb == "size") return SetSize{Size(Word(1))};
+        if (verb == "scale") return SetScale{Number(Word(1), 0.5f, 8.0f)};
+        if (verb == "open") return DropFile{Rest(1)};
+        if (verb == "close") return CloseWindow{};
+        if (verb == "key") return KeyOf(Word(1));
+        if (verb == "mouse") return MoveMouse{Place(Word(1), Word(2))};
+        if (verb == "press") return HoldButton{ButtonOf(Word(1)), true, false, false};
+        if (verb == "release") return HoldButton{ButtonOf(Word(1)), false, true, false};
+        if (verb == "click") return HoldButton{ButtonOf(Word(1)), true, true, false};
+        if (verb == "drag") return HoldButton{ButtonOf(Word(1)), true, true, true, Place(Word(2), Word(3))};
+        if (verb == "wheel") return ScrollWheel{Number(Word(1), -1e3f, 1e3f)};
+        if (verb == "text") return TypeText{CodePoints(Rest(1))};
+        if (verb == "frames") return AdvanceFrames{Count(Word(1))};
+        if (verb == "wait") return WaitUntilDone{};
+        if (verb == "samples") return WaitForSamples{Count(Word(1))};
+        if (verb == "window" || verb == "picture") return SaveShown{Rest(1), verb == "window"};
+        if (verb == "budget") return SetBudget{Number(Word(1), 0.0f, 1e6f)};
+        if (verb == "config") return UseConfigFolder{Rest(1)};
+        if (verb == "scene") return SaveSceneFile{Rest(1)};
+        if (verb == "view") return ShowView{ViewOf(Rest(1))};
+        if (verb == "variant") return ShowVariant{Rest(1)};
+        if (verb == "play") return PlayFor{Number(Word(1), 0.0f, 600.0f)};
+        if (verb == "time") return ShowTime{Number(Word(1), 0.0f, 1e6f)};
+        if (verb == "stop") return StopPlaying{};
+        if (verb == "clips") return ChooseClips{Rest(1)};
+        if (verb == "material" && Word(1) == "base") return SetBaseColor{{Share(2), Share(3), Share(4)}};
+        if (verb == "expect") return Expected();
+        Refuse("there is no such command");
+    }
+
+    std::string Rest(size_t from) const {
+        Word(from);
+        std::string text;
+        for (size_t i = from; i < m_words.size(); ++i) text += (i > from ? " " : "") + m_words[i];
+        return text;
+    }
+
+  private:
+    const std::string& Word(size_t i) const {
+        if (i >= m_words.size()) Refuse("a word is missing");
+        return m_words[i];
+    }
+    // Reads a channel of a color.
+    float Share(size_t i) const { return Number(Word(i), 0.0f, 1.0f); }
+
+    Expectation Expected() const {
+        using Of = Expectation::Of;
+        const std::string& what = Word(1);
+        const std::string value = Rest(2);
+        if (what == "selected") return {Of::Selected, value};
+        if (what == "view") return {Of::View, "", 0, ViewOf(value)};
+        if (what == "variant") return {Of::Variant, value};
+        if (what == "message") return {Of::Message, value};
+        if (what == "time") return {Of::Time, value};
+        if (what == "edits") return {Of::Edits, "", Count(value)};
+        if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};
+        if (what == "samples-above") return {Of::SamplesAbove, "", Count(value)};
+        const Of answer = what == "asking" ? Of::Asking : what == "leaving" ? Of::Leaving : Of::Playing;
+        if (answer == Of::Playing && what != "playing") Refuse("there is nothing of that name to expect");
+        if (value != "yes" && value != "no") Refuse("it is yes or no, not {}", Quoted(value));
+        return {answer, "", value == "yes"};
+    }
+
+    const std::vector<std::string>& m_words;
+};
+
+}  // namespace
+
+void ThrowLineError(const std::string& name, uint32_t number, std::string_view text, std::string_view why) {
+    throw MakeError(ErrorKind::BadInput, "{}:{}: {}: {}", name, number, Printable(text), why);
+}
+
+std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name) {
+    std::vector<ScriptLine> lines;
+    for (uint32_t number = 1; !text.empty(); ++number) {
+        const size_t end = std::min(text.find('\n'), text.size());
+        const std::string line(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+        std::istringstream stream(line.substr(0, line.find('#')));
+        std::vector<std::string> words;
+        for (std::string word; stream >> word;) words.push_back(word);
+        if (words.empty()) continue;
+        const LineReader reader(words);
+        const std::string whole = reader.Rest(0);
+        if (Printable(whole, whole.size()) != whole)
+            ThrowLineError(name, number, whole, "has control characters, or bytes that are no UTF-8");
+        try {
+            lines.push_back({number, whole, reader.Read()});
+        } catch (const Error& error) {
+            ThrowLineError(name, number, whole, error.what());
+        }
+    }
+    return lines;
 }
 
 }  // namespace raygraph::editor

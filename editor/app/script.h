@@ -2,7 +2,7 @@
 // A script that plays the user: one command a line, '#' starts a comment.
 //
 //   size 1280x720          of the window, pixels     scale 2           pixels to a point, 0.5 to 8
-//   open FILE              as if dropped             key ctrl+z        also shift+; names: input.h
+//   open FILE              as if dropped             key ctrl+z        also shift+; names: camera_controller.h
 //   mouse 640 360          moves there               click left        also press, release; right, middle
 //   drag left 100 0        presses, moves, lets go   wheel 2           notches
 //   text abc               typed                     view raster       a view by its name
@@ -23,14 +23,130 @@
 // clang-format on
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <glm/glm.hpp>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
+#include "editor/app/camera_controller.h"
 #include "editor/app/editor.h"
-#include "editor/app/script_commands.h"
+#include "editor/viewport/view_settings.h"
 
 namespace raygraph::editor {
+
+// Parses a script's commands before any is run, so that a mistake in its last line is found before its first
+// frame. script.h lists the commands. Threads: plain values and pure functions, for any thread.
+
+struct SetSize {
+    rhi::Extent2D extent;  // pixels
+};
+struct SetScale {
+    float scale;
+};
+struct DropFile {
+    std::filesystem::path file;
+};
+struct CloseWindow {};
+struct PressKey {
+    Key key;
+    bool isControl, isShift;
+};
+struct MoveMouse {
+    glm::vec2 place;  // pixels
+};
+// Stands for press, release, click and drag.
+struct HoldButton {
+    MouseButton button;
+    bool isDown, isUp;  // button goes down, then up
+    bool isDragged;     // moves by `way` in between
+    glm::vec2 way{0.0f};
+};
+struct ScrollWheel {
+    float notches;
+};
+struct TypeText {
+    std::u32string text;
+};
+struct AdvanceFrames {
+    uint32_t count;
+};
+struct WaitUntilDone {};
+struct WaitForSamples {
+    uint32_t count;
+};
+struct SaveShown {
+    std::filesystem::path file;
+    bool isWindow;  // true: the window; false: the picture
+};
+struct SetBudget {
+    double frameMs;
+};
+struct UseConfigFolder {
+    std::filesystem::path folder;
+};
+struct SaveSceneFile {
+    std::filesystem::path file;
+};
+struct ShowView {
+    viewport::View view;
+};
+struct ShowVariant {
+    std::string choice;  // name or index
+};
+struct PlayFor {
+    double seconds;
+};
+struct ShowTime {
+    double seconds;
+};
+struct StopPlaying {};
+struct ChooseClips {
+    std::string list;  // see scene::FindClips
+};
+struct SetBaseColor {
+    glm::vec3 color;
+};
+struct Expectation {
+    enum class Of : uint8_t {
+        Selected,
+        View,
+        Variant,
+        Message,
+        Edits,
+        Time,
+        Asking,
+        Leaving,
+        Playing,
+        SamplesBelow,
+        SamplesAbove
+    };
+    Of of;
+    std::string text;     // argument of Selected, Variant, Message and Time
+    uint32_t number = 0;  // argument of Edits and Samples; Asking, Leaving, Playing: 1 is yes, 0 is no
+    viewport::View view = viewport::View::PathTraced;
+};
+
+using ScriptCommand =
+    std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
+                 TypeText, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
+                 UseConfigFolder, SaveSceneFile, ShowView, ShowVariant, PlayFor, ShowTime, StopPlaying,
+                 ChooseClips, SetBaseColor, Expectation>;
+
+struct ScriptLine {
+    uint32_t number = 0;
+    std::string text;  // printable, single spaces
+    ScriptCommand command;
+};
+
+// Parses every line of the text. Throws Error{BadInput}, e.g. "name:3: smile: there is no such command".
+std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name);
+
+// Throws Error{BadInput} that names the line.
+[[noreturn]] void ThrowLineError(const std::string& name, uint32_t number, std::string_view text,
+                                 std::string_view why);
 
 class Script {
   public:

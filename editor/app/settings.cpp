@@ -9,11 +9,10 @@
 #include <sstream>
 #include <system_error>
 
-#include "base/atomic_file.h"
-#include "base/path_text.h"
+#include "base/files.h"
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/app/input.h"
+#include "editor/app/camera_controller.h"
 
 namespace raygraph::editor {
 

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <imgui.h>
-
 #include <memory>
 
-#include "editor/app/input.h"
+#include "editor/app/camera_controller.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::editor {
@@ -37,5 +36,14 @@ class Ui {
     float m_scale = 0.0f;  // scale of the current fonts
     uint32_t m_atlas = 0;  // number of font atlases so far
 };
+
+// Styles the user interface, and feeds it keys.
+
+// Sets a dark, neutral style with one accent, which does not bias the judgement of a picture's color. Sizes
+// are in points.
+void ApplyStyle(ImGuiStyle& style);
+
+// Passes keys to ImGui, for text fields and for shortcuts of its widgets.
+void FeedKeys(ImGuiIO& io, const FrameInput& input);
 
 }  // namespace raygraph::editor

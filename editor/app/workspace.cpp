@@ -5,8 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "base/extension.h"
-#include "base/path_text.h"
+#include "base/files.h"
 #include "base/text.h"
 #include "editor/session/file/content_hash.h"
 #include "renderer/scene/gltf/still_scene.h"

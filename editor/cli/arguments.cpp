@@ -3,14 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_tree.h"
 #include "editor/cli/completion.h"
 #include "editor/cli/exit_code.h"
 #include "editor/cli/options.h"
-#include "editor/cli/suggestion.h"
 #include "editor/cli/version.h"
 #include "editor/session/settings/parse.h"
 

@@ -8,12 +8,10 @@
 #include <variant>
 #include <vector>
 
-#include "editor/cli/aov_request.h"
 #include "editor/cli/edit_view.h"
-#include "editor/cli/frame_range.h"
 #include "editor/cli/outputs.h"
+#include "editor/cli/picture_list.h"
 #include "editor/cli/program_log.h"
-#include "editor/cli/shard.h"
 #include "editor/session/file/render_file.h"
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/tracing_choice.h"

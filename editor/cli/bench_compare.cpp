@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "base/median.h"
-#include "base/path_text.h"
 #include "base/text.h"
 #include "editor/session/settings/picture_settings.h"
 

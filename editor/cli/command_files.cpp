@@ -2,8 +2,8 @@
 
 #include <set>
 
-#include "editor/cli/log_levels.h"
 #include "editor/cli/outputs.h"
+#include "editor/cli/program_log.h"
 
 namespace raygraph::cli {
 

@@ -1,7 +1,10 @@
 // ProgramText holds the commands and their options as plain texts, for suggestions and completion.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -43,5 +46,14 @@ struct ProgramText {
 };
 
 ProgramText TextsOf(CLI::App& app);
+
+// Suggests the correct word for a misspelt one.
+
+// Returns how many letters must be inserted, removed, replaced or swapped with their neighbor to turn `a`
+// into `b`.
+size_t EditDistance(std::string_view a, std::string_view b);
+
+// Returns the nearest word if at most a third of its letters differ. Leading dashes are ignored.
+std::optional<std::string> Suggestion(std::string_view misspelt, std::span<const std::string> words);
 
 }  // namespace raygraph::cli

@@ -1,14 +1,14 @@
 // Implements `raygraph merge`.
-#include "base/counted.h"
+#include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/merge_report.h"
-#include "editor/cli/output_writer.h"
+#include "editor/cli/outputs.h"
 #include "editor/cli/report.h"
 #include "editor/session/file/merge.h"
-#include "renderer/image/exr_threads.h"
+#include "renderer/image/exr_read.h"
 
 namespace raygraph::cli {
 

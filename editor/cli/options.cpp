@@ -1,11 +1,16 @@
 #include "editor/cli/options.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 #include "base/text.h"
+#include "editor/cli/command_files.h"
+#include "editor/cli/device_list.h"
+#include "editor/session/session.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/setting_table.h"
+#include "passes/tonemap.h"
 
 namespace raygraph::cli {
 
@@ -228,6 +233,306 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap) {
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option) && given.contains("background"))
             Refuse(Text("--{} is of a map or the studio, which --background replaces", option));
+}
+
+namespace {
+
+WhitePoint ParseWhitePoint(const std::string& text) {
+    if (text == "auto") return {};
+    try {
+        return {ParseNumber(text, passes::kMinWhitePoint, passes::kMaxWhitePoint)};
+    } catch (const Error& error) {
+        throw MakeError(error.Kind(), "{}, nor auto", error.what());
+    }
+}
+
+// Lists the AOVs from `first` up to `end`, which is excluded; without `end`, all the rest.
+std::string ListOf(Aov first, std::optional<Aov> end) {
+    std::string list;
+    for (const Aov aov : kAovs)
+        if (first <= aov && (!end || aov < *end)) list += std::string(list.empty() ? "" : ", ") + Name(aov);
+    return list;
+}
+
+// Returns the name patterns of the outputs, the report and the resumed render.
+std::vector<std::filesystem::path> PatternsOf(const RenderArguments& arguments) {
+    const CommandFiles files = FilesOf(arguments, PictureName{});
+    std::vector<std::filesystem::path> patterns = files.outputs;
+    patterns.insert(patterns.end(), files.updated.begin(), files.updated.end());
+    return patterns;
+}
+
+void CheckFrames(const RenderArguments& arguments) {
+    if (arguments.given.contains("at")) Refuse("--frames and --at exclude each other");
+    for (const std::filesystem::path& path : PatternsOf(arguments))
+        if (!HasNumberPlaceholder(path))
+            Refuse(Text("\"{}\" has no single run of # for the numbers of --frames, as name.####.exr", path));
+}
+
+void CheckCameras(const RenderArguments& arguments) {
+    for (const std::filesystem::path& path : PatternsOf(arguments))
+        if (!HasCameraPlaceholder(path))
+            Refuse(Text("\"{}\" has no {{camera}} to tell the pictures of several --camera apart", path));
+}
+
+void CheckCheckpoints(const RenderArguments& arguments) {
+    const bool rendersSeveral = arguments.frames || !arguments.cameras.empty();
+    if (!arguments.checkpointMinutes) {
+        if (rendersSeveral && !arguments.resume.empty())
+            Refuse(
+                Text("{} begins each picture; --resume goes on with one, and with several only with "
+                     "--checkpoint",
+                     arguments.frames ? "--frames" : "--camera"));
+        return;
+    }
+    if (arguments.seconds && rendersSeveral)
+        Refuse("--checkpoint: with --time, no picture of several is ever complete; give --spp or --error");
+    if (arguments.seconds && !arguments.samples && !arguments.error && !arguments.resume.empty())
+        Refuse("--checkpoint: with --time, a render that goes on is never complete; give --spp or --error");
+    if (arguments.exrType == ExrType::Half)
+        Refuse("--checkpoint saves renders that can be resumed, and --exr-type half leaves out their sums");
+    const std::vector<OutputFile> pictures = PicturesOf(arguments);
+    if (!arguments.resume.empty() &&
+        std::ranges::none_of(pictures, [&](const OutputFile& p) { return p.path == arguments.resume; }))
+        Refuse(Text("--checkpoint: \"{0}\" would never get further, as no -o writes it; give -o \"{0}\"",
+                    arguments.resume));
+    for (const OutputFile& picture : pictures)
+        if (picture.kind == OutputKind::Exr) return;
+    Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
+}
+
+// Every camera is the text of a picture setting; the first one is given as that setting.
+void AddCameras(CLI::App& render, RenderArguments& arguments) {
+    const auto setting = std::ranges::find(PictureSettingTable(), std::string_view("camera"),
+                                           [](const PictureSetting& s) { return std::string_view(s.name); });
+    CLI::Option* option = render.get_option("--camera");
+    const std::string help =
+        option->get_description() +
+        Wrapped("\nMay be given several times, for a picture each: {camera} in names of outputs");
+    render.remove_option(option);
+    render
+        .add_option_function<std::vector<std::string>>(
+            "--camera",
+            [&arguments, &setting = *setting](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts) {
+                    PictureSettings scratch;
+                    try {
+                        setting.set(scratch, text);
+                    } catch (const Error& error) {
+                        throw MakeError(error.Kind(), "--camera: {}", error.what());
+                    }
+                    arguments.cameras.push_back(setting.text(scratch));
+                }
+                arguments.given[setting.name] = arguments.cameras.front();
+                if (arguments.cameras.size() == 1) arguments.cameras.clear();
+            },
+            help)
+        ->type_name(setting->operand)
+        ->allow_extra_args(false);
+}
+
+std::vector<std::filesystem::path> NamesWithShard(const RenderArguments& arguments) {
+    std::vector<std::filesystem::path> names{arguments.report, arguments.resume};
+    for (const OutputFile& output : arguments.outputs) names.push_back(output.path);
+    return names;
+}
+
+// Refuses options with which the samples of a shard could not be merged.
+void CheckShard(const RenderArguments& arguments) {
+    if (arguments.seconds || arguments.error)
+        Refuse(
+            Text("--shard is a part of a known number of samples, and {} knows none beforehand; give --spp",
+                 arguments.seconds ? "--time" : "--error"));
+    std::vector<OutputFile> pictures = arguments.outputs;
+    if (!arguments.resume.empty()) pictures = PicturesOf(arguments);
+    if (std::ranges::none_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Exr; }))
+        Refuse(
+            "--shard: a part of the samples is written to an .exr, for merge, and there is no -o "
+            "OUT.####.exr");
+    if (!arguments.resume.empty() && !arguments.samples)
+        Refuse("--resume with --shard needs --spp, the samples of all shards together");
+    for (const std::filesystem::path& path : NamesWithShard(arguments))
+        if (path.filename().string().find('#') != std::string::npos && !HasNumberPlaceholder(path))
+            Refuse(Text("\"{}\" has more than one run of # for the shard", path));
+}
+
+}  // namespace
+
+passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
+    passes::TonemapSettings display;
+    if (arguments.exposureEv) display.exposureEv = *arguments.exposureEv;
+    if (arguments.tonemap) display.tonemapOperator = *arguments.tonemap;
+    if (arguments.whitePoint && arguments.whitePoint->kelvin)
+        display.whiteBalance = passes::WhiteBalance(passes::WhitePointAt(*arguments.whitePoint->kelvin));
+    return display;
+}
+
+CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
+    CLI::App* render = app.add_subcommand("render", "Path-trace a glTF scene to pictures");
+    AddScene(*render, arguments.scene)->required();
+    constexpr auto kEndings = Texts(OutputKind{}), kNotes = Notes(OutputKind{});
+    render
+        ->add_option_function<std::vector<std::string>>(
+            "-o,--output",
+            [&arguments](const std::vector<std::string>& paths) {
+                for (const std::string& path : paths) {
+                    try {
+                        arguments.outputs.push_back(ParseOutput(path));
+                    } catch (const Error& error) {
+                        throw MakeError(error.Kind(), "-o: {}", error.what());
+                    }
+                }
+            },
+            Wrapped("Output file: " +
+                    ListForHelp({kEndings.begin(), kEndings.end()}, {kNotes.begin(), kNotes.end()},
+                                kEndings.size()) +
+                    ". May be given several times. Default: " + kDefaultPicture +
+                    ", or the file that is resumed"))
+        ->type_name("OUT")
+        ->allow_extra_args(false);
+    AddOption(
+        *render, "--spp", "N",
+        Text("Samples a pixel ({}); with --resume the total to reach", RenderArguments::kDefaultSamples),
+        [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
+    AddOption(*render, "--time", "SECONDS", "Render for this long instead of --spp",
+              [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
+    AddOption(
+        *render, "--error", "E",
+        "Render until the estimated relative error of the picture is E, as 0.01; --spp or --time stop it "
+        "earlier",
+        [&](const std::string& text) { arguments.error = ParseNumber(text, 1e-6, 1.0); });
+    AddOption(*render, "--sample-offset", "N",
+              Text("Index of the first sample ({}): renders of disjoint ranges can be merged",
+                   SessionDesc{}.firstSample),
+              [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
+    AddOption(*render, "--frames", "A:B:STEP",
+              "Render a picture for each time from A to B, in seconds; a run of # in names of outputs is the "
+              "number, "
+              "as name.####.exr",
+              [&](const std::string& text) { arguments.frames = ParseFrames(text); });
+    AddOption(*render, "--shard", "I/N|auto",
+              "Render part I, from 0, of N parts of the samples, for `raygraph merge`, or of the --frames; "
+              "auto: by the "
+              "variables of a Slurm job array, srun or mpirun. Without --frames, a run of # in names of "
+              "outputs is I",
+              [&](const std::string& text) { arguments.shard = ParseShard(text); });
+    AddSettings(*render, arguments.given);
+    AddCameras(*render, arguments);
+    AddRoot(*render, arguments.root);
+    AddEnvironment(*render, arguments.environment);
+    const passes::TonemapSettings display = DisplayOf({});
+    AddOption(*render, "--exposure", "EV", Text("Exposure of a .png in stops ({})", display.exposureEv),
+              [&](const std::string& text) {
+                  arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
+              });
+    constexpr auto kOperators = Texts(TonemapOperator{});
+    SetChoices(
+        *AddOption(*render, "--tonemap", "OP",
+                   "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
+                   [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
+        {kOperators.begin(), kOperators.end()});
+    AddOption(*render, "--white-point", "K|auto",
+              Text("White balance of a .png: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
+                   "change); auto: "
+                   "the light of the scene",
+                   passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint),
+              [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
+    constexpr auto kTypes = Texts(ExrType{});
+    SetChoices(*AddOption(*render, "--exr-type", "TYPE", "Numbers of an .exr: " + ListForHelp(ExrType::Float),
+                          [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); }),
+               {kTypes.begin(), kTypes.end()});
+    CLI::Option* aov = AddOption(
+        *render, "--aov", "LIST",
+        "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
+            "; light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
+            ", or by its first scattering: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
+            "; light that a bias removed: " + ListOf(AovOf(kBiases.front()), std::nullopt) + "; or all",
+        [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    std::vector<std::string_view> aovs{"all"};
+    for (const Aov named : kAovs) aovs.push_back(Name(named));
+    SetChoices(*aov, aovs, Operands::List);
+    AddPath(*render, "--resume", "FILE.exr", "Resume a stored render, with its settings", arguments.resume);
+    AddOption(
+        *render, "--checkpoint", "MINUTES",
+        "Write the outputs at this interval; one must be an .exr. --resume may then name a file that does "
+        "not exist yet, or one that is complete",
+        [&](const std::string& text) { arguments.checkpointMinutes = ParseNumber(text, 1e-3, 1e6); });
+    AddPath(*render, "--settings-from", "FILE.exr",
+            "Take the settings of the picture from a render; given options override them",
+            arguments.settingsFrom);
+    AddTracing(*render, arguments.tracing);
+    AddDevice(*render, arguments.device);
+    AddOption(*render, "--devices", "LIST",
+              "Devices that share the samples: all (of the best kind), or indices, as 0,1",
+              [&](const std::string& text) { arguments.devices = ValidatedDevices(text); })
+        ->excludes("--device");
+    render->add_flag("--validate", arguments.isValidating,
+                     Wrapped("Turn on the Vulkan validation layers and fail on any message"));
+    AddPath(*render, "--report", "FILE.json", "Write a report: the scene, times, memory, the error",
+            arguments.report);
+    AddProgress(*render, arguments);
+    AddOutput(*render, arguments);
+    return render;
+}
+
+void CheckRender(const RenderArguments& arguments) {
+    CheckProgress(arguments);
+    if (arguments.frames) CheckFrames(arguments);
+    if (!arguments.cameras.empty()) CheckCameras(arguments);
+    CheckCheckpoints(arguments);
+    if (arguments.shard && !arguments.frames) CheckShard(arguments);
+    if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
+    // A resumed render may have a map, which is not checked here
+    if (arguments.resume.empty() || !arguments.environment.empty())
+        CheckEnvironment(arguments.given, !arguments.environment.empty());
+    if (!arguments.settingsFrom.empty() && !arguments.resume.empty())
+        Refuse("--settings-from begins a render; --resume goes on with one");
+    const auto requireKind = [&](OutputKind kind, const char* option) {
+        for (const OutputFile& picture : PicturesOf(arguments))
+            if (picture.kind == kind) return;
+        Refuse(Text("{} is of {} {}, and none is written", option, kind == OutputKind::Png ? "a" : "an",
+                    Name(kind)));
+    };
+    if (arguments.exposureEv) requireKind(OutputKind::Png, "--exposure");
+    if (arguments.tonemap) requireKind(OutputKind::Png, "--tonemap");
+    if (arguments.whitePoint) requireKind(OutputKind::Png, "--white-point");
+    if (arguments.exrType) requireKind(OutputKind::Exr, "--exr-type");
+    if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
+        for (const OutputFile& picture : PicturesOf(arguments))
+            if (picture.path == arguments.resume)
+                Refuse(
+                    Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
+                         "another -o",
+                         picture.path));
+}
+
+void ApplyShard(RenderArguments& arguments) {
+    if (!arguments.shard) return;
+    const Shard shard = *arguments.shard;
+    if (arguments.frames) {
+        arguments.frames = PartOf(shard, *arguments.frames);
+        return;
+    }
+    const ShardPart part = PartOf(shard, arguments.samples.value_or(RenderArguments::kDefaultSamples));
+    const uint64_t first = uint64_t{arguments.sampleOffset.value_or(0)} + part.begin;
+    if (first > std::numeric_limits<uint32_t>::max())
+        Refuse(Text("--sample-offset {}: {} begins with sample {}, beyond the last, 4294967295",
+                    arguments.sampleOffset.value_or(0), Describe(shard), first));
+    arguments.sampleOffset = static_cast<uint32_t>(first);
+    arguments.samples = part.end - part.begin;
+    const auto name = [&](std::filesystem::path& path) {
+        if (HasNumberPlaceholder(path)) path = Numbered(path, shard.index);
+    };
+    for (OutputFile& output : arguments.outputs) name(output.path);
+    name(arguments.report);
+    name(arguments.resume);
+}
+
+std::string NothingToRenderReason(const RenderArguments& arguments) {
+    if (!arguments.shard) return "";
+    if (arguments.frames)
+        return arguments.frames->Count() > 0 ? "" : Describe(*arguments.shard) + " has no frame to render";
+    return arguments.samples != 0u ? "" : Describe(*arguments.shard) + " has no sample to render";
 }
 
 }  // namespace raygraph::cli

@@ -1,13 +1,16 @@
 #include "editor/cli/outputs.h"
 
+#include <algorithm>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
-#include "base/atomic_file.h"
-#include "base/extension.h"
-#include "base/path_text.h"
+#include "base/files.h"
 #include "base/text.h"
+#include "editor/cli/commands.h"
+#include "editor/cli/report.h"
 #include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
@@ -96,6 +99,77 @@ void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesys
         if (names.Of(output).text == itself)
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", log);
     CheckOutputs({&log, 1}, inputs);
+}
+
+void OutputWriter::Add(const std::filesystem::path& file, std::function<void()> write) {
+    m_outputs.push_back({file, std::move(write)});
+}
+
+void OutputWriter::WriteAll() {
+    std::ranges::stable_partition(m_outputs,
+                                  [](const Output& output) { return !AtomicFile::IsStream(output.file); });
+    for (const auto& [file, write] : std::exchange(m_outputs, {})) {
+        const ExitCode code = Guarded([&](const char* why) { m_say(file, why); },
+                                      [&] {
+                                          try {
+                                              write();
+                                          } catch (const IncompleteFile&) {
+                                              m_torn.push_back(file);
+                                              throw;
+                                          }
+                                          return ExitCode::Done;
+                                      });
+        if (m_result == ExitCode::Done) m_result = code;
+        if (code == ExitCode::Done) m_written.push_back(file);
+    }
+}
+
+bool OutputWriter::HasWritten(const std::filesystem::path& file) const {
+    return std::ranges::find(m_written, file) != m_written.end();
+}
+
+bool OutputWriter::IsTorn(const std::filesystem::path& file) const {
+    return std::ranges::find(m_torn, file) != m_torn.end();
+}
+
+using namespace session;  // NOLINT
+
+namespace {
+
+// Returns why a picture with these settings lacks the AOV; "" if it can have it.
+std::string WhyNot(Aov aov, const PictureSettings& settings) {
+    if (CanHave(aov, settings)) return {};
+    if (aov == Aov::Motion) return "it is from when --shutter opens to when it closes, and there is none";
+    if (settings.view != View::PathTraced) return "only path-traced pictures have light to tell apart";
+    const auto bias =
+        static_cast<Bias>(static_cast<size_t>(aov) - static_cast<size_t>(AovOf(kBiases.front())));
+    return Option(bias) + " is off and removes nothing";
+}
+
+}  // namespace
+
+AovRequest ParseAovs(std::string_view text) {
+    constexpr auto kNames = Texts(Aov{});
+    std::vector<std::string_view> names(kNames.begin(), kNames.end());
+    names.insert(names.end(), {"samples", "variance", "all"});
+    AovRequest request;
+    for (const std::string_view part : ParseList(text)) {
+        const size_t choice = ParseChoice(part, names);
+        if (choice < kAovCount) request.named.Set(static_cast<Aov>(choice));
+        request.isAll |= names[choice] == "all";
+    }
+    return request;
+}
+
+AovSet AovsFor(const AovRequest& request, const PictureSettings& settings) {
+    AovSet aovs;
+    for (const Aov aov : kAovs) {
+        const std::string whyNot = WhyNot(aov, settings);
+        if (!whyNot.empty() && request.named.Has(aov))
+            throw MakeError(ErrorKind::Usage, "--aov {}: {}", Name(aov), whyNot);
+        if (whyNot.empty() && (request.isAll || request.named.Has(aov))) aovs.Set(aov);
+    }
+    return aovs;
 }
 
 }  // namespace raygraph::cli

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/counted.h"
 #include "base/os.h"
+#include "base/printable.h"
 #include "base/text.h"
 
 namespace raygraph::cli {

@@ -10,20 +10,18 @@
 #include <string>
 #include <vector>
 
-#include "base/atomic_file.h"
-#include "base/counted.h"
+#include "base/files.h"
 #include "base/os.h"
-#include "base/path_text.h"
+#include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
-#include "editor/cli/render_job.h"
 #include "editor/cli/rendering.h"
-#include "editor/session/settings/default_light.h"
+#include "editor/session/settings/light_settings.h"
 #include "editor/session/settings/parse.h"
-#include "renderer/image/exr_threads.h"
+#include "renderer/image/exr_read.h"
 
 namespace raygraph::cli {
 

@@ -1,6 +1,7 @@
 // Rendering renders the pictures of one session, and writes their files, also as checkpoints.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -11,15 +12,55 @@
 #include <string_view>
 #include <vector>
 
+#include "base/log.h"
 #include "base/os.h"
 #include "base/stopwatch.h"
+#include "editor/cli/arguments.h"
 #include "editor/cli/console.h"
 #include "editor/cli/exit_code.h"
 #include "editor/cli/picture_list.h"
-#include "editor/cli/render_job.h"
+#include "editor/cli/report.h"
+#include "editor/session/file/resume.h"
 #include "editor/session/session.h"
+#include "editor/session/settings/scene_input.h"
+#include "passes/tonemap.h"
 
 namespace raygraph::cli {
+
+// RenderJob is what `render` is to do, from the command line and a resumed file.
+
+struct RenderJob {
+    PictureSettings settings;  // settings of the first picture
+    AovSet aovs;
+    uint32_t firstSample = 0;
+    std::optional<uint32_t> samplesWanted;  // total for a picture; none: until the time is up
+    std::optional<ResumedRender> resumed;   // for the first picture
+};
+
+// Returns how a .png shows a picture of this scene. Throws Error{BadInput} if its white point is that of the
+// scene's light, and nothing emits light.
+passes::TonemapSettings DisplayFor(const RenderArguments& arguments, const PictureSettings& settings,
+                                   const SceneInput& input);
+
+// Plans the job; `arguments` has all its outputs. Throws Error{Usage} for options that exclude each other.
+RenderJob PlanJob(const RenderArguments& arguments, const Log& log);
+
+// Returns the render that a picture continues, if one is asked for; with checkpoints it need not exist.
+std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const PictureName& name,
+                                        const Log& log);
+
+// Throws Error{BadInput} that names the first difference if a complete render is not that picture of the job.
+// Scene and environment map are compared by the names of their files alone, since they are not loaded for
+// this.
+void RequireSameRequest(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
+                        const PlannedPicture& picture);
+
+// Serialize the job, without the resumed render, for processes with the same arguments. JobFrom throws
+// Error{BadInput} for malformed text.
+std::string JobText(const RenderJob& job);
+RenderJob JobFrom(const std::string& text);
+
+bool WritesKind(const RenderArguments& arguments, OutputKind kind);
 
 class Rendering {
   public:
@@ -80,5 +121,11 @@ class Rendering {
         m_notSaved;  // reason for which the last checkpoint lacks the file
     ExitCode m_result = ExitCode::Done;
 };
+
+// Makes the report of a render.
+
+// Fills in everything but the settings. It renders one extra frame to count rays if paths are traced.
+Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, const SessionResult& result,
+                   const RunSummary& run);
 
 }  // namespace raygraph::cli

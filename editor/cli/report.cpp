@@ -1,11 +1,13 @@
 #include "editor/cli/report.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "base/atomic_file.h"
+#include "base/files.h"
+#include "base/text.h"
 #include "editor/session/settings/parse.h"
-#include "passes/white_balance.h"
+#include "passes/tonemap.h"
 
 namespace raygraph::cli {
 
@@ -130,14 +132,36 @@ session::SettingTexts SettingsForReport(const RenderArguments& arguments, const 
     session::SettingTexts texts = render.settings;
     texts["sample-offset"] = std::to_string(render.samples.front().first);
     if (samplesWanted) texts["spp"] = std::to_string(*samplesWanted);
-    if (arguments.seconds) texts["time"] = ToText(static_cast<float>(*arguments.seconds));
+    if (arguments.seconds) texts["time"] = session::ToText(static_cast<float>(*arguments.seconds));
     if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
-    texts["exposure"] = ToText(DisplayOf(arguments).exposureEv);
+    texts["exposure"] = session::ToText(DisplayOf(arguments).exposureEv);
     texts["tonemap"] = Name(DisplayOf(arguments).tonemapOperator);
     const WhitePoint white = arguments.whitePoint.value_or(WhitePoint{passes::kDisplayWhitePoint});
-    texts["white-point"] = white.kelvin ? ToText(static_cast<float>(*white.kelvin)) : "auto";
+    texts["white-point"] = white.kelvin ? session::ToText(static_cast<float>(*white.kelvin)) : "auto";
     texts["exr-type"] = Name(arguments.exrType.value_or(ExrType::Float));
     return texts;
+}
+
+namespace {
+
+std::string Percent(double share) {
+    return Text("{:.3g} %", 100.0 * share);
+}
+
+}  // namespace
+
+std::string Option(session::Bias bias) {
+    std::string option = std::string("--") + Name(bias);
+    std::ranges::replace(option, '_', '-');
+    return option;
+}
+
+std::string Describe(session::Bias bias, const session::RemovedLight& removed) {
+    std::string text = Option(bias) + " removed ";
+    if (!removed.share) return text + "nothing of no light";
+    text += Percent(*removed.share);
+    if (removed.shareStandardError) text += " +- " + Percent(*removed.shareStandardError);
+    return text + " of the light";
 }
 
 }  // namespace raygraph::cli

@@ -74,4 +74,11 @@ void WriteTextFile(const std::filesystem::path& path, std::string_view text);
 session::SettingTexts SettingsForReport(const RenderArguments& arguments, const session::RenderFile& render,
                                         const std::optional<uint32_t>& samplesWanted);
 
+// Names biases as the command line and its summary do.
+
+std::string Option(session::Bias bias);  // e.g. "--max-depth"
+
+// Returns e.g. "--max-depth removed 25 % +- 0.3 % of the light".
+std::string Describe(session::Bias bias, const session::RemovedLight& removed);
+
 }  // namespace raygraph::cli

@@ -1,7 +1,5 @@
 #include "editor/cli/resume_settings.h"
 
-#include "base/counted.h"
-#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 

@@ -8,6 +8,7 @@
 
 #include "editor/session/settings/scene_input.h"
 #include "renderer/scene/model/scene_data.h"
+#include "rhi/device.h"
 
 namespace raygraph::cli {
 
@@ -22,5 +23,12 @@ std::string DescribeExtensions();
 
 // Groups digits: "1,234,567".
 std::string GroupDigits(uint64_t number);
+
+// Writes the content of `info` as JSON for scripts (schema 1), pretty-printed, with a newline at the end.
+// Lists are complete, whereas the text is limited to their beginning.
+
+std::string SceneJson(const session::SceneInput& input);
+std::string DevicesJson(std::span<const rhi::DeviceReport> devices);
+std::string ExtensionsJson();
 
 }  // namespace raygraph::cli

@@ -8,9 +8,8 @@
 #include <span>
 
 #include "base/api.h"
-#include "editor/session/group/block_dealer.h"
 #include "editor/session/group/block_queue.h"
-#include "passes/exact_sums.h"
+#include "passes/accumulate.h"
 
 namespace raygraph::session {
 

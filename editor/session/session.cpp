@@ -7,14 +7,13 @@
 #include <utility>
 
 #include "base/log.h"
-#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/file/render_flaws.h"
+#include "editor/session/file/render_file_impl.h"
 #include "editor/session/group/shared_render.h"
-#include "editor/session/settings/default_light.h"
 #include "editor/session/settings/error_goal.h"
+#include "editor/session/settings/light_settings.h"
 #include "editor/session/settings/session_checks.h"
 
 namespace raygraph::session {

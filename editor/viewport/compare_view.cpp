@@ -1,7 +1,6 @@
 #include "editor/viewport/compare_view.h"
 
 #include "passes/compare.h"
-#include "passes/flip.h"
 
 namespace raygraph::viewport {
 

@@ -1,7 +1,7 @@
 #include "editor/viewport/outline_view.h"
 
 #include "editor/viewport/raster_view.h"
-#include "passes/outline.h"
+#include "passes/overlay.h"
 
 namespace raygraph::viewport {
 

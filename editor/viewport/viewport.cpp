@@ -1,7 +1,11 @@
 #include "editor/viewport/viewport.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
+#include "passes/trace.h"
 
 namespace raygraph::viewport {
 
@@ -194,6 +198,219 @@ std::optional<CompareNumbers> Viewport::Numbers() {
 
 double Viewport::LastFrameMs() const {
     return m_impl->lastFrameMs;
+}
+
+// Declares the frames of a Viewport.
+
+namespace {
+
+using passes::ResetCause;
+
+// Limit of remembered frames without times: more than are ever in flight.
+constexpr size_t kMaxTimedFrames = 16;
+
+}  // namespace
+
+void Viewport::Impl::Restart(ResetCause cause) {
+    pathTraced.Reset(cause);
+    raster.Reset(cause);
+    changedAt = Clock::now();
+}
+
+void Viewport::Impl::NoteChanges() {
+    DrawnInputs now{.scene = scene,
+                    .revisions = scene->Revisions(),
+                    .camera = camera,
+                    .lens = lens,
+                    .paths = paths,
+                    .rasterSettings = rasterSettings,
+                    .size = size};
+    now.camera.aspect = 1.0f;  // the aspect ratio of the size applies
+    if (drawnInputs) {
+        const DrawnInputs& before = *drawnInputs;
+        const bool isOther = before.scene != now.scene;
+        const auto note = [&](bool hasChanged, ResetCause cause) {
+            if (hasChanged) Restart(cause);
+            return hasChanged;
+        };
+        const SceneRevisions &old = before.revisions, &current = now.revisions;
+        const bool isOtherGeometry = note(isOther || old.geometry != current.geometry, ResetCause::Geometry);
+        if (!isOther) {
+            note(old.transforms != current.transforms || old.shapes != current.shapes, ResetCause::Transform);
+            note(old.materials != current.materials, ResetCause::Material);
+            note(old.lights != current.lights, ResetCause::Light);
+            note(old.environment != current.environment, ResetCause::Environment);
+        }
+        if (isOther) raster.ForgetEnvironment(renderer);
+        if (isOther) outline.Invalidate();
+        const bool hasMoved =
+            note(!(before.camera == now.camera && before.lens == now.lens), ResetCause::Camera);
+        if (hasMoved) movedAt = Clock::now();
+        note(!(before.size == now.size), ResetCause::Resize);
+        const bool isOtherWork = note(!(before.paths == now.paths), ResetCause::Settings);
+        if (!(before.rasterSettings == now.rasterSettings)) raster.Reset(ResetCause::Settings);
+        if (isOtherGeometry || isOtherWork) {
+            budget.Forget();
+            timedFrames.clear();
+        }
+    }
+    drawnInputs = std::move(now);
+}
+
+void Viewport::Impl::LearnFromTimings() {
+    const FrameTiming& timing = renderer.Timing();
+    while (!timedFrames.empty() && timedFrames.front().frame < timing.frame) timedFrames.pop_front();
+    if (timedFrames.empty() || timedFrames.front().frame != timing.frame) return;
+    const TimedFrame timed = std::move(timedFrames.front());
+    timedFrames.pop_front();
+    const auto between = [&](PassId first, PassId end) {
+        double sum = 0.0;
+        for (const PassTiming& pass : timing.passes)
+            if (pass.id.index >= first.index && pass.id.index < end.index) sum += pass.gpuMs;
+        return sum;
+    };
+    lastFrameMs = 0.0;
+    for (const PassTiming& pass : timing.passes) lastFrameMs += pass.gpuMs;
+    if (timed.rasterPixels > 0)
+        budget.LearnRaster(timed.rasterPixels, between(timed.firstDrawing, timed.endDrawing));
+    double tracing = 0.0;
+    for (const PathTracedView::Tile& tile : timed.tiles) {
+        const double ms = between(tile.first, tile.end);
+        tracing += ms;
+        budget.LearnTile(tile.height, tile.region, ms / tile.sampleCount);
+    }
+    // Without tracing time, the view was culled
+    if (tracing > 0.0) budget.LearnOverhead(lastFrameMs - tracing);
+}
+
+bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
+    return time &&
+           std::chrono::duration<double, std::milli>(Clock::now() - *time).count() < budgetSettings.settleMs;
+}
+
+View Viewport::Impl::ShownView() const {
+    const bool isReplaced = show.view == View::PathTraced &&
+                            budgetSettings.whileMoving == MotionView::Raster && IsRecent(movedAt);
+    return isReplaced ? View::Raster : show.view;
+}
+
+TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings) {
+    const TextureId values = passes::ViewValues(renderer, ids, settings, show.surface,
+                                                passes::FilmPosition::Center, passes::SurfaceSource::Drawing);
+    return passes::PaintView(renderer, values, show.surface);
+}
+
+TextureId Viewport::Impl::Declare(const SceneIds& ids) {
+    if (!declaredIn.expired())
+        throw MakeError(ErrorKind::Usage, "Viewport \"{}\": declared twice in one frame", name);
+    declaredIn = renderer.OpenFrame();
+    NoteChanges();
+    LearnFromTimings();
+    const passes::TraceSettings settings = passes::FrameSettings(size, camera, lens, paths);
+    declaredScene = ids;
+    declaredSettings = settings;
+    ShowSettings shownAs = show;
+    shownAs.view = ShownView();
+    const PathTracedView::PreviewSettings preview{
+        // A preview is nothing to compare with
+        .isOn = budgetSettings.whilePreparing == PreparingView::Preview && shownAs.view == View::PathTraced,
+        .canHold = pathTracedDisplay.HasLast(renderer, size),
+        .gain = std::exp2(-shownAs.tonemap.exposureEv)};
+    const PathTracedView::Ids traced =
+        pathTraced.Declare(renderer, ids, settings, budget, budgetSettings, IsRecent(changedAt), preview);
+    shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
+    shownAs.tonemap.isUnassociated = false;
+    const uint64_t pixels = uint64_t{size.width} * size.height;
+    const uint32_t fittingScale = budget.RasterScale(pixels);
+    const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;
+    // A sample that exceeds the limit is drawn once, not repeatedly for smooth edges
+    const uint32_t rasterSamples =
+        fittingScale > 1 && shownAs.view == View::Raster ? 1 : budgetSettings.maxRasterSamples;
+    const RasterView::Ids drawn =
+        raster.Declare(renderer, ids, settings, rasterSettings, rasterSamples, rasterScale);
+
+    const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
+    CompareView::Pictures pictures{.pathTraced = traced.radiance,
+                                   .raster = drawn.radiance,
+                                   .pathTracedSamples = tracedSamples.Declared().sampleCount,
+                                   .rasterSamples = drawnSamples.Declared().sampleCount,
+                                   .coarseness = pathTraced.Coarseness(),
+                                   .resetCount = tracedSamples.ResetCount() + drawnSamples.ResetCount()};
+    pictures.pathTracedDisplay = traced.isHeld
+                                     ? pathTracedDisplay.DeclareLast(renderer)
+                                     : pathTracedDisplay.Declare(renderer,
+                                                                 {.mean = traced.samples.mean,
+                                                                  .before = tracedSamples.Submitted(),
+                                                                  .after = tracedSamples.Declared(),
+                                                                  .tiles = pathTraced.TilesOfSamples(),
+                                                                  .resetCount = tracedSamples.ResetCount(),
+                                                                  .base = traced.base,
+                                                                  .baseScale = traced.baseScale,
+                                                                  .finer = traced.finer,
+                                                                  .finerTile = traced.finerTile,
+                                                                  .isPreview = traced.isPreview},
+                                                                 shownAs.tonemap);
+    const bool isRedrawn = !(drawnSamples.Submitted() == drawnSamples.Declared());
+    const bool isDrawn = isRedrawn || drawn.baseScale > 1;
+    std::vector<passes::Region> drawnTiles;
+    if (isRedrawn) drawnTiles.push_back(passes::WholeOf(size));
+    pictures.rasterDisplay = rasterDisplay.Declare(renderer,
+                                                   {.mean = drawn.samples.mean,
+                                                    .before = drawnSamples.Submitted(),
+                                                    .after = drawnSamples.Declared(),
+                                                    .tiles = std::move(drawnTiles),
+                                                    .resetCount = drawnSamples.ResetCount(),
+                                                    .base = drawn.base,
+                                                    .baseScale = drawn.baseScale},
+                                                   shownAs.tonemap);
+    const TextureId shown = shownAs.view == View::Surface ? DeclareSurface(ids, settings)
+                                                          : compare.Declare(renderer, shownAs, pictures);
+
+    requests.DeclarePicks(renderer, ids, settings);
+    std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
+    if (ShowsPathTraced(shownAs.view)) pathTracedShown = {traced.samples, tracedSamples.Declared()};
+    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.samples, drawnSamples.Declared()};
+    requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
+
+    if (ShowsPathTraced(shownAs.view)) errors.Declare(renderer, traced.samples, tracedSamples.Declared());
+    const auto answerCaptures = [&](const passes::AccumulatedIds& samples,
+                                    const passes::Accumulation::Progress& progress, bool isRaster) {
+        captures.Declare(renderer, ids, settings,
+                         {.samples = samples,
+                          .progress = progress,
+                          .isRaster = isRaster,
+                          .camera = camera,
+                          .lens = lens,
+                          .paths = paths,
+                          .raster = rasterSettings,
+                          .environment = scene->ShownEnvironment()});
+    };
+    if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
+        answerCaptures(traced.samples, tracedSamples.Declared(), false);
+    else if (show.view == View::Raster)
+        answerCaptures(drawn.samples, drawnSamples.Declared(), true);
+
+    TimedFrame timed{
+        .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
+    if (shownAs.view == View::Raster && isDrawn)
+        timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
+    if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
+    isPreview = traced.isPreview;
+    renderer.OnSubmitted([this, timed = std::move(timed)] {
+        timedFrames.push_back(timed);
+        if (timedFrames.size() > kMaxTimedFrames) timedFrames.pop_front();
+    });
+    return shown;
+}
+
+TextureId Viewport::Impl::DeclareOutline(TextureId picture) {
+    if (outline.IsEmpty() || !picture.IsValid() || show.view == View::SideBySide) return picture;
+    if (declaredIn.expired())
+        throw MakeError(ErrorKind::Usage, "Viewport \"{}\": DeclareOutline comes after Declare", name);
+    const bool isMoving = budget.IsLimited() && IsRecent(changedAt);
+    // These are the frame's: setters may have been called since Declare
+    return outline.Declare(renderer, declaredScene, drawnInputs->revisions, drawnInputs->camera,
+                           declaredSettings, outlineSettings, isMoving, picture);
 }
 
 }  // namespace raygraph::viewport

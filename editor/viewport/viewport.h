@@ -36,7 +36,7 @@
 #include "editor/viewport/pixel_requests.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
-#include "passes/compare_maps.h"
+#include "passes/compare.h"
 #include "passes/raster.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"

@@ -9,7 +9,7 @@
 #include "base/median.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "renderer/bvh/traversal_scene.h"
+#include "rhi/transfer.h"
 #include "shaders/shared/mix_bits.h"
 
 namespace raygraph {
@@ -103,6 +103,139 @@ Traversal FasterTraversal(rhi::Device& device) {
             watch.Seconds());
     }
     return *speed >= kMinSpeedup ? Traversal::Own : Traversal::Driver;
+}
+
+namespace {
+
+using rhi::BufferUsage;
+
+// Written by something that has completed.
+constexpr ResourceState kWritten{.writeStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                 .writeAccess = VK_ACCESS_2_MEMORY_WRITE_BIT};
+
+template <typename T>
+std::span<const std::byte> BytesOf(const std::vector<T>& values) {
+    return std::as_bytes(std::span(values));
+}
+
+void Run(rhi::Device& device, const std::function<void(CommandList&)>& record) {
+    CommandList commands = device.BeginCommands("traversal scene");
+    record(commands);
+    device.WaitFor(device.Submit(std::move(commands)));
+}
+
+rhi::TlasInstance ToTlasInstance(const BvhInstance& instance, uint32_t number, const rhi::Blas& blas) {
+    rhi::TlasInstance placed{.customIndex = number, .blas = blas.Address()};
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column)
+            placed.objectToWorld[4 * row + column] = instance.objectToWorld[column][row];
+    return placed;
+}
+
+}  // namespace
+
+rhi::Buffer UploadRecords(rhi::Device& device, const char* name, std::span<const std::byte> bytes,
+                          ResourceState& state, BufferUsage more) {
+    // The buffer has at least one record, which nothing reads.
+    rhi::Buffer buffer =
+        device.CreateBuffer({.name = name,
+                             .size = std::max<uint64_t>(bytes.size(), 64),
+                             .usage = BufferUsage::Storage | BufferUsage::CopyDestination | more});
+    rhi::Uploader uploader(device);
+    uploader.UploadBuffer(buffer, 0, bytes);
+    device.WaitFor(uploader.Flush());
+    state = kWritten;
+    return buffer;
+}
+
+DriverScene::DriverScene(rhi::Device& device, const BvhScene& scene) {
+    ResourceState state;
+    rhi::BlasBuilder builder(device);
+    for (const BvhMesh& mesh : scene.meshes) {
+        const rhi::Buffer& vertices = m_inputs.emplace_back(
+            UploadRecords(device, "vertices", BytesOf(mesh.positions), state, BufferUsage::BuildInput));
+        const rhi::Buffer& triangles = m_inputs.emplace_back(
+            UploadRecords(device, "indices", BytesOf(mesh.indices), state, BufferUsage::BuildInput));
+        m_blases.push_back(
+            builder.Add({.triangles = {{.vertices = vertices.Address(),
+                                        .vertexCount = static_cast<uint32_t>(mesh.positions.size()),
+                                        .indices = triangles.Address(),
+                                        .triangleCount = static_cast<uint32_t>(mesh.TriangleCount())}}}));
+    }
+    Run(device, [&](CommandList& commands) { builder.RecordBuilds(commands); });
+    while (builder.Poll()) Run(device, [&](CommandList& commands) { builder.RecordCompaction(commands); });
+
+    std::vector<rhi::TlasInstance> placed;
+    for (uint32_t i = 0; i < scene.instances.size(); ++i)
+        placed.push_back(ToTlasInstance(scene.instances[i], i, *m_blases[scene.instances[i].mesh]));
+    std::vector<std::byte> records(placed.size() * rhi::kTlasInstanceBytes);
+    rhi::WriteInstances(placed, records);
+    const rhi::Buffer& instances =
+        m_inputs.emplace_back(UploadRecords(device, "instances", records, state, BufferUsage::BuildInput));
+    m_tlas = rhi::Tlas(device, {.capacity = static_cast<uint32_t>(placed.size()), .allowsUpdate = false});
+    Run(device, [&](CommandList& commands) {
+        m_tlas.Build(commands, instances, static_cast<uint32_t>(placed.size()));
+    });
+    m_tlasState = m_blasState = kWritten;
+}
+
+DriverScene::Ids DriverScene::Declare(Renderer& renderer) {
+    return {.tlas = renderer.Import("benchTlas", m_tlas, m_tlasState),
+            .blases = renderer.ImportBlasSet("benchBlases", m_blasState)};
+}
+
+WideDeviceScene::WideDeviceScene(rhi::Device& device, const WideScene& scene)
+    : m_nodes(UploadRecords(device, "wide nodes", BytesOf(scene.nodes), m_nodesState)),
+      m_triangles(UploadRecords(device, "wide triangles", BytesOf(scene.triangles), m_trianglesState)),
+      m_instances(UploadRecords(device, "wide instances", BytesOf(scene.instances), m_instancesState)) {}
+
+WideDeviceScene::Ids WideDeviceScene::Declare(Renderer& renderer) {
+    return {.nodes = renderer.Import("wideNodes", m_nodes, m_nodesState),
+            .triangles = renderer.Import("wideTriangles", m_triangles, m_trianglesState),
+            .instances = renderer.Import("wideInstances", m_instances, m_instancesState)};
+}
+
+BufferId TraceByDriver(Renderer& renderer, const DriverScene::Ids& scene, BufferId rays, uint32_t count) {
+    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
+    renderer.AddPass(
+        kDriverPass, PassKind::RayTracing,
+        [&](PassBuilder& pass) {
+            pass.RayGen("bench/trace_rays.rgen");
+            pass.Miss(RayType::Radiance, "scene/miss.rmiss");
+            pass.HitGroup(RayType::Radiance,
+                          {.closestHit = "scene/hit.rchit", .anyHit = {}, .intersection = {}});
+            pass.Reads("sceneTlas", scene.tlas);
+            pass.ReadsByAddress(scene.blases);
+            pass.Reads("rays", rays);
+            hits = pass.Writes("hits", hits);
+            pass.KeepAlive();
+        },
+        [count](CommandList& commands) {
+            commands.TraceRays({count, 1});
+        });
+    return hits;
+}
+
+BufferId TraceBySoftware(Renderer& renderer, const WideDeviceScene::Ids& scene, BufferId rays, uint32_t count,
+                         bool hasOneLevel) {
+    BufferId hits = renderer.CreateBuffer("benchHits", {.size = count * sizeof(gpu::WideHit)});
+    renderer.AddPass(
+        kSoftwarePass, PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("bench/trace_rays_own.comp");
+            pass.Specialize("kHasOneLevel", hasOneLevel ? 1 : 0);
+            pass.Reads("wideNodes", scene.nodes);
+            pass.Reads("wideTriangles", scene.triangles);
+            pass.Reads("wideInstances", scene.instances);
+            pass.Reads("rays", rays);
+            hits = pass.Writes("hits", hits);
+            pass.Constants(gpu::BenchConstants{.rayCount = count});
+            pass.KeepAlive();
+        },
+        [count](CommandList& commands) {
+            commands.DispatchOver({count, 1});
+        });
+    return hits;
 }
 
 }  // namespace raygraph

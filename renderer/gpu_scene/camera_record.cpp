@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "renderer/scene/geometry/split_place.h"
+#include "renderer/scene/geometry/split_mesh.h"
 
 namespace raygraph {
 

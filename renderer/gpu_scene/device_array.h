@@ -12,7 +12,7 @@
 #include "renderer/graph/renderer.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 
 namespace raygraph {
 

@@ -1,16 +1,22 @@
 #include "renderer/gpu_scene/gpu_scene.h"
 
+#include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
-#include "base/counted.h"
-#include "base/out_of_memory.h"
+#include "base/error.h"
+#include "base/printable.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
+#include "renderer/gpu_scene/host_objects.h"
+#include "renderer/gpu_scene/instances/scene_objects.h"
 #include "renderer/gpu_scene/materials/energy_tables.h"
-#include "renderer/gpu_scene/materials/material_records.h"
-#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/gpu_scene/materials/scene_materials.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/check.h"
 
 namespace raygraph {
@@ -272,6 +278,377 @@ const SceneRevisions& GpuScene::Revisions() const {
 bool GpuScene::IsSettled() const {
     return m_impl->scene->IsSettled() && m_impl->context.builder.Statistics().pending == 0 &&
            m_impl->streams.IsDone();
+}
+
+// The calls that add objects to a GpuScene and remove them: their checks, and their rollback on an Error.
+
+namespace {
+
+[[noreturn]] void RefuseRemoval(const char* what, uint32_t index, uint32_t count, const char* users) {
+    throw MakeError(ErrorKind::Usage, "GpuScene: {} {} cannot be removed: {} {} use it", what, index, count,
+                    users);
+}
+
+void RequireStream(const HostMesh& mesh, const char* name, const HostStream& stream, uint64_t count,
+                   uint64_t bytes) {
+    if (!stream) return;
+    const uint64_t size = stream.buffer->Size();
+    if (stream.offset % 4 == 0 && stream.offset <= size && count <= (size - stream.offset) / bytes) return;
+    throw MakeError(
+        ErrorKind::Usage,
+        "GpuScene: AddMesh: '{}': {} of {} bytes from byte {} of a buffer of {}, and a multiple of 4",
+        mesh.name, name, count * bytes, stream.offset, size);
+}
+
+void RequireStreams(const HostMesh& mesh) {
+    const uint64_t vertices = mesh.vertexCount;
+    RequireStream(mesh, "positions", mesh.positions, vertices, sizeof(glm::vec3));
+    RequireStream(mesh, "indices", mesh.indices, uint64_t{3} * mesh.triangleCount, sizeof(uint32_t));
+    RequireStream(mesh, "normals", mesh.normals, vertices, sizeof(glm::vec3));
+    RequireStream(mesh, "tangents", mesh.tangents, vertices, sizeof(glm::vec4));
+    RequireStream(mesh, "uv0", mesh.uv0, vertices, sizeof(glm::vec2));
+    RequireStream(mesh, "uv1", mesh.uv1, vertices, sizeof(glm::vec2));
+    RequireStream(mesh, "colors", mesh.colors, vertices, sizeof(glm::vec4));
+    if (!mesh.positions || !mesh.indices || mesh.triangleCount == 0)
+        throw MakeError(ErrorKind::Usage, "GpuScene: AddMesh: '{}' has no triangles", mesh.name);
+}
+
+void RequireBounds(const char* call, const scene::Bounds& bounds) {
+    if (bounds.IsEmpty() || !scene::IsFinite(bounds.min) || !scene::IsFinite(bounds.max))
+        throw MakeError(ErrorKind::Usage, "GpuScene: {}: the bounds are empty or not finite", call);
+}
+
+}  // namespace
+
+AddedPart GpuScene::Add(PreparedScene&& part) {
+    m_impl->RequireNoFrame("Add");
+    return WithMemoryErrors("Add", [&] { return m_impl->streams.Add(std::move(part), *m_impl->scene); });
+}
+
+AddedPart GpuScene::Add(scene::SceneData&& part) {
+    m_impl->RequireNoFrame("Add");
+    return Add(PreparedScene(std::move(part), m_impl->Preparing(), "Add"));
+}
+
+std::shared_ptr<const AddedPart> GpuScene::Stream(PreparedScene&& part) {
+    m_impl->RequireNoFrame("Stream");
+    return WithMemoryErrors("Stream",
+                            [&] { return m_impl->streams.Stream(std::move(part), *m_impl->scene); });
+}
+
+StreamProgress GpuScene::Streaming() const {
+    return m_impl->streams.Streaming();
+}
+
+void GpuScene::Remove(const AddedPart& part) {
+    m_impl->RequireNoFrame("Remove");
+    const AddedPart removed = part;  // a copy, since `part` may be the stream's own
+    m_impl->streams.Stop(removed.owner);
+    WithMemoryErrors("Remove", [&] { m_impl->scene->Remove(removed); });
+}
+
+uint32_t GpuScene::AddInstance(uint32_t mesh, const scene::PlacedTransform& objectToWorld, bool isVisible) {
+    m_impl->RequireNoFrame("AddInstance");
+    m_impl->scene->RequireMesh(mesh);
+    if (!m_impl->scene->CanBePlaced(mesh))
+        throw MakeError(ErrorKind::Usage, "GpuScene: AddInstance: mesh {} is there as deformed copies alone",
+                        mesh);
+    const scene::PlacedTransform shown = scene::CheckedPlacement(
+        objectToWorld, m_impl->scene->instances.BoundsOf(mesh), "GpuScene: AddInstance");
+    return WithMemoryErrors("AddInstance", [&] {
+        const uint32_t number = m_impl->scene->AddInstance(mesh, shown, isVisible);
+        if (m_impl->scene->owners.meshes.Of(mesh) == kOwnedByNone && m_impl->scene->Emits(mesh))
+            m_impl->context.environment.Sources().instances.insert(number);
+        return number;
+    });
+}
+
+uint32_t GpuScene::AddMesh(scene::Mesh&& mesh) {
+    m_impl->RequireNoFrame("AddMesh");
+    return WithMemoryErrors("AddMesh", [&] { return m_impl->scene->AddMesh(std::move(mesh)); });
+}
+
+uint32_t GpuScene::AddMesh(const HostMesh& mesh) {
+    m_impl->RequireNoFrame("AddMesh");
+    m_impl->scene->RequireMaterial(mesh.material);
+    RequireStreams(mesh);
+    RequireBounds("AddMesh", mesh.bounds);
+    return WithMemoryErrors("AddMesh", [&] { return m_impl->scene->AddMesh(mesh); });
+}
+
+void GpuScene::MarkChanged(uint32_t mesh, const scene::Bounds& bounds) {
+    m_impl->RequireNoFrame("MarkChanged");
+    m_impl->scene->RequireMesh(mesh);
+    if (!m_impl->scene->IsHostMesh(mesh))
+        throw MakeError(ErrorKind::Usage, "GpuScene: MarkChanged: mesh {} is not one of the host's", mesh);
+    RequireBounds("MarkChanged", bounds);
+    WithMemoryErrors("MarkChanged", [&] { m_impl->scene->MarkChanged(mesh, bounds); });
+}
+
+uint32_t GpuScene::AddMaterial(const scene::Material& material) {
+    m_impl->RequireNoFrame("AddMaterial");
+    scene::Check(material, "GpuScene: AddMaterial");
+    const uint32_t textureCount = m_impl->scene->materials->Textures().Size();
+    for (const uint32_t texture : TexturesOf(material)) {
+        RequireIndex("texture", texture, textureCount);
+        m_impl->scene->RequireTexture(texture);
+    }
+    return WithMemoryErrors("AddMaterial", [&] {
+        std::vector<uint32_t> numbers(textureCount);
+        for (uint32_t i = 0; i < textureCount; ++i)
+            numbers[i] = m_impl->scene->materials->Textures().Exists(i) ? i : scene::kNone;
+        return m_impl->scene->AddMaterial(material, numbers);
+    });
+}
+
+uint32_t GpuScene::AddTexture(const HostTexture& texture) {
+    m_impl->RequireNoFrame("AddTexture");
+    if (!texture.texture) throw Error(ErrorKind::Usage, "GpuScene: AddTexture: there is no texture");
+    return WithMemoryErrors("AddTexture", [&] { return m_impl->scene->AddTexture(texture); });
+}
+
+uint32_t GpuScene::AddLight(const scene::Light& light, bool isVisible) {
+    m_impl->RequireNoFrame("AddLight");
+    return WithMemoryErrors("AddLight", [&] {
+        const uint32_t number = m_impl->scene->AddLight(light, isVisible, LightOwner::OfHost);
+        m_impl->context.environment.Sources().lights.insert(number);
+        return number;
+    });
+}
+
+void GpuScene::RemoveInstance(uint32_t instance) {
+    m_impl->RequireNoFrame("RemoveInstance");
+    m_impl->scene->RequireInstance(instance);
+    if (m_impl->scene->IsDeformed(instance))
+        throw MakeError(ErrorKind::Usage, "GpuScene: instance {} is deformed: it goes with the scene alone",
+                        instance);
+    WithMemoryErrors("RemoveInstance", [&] { m_impl->scene->RemoveInstance(instance); });
+}
+
+void GpuScene::RemoveMesh(uint32_t mesh) {
+    m_impl->RequireNoFrame("RemoveMesh");
+    m_impl->scene->RequireMesh(mesh);
+    const MeshResources& removed = m_impl->scene->geometry->meshes[mesh];
+    if (removed.isDeformed)
+        throw MakeError(ErrorKind::Usage, "GpuScene: mesh {} is deformed: it goes with the scene alone",
+                        mesh);
+    if (removed.instanceCount > 0) RefuseRemoval("mesh", mesh, removed.instanceCount, "instances");
+    m_impl->streams.RequireComplete("mesh", mesh, m_impl->scene->owners.meshes);
+    m_impl->scene->ForgetMesh(mesh);
+    ++m_impl->context.revisions.geometry;
+}
+
+void GpuScene::RemoveMaterial(uint32_t material) {
+    m_impl->RequireNoFrame("RemoveMaterial");
+    m_impl->scene->RequireMaterial(material);
+    if (const uint32_t count = m_impl->scene->materials->PartCount(material); count > 0)
+        RefuseRemoval("material", material, count, "primitives");
+    m_impl->streams.RequireComplete("material", material, m_impl->scene->owners.materials);
+    m_impl->scene->RemoveMaterial(material);
+}
+
+void GpuScene::RemoveTexture(uint32_t texture) {
+    m_impl->RequireNoFrame("RemoveTexture");
+    m_impl->scene->RequireTexture(texture);
+    if (const uint32_t count = m_impl->scene->materials->MaterialCount(texture); count > 0)
+        RefuseRemoval("texture", texture, count, "materials");
+    m_impl->streams.RequireComplete("texture", texture, m_impl->scene->owners.textures);
+    WithMemoryErrors("RemoveTexture", [&] { m_impl->scene->RemoveTexture(texture); });
+}
+
+void GpuScene::RemoveLight(uint32_t light) {
+    m_impl->RequireNoFrame("RemoveLight");
+    m_impl->scene->RequireLight(light);
+    WithMemoryErrors("RemoveLight", [&] { m_impl->scene->RemoveLight(light); });
+}
+
+// Poses of a GpuScene: applies everything that an animation has changed, as the setters of gpu_scene.cpp do.
+
+void GpuScene::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
+    m_impl->RequireNoFrame("SetJointMatrices");
+    m_impl->scene->RequireMatrices("SetJointMatrices", skin, matrices.size());
+    if (m_impl->scene->deform->SetJointMatrices(skin, matrices)) ++m_impl->context.revisions.shapes;
+}
+
+void GpuScene::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
+    m_impl->RequireNoFrame("SetMorphWeights");
+    m_impl->scene->RequireWeights("SetMorphWeights", instance, weights.size());
+    if (m_impl->scene->deform->SetMorphWeights(instance, weights)) ++m_impl->context.revisions.shapes;
+}
+
+void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier,
+                       const scene::PoseChanges& changes) {
+    m_impl->RequireNoFrame("SetPose");
+    const auto require = [](const char* what, size_t given, size_t there) {
+        if (given != there)
+            throw MakeError(ErrorKind::Usage, "GpuScene: SetPose: {} {}, the scene has {}", given, what,
+                            there);
+    };
+    require("instances", posed.instances.size(), m_impl->scene->setInstances);
+    require("materials", posed.materials.size(), m_impl->scene->setMaterials);
+    require("lights", posed.lights.size(), m_impl->scene->setLights);
+    const DeformResources* const deform = m_impl->scene->geometry->deform.get();
+    if (!changes.skins.empty()) require("skins", posed.skins.size(), deform ? deform->skins.size() : 0);
+    for (const uint32_t i : changes.skins)
+        m_impl->scene->RequireMatrices("SetPose", i, applier.JointMatricesOf(i).size());
+    // A mesh may have weights without targets, which then move nothing
+    const auto isMorphed = [&](uint32_t i) { return scene::HasTargets(posed, posed.instances[i]); };
+    for (const uint32_t i : changes.reweighted)
+        if (isMorphed(i))
+            m_impl->scene->RequireWeights("SetPose", i,
+                                          scene::MorphWeights(posed, posed.instances[i]).size());
+
+    const auto isOwnedByScene = [](const Owners& owners, uint32_t i) {
+        return owners.Of(i) == kOwnedByScene;
+    };
+    std::vector<uint32_t> moved, shown, hidden;
+    std::vector<scene::PlacedTransform> places;
+    WithMemoryErrors("SetPose", [&] {
+        for (const uint32_t i : changes.instances) {
+            if (!isOwnedByScene(m_impl->scene->owners.instances, i)) continue;
+            moved.push_back(i);
+            places.push_back({posed.instances[i].objectToWorld, posed.instances[i].translationResidual});
+        }
+        for (const uint32_t i : changes.shown)
+            if (isOwnedByScene(m_impl->scene->owners.instances, i))
+                (applier.IsVisible(i) ? shown : hidden).push_back(i);
+    });
+    SetTransforms(moved, places);
+    SetVisible(shown, true);
+    SetVisible(hidden, false);
+    for (const uint32_t i : changes.materials)
+        if (isOwnedByScene(m_impl->scene->owners.materials, i)) SetMaterial(i, posed.materials[i]);
+    for (const uint32_t i : changes.lights)
+        WithMemoryErrors("SetPose", [&] {
+            if (!isOwnedByScene(m_impl->scene->owners.lights, i) ||
+                m_impl->scene->lights.Punctual(i) == posed.lights[i])
+                return;
+            m_impl->scene->lights.SetPunctual(i, posed.lights[i], LightOwner::OfNode);
+            ++m_impl->context.revisions.lights;
+        });
+    for (const uint32_t i : changes.lightsShown)
+        if (isOwnedByScene(m_impl->scene->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
+    for (const uint32_t i : changes.skins)
+        if (m_impl->scene->deform->FollowJoints(i, applier.JointMatricesOf(i)))
+            ++m_impl->context.revisions.shapes;
+    for (const uint32_t i : changes.reweighted)
+        if (isMorphed(i)) SetMorphWeights(i, scene::MorphWeights(posed, posed.instances[i]));
+}
+
+void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier) {
+    const auto numbers = [](size_t count) {
+        std::vector<uint32_t> all(count);
+        std::iota(all.begin(), all.end(), 0u);
+        return all;
+    };
+    scene::PoseChanges all;
+    WithMemoryErrors("SetPose", [&] {
+        all.instances = all.shown = numbers(posed.instances.size());
+        all.materials = numbers(posed.materials.size());
+        all.lights = all.lightsShown = numbers(posed.lights.size());
+        for (uint32_t i = 0; i < posed.skins.size(); ++i)
+            if (!applier.JointMatricesOf(i).empty()) all.skins.push_back(i);
+        for (uint32_t i = 0; i < posed.instances.size(); ++i)
+            if (posed.instances[i].isDeformed) all.reweighted.push_back(i);
+    });
+    SetPose(posed, applier, all);
+    m_impl->scene->RestartOrigin();
+}
+
+// SceneObjects: its creation, and its work in each frame.
+
+SceneObjects::SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials> newMaterials,
+                           std::unique_ptr<SceneGeometry> newGeometry, const scene::SceneData& data)
+    : m_context(context),
+      materials(std::move(newMaterials)),
+      geometry(std::move(newGeometry)),
+      instances(context.device, *geometry, data),
+      blases(context.builder, *geometry, instances),
+      draws(context.device, *geometry, instances),
+      lights(context.device, context.uploader, *geometry, instances.Placements(), data,
+             context.desc.lightRule),
+      setInstances(data.instances.size()),
+      setMaterials(data.materials.size()),
+      setLights(data.lights.size()) {
+    draws.Upload(context.uploader);
+    if (geometry->deform) deform.emplace(context.device, *geometry, instances);
+    context.builder.Reserve();
+    owners.meshes.Reset(data.meshes.size());
+    owners.instances.Reset(data.instances.size());
+    owners.materials.Reset(data.materials.size());
+    owners.lights.Reset(data.lights.size());
+    MoveOrigin(ChooseSceneOrigin({}, glm::dvec3(0.0), instances.Reach()));
+    if (context.traversal != Traversal::Own) return;
+    trees.emplace(context.device, context.desc.lightRule == LightRule::Decay);
+    trees->Follow(*geometry, instances);
+    Say(context.device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
+        trees->UnavailableReason().empty() ? BytesText(trees->Bytes()) : trees->UnavailableReason());
+}
+
+void SceneObjects::Declare(Renderer& renderer, SceneIds& ids) {
+    draws.Refresh(*geometry, instances);
+    ids.origin = m_origin;
+    m_context.environment.Declare(renderer, ids, lights);
+    ids.geometries = geometry->records.Declare(renderer);
+    materials->Declare(renderer, ids, *geometry);
+    ids.placementCount = instances.RecordCount();
+    ids.blases = renderer.ImportBlasSet("BLASes", m_context.blasState);
+    if (deform) deform->DeclareDeformation(renderer, ids, lights, draws);
+    draws.Declare(renderer, ids);
+    blases.Declare(renderer, ids, deform ? &*deform : nullptr);
+    if (trees) {
+        trees->Follow(*geometry, instances);
+        trees->Declare(renderer, ids);
+    }
+    lights.Declare(renderer, ids, instances);
+    blases.BeginFrame();
+    instances.DeclareRefresh(renderer, ids, [this](TlasWork work) {
+        blases.MarkUsed();
+        GpuSceneStatistics& statistics = m_context.statistics;
+        statistics.lastTlasWork = work;
+        statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;
+        statistics.tlasRebuilds += work == TlasWork::Rebuild ? 1 : 0;
+    });
+}
+
+bool SceneObjects::IsSettled() const {
+    return blases.IsSettled() && (!deform || !deform->HasWork());
+}
+
+void SceneObjects::RefreshStatistics() const {
+    GpuSceneStatistics& statistics = m_context.statistics;
+    const rhi::CompactionStatistics blas = m_context.builder.Statistics();
+    statistics.blasCount = blas.blasCount;
+    statistics.blasBytesBuilt = blas.bytesBuilt;
+    statistics.blasBytesCompacted = blas.bytesCompacted;
+    statistics.compactionsPending = blas.pending;
+    statistics.isCompactionOff = blas.isOff;
+    statistics.compactionDisabledReason = blas.disabledReason;
+    statistics.blasBuilds = blas.buildCount;
+    statistics.blasRefits = blas.refitCount;
+    statistics.blasRebuilds = blas.rebuildCount;
+    statistics.deformations = deform ? deform->DeformCount() : 0;
+    statistics.textureBytes = materials->Textures().Bytes();
+    statistics.reducedTextures = materials->Textures().ReducedImages();
+    statistics.geometryCount = static_cast<uint32_t>(geometry->records.Size());
+    statistics.geometryBytes = geometry->streamBytes;
+    statistics.deformedMeshes = deform ? static_cast<uint32_t>(geometry->deform->meshes.size()) : 0;
+    statistics.instanceCount = instances.ExistingCount();
+    statistics.trianglesUnique = statistics.trianglesPlaced = 0;
+    for (const MeshResources& mesh : geometry->meshes) {
+        if (!mesh.isCopy) statistics.trianglesUnique += mesh.triangleCount;
+        statistics.trianglesPlaced += mesh.triangleCount * mesh.instanceCount;
+    }
+    statistics.tlasBytes = instances.TlasBytes();
+    statistics.wideTreeBytes = trees ? trees->Bytes() : 0;
+    statistics.noWideBvhReason = trees ? trees->UnavailableReason() : "the driver's traversal is used";
+    statistics.lightCount = lights.LightCount();
+    statistics.emissiveTriangleCount = lights.EmissiveTriangleCount();
+    const LightStatistics& tables = lights.Statistics();
+    statistics.lightRebuilds = tables.rebuilds;
+    statistics.lightUpdates = tables.updates;
+    statistics.lightTableBytes = tables.tableBytes;
+    statistics.lightBytesUploaded = tables.bytesUploaded;
 }
 
 }  // namespace raygraph

@@ -195,7 +195,7 @@ class RAYGRAPH_API GpuScene {
     void SetViewpoint(const glm::dvec3& eye);
 
     // Instance indices are those of SceneData::instances. The translation is PlacedTransform::Place, added in
-    // double; a plain matrix has no rest. A flat transform is given a thickness (flat_transform.h). Throws
+    // double; a plain matrix has no rest. A flat transform is given a thickness (transforms.h). Throws
     // Error{Usage} for an index out of range, and for a transform that is not finite or scales to nothing or
     // to a line.
     void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {

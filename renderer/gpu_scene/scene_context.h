@@ -4,11 +4,10 @@
 
 #include "base/disposer.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/gpu_scene/lights/environment_upload.h"
-#include "renderer/gpu_scene/lights/scene_environment.h"
-#include "renderer/gpu_scene/materials/texture_upload.h"
+#include "renderer/gpu_scene/lights/environment.h"
+#include "renderer/gpu_scene/materials/texture_set.h"
 #include "rhi/blas_builder.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 
 namespace raygraph {
 

@@ -61,7 +61,7 @@ struct SceneIds {
     BufferId draws;               // "draws": gpu::DrawRecord[], one per group of triangles
     uint32_t placementCount = 0;  // number of records of `instances`, free ones included
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, ascending
-    uint64_t chunkCount = 0;  // sum over all placements, see shaders/shared/chunk_records.h
+    uint64_t chunkCount = 0;  // sum over all placements, see shaders/shared/draw_records.h
     glm::dvec3 origin{0.0};   // in world space; positions on the device are relative to it
 };
 

@@ -1,7 +1,6 @@
 #include "renderer/graph/access.h"
 
 #include "base/check.h"
-#include "renderer/graph/access_rows.h"
 
 namespace raygraph {
 

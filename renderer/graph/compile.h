@@ -12,6 +12,9 @@
 //               that need the same. An import is left in one layout.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/plan.h"
 
@@ -19,5 +22,11 @@ namespace raygraph {
 
 // Throws Error{Usage} for a root that a later pass has overwritten.
 Plan Compile(const FrameGraph& graph);
+
+// Culling: finds the passes of a frame that lead to something that is needed (renderer/graph/compile.h).
+// Threads: pure functions of their arguments.
+
+// Returns, for each pass, 1 if it is kept.
+std::vector<uint8_t> LivePasses(const FrameGraph& graph);
 
 }  // namespace raygraph

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "renderer/graph/access_rows.h"
+#include "renderer/graph/access.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {

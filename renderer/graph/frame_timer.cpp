@@ -3,7 +3,7 @@
 #include <iterator>
 
 #include "base/text.h"
-#include "renderer/graph/pass_marks.h"
+#include "renderer/graph/pass_declaration.h"
 
 namespace raygraph {
 

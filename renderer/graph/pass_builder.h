@@ -27,7 +27,7 @@
 #include "renderer/graph/access.h"
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
-#include "rhi/raster_pipeline.h"
+#include "rhi/pipeline.h"
 #include "rhi/resources.h"
 #include "shaders/shared/ray_types.h"
 

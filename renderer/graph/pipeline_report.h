@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "rhi/pipeline_statistics.h"
+#include "rhi/pipeline.h"
 
 namespace raygraph {
 

@@ -1,12 +1,12 @@
 #include "renderer/graph/plan_text.h"
 
-#include "base/counted.h"
-#include "base/text.h"
-
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <vector>
 
+#include "base/printable.h"
+#include "base/text.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {
@@ -243,6 +243,263 @@ std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culle
 
 std::string DescribePlan(const FrameGraph& graph, const Plan& plan) {
     return PlanWriter(graph, plan).Write();
+}
+
+namespace {
+
+std::string Escaped(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '"' || c == '\\') escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
+std::string Node(const char* prefix, uint32_t index) {
+    return Text("{}{}", prefix, index);
+}
+
+// Returns the attributes of an edge, with its part of the texture.
+std::string EdgeStyle(const std::string& style, const std::string& part) {
+    std::string attributes = style.empty() ? "" : "style=" + style;
+    if (!part.empty()) attributes += (style.empty() ? "" : ", ") + Text("label=\"{}\"", part.substr(1));
+    return attributes.empty() ? ";\n" : " [" + attributes + "];\n";
+}
+
+std::string VersionNode(uint32_t resource, uint32_t version) {
+    return Node("r", resource) + Node("v", version);
+}
+
+}  // namespace
+
+std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
+    std::string dot = "digraph frame {\n    rankdir=LR;\n    node [fontname=\"sans-serif\"];\n";
+    std::vector<uint8_t> isCulled(graph.passes.size(), 0);
+    for (const uint32_t p : plan.culled) isCulled[p] = 1;
+    std::vector<uint32_t> position(graph.passes.size(), 0);
+    for (uint32_t i = 0; i < plan.passes.size(); ++i) position[plan.passes[i].pass] = i + 1;
+
+    for (uint32_t p = 0; p < graph.passes.size(); ++p) {
+        const GraphPass& pass = graph.passes[p];
+        const std::string number = isCulled[p] ? "culled" : std::to_string(position[p]);
+        dot += "    " + Node("p", p) + " [shape=box, style=" + (isCulled[p] ? "dashed" : "solid") +
+               ", label=\"" + number + ' ' + Escaped(pass.name) + "\\n" + Name(pass.kind) + "\"];\n";
+    }
+    // Nodes are those versions that a pass accesses, or that are shown.
+    std::vector<std::string> nodes;
+    const auto addNode = [&](uint32_t resource, uint32_t version) {
+        const std::string node = VersionNode(resource, version);
+        if (std::find(nodes.begin(), nodes.end(), node) != nodes.end()) return;
+        nodes.push_back(node);
+        const GraphResource& info = graph.resources[resource];
+        dot += Text("    {} [shape=ellipse, style={}, label=\"{} v{}\"];\n", node,
+                    (info.origin == Origin::Transient ? "solid" : "bold"), Escaped(info.name), version);
+    };
+    const auto addEdge = [&](const std::string& from, const std::string& to, const std::string& style) {
+        dot.append("    ").append(from).append(" -> ").append(to).append(style);
+    };
+    for (uint32_t p = 0; p < graph.passes.size(); ++p) {
+        const GraphPass& pass = graph.passes[p];
+        const std::string passNode = Node("p", p);
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+            const ResourceUse& use = graph.uses[u];
+            const GraphResource& resource = graph.resources[use.resource];
+            const std::string part = rhi::PartText(use.part, resource.levels, resource.layers);
+            const std::string style = EdgeStyle(isCulled[p] ? "dashed" : "", part);
+            if (NeedsContents(use.access)) {
+                addNode(use.resource, use.versionIn);
+                addEdge(VersionNode(use.resource, use.versionIn), passNode, style);
+            }
+            if (!Writes(use.access)) continue;
+            addNode(use.resource, use.versionOut);
+            addEdge(passNode, VersionNode(use.resource, use.versionOut), style);
+            // The other parts are those of the version before.
+            if (part.empty() || (use.versionIn == 0 && resource.origin == Origin::Transient)) continue;
+            addNode(use.resource, use.versionIn);
+            addEdge(VersionNode(use.resource, use.versionIn), VersionNode(use.resource, use.versionOut),
+                    EdgeStyle("dotted", ""));
+        }
+    }
+    for (size_t i = 0; i < graph.roots.size(); ++i) {
+        const Root& root = graph.roots[i];
+        const char* label = root.kind == RootKind::Presented  ? "shown"
+                            : root.kind == RootKind::Exported ? "exported"
+                                                              : "read on the host";
+        addNode(root.resource, root.version);
+        dot += Text("    root{} [shape=plaintext, label=\"{}\"];\n", i, label);
+        dot += Text("    {} -> root{};\n", VersionNode(root.resource, root.version), i);
+    }
+    return dot + "}\n";
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* Name(RootKind kind) {
+    switch (kind) {
+        case RootKind::Presented:
+            return "presented";
+        case RootKind::Exported:
+            return "exported";
+        case RootKind::HostRead:
+            break;
+    }
+    return "read on the host";
+}
+
+class PlanJson {
+  public:
+    PlanJson(const FrameGraph& graph, const Plan& plan) : m_graph(graph), m_plan(plan) {}
+
+    Json Make() const {
+        Json json;
+        json["schema"] = 1;
+        json["acquire"] = {{"barriers", Barriers(m_plan.acquire)}};
+        json["passes"] = Json::array();
+        for (const PlannedPass& planned : m_plan.passes) json["passes"].push_back(Pass(planned));
+        json["end"] = End();
+        json["culled"] = Json::array();
+        for (const uint32_t culled : m_plan.culled) {
+            Json pass = Declared(m_graph.passes[culled]);
+            pass["why"] = CullReason(m_graph, m_plan, culled);
+            json["culled"].push_back(std::move(pass));
+        }
+        json["resources"] = Json::array();
+        for (uint32_t r = 0; r < m_graph.resources.size(); ++r) json["resources"].push_back(Resource(r));
+        json["memory"] = Memory();
+        return json;
+    }
+
+  private:
+    // Returns a resource, or a part of a texture.
+    Json Named(uint32_t resource, const Subresources& part) const {
+        const GraphResource& info = m_graph.resources[resource];
+        Json json{{"resource", resource}, {"name", info.name}};
+        if (part == info.Whole()) return json;
+        json["first_level"] = part.level;
+        json["levels"] = part.levelCount;
+        json["first_layer"] = part.layer;
+        json["layers"] = part.layerCount;
+        return json;
+    }
+
+    Json Declared(const GraphPass& pass) const {
+        Json reads = Json::array(), writes = Json::array();
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+            const ResourceUse& use = m_graph.uses[u];
+            const auto add = [&](Json& list, uint32_t version) {
+                list.push_back(Named(use.resource, use.part));
+                list.back()["version"] = version;
+                list.back()["access"] = Name(use.access);
+            };
+            if (NeedsContents(use.access)) add(reads, use.versionIn);
+            if (Writes(use.access)) add(writes, use.versionOut);
+        }
+        return {{"name", pass.name}, {"kind", Name(pass.kind)}, {"reads", reads}, {"writes", writes}};
+    }
+
+    Json Pass(const PlannedPass& planned) const {
+        Json pass = Declared(m_graph.passes[planned.pass]);
+        pass["barriers"] = Barriers(planned.barriers);
+        return pass;
+    }
+
+    Json Barriers(const BarrierRange& range) const {
+        Json list = Json::array();
+        for (uint32_t b = range.first; b < range.first + range.count; ++b)
+            list.push_back(Barrier(m_plan.barriers[b]));
+        return list;
+    }
+
+    static Json Side(VkPipelineStageFlags2 stages, VkAccessFlags2 access) {
+        Json names = Json::array();
+        const std::string text = stages == VK_PIPELINE_STAGE_2_NONE ? "" : StagesText(stages);
+        for (size_t begin = 0; begin < text.size();) {
+            const size_t end = std::min(text.find('|', begin), text.size());
+            names.push_back(text.substr(begin, end - begin));
+            begin = end + 1;
+        }
+        return {{"stages", names}, {"access", AccessText(access)}};
+    }
+
+    Json Barrier(const PlannedBarrier& barrier) const {
+        const Dependency& dependency = barrier.dependency;
+        Json json = Named(barrier.resource, barrier.part);
+        json["from"] = Side(dependency.srcStages, dependency.srcAccess & kWriteAccesses);
+        json["to"] = Side(dependency.dstStages, dependency.dstAccess);
+        if (m_graph.resources[barrier.resource].kind == ResourceKind::Texture) {
+            json["from"]["layout"] = LayoutText(dependency.oldLayout);
+            json["to"]["layout"] = LayoutText(dependency.newLayout);
+        }
+        if (barrier.srcQueueFamily != barrier.dstQueueFamily) {
+            json["from"]["queue_family"] = barrier.srcQueueFamily;
+            json["to"]["queue_family"] = barrier.dstQueueFamily;
+        }
+        // The resource whose memory it takes over
+        if (barrier.predecessor != kNone)
+            json["memory_of"] = barrier.predecessor;
+        else if (barrier.followsLastFrame)
+            json["follows_last_frame"] = true;
+        return json;
+    }
+
+    Json End() const {
+        Json roots = Json::array();
+        for (const Root& root : m_graph.roots) {
+            Json json = Named(root.resource, m_graph.resources[root.resource].Whole());
+            json["version"] = root.version;
+            json["kind"] = Name(root.kind);
+            roots.push_back(std::move(json));
+        }
+        Json barriers = Barriers(m_plan.finish);
+        for (Json& barrier : Barriers(m_plan.release)) barriers.push_back(std::move(barrier));
+        return {{"roots", roots}, {"barriers", barriers}};
+    }
+
+    Json Resource(uint32_t index) const {
+        const GraphResource& resource = m_graph.resources[index];
+        const Lifetime& lifetime = m_plan.lifetimes[index];
+        Json json{{"name", resource.name}, {"kind", Name(resource.kind)}, {"origin", Name(resource.origin)}};
+        if (resource.kind == ResourceKind::Texture) {
+            json["width"] = resource.extent.width;
+            json["height"] = resource.extent.height;
+            json["format"] = rhi::Name(resource.format);
+            json["levels"] = resource.levels;
+            json["layers"] = resource.layers;
+        }
+        if (resource.kind == ResourceKind::Buffer) json["bytes"] = resource.bytes;
+        json["first_pass"] = lifetime.IsUsed() ? Json(lifetime.first) : Json();
+        json["last_pass"] = lifetime.IsUsed() ? Json(lifetime.last) : Json();
+        json["block"] = lifetime.block == kNone ? Json() : Json(lifetime.block);
+        return json;
+    }
+
+    Json Memory() const {
+        Json blocks = Json::array();
+        uint64_t bytes = 0;
+        for (uint32_t block = 0; block < m_plan.blocks.size(); ++block) {
+            std::vector<uint32_t> occupants;
+            for (uint32_t r = 0; r < m_plan.lifetimes.size(); ++r)
+                if (m_plan.lifetimes[r].block == block) occupants.push_back(r);
+            std::ranges::stable_sort(occupants, {}, [&](uint32_t r) { return m_plan.lifetimes[r].first; });
+            bytes += m_plan.blocks[block].size;
+            blocks.push_back({{"bytes", m_plan.blocks[block].size}, {"resources", occupants}});
+        }
+        return {{"bytes", bytes},
+                {"bytes_without_sharing", m_plan.bytesWithoutAliasing},
+                {"blocks", std::move(blocks)}};
+    }
+
+    const FrameGraph& m_graph;
+    const Plan& m_plan;
+};
+
+}  // namespace
+
+std::string DescribePlanJson(const FrameGraph& graph, const Plan& plan) {
+    return PlanJson(graph, plan).Make().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace raygraph

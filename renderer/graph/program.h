@@ -20,9 +20,7 @@
 #include "renderer/graph/pass_builder.h"
 #include "renderer/graph/pipeline_report.h"
 #include "renderer/graph/shader_library.h"
-#include "rhi/compute_pipeline.h"
-#include "rhi/raster_pipeline.h"
-#include "rhi/ray_tracing_pipeline.h"
+#include "rhi/pipeline.h"
 #include "rhi/reflection.h"
 
 namespace raygraph {

@@ -1,11 +1,12 @@
 #include "renderer/graph/renderer.h"
 
 #include <algorithm>
+#include <tuple>
 
-#include "base/counted.h"
 #include "base/error.h"
-#include "base/out_of_memory.h"
+#include "base/printable.h"
 #include "base/text.h"
+#include "renderer/graph/access.h"
 #include "renderer/graph/plan_text.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
@@ -222,6 +223,486 @@ void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv)
     impl.shaders.Add(name, before);
     impl.programs.Rebuild({&known, 1});
     throw MakeError(ErrorKind::Usage, "{}the one that was there stays, since {}", subject, problems.front());
+}
+
+// The declaration of a frame: resources, passes, roots.
+
+namespace {
+
+// Returns all fields except the name. A new field of the description breaks the build until it is listed
+// here.
+auto PartsOf(const rhi::SamplerDesc& desc) {
+    const auto& [name, magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy] = desc;
+    return std::tie(magFilter, minFilter, mipFilter, addressU, addressV, maxAnisotropy);
+}
+
+GraphResource TextureInfo(std::string_view name, Origin origin, const GraphTextureDesc& desc) {
+    return {.name = std::string(name),
+            .origin = origin,
+            .extent = desc.extent,
+            .format = desc.format,
+            .levels = desc.levels,
+            .layers = desc.layers};
+}
+
+GraphResource BufferInfo(std::string_view name, Origin origin, uint64_t bytes) {
+    return {.name = std::string(name), .origin = origin, .bytes = bytes};
+}
+
+GraphResource ImportInfo(std::string_view name) {
+    return {.name = std::string(name), .origin = Origin::Imported};
+}
+
+void CheckBuffer(std::string_view name, const GraphBufferDesc& desc, bool mayUpload) {
+    if (desc.size == 0) throw MakeError(ErrorKind::Usage, "buffer {}: its size is zero", Quoted(name));
+    if (desc.memory == rhi::MemoryKind::Readback)
+        throw MakeError(ErrorKind::Usage, "buffer {}: Readback memory is what ReadBack uses", Quoted(name));
+    if (desc.memory == rhi::MemoryKind::Upload && !mayUpload)
+        throw MakeError(
+            ErrorKind::Usage,
+            "buffer {}: a persistent buffer in Upload memory would be written while frames in flight read it",
+            Quoted(name));
+}
+
+}  // namespace
+
+void Renderer::Impl::RequireOpen(std::string_view what) const {
+    if (!isOpen) throw MakeError(ErrorKind::Usage, "{}: no frame has been begun (BeginFrame)", what);
+    if (!abandonReason.empty())
+        throw MakeError(ErrorKind::Usage, "{}: the frame is given up, since {}", what, abandonReason);
+}
+
+void Renderer::Impl::CheckTexture(std::string_view name, const GraphTextureDesc& desc) const {
+    if (desc.extent.IsEmpty())
+        throw MakeError(ErrorKind::Usage, "texture {}: its extent {}x{} is empty", Quoted(name),
+                        desc.extent.width, desc.extent.height);
+    if (desc.format == rhi::Format::Undefined)
+        throw MakeError(ErrorKind::Usage, "texture {}: it has no format", Quoted(name));
+    if (const uint32_t most = rhi::FullMipCount(desc.extent); desc.levels == 0 || desc.levels > most)
+        throw MakeError(ErrorKind::Usage, "texture {}: {} levels; {}x{} texels have 1 to {}", Quoted(name),
+                        desc.levels, desc.extent.width, desc.extent.height, most);
+    if (const uint32_t most = device.Info().maxTextureLayers; desc.layers == 0 || desc.layers > most)
+        throw MakeError(ErrorKind::Usage, "texture {}: {} layers; the device {} has 1 to {}", Quoted(name),
+                        desc.layers, device.Info().name, most);
+}
+
+template <ResourceKind Kind>
+ResourceId<Kind> Renderer::Impl::AddResource(GraphResource resource, const FrameResource& behind) {
+    const ResourceId<Kind> id = graph.Add<Kind>(std::move(resource));
+    resources.push_back(behind);
+    isCompiled = false;
+    return id;
+}
+
+TextureId Renderer::CreateTexture(std::string_view name, const GraphTextureDesc& desc) {
+    m_impl->RequireOpen("CreateTexture");
+    m_impl->CheckTexture(name, desc);
+    return m_impl->AddResource<ResourceKind::Texture>(TextureInfo(name, Origin::Transient, desc), {});
+}
+
+BufferId Renderer::CreateBuffer(std::string_view name, const GraphBufferDesc& desc) {
+    m_impl->RequireOpen("CreateBuffer");
+    CheckBuffer(name, desc, true);
+    GraphResource resource = BufferInfo(name, Origin::Transient, desc.size);
+    resource.isHostWritten = desc.memory == rhi::MemoryKind::Upload;
+    return m_impl->AddResource<ResourceKind::Buffer>(std::move(resource), {.memory = desc.memory});
+}
+
+template <ResourceKind Kind, typename ResourceDesc>
+ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const ResourceDesc& desc,
+                                                 Persistence persistence, GraphResource resource) {
+    RequireOpen("Persist");
+    if (Persistent* known = persistents.Declared(name, frameNumber)) {
+        if (!known->Is(desc))
+            throw MakeError(ErrorKind::Usage,
+                            "Persist {}: it was declared in this frame with another description",
+                            Quoted(name));
+        return graph.IdOf<Kind>(known->resource);
+    }
+    Persistent& persistent = persistents.Find(name, desc);
+    resource.persistence = persistence;
+    resource.state = persistent.states.front();
+    resource.otherStates.assign(persistent.states.begin() + 1, persistent.states.end());
+    const ResourceId<Kind> id = AddResource<Kind>(std::move(resource), {.persistent = &persistent});
+    persistent.lastFrame = frameNumber;
+    persistent.resource = id.resource;
+    return id;
+}
+
+TextureId Renderer::Persist(std::string_view name, const GraphTextureDesc& desc, Persistence persistence) {
+    m_impl->CheckTexture(name, desc);
+    return m_impl->PersistResource<ResourceKind::Texture>(name, desc, persistence,
+                                                          TextureInfo(name, Origin::Persistent, desc));
+}
+
+BufferId Renderer::PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
+                                 Persistence persistence) {
+    CheckBuffer(name, desc, false);
+    return m_impl->PersistResource<ResourceKind::Buffer>(name, desc, persistence,
+                                                         BufferInfo(name, Origin::Persistent, desc.size));
+}
+
+bool Renderer::Impl::HasNoContents(AnyId id, const Subresources& asked) const {
+    RequireOpen("IsFresh");
+    const uint32_t index = graph.ResolveAnyVersion(id, "IsFresh asks about");
+    const Persistent* persistent = resources[index].persistent;
+    if (!persistent) return false;
+    const GraphResource& resource = graph.resources[index];
+    const Subresources part = rhi::Resolved(asked, resource.levels, resource.layers);
+    if (const std::string missing = rhi::DescribeMissing(part, resource.levels, resource.layers);
+        !missing.empty())
+        throw MakeError(ErrorKind::Usage, "IsFresh asks about {}: {}", Quoted(resource.name), missing);
+    bool isFresh = false;
+    graph.ForEachSubresource(index, part, [&](uint32_t, const Subresources& one) {
+        const auto writesIt = [&](const ResourceUse& use) {
+            return use.resource == index && Writes(use.access) && use.versionOut <= id.version &&
+                   rhi::Overlap(use.part, one);
+        };
+        if (!persistent->isWritten[one.layer * resource.levels + one.level] &&
+            std::none_of(graph.uses.begin(), graph.uses.end(), writesIt))
+            isFresh = true;
+    });
+    return isFresh;
+}
+
+bool Renderer::IsFresh(TextureId texture, const Subresources& part) const {
+    return m_impl->HasNoContents(texture, part);
+}
+
+bool Renderer::IsFresh(BufferId buffer) const {
+    return m_impl->HasNoContents(buffer, {});
+}
+
+void Renderer::Forget(std::string_view name) {
+    if (m_impl->isOpen && m_impl->persistents.Declared(name, m_impl->frameNumber))
+        throw MakeError(ErrorKind::Usage, "Forget {}: the current frame uses it", Quoted(name));
+    m_impl->persistents.Forget(name);
+}
+
+template <ResourceKind Kind, typename Object>
+ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Object& object,
+                                              const Object* FrameResource::*member, GraphResource resource,
+                                              ResourceState* state) {
+    RequireOpen("Import");
+    for (uint32_t r = 0; r < resources.size(); ++r) {
+        if (resources[r].*member != &object) continue;
+        if (resources[r].state != state)
+            throw MakeError(ErrorKind::Usage,
+                            "Import {}: it is in this frame already, as {} with another state", Quoted(name),
+                            Quoted(graph.resources[r].name));
+        return graph.IdOf<Kind>(r);
+    }
+    if (state) resource.state = *state;
+    FrameResource behind{.state = state};
+    behind.*member = &object;
+    return AddResource<Kind>(std::move(resource), behind);
+}
+
+TextureId Renderer::Import(std::string_view name, const rhi::Texture& texture, ResourceState& state) {
+    if (!texture) throw MakeError(ErrorKind::Usage, "Import {}: the texture is empty", Quoted(name));
+    return m_impl->ImportObject<ResourceKind::Texture>(name, texture, &FrameResource::texture,
+                                                       TextureInfo(name, Origin::Imported,
+                                                                   {.extent = texture.Extent(),
+                                                                    .format = texture.Desc().format,
+                                                                    .levels = texture.Desc().mipLevels,
+                                                                    .layers = texture.Desc().layers}),
+                                                       &state);
+}
+
+BufferId Renderer::Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state) {
+    if (!buffer) throw MakeError(ErrorKind::Usage, "Import {}: the buffer is empty", Quoted(name));
+    return m_impl->ImportObject<ResourceKind::Buffer>(
+        name, buffer, &FrameResource::buffer, BufferInfo(name, Origin::Imported, buffer.Size()), &state);
+}
+
+TlasId Renderer::Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state) {
+    return m_impl->ImportObject<ResourceKind::Tlas>(name, tlas, &FrameResource::tlas, ImportInfo(name),
+                                                    &state);
+}
+
+BlasSetId Renderer::ImportBlasSet(std::string_view name, ResourceState& state) {
+    // A BLAS set has no object: its state identifies it.
+    return m_impl->ImportObject<ResourceKind::BlasSet>(name, state, &FrameResource::blasState,
+                                                       ImportInfo(name), &state);
+}
+
+TextureSetId Renderer::Import(std::string_view name, const rhi::TextureTable& table) {
+    return m_impl->ImportObject<ResourceKind::TextureSet>(name, table, &FrameResource::textures,
+                                                          ImportInfo(name), nullptr);
+}
+
+GraphTextureDesc Renderer::Desc(TextureId texture) const {
+    const GraphResource& resource =
+        m_impl->graph.resources[m_impl->graph.ResolveAnyVersion(texture, "Desc asks about")];
+    return {.extent = resource.extent,
+            .format = resource.format,
+            .levels = resource.levels,
+            .layers = resource.layers};
+}
+
+GraphBufferDesc Renderer::Desc(BufferId buffer) const {
+    const uint32_t index = m_impl->graph.ResolveAnyVersion(buffer, "Desc asks about");
+    return {.size = m_impl->graph.resources[index].bytes, .memory = m_impl->resources[index].memory};
+}
+
+const rhi::Sampler* Renderer::Impl::FindSampler(const rhi::SamplerDesc& desc) {
+    for (const auto& [known, sampler] : samplers)
+        if (PartsOf(known) == PartsOf(desc)) return sampler.get();
+    samplers.emplace_back(desc, std::make_unique<rhi::Sampler>(device.CreateSampler(desc)));
+    return samplers.back().second.get();
+}
+
+PassId Renderer::NextPass() const {
+    m_impl->RequireOpen("NextPass");
+    return {static_cast<uint32_t>(m_impl->graph.passes.size())};
+}
+
+PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
+                               ExecuteFunction execute) {
+    Impl& impl = *m_impl;
+    const std::string subject = "AddPass " + Quoted(name);
+    impl.RequireOpen(subject);
+    PassDeclaration& pass = impl.StartPass(name, kind);
+    try {
+        WithMemoryErrors(subject, [&] {
+            PassBuilder builder(*this, impl.graph, impl.shaders, pass);
+            setup(builder);
+            impl.FinishPass(pass);
+        });
+    } catch (...) {
+        // A half-declared pass cannot be undone: its writes have made ids stale.
+        impl.Abandon("pass " + Quoted(name) + " was not declared");
+        throw;
+    }
+    pass.execute = std::move(execute);
+    return {static_cast<uint32_t>(impl.graph.passes.size() - 1)};
+}
+
+PassDeclaration& Renderer::Impl::StartPass(std::string_view name, PassKind kind) {
+    isCompiled = false;
+    const uint32_t index = graph.AddPass(name, kind);
+    if (passes.size() <= index) passes.emplace_back();
+    passes[index].Clear(kind);
+    return passes[index];
+}
+
+void Renderer::Impl::FinishPass(PassDeclaration& pass) {
+    const GraphPass& info = graph.passes.back();
+    ResolveTargets(graph, pass);
+    const bool needsShaders =
+        info.kind == PassKind::RayTracing || info.kind == PassKind::Compute || info.kind == PassKind::Raster;
+    if (needsShaders || pass.request.HasShaders()) {
+        pass.program = programs.Find(pass.request);
+        if (!pass.program) {
+            CheckShaders(info, pass.request);
+            pass.program = &programs.Add(pass.request, "pass " + Quoted(info.name));
+        }
+    }
+    ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr,
+                    device.Info().maxStorageBufferBytes);
+    for (AddressTable& table : pass.addressTables) table.uniformOffset = TakeUniform(table.bytes);
+    CollectUsages(info);
+}
+
+// Allocates zeroed bytes in the frame's uniform memory, and returns their offset.
+uint64_t Renderer::Impl::TakeUniform(uint64_t bytes) {
+    const uint64_t alignment = std::max<uint64_t>(device.Info().uniformAlignment, 16);
+    const uint64_t offset = (uniformBytes.size() + alignment - 1) / alignment * alignment;
+    uniformBytes.resize(offset + bytes);
+    return offset;
+}
+
+// Collects the usage flags of resources, with which existing objects must have been created.
+void Renderer::Impl::CollectUsages(const GraphPass& pass) {
+    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+        const ResourceUse& use = graph.uses[u];
+        FrameResource& behind = resources[use.resource];
+        const GraphResource& resource = graph.resources[use.resource];
+        bool hasRequiredUsage = true;
+        if (resource.kind == ResourceKind::Texture) {
+            const rhi::TextureUsage needed = Row(use.access).texture;
+            behind.textureUsage |= needed;
+            hasRequiredUsage = !behind.texture || rhi::Has(behind.texture->Desc().usage, needed);
+        } else if (resource.kind == ResourceKind::Buffer) {
+            const rhi::BufferUsage needed = Row(use.access).buffer;
+            behind.bufferUsage |= needed;
+            hasRequiredUsage = !behind.buffer || rhi::Has(behind.buffer->Desc().usage, needed);
+        }
+        if (!hasRequiredUsage)
+            throw MakeError(ErrorKind::Usage, "pass {} uses {} as {}, but it was made without that usage",
+                            Quoted(pass.name), Quoted(resource.name), Name(use.access));
+    }
+}
+
+void Renderer::Present(TextureId texture) {
+    m_impl->RequireOpen("Present");
+    m_impl->graph.Present(texture);
+    FrameResource& behind = m_impl->resources[texture.resource];
+    behind.textureUsage |= rhi::TextureUsage::Sampled;
+    if (behind.texture && !rhi::Has(behind.texture->Desc().usage, rhi::TextureUsage::Sampled))
+        throw MakeError(ErrorKind::Usage, "Present shows {}, which was made without the usage Sampled",
+                        Quoted(m_impl->graph.resources[texture.resource].name));
+    m_impl->isCompiled = false;
+}
+
+void Renderer::Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily) {
+    m_impl->RequireOpen("Export");
+    m_impl->graph.Export(texture, layout, queueFamily);
+    m_impl->isCompiled = false;
+}
+
+void Renderer::Export(BufferId buffer, uint32_t queueFamily) {
+    m_impl->RequireOpen("Export");
+    m_impl->graph.Export(buffer, queueFamily);
+    m_impl->isCompiled = false;
+}
+
+void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
+    m_impl->RequireOpen("WaitSemaphore");
+    m_impl->waits.Add(semaphore, dropPolicy);
+    m_impl->graph.waitStages |= semaphore.stages;
+    m_impl->isCompiled = false;
+}
+
+void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
+    m_impl->RequireOpen("SignalSemaphore");
+    m_impl->signals.Add(semaphore, dropPolicy);
+}
+
+// Readbacks: a transfer pass of the frame copies into mapped memory, which the host reads once the frame has
+// completed.
+
+namespace {
+
+// A limit, because a program may never poll again.
+constexpr uint64_t kKeepFrames = 16;
+
+}  // namespace
+
+bool Readback::IsReady() const {
+    if (!m_state) return false;
+    const uint64_t submitted = m_state->submitted;
+    if (submitted == State::kDeclared || submitted >= State::kRendererGone) return false;
+    return m_state->device->CompletedValue() >= submitted;
+}
+
+void Readback::Wait() const {
+    if (!m_state) throw Error(ErrorKind::Usage, "Readback: it is empty");
+    const uint64_t submitted = m_state->submitted;
+    if (submitted == State::kRendererGone)
+        throw Error(ErrorKind::Usage, "Readback: its Renderer has been destroyed");
+    if (submitted == State::kDeclared)
+        throw Error(ErrorKind::Usage, "Readback: its frame has not been executed");
+    if (submitted == State::kDropped)
+        throw Error(ErrorKind::Usage, "Readback: its frame was dropped and never ran");
+    m_state->device->WaitFor(submitted);
+}
+
+std::span<const std::byte> Readback::Bytes() const {
+    if (!IsReady()) throw Error(ErrorKind::Usage, "Readback: its bytes are not there yet (Wait)");
+    return m_state->buffer.Mapped().first(static_cast<size_t>(m_state->bytes));
+}
+
+Extent2D Readback::Extent() const {
+    return m_state ? m_state->extent : Extent2D{};
+}
+
+rhi::Format Readback::Format() const {
+    return m_state ? m_state->format : rhi::Format::Undefined;
+}
+
+// Returns a state that has no holder any more, or a new one, as the pointer of a Readback, whose last copy
+// releases it.
+std::shared_ptr<Readback::State> Renderer::Impl::TakeReadback(uint64_t bytes) {
+    using State = Readback::State;
+    const uint64_t completed = device.CompletedValue();
+    std::shared_ptr<Readback::State> free;
+    std::erase_if(readbacks, [&](const std::shared_ptr<Readback::State>& readback) {
+        const uint64_t value = readback->submitted;
+        const bool isIdle = !readback->isHeld && value != State::kDeclared &&
+                            (value == State::kDropped || value <= completed);
+        if (!isIdle) return false;
+        if (!free && readback->buffer.Size() == bytes) {
+            free = readback;
+            return false;
+        }
+        return readback->frame + kKeepFrames < frameNumber;
+    });
+    if (!free) {
+        free = std::make_shared<Readback::State>();
+        free->device = &device;
+        free->buffer = device.CreateBuffer({.name = "readback",
+                                            .size = bytes,
+                                            .usage = rhi::BufferUsage::CopyDestination,
+                                            .memory = rhi::MemoryKind::Readback});
+        readbacks.push_back(free);
+    }
+    free->bytes = bytes;
+    free->submitted = State::kDeclared;
+    free->frame = frameNumber;
+    free->isHeld = true;
+    return {free.get(), [free](State*) { free->isHeld = false; }};
+}
+
+BufferId Renderer::Impl::AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name) {
+    return AddResource<ResourceKind::Buffer>(
+        {.name = "readback of " + std::string(name), .origin = Origin::Imported, .bytes = state->bytes},
+        {.buffer = &state->buffer});
+}
+
+Readback Renderer::ReadBack(TextureId texture, uint32_t level, uint32_t layer) {
+    Impl& impl = *m_impl;
+    impl.RequireOpen("ReadBack");
+    const uint32_t index = impl.graph.Resolve(texture, "ReadBack reads");
+    const GraphTextureDesc desc = Desc(texture);
+    const Subresources part = Subresource(level, layer);
+    const std::string missing = rhi::DescribeMissing(part, desc.levels, desc.layers);
+    if (!missing.empty())
+        throw MakeError(ErrorKind::Usage, "ReadBack reads {}: {}", Quoted(impl.graph.resources[index].name),
+                        missing);
+    const std::string name = impl.graph.resources[index].name + rhi::PartText(part, desc.levels, desc.layers);
+    const Extent2D extent = rhi::MipExtent(desc.extent, level);
+    const uint64_t bytes = rhi::ImageBytes(desc.format, extent);
+    Readback readback;
+    readback.m_state = impl.TakeReadback(bytes);
+    readback.m_state->extent = extent;
+    readback.m_state->format = desc.format;
+    BufferId target = impl.AddReadback(readback.m_state, name);
+    AddPass(
+        "Read back " + name, PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(texture, part);
+            target = pass.CopiesTo(target);
+        },
+        [texture, target, level, layer](CommandList& commands, const PassResources& resources) {
+            commands.CopyToBuffer(resources.Texture(texture), resources.Buffer(target), 0, level, layer);
+        });
+    impl.graph.ReadOnHost(target);
+    return readback;
+}
+
+Readback Renderer::ReadBack(BufferId buffer) {
+    Impl& impl = *m_impl;
+    impl.RequireOpen("ReadBack");
+    const uint32_t index = impl.graph.Resolve(buffer, "ReadBack reads");
+    const std::string name = impl.graph.resources[index].name;
+    Readback readback;
+    readback.m_state = impl.TakeReadback(impl.graph.resources[index].bytes);
+    readback.m_state->extent = {};
+    readback.m_state->format = rhi::Format::Undefined;
+    BufferId target = impl.AddReadback(readback.m_state, name);
+    AddPass(
+        "Read back " + name, PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(buffer);
+            target = pass.CopiesTo(target);
+        },
+        [buffer, target, bytes = readback.m_state->bytes](CommandList& commands,
+                                                          const PassResources& resources) {
+            commands.CopyBuffer(resources.Buffer(buffer), 0, resources.Buffer(target), 0, bytes);
+        });
+    impl.graph.ReadOnHost(target);
+    return readback;
 }
 
 }  // namespace raygraph

@@ -258,7 +258,7 @@ class RAYGRAPH_API Renderer {
     // Returns the milliseconds spent on creating pipelines so far, and the number of pipelines.
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
-    // Returns the driver's statistics of each pipeline, by name: see rhi/pipeline_statistics.h. Waits for
+    // Returns the driver's statistics of each pipeline, by name: see rhi/pipeline.h. Waits for
     // pipelines that are being created.
     std::vector<PipelineReport> PipelineReports();
     // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile

@@ -3,11 +3,11 @@
 #include <cstring>
 
 #include "base/check.h"
-#include "base/out_of_memory.h"
+#include "base/error.h"
 #include "base/text.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
-#include "rhi/image_barrier.h"
+#include "rhi/command_list.h"
 #include "rhi/texture_table.h"
 #include "rhi/tlas.h"
 

@@ -11,13 +11,11 @@
 #include "base/stopwatch.h"
 #include "renderer/graph/compile.h"
 #include "renderer/graph/frame_timer.h"
+#include "renderer/graph/memory.h"
 #include "renderer/graph/pass_declaration.h"
-#include "renderer/graph/pass_marks.h"
-#include "renderer/graph/persistent_store.h"
 #include "renderer/graph/program.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/graph/shader_library.h"
-#include "renderer/graph/transient_pool.h"
 
 namespace raygraph {
 
@@ -71,7 +69,7 @@ struct FrameSemaphores {
 struct Renderer::Impl {
     Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc);
 
-    // --- Declaring (renderer_declare.cpp) ---
+    // --- Declaring (renderer.cpp) ---
     // Throws Error{Usage} outside of a frame, or in one that failed.
     void RequireOpen(std::string_view what) const;
     template <ResourceKind Kind>

@@ -6,9 +6,90 @@
 // rounded to the nearest number of 8 bits; BC7 is exact, bit for bit.
 #pragma once
 
-#include "renderer/image/block_bits.h"
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace raygraph::image::bc7 {
+
+// The division of BC7 blocks into parts that have their own colors: the tables of the Khronos Data Format
+// Specification 1.4, chapter BPTC. Private to renderer/image.
+
+// Indexed by the number in the block: the part of each texel, one bit each, the first texel's the lowest.
+inline constexpr std::array<uint16_t, 64> kTwoParts{
+    0xCCCC, 0x8888, 0xEEEE, 0xECC8, 0xC880, 0xFEEC, 0xFEC8, 0xEC80, 0xC800, 0xFFEC, 0xFE80, 0xE800, 0xFFE8,
+    0xFF00, 0xFFF0, 0xF000, 0xF710, 0x008E, 0x7100, 0x08CE, 0x008C, 0x7310, 0x3100, 0x8CCE, 0x088C, 0x3110,
+    0x6666, 0x366C, 0x17E8, 0x0FF0, 0x718E, 0x399C, 0xAAAA, 0xF0F0, 0x5A5A, 0x33CC, 0x3C3C, 0x55AA, 0x9696,
+    0xA55A, 0x73CE, 0x13C8, 0x324C, 0x3BDC, 0x6996, 0xC33C, 0x9966, 0x0660, 0x0272, 0x04E4, 0x4E40, 0x2720,
+    0xC936, 0x936C, 0x39C6, 0x639C, 0x9336, 0x9CC6, 0x817E, 0xE718, 0xCCF0, 0x0FCC, 0x7744, 0xEE22,
+};
+// Two bits for each texel.
+inline constexpr std::array<uint32_t, 64> kThreeParts{
+    0xAA685050, 0x6A5A5040, 0x5A5A4200, 0x5450A0A8, 0xA5A50000, 0xA0A05050, 0x5555A0A0, 0x5A5A5050,
+    0xAA550000, 0xAA555500, 0xAAAA5500, 0x90909090, 0x94949494, 0xA4A4A4A4, 0xA9A59450, 0x2A0A4250,
+    0xA5945040, 0x0A425054, 0xA5A5A500, 0x55A0A0A0, 0xA8A85454, 0x6A6A4040, 0xA4A45000, 0x1A1A0500,
+    0x0050A4A4, 0xAAA59090, 0x14696914, 0x69691400, 0xA08585A0, 0xAA821414, 0x50A4A450, 0x6A5A0200,
+    0xA9A58000, 0x5090A0A8, 0xA8A09050, 0x24242424, 0x00AA5500, 0x24924924, 0x24499224, 0x50A50A50,
+    0x500AA550, 0xAAAA4444, 0x66660000, 0xA5A0A5A0, 0x50A050A0, 0x69286928, 0x44AAAA44, 0x66666600,
+    0xAA444444, 0x54A854A8, 0x95809580, 0x96969600, 0xA85454A8, 0x80959580, 0xAA141414, 0x96960000,
+    0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254,
+};
+
+// The texel of a part whose index has one bit less; that of the first part is texel 0.
+inline constexpr std::array<uint8_t, 64> kSecondAnchorOfTwo{
+    15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2,  2, 8,
+    8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8,  2, 2,
+    2,  15, 15, 6,  6,  2,  6,  8,  15, 15, 2,  2,  15, 15, 15, 15, 15, 2,  2, 15,
+};
+inline constexpr std::array<uint8_t, 64> kSecondAnchorOfThree{
+    3,  3,  15, 15, 8, 3,  15, 15, 8,  8,  6, 6,  6, 5,  3, 3,  3,  3,  8,  15, 3,  3,
+    6,  10, 5,  8,  8, 6,  8,  5,  15, 15, 8, 15, 3, 5,  6, 10, 8,  15, 15, 3,  15, 5,
+    15, 15, 15, 15, 3, 15, 5,  5,  5,  8,  5, 10, 5, 10, 8, 13, 15, 12, 3,  3,
+};
+inline constexpr std::array<uint8_t, 64> kThirdAnchorOfThree{
+    15, 8, 8, 3,  15, 15, 3,  8,  15, 15, 15, 15, 15, 15, 15, 8,  15, 8,  15, 3,  15, 8,
+    15, 8, 3, 15, 6,  10, 15, 15, 10, 8,  15, 3,  15, 10, 10, 8,  9,  10, 6,  15, 8,  15,
+    3,  6, 6, 8,  15, 3,  15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 3,  15, 15, 8,
+};
+
+}  // namespace raygraph::image::bc7
 
 namespace raygraph::image {
+
+// A reader of the bits of block-compressed textures. Private to renderer/image.
+
+// A number of so many bytes, the lowest first. The caller has checked that they are there.
+inline uint64_t Little(std::span<const std::byte> bytes, size_t at, size_t count) {
+    uint64_t value = 0;
+    for (size_t i = 0; i < count; ++i) value |= std::to_integer<uint64_t>(bytes[at + i]) << (8 * i);
+    return value;
+}
+inline uint32_t Little32(std::span<const std::byte> bytes, size_t at) {
+    return static_cast<uint32_t>(Little(bytes, at, 4));
+}
+
+// RGBA of 4 x 4 texels, 8 bits a channel, rows from the top.
+using BlockTexels = std::array<uint8_t, 64>;
+
+// The 128 bits of a block, taken from the lowest upwards.
+class BlockBits {
+  public:
+    explicit BlockBits(std::span<const std::byte, 16> block)
+        : m_low(Little(block, 0, 8)), m_high(Little(block, 8, 8)) {}
+
+    // The next 0 to 32 bits.
+    uint32_t Take(unsigned count) {
+        if (count == 0) return 0;
+        const auto value = static_cast<uint32_t>(m_low & ((uint64_t{1} << count) - 1));
+        m_low = m_low >> count | m_high << (64 - count);
+        m_high >>= count;
+        return value;
+    }
+
+  private:
+    uint64_t m_low, m_high;
+};
 
 // The fourth color of a block whose first one is not the greater number: transparent black, or opaque.
 enum class Bc1Alpha : bool { None, PunchThrough };

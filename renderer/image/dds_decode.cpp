@@ -6,7 +6,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "renderer/image/block_bits.h"
+#include "renderer/image/bc_blocks.h"
 #include "renderer/image/decode.h"
 #include "renderer/image/texels.h"
 
@@ -14,8 +14,8 @@ namespace raygraph::image {
 namespace {
 
 // Offsets from the start of the file, whose first four bytes are "DDS ".
-constexpr size_t kHeaderBytes = 128, kHeaderBytesDx10 = 148;
-constexpr size_t kHeaderSizeAt = 4, kHeightAt = 12, kWidthAt = 16, kLevelCountAt = 28, kFormatSizeAt = 76,
+constexpr size_t kDdsBytes = 128, kHeaderBytesDx10 = 148;
+constexpr size_t kHeaderSizeAt = 4, kDdsHeight = 12, kDdsWidth = 16, kLevelCountAt = 28, kFormatSizeAt = 76,
                  kFormatFlagsAt = 80;
 constexpr size_t kFourCcAt = 84, kBitCountAt = 88, kMasksAt = 92, kCaps2At = 112;
 constexpr size_t kDxgiFormatAt = 128, kDimensionAt = 132, kMiscFlagsAt = 136, kArraySizeAt = 140,
@@ -85,9 +85,9 @@ class DdsReader {
     DdsReader(std::span<const std::byte> bytes, std::string_view name) : m_bytes(bytes), m_name(name) {}
 
     Image8 Decode(const DecodeLimits& limits) {
-        Require(kHeaderBytes);
-        if (At(kHeaderSizeAt) != kHeaderBytes - 4 || At(kFormatSizeAt) != 32) Fail("the header is malformed");
-        const uint32_t width = At(kWidthAt), height = At(kHeightAt);
+        Require(kDdsBytes);
+        if (At(kHeaderSizeAt) != kDdsBytes - 4 || At(kFormatSizeAt) != 32) Fail("the header is malformed");
+        const uint32_t width = At(kDdsWidth), height = At(kDdsHeight);
         CheckSize(m_name, width, height, limits);
         if ((At(kCaps2At) & kIsCube) != 0) Fail("cube maps are not supported");
         if ((At(kCaps2At) & kIsVolume) != 0) Fail("volumes are not supported");
@@ -172,7 +172,7 @@ class DdsReader {
 
     std::span<const std::byte> m_bytes;
     std::string_view m_name;
-    size_t m_headerBytes = kHeaderBytes;
+    size_t m_headerBytes = kDdsBytes;
 };
 
 }  // namespace

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/path_text.h"
+#include "base/files.h"
 #include "base/printable.h"
-#include "base/read_file.h"
 #include "base/text.h"
 
 namespace raygraph::image {

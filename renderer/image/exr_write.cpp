@@ -16,11 +16,10 @@
 #include <set>
 #include <type_traits>
 
-#include "base/atomic_file.h"
-#include "base/path_text.h"
+#include "base/files.h"
 #include "base/text.h"
 #include "renderer/image/exr.h"
-#include "renderer/image/exr_format.h"
+#include "renderer/image/exr_read.h"
 
 namespace raygraph::image {
 namespace {

@@ -93,7 +93,7 @@ RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
                                            const DecodeLimits& limits = kEnvironmentLimits);
 
-// The writers replace the file as a whole or leave the old one unchanged (base/atomic_file.h). They throw
+// The writers replace the file as a whole or leave the old one unchanged (base/files.h). They throw
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
 // format cannot hold.
 

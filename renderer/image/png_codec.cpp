@@ -6,8 +6,7 @@
 #include <memory>
 #include <new>
 
-#include "base/atomic_file.h"
-#include "base/path_text.h"
+#include "base/files.h"
 #include "base/text.h"
 #include "renderer/image/decode.h"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <new>
 
-#include "base/atomic_file.h"
+#include "base/files.h"
 #include "base/text.h"
 #include "renderer/image/decode.h"
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <tuple>
 
-#include "renderer/image/uastc_tables.h"
-
 namespace raygraph::image {
 namespace {
 

@@ -16,7 +16,7 @@
 #include "core/math.glsl"
 #include "core/option.h"
 #include "shared/energy_tables.h"
-#include "shared/multiscatter_kinds.h"
+#include "shared/choice.h"
 
 #ifdef __cplusplus
 namespace raygraph::shading {

@@ -4,7 +4,7 @@
 // Rounding may leave them a little outside [-1, 1]. eta is an index of refraction relative to the side that
 // the light comes from, eta - i k the complex one of a conductor.
 //
-// The model is chosen when the pipeline is created (shared/microfacet_models.h). Facets of dielectrics,
+// The model is chosen when the pipeline is created (shared/choice.h). Facets of dielectrics,
 // which materials tint, are in bxdf/facet_fresnel.glsl.
 //     model        ConductorReflectance                    FacetReflectance of a dielectric
 //     Schlick      Schlick's, from f0 to f90               Schlick's, of the cosine on the thinner side
@@ -18,7 +18,7 @@
 
 #include "core/math.glsl"
 #include "core/option.h"
-#include "shared/microfacet_models.h"
+#include "shared/choice.h"
 
 SHADING_BEGIN
 

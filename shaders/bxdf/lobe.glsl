@@ -24,7 +24,7 @@
 //         both sides of a surface, and passes light of either side alike
 //     bool IsWalked(lobe), MicrosurfaceWalk WalkOf(lobe, view)
 //         whether a random walk between the facets takes the lobe's place where kMultiscatter asks for walks
-//         (bxdf/gltf_walk.glsl), and which
+//         (bxdf/gltf.glsl), and which
 //     vec3 PassThroughWeight(lobe, view), float PassThroughProbability(lobe, view), WithoutPassThrough(lobe)
 //         at a smooth thin wall: the share of light that goes straight on, f |wi.z| of that delta; the
 //         probability that a sample of the lobe does; and the lobe without that. What such a lobe transmits

@@ -14,7 +14,7 @@
 // Anisotropy stretches slopes along x and y (Heitz 2014, "Understanding the Masking-Shadowing Function in
 // Microfacet-Based BRDFs"); for phong it is Ashikhmin and Shirley's 2000.
 //
-// Distribution and masking are chosen when the pipeline is created (shared/microfacet_models.h).
+// Distribution and masking are chosen when the pipeline is created (shared/choice.h).
 #ifndef RAYGRAPH_BXDF_MICROFACET_GLSL
 #define RAYGRAPH_BXDF_MICROFACET_GLSL
 
@@ -23,7 +23,7 @@
 #include "core/option.h"
 #include "core/trace_options.glsl"
 #include "core/warp.glsl"
-#include "shared/microfacet_models.h"
+#include "shared/choice.h"
 
 SHADING_BEGIN
 

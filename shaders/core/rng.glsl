@@ -13,7 +13,7 @@
 // of one sample return the same numbers. Pixel coordinates are below 65536. All 2^32 sample indices, seeds
 // and dimensions work.
 //
-// Kinds, chosen when the pipeline is created (shared/sampler_kinds.h):
+// Kinds, chosen when the pipeline is created (shared/choice.h):
 //
 // Sobol: shuffled, Owen-scrambled, padded (0,2)-sequences. Every draw is a sequence of its own over the
 // sample index, independent of other draws and pixels; each aligned block of 2^k samples of a pixel is a
@@ -29,7 +29,7 @@
 
 #include "core/option.h"
 #include "shared/mix_bits.h"
-#include "shared/sampler_kinds.h"
+#include "shared/choice.h"
 
 #ifdef __cplusplus
 namespace raygraph::shading {

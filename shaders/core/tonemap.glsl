@@ -19,7 +19,7 @@
 
 #include "core/color.glsl"
 #include "core/math.glsl"
-#include "shared/tonemap_operators.h"
+#include "shared/choice.h"
 
 SHADING_BEGIN
 

@@ -5,9 +5,8 @@
 #include "core/math.glsl"
 #include "core/option.h"
 #include "core/trace_options.glsl"
-#include "shared/environment_entries.h"
 #include "shared/light_records.h"
-#include "shared/light_samplers.h"
+#include "shared/choice.h"
 
 #ifdef __cplusplus
 namespace raygraph::shading {

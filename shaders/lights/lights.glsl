@@ -16,7 +16,7 @@
 //     mat4x3 LightPlacement(uint instance)          objectToWorld of an InstanceRecord
 //     float LightProfileAt(uint word)               layout in lights/light_profile.glsl
 //     AliasEntry LightAliasAt(uint slot)            layout in shared/light_records.h
-//     EnvironmentEntry EnvironmentEntryAt(uint)     layout in shared/environment_entries.h
+//     EnvironmentEntry EnvironmentEntryAt(uint)     layout in shared/light_records.h
 //     vec3 EnvironmentRadiance(vec3 direction)
 //     vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer)
 //         radiance that a hit there adds on average: emission and its texture, times the share of rays that

@@ -1,4 +1,4 @@
-// The textures that hold the exact sums of an accumulated picture (passes/exact_sums.h). Word k of the sum of
+// The textures that hold the exact sums of an accumulated picture (passes/accumulate.h). Word k of the sum of
 // channel c is component c of plane k. Word k of the sum of squares of a color channel is there too, in the
 // planes of squares; its highest word, which seldom changes, is component w of plane c.
 #ifndef RAYGRAPH_POST_EXACT_PLANES_GLSL

@@ -1,9 +1,8 @@
-// Finds the triangle of an invocation's number: see shared/chunk_records.h.
+// Finds the triangle of an invocation's number: see shared/draw_records.h.
 #ifndef RAYGRAPH_RASTER_CHUNKS_GLSL
 #define RAYGRAPH_RASTER_CHUNKS_GLSL
 
 #include "scene/bindings.glsl"
-#include "shared/chunk_records.h"
 #include "shared/draw_records.h"
 
 layout(set = 0, binding = 16, scalar) readonly buffer VisiblePlacements { uint at[]; } visiblePlacements;

@@ -1,5 +1,5 @@
 // The environment's light scattered by a surface: for each lobe its albedo, by the tables of
-// bxdf/energy.glsl, times the environment's mean over the lobe (shared/filtered_environment.h). Exact where
+// bxdf/energy.glsl, times the environment's mean over the lobe (shared/light_records.h). Exact where
 // the environment is the same in all directions.
 #ifndef RAYGRAPH_RASTER_ENVIRONMENT_LOBES_GLSL
 #define RAYGRAPH_RASTER_ENVIRONMENT_LOBES_GLSL
@@ -7,7 +7,7 @@
 #include "bxdf/bsdf.glsl"
 #include "core/frame.glsl"
 #include "scene/environment.glsl"
-#include "shared/filtered_environment.h"
+#include "shared/light_records.h"
 
 layout(set = 0, binding = 17) uniform sampler2D filteredEnvironment;
 

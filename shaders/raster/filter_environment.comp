@@ -1,4 +1,4 @@
-// FilterEnvironment: the levels of shared/filtered_environment.h. Each texel is the mean of the map over the
+// FilterEnvironment: the levels of shared/light_records.h. Each texel is the mean of the map over the
 // lobe of a surface that is seen face on, along its normal: for facets, directions by their distribution,
 // weighted by the cosine (Karis 2013, "Real Shading in Unreal Engine 4"); for diffuse ones, by the cosine.
 // Both the lobe and the bright parts of the map are sampled, weighted by the balance heuristic.
@@ -15,7 +15,7 @@
 #include "core/rng.glsl"
 #include "core/warp.glsl"
 #include "lights/environment_light.glsl"
-#include "shared/filtered_environment.h"
+#include "shared/light_records.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D filtered;

@@ -3,7 +3,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#include "shared/chunk_records.h"
 #include "shared/draw_records.h"
 
 const uint kSize = 256u;

@@ -14,7 +14,7 @@ layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
 layout(push_constant, scalar) uniform Constants {
     vec2 filmOffset;  // of a pixel, from its upper left corner: (0.5, 0.5) is its center
     uint punctualLights;
-    uint option;       // SurfaceView: of shared/views.h; RasterShade: of shared/shade_options.h
+    uint option;       // SurfaceView: of shared/choice.h; RasterShade: of shared/shade_options.h
     uint shadowTiles;  // of the atlas, a side
 } constants;
 

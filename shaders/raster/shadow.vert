@@ -6,7 +6,7 @@
 #include "scene/extensions.glsl"
 
 #include "raster/projection.glsl"
-#include "raster/vertex.glsl"
+#include "raster/triangle.glsl"
 #include "shared/shadow_records.h"
 
 layout(set = 0, binding = 16, scalar) readonly buffer Casters { ShadowCaster at[]; } casters;

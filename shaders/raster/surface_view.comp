@@ -1,4 +1,4 @@
-// SurfaceView: one property of the visible surface of each pixel (shared/views.h). Alpha is 1 where there is
+// SurfaceView: one property of the visible surface of each pixel (shared/choice.h). Alpha is 1 where there is
 // a surface; all channels are 0 where there is none.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -8,7 +8,7 @@
 #include "raster/pixel.glsl"
 #include "scene/surface.glsl"
 
-#include "shared/views.h"
+#include "shared/choice.h"
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D values;
 

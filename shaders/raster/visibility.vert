@@ -5,7 +5,7 @@
 #include "scene/extensions.glsl"
 
 #include "raster/projection.glsl"
-#include "raster/vertex.glsl"
+#include "raster/triangle.glsl"
 
 layout(set = 0, binding = 16, scalar) readonly buffer VisiblePlacements { uint at[]; } visiblePlacements;
 layout(push_constant, scalar) uniform Constants { vec2 shift; } constants;

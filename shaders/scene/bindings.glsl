@@ -4,7 +4,6 @@
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
 #include "scene/words.glsl"
-#include "shared/environment_entries.h"
 #include "shared/light_records.h"
 #include "shared/scene_records.h"
 

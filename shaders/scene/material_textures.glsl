@@ -5,7 +5,7 @@
 #include "core/ray_cone.glsl"
 #include "core/trace_options.glsl"
 #include "scene/bindings.glsl"
-#include "shared/alpha_modes.h"
+#include "shared/choice.h"
 
 // With the part of it that is seen, if kTraceTextureLod is set: nothing, that is level 0 of all textures,
 // until SurfaceAt says more. Alpha tests and sampled lights stay at level 0: a threshold of a mean is no mean

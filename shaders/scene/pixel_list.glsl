@@ -2,7 +2,7 @@
 #ifndef RAYGRAPH_SCENE_PIXEL_LIST_GLSL
 #define RAYGRAPH_SCENE_PIXEL_LIST_GLSL
 
-#include "shared/listed_pixel.h"
+#include "shared/scene_records.h"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PixelListStream {
     ListedPixel at[];

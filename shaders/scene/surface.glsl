@@ -4,8 +4,7 @@
 
 #include "core/capsule.glsl"
 #include "core/ray_offset.glsl"
-#include "core/shading_normal.glsl"
-#include "core/tangent_frame.glsl"
+#include "core/frame.glsl"
 #include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
 
@@ -39,7 +38,7 @@ vec3 OtherTangentOf(GeometryRecord geometry, uint vertex) {
     return turn.x * tangent + turn.y * cross(Vec3Stream(geometry.normals).at[vertex], tangent);
 }
 
-// Returns the frame (core/tangent_frame.glsl), in object space, of a directional map (TEXTURE_OF) at a point
+// Returns the frame (core/frame.glsl), in object space, of a directional map (TEXTURE_OF) at a point
 // of a geometry with tangents; n is the interpolated normal, of any length. The stored tangents are the frame
 // if they were given for all maps, or made along the texture coordinate set by which the map is read. The
 // frame of the other set comes from frameTurns or else from the triangle. A texture transform turns it within

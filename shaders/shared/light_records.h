@@ -15,7 +15,7 @@
 // and goes on, where LightMeshRecord::firstAlias says, with two tables a mesh, likewise of its triangles:
 //   power       triangleCount entries
 //   active      activeCount entries
-// The environment has a table of its own kind: shared/environment_entries.h.
+// The environment has a table of its own kind: shared/light_records.h.
 #ifndef RAYGRAPH_SHARED_LIGHT_RECORDS_H
 #define RAYGRAPH_SHARED_LIGHT_RECORDS_H
 
@@ -141,6 +141,66 @@ static_assert(sizeof(LightNode) == 12 * 4);
 static_assert(sizeof(LightMeshRecord) == 5 * 4);
 static_assert(sizeof(AliasEntry) == 3 * 4);
 static_assert(sizeof(LightSetRecord) == 9 * 4);
+}  // namespace raygraph::gpu
+#endif
+
+// The table by which directions to the environment are chosen, as the shaders read it: one source for C++ and
+// GLSL, scalar layout. The buffer holds an entry for each row of the map's cells, then those of each row's
+// cells.
+
+#ifdef __cplusplus
+
+#include <cstdint>
+
+namespace raygraph::gpu {
+using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#else
+#define RAYGRAPH_CONSTANT const
+#endif
+
+// Ends are multiples of 1 / this, as random numbers are.
+RAYGRAPH_CONSTANT uint kEnvironmentSteps = 0x1000000u;
+
+// u chooses the first entry whose `end` is above it. So neighbors of u choose neighbors, and samples that are
+// spread evenly stay so; those of an alias table do not.
+struct EnvironmentEntry {
+    float end;
+    // For entry i of n: no u in the i-th nth, nor one that rounds to it, chooses an entry before `guide`.
+    uint guide;
+    float probability;  // of this row; of this cell in the whole map
+};
+
+#undef RAYGRAPH_CONSTANT
+
+#ifdef __cplusplus
+static_assert(sizeof(EnvironmentEntry) == 3 * 4);
+}  // namespace raygraph::gpu
+#endif
+
+// The environment map, prefiltered for rough surfaces: levels of equirectangular pictures, one below the
+// other. Level i is filtered for a roughness of (i + 1) kFilteredStep, the last one for diffuse surfaces.
+// Without rotation and scale, like the map.
+
+#ifdef __cplusplus
+#include <cstdint>
+
+namespace raygraph::gpu {
+using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#else
+#define RAYGRAPH_CONSTANT const
+#endif
+
+RAYGRAPH_CONSTANT uint kFilteredWidth = 128u;
+RAYGRAPH_CONSTANT uint kFilteredHeight = 64u;  // of a level
+RAYGRAPH_CONSTANT uint kFilteredLevels = 6u;
+RAYGRAPH_CONSTANT uint kFilteredDiffuse = kFilteredLevels - 1u;
+RAYGRAPH_CONSTANT float kFilteredStep = 0.2f;
+
+#undef RAYGRAPH_CONSTANT
+
+#ifdef __cplusplus
 }  // namespace raygraph::gpu
 #endif
 

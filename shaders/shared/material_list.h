@@ -17,13 +17,13 @@
 //   RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space)
 //       nameTexture of the material, in the record with its transform
 //   RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity)
-//       one that is not in the record, or that ToRecord (material_records.cpp) makes something of
+//       one that is not in the record, or that ToRecord (scene_materials.cpp) makes something of
 //   RAYGRAPH_MATERIAL_FLAG(field, object)    whether the object is there
 //   RAYGRAPH_MATERIAL_UNSHOWN(name, object, key, space)  a texture that pictures do not depend on
 // object, key: where glTF has it: in the `material` itself, an object in it, an extension, or its `extras`. A
 //   key may go down a level.
 // space: of a texture's red, green and blue
-// quantity: its range and unit (renderer/scene/model/material_fields.h)
+// quantity: its range and unit (renderer/scene/model/scene_fields.h)
 #ifndef RAYGRAPH_MATERIAL_VALUE
 #define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity)
 #endif

@@ -109,7 +109,7 @@ RAYGRAPH_CONSTANT uint kMaterialGlass = 16u;
 // scene::Material.
 struct MaterialRecord {
     vec3 emission;    // radiance, W/(sr m^2)
-    uint alphaMode;   // kAlpha* (alpha_modes.h)
+    uint alphaMode;   // kAlpha* (choice.h)
     uint flags;       // kMaterial*
     float ior;        // kInfiniteIor: reflects all
     vec3 extinction;  // of the medium inside, 1/m: the share that passes d meters is exp(-extinction d)
@@ -185,6 +185,24 @@ static_assert(sizeof(MaterialRecord) == 15 * 4
 #include "material_list.h"
 );
 static_assert(sizeof(TraceParameters) == 55 * 4);
+}  // namespace raygraph::gpu
+#endif
+
+// A pixel that Trace takes samples of, where pixels have different numbers of them (passes/pixel_list.h).
+
+#ifdef __cplusplus
+#include <cstdint>
+
+namespace raygraph::gpu {
+using uint = uint32_t;
+#endif
+
+struct ListedPixel {
+    uint texel;        // texel of the traced part of the picture: x + y * 65536
+    uint sampleIndex;  // index of its first sample
+};
+
+#ifdef __cplusplus
 }  // namespace raygraph::gpu
 #endif
 

@@ -12,8 +12,8 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-RAYGRAPH_CONSTANT uint kShadeOcclusion = 1u;  // occlusion of the environment: passes/occlusion.h
-RAYGRAPH_CONSTANT uint kShadeBehind = 2u;     // the picture behind glass: passes/see_through.h
+RAYGRAPH_CONSTANT uint kShadeOcclusion = 1u;  // occlusion of the environment: passes/raster.h
+RAYGRAPH_CONSTANT uint kShadeBehind = 2u;     // the picture behind glass: passes/raster.h
 
 #undef RAYGRAPH_CONSTANT
 

@@ -1,5 +1,5 @@
 // Constants of the computation of mip levels of material textures: scene/texture_level_main.glsl and
-// renderer/gpu_scene/materials/texture_levels.h.
+// renderer/gpu_scene/materials/texture_set.h.
 #ifndef RAYGRAPH_SHARED_TEXTURE_LEVELS_H
 #define RAYGRAPH_SHARED_TEXTURE_LEVELS_H
 

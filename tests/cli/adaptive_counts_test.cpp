@@ -1,5 +1,5 @@
 // Tests, on the host alone, which pixels of an adaptive render get samples, and how many.
-#include "editor/session/frames/adaptive_counts.h"
+#include "editor/session/frames/adaptive_frames.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,6 @@
 #include <map>
 #include <numeric>
 
-#include "editor/session/frames/adaptive_allocation.h"
 #include "shaders/shared/mix_bits.h"
 #include "tests/cli/adaptive_picture.h"
 #include "tests/cli/cli_test.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "editor/session/frames/adaptive_counts.h"
+#include "editor/session/frames/adaptive_frames.h"
 
 namespace raygraph::session::adaptive_picture {
 inline constexpr rhi::Extent2D kPicture{24, 17};

@@ -1,5 +1,5 @@
 // Tests which states of adaptive renders a file may have, and that every valid one continues.
-#include "editor/session/frames/adaptive_state.h"
+#include "editor/session/frames/adaptive_frames.h"
 
 #include <algorithm>
 #include <cmath>

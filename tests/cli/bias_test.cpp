@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "editor/cli/aov_request.h"
-#include "editor/cli/bias_text.h"
+#include "editor/cli/outputs.h"
+#include "editor/cli/report.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::session::bias_test {

@@ -1,12 +1,11 @@
 // Tests which samples are dealt to which worker.
-#include "editor/session/group/block_dealer.h"
+#include "editor/session/group/block_queue.h"
 
 #include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <thread>
 
-#include "editor/session/group/block_queue.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::session::block_dealer_test {

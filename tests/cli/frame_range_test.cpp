@@ -1,5 +1,5 @@
 // Tests --frames: times, numbers and names.
-#include "editor/cli/frame_range.h"
+#include "editor/cli/picture_list.h"
 
 #include "tests/cli/cli_test.h"
 

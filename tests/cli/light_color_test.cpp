@@ -1,5 +1,5 @@
 // Tests the color of a scene's light against closed forms.
-#include "editor/session/settings/light_color.h"
+#include "editor/session/settings/light_settings.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include "editor/session/session.h"
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/geometry/round_primitives.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/vulkan_test.h"
 

@@ -10,8 +10,7 @@
 #include <fstream>
 #include <new>
 
-#include "base/atomic_file.h"
-#include "editor/cli/output_writer.h"
+#include "base/files.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

@@ -4,10 +4,10 @@
 #include <functional>
 #include <iterator>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "base/text.h"
 #include "editor/session/file/render_file.h"
-#include "editor/session/file/render_sums.h"
+#include "editor/session/file/render_file_impl.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/cli/animated_box.h"

@@ -4,9 +4,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "base/text.h"
-#include "passes/white_balance.h"
+#include "passes/tonemap.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/cli/cli_test.h"

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "editor/session/file/image_statistics.h"
-#include "renderer/scene/gltf/extensions.h"
+#include "renderer/scene/gltf/document.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <thread>
 
-#include "editor/cli/log_levels.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 

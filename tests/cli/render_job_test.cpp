@@ -1,5 +1,5 @@
 // Tests what the first process of a render sends to the others.
-#include "editor/cli/render_job.h"
+#include "editor/cli/rendering.h"
 
 #include "tests/cli/cli_test.h"
 

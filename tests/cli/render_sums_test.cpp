@@ -1,5 +1,5 @@
 // Tests the sums of a render as one process sends them to another.
-#include "editor/session/file/render_sums.h"
+#include "editor/session/file/render_file_impl.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // Tests how commands end: exit status and last lines, and the files that they name.
-#include "editor/cli/run_command.h"
+#include "editor/cli/commands.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

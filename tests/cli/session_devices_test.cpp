@@ -1,6 +1,6 @@
 // Tests pictures that several devices render together, and renders that consist of several runs. It needs a
 // device, which is opened several times.
-#include "editor/session/file/render_sums.h"
+#include "editor/session/file/render_file_impl.h"
 #include "editor/session/session.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"

@@ -1,8 +1,7 @@
 // Tests of how a session decides on the studio, records it, and takes it from a file. They need a device.
 #include "editor/session/file/merge.h"
 #include "editor/session/session.h"
-#include "editor/session/settings/default_light.h"
-#include "editor/session/settings/light_color.h"
+#include "editor/session/settings/light_settings.h"
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"

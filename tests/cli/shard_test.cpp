@@ -1,10 +1,9 @@
 // Tests --shard: the parts by text and by the variables of launchers.
-#include "editor/cli/shard.h"
+#include "editor/cli/picture_list.h"
 
 #include <limits>
 #include <map>
 
-#include "editor/cli/frame_range.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::cli::shard_test {

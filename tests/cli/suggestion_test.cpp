@@ -1,7 +1,6 @@
-#include "editor/cli/suggestion.h"
+#include "editor/cli/command_tree.h"
 
 #include "editor/cli/arguments.h"
-#include "editor/cli/command_tree.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::cli::suggestion_test {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "editor/app/editor.h"
-#include "editor/app/screen.h"
 #include "editor/app/script.h"
+#include "editor/app/window.h"
 #include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"

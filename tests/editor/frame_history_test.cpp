@@ -1,5 +1,5 @@
 // Tests what is stored of the last frames.
-#include "editor/app/frame_history.h"
+#include "editor/app/statistics_panel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Tests the positions in the drawing of a plan.
-#include "editor/app/graph_layout.h"
+#include "editor/app/graph_panel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Tests the rows of the hierarchy.
-#include "editor/app/hierarchy.h"
+#include "editor/app/scene_panels.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,11 @@
 // Tests how the inspector shows fields of materials and lights, and which values edits give them.
-#include "editor/app/inspector_fields.h"
+#include "editor/app/scene_panels.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::editor::inspector_fields_test {
 

@@ -1,4 +1,4 @@
-#include "editor/app/log_history.h"
+#include "editor/app/log_panel.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "renderer/image/image.h"
 #include "tests/editor/editor_test.h"
 

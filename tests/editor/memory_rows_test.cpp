@@ -1,4 +1,4 @@
-#include "editor/app/memory_rows.h"
+#include "editor/app/statistics_panel.h"
 
 #include <gtest/gtest.h>
 

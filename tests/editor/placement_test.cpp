@@ -1,4 +1,4 @@
-#include "editor/app/placement.h"
+#include "editor/app/scene_panels.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Tests edits of an animated scene.
 #include <array>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "editor/app/document.h"
 #include "renderer/scene/animation/deform.h"
 #include "tests/editor/moving_scene.h"

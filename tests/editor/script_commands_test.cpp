@@ -1,5 +1,5 @@
 // Tests the parser of scripts, without playing them.
-#include "editor/app/script_commands.h"
+#include "editor/app/script.h"
 
 #include <gtest/gtest.h>
 

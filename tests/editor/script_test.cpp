@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "editor/app/saved_render.h"
+#include "editor/app/file_content.h"
 #include "editor/session/file/content_hash.h"
 #include "editor/session/session.h"
 #include "renderer/image/image.h"

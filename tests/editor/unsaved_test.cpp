@@ -2,7 +2,7 @@
 #include <fstream>
 #include <string>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "editor/app/edit.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/editor/editor_test.h"

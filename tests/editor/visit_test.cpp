@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "editor/session/file/content_hash.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"

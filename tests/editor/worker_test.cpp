@@ -1,5 +1,5 @@
 // Tests work on another thread: its order, that nothing waits for it, and its completion on the main thread.
-#include "editor/app/worker.h"
+#include "editor/app/scene_loader.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "editor/app/editor.h"
-#include "editor/app/screen.h"
 #include "editor/app/script.h"
+#include "editor/app/window.h"
 #include "editor/session/file/content_hash.h"
 #include "editor/session/file/render_file.h"
 #include "renderer/scene/gltf/load_gltf.h"

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "tests/fuzz/gltf_files.h"
 #include "tests/fuzz/mutator.h"
 #include "tests/support/source_file.h"

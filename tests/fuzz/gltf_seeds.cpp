@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "renderer/scene/gltf/uri.h"
+#include "renderer/scene/gltf/container.h"
 #include "tests/fuzz/gltf_files.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/support/material_extensions.h"

@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/model/check.h"

@@ -6,7 +6,7 @@
 #include "editor/cli/resume_settings.h"
 #include "editor/session/file/merge.h"
 #include "editor/session/file/render_file.h"
-#include "editor/session/frames/adaptive_counts.h"
+#include "editor/session/frames/adaptive_frames.h"
 #include "renderer/image/exr.h"
 #include "tests/fuzz/choices.h"
 #include "tests/support/format_of_words.h"

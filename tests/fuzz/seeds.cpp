@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "tests/support/reference_assets.h"
 
 namespace raygraph::fuzz {

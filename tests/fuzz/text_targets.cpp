@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "editor/app/script_commands.h"
+#include "editor/app/script.h"
 #include "editor/app/settings.h"
 #include "editor/cli/arguments.h"
 #include "editor/cli/bench_compare.h"

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "rhi/readback.h"
+#include "rhi/transfer.h"
 #include "tests/graph/graph_test.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/rhi/gate.h"

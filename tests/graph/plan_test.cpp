@@ -6,7 +6,7 @@
 #include "rhi/blas_builder.h"
 #include "rhi/texture_table.h"
 #include "rhi/tlas.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
 

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "renderer/graph/barrier_merge.h"
-#include "rhi/readback.h"
+#include "rhi/transfer.h"
 #include "tests/graph/graph_test.h"
 #include "tests/support/error_of.h"
 

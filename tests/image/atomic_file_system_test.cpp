@@ -16,7 +16,7 @@
 #include <csignal>
 #include <thread>
 
-#include "base/atomic_file.h"
+#include "base/files.h"
 #include "base/os.h"
 #include "tests/image/image_files.h"
 #include "tests/support/failing_files.h"

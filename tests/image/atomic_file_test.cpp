@@ -1,4 +1,4 @@
-#include "base/atomic_file.h"
+#include "base/files.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "base/error.h"
-#include "base/read_file.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/image/image_files.h"

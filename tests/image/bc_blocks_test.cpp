@@ -5,7 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "renderer/image/bc7_tables.h"
 #include "tests/image/block_writer.h"
 
 namespace raygraph::test::bc_blocks_test {

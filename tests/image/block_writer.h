@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "renderer/image/block_bits.h"
+#include "renderer/image/bc_blocks.h"
 
 namespace raygraph::test {
 

@@ -12,8 +12,8 @@
 #include <limits>
 
 #include "base/error.h"
-#include "base/read_file.h"
-#include "renderer/image/exr_threads.h"
+#include "base/files.h"
+#include "renderer/image/exr_read.h"
 #include "tests/image/image_files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

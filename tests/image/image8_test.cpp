@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "base/error.h"
-#include "base/read_file.h"
+#include "base/files.h"
 #include "tests/image/image_files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "base/read_file.h"
+#include "base/files.h"
 #include "tests/image/image_files.h"
 #include "tests/support/temporary_folder.h"
 

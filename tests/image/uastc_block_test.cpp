@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "renderer/image/bc7_tables.h"
-#include "renderer/image/uastc_tables.h"
+#include "renderer/image/bc_blocks.h"
 #include "tests/image/uastc_writer.h"
 
 namespace raygraph::test::uastc_block_test {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "renderer/image/uastc_tables.h"
+#include "renderer/image/uastc_block.h"
 #include "tests/image/block_writer.h"
 
 namespace raygraph::test {

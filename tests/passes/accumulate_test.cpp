@@ -15,7 +15,6 @@
 #include "core/tonemap.glsl"
 #include "passes/accumulate.h"
 #include "passes/tonemap.h"
-#include "passes/white_balance.h"
 #include "renderer/graph/pass_harness.h"
 #include "tests/support/error_of.h"
 #include "tests/support/option_rows.h"

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "renderer/gpu_scene/deform/deform_resources.h"
-#include "renderer/gpu_scene/geometry/refit_quality.h"
+#include "renderer/gpu_scene/deform/deform_set.h"
+#include "renderer/gpu_scene/geometry/blas_set.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/passes/deforming_scene.h"
 #include "tests/support/error_of.h"

@@ -3,8 +3,7 @@
 
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/model/check.h"
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "shaders/shared/deform_records.h"
 #include "tests/passes/deforming_scene.h"
 #include "tests/passes/flat_nodes.h"

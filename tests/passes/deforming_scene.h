@@ -10,7 +10,7 @@
 
 #include "passes/raster.h"
 #include "renderer/scene/animation/deform.h"
-#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/animation/pose.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"

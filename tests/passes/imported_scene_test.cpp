@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "passes/raster.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "renderer/scene/model/variants.h"
 #include "tests/passes/gltf_square.h"
 #include "tests/scene/gltf_document.h"

@@ -5,10 +5,10 @@
 #include <optional>
 #include <random>
 
-#include "renderer/gpu_scene/geometry/box_tree.h"
-#include "renderer/gpu_scene/geometry/spatial_order.h"
+#include "renderer/gpu_scene/geometry/mesh_packing.h"
+#include "renderer/gpu_scene/geometry/wide_set.h"
 #include "renderer/gpu_scene/instances/tlas_quality.h"
-#include "renderer/gpu_scene/slot_ranges.h"
+#include "renderer/gpu_scene/record_table.h"
 #include "tests/passes/cell_scenes.h"
 #include "tests/support/error_of.h"
 #include "tests/support/failing_memory.h"

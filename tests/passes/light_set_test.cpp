@@ -6,8 +6,8 @@
 
 #include "renderer/gpu_scene/lights/light_set.h"
 #include "rhi/shader_compiler.h"
-#include "shared/environment_entries.h"
-#include "shared/light_samplers.h"
+#include "shared/choice.h"
+#include "shared/light_records.h"
 #include "tests/support/same_image.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "passes/views.h"
-#include "renderer/gpu_scene/materials/texture_upload.h"
+#include "renderer/gpu_scene/materials/texture_set.h"
 #include "renderer/graph/pass_harness.h"
 #include "rhi/shader_compiler.h"
 #include "tests/rhi/fake_loader.h"

@@ -4,8 +4,7 @@
 #include <stdexcept>
 
 #include "base/error.h"
-#include "base/out_of_memory.h"
-#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/instances/draw_table.h"
 #include "renderer/graph/pass_harness.h"
 #include "rhi/device.h"

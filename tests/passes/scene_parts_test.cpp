@@ -3,7 +3,7 @@
 #include <random>
 
 #include "renderer/gpu_scene/streaming/scene_upload.h"
-#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/animation/pose.h"
 #include "shaders/shared/draw_records.h"
 #include "tests/passes/cell_scenes.h"
 #include "tests/support/error_of.h"

@@ -4,9 +4,8 @@
 #include <glm/glm.hpp>
 #include <random>
 
-#include "renderer/gpu_scene/materials/texture_levels.h"
 #include "renderer/gpu_scene/materials/texture_plan.h"
-#include "renderer/gpu_scene/materials/texture_uses.h"
+#include "renderer/gpu_scene/materials/texture_set.h"
 #include "renderer/graph/pass_harness.h"
 #include "tests/passes/level_texture.h"
 #include "tests/support/error_of.h"

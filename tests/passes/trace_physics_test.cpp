@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "passes/recursion.h"
+#include "passes/limit.h"
 #include "tests/support/same_image.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"

@@ -4,7 +4,6 @@
 
 #include "renderer/bvh/facet_scene.h"
 #include "renderer/bvh/traversal.h"
-#include "renderer/bvh/traversal_scene.h"
 #include "renderer/bvh/wide_scene.h"
 #include "renderer/graph/readback_values.h"
 #include "tests/support/error_of.h"

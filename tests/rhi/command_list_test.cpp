@@ -5,13 +5,12 @@
 #include <tuple>
 
 #include "rhi/command_list.h"
-#include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
 #include "rhi/functions.h"
-#include "rhi/readback.h"
+#include "rhi/pipeline.h"
 #include "rhi/shader_compiler.h"
 #include "rhi/timestamps.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 #include "tests/rhi/gate.h"
 #include "tests/support/error_of.h"
 #include "tests/support/failing_vulkan.h"

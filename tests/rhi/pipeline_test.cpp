@@ -10,16 +10,14 @@
 #include <fstream>
 #include <optional>
 
-#include "base/read_file.h"
+#include "base/files.h"
 #include "rhi/command_list.h"
 #include "rhi/compile_ahead.h"
-#include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
-#include "rhi/pipeline_cache_file.h"
-#include "rhi/pipeline_statistics.h"
-#include "rhi/raster_pipeline.h"
-#include "rhi/readback.h"
+#include "rhi/device_cache.h"
+#include "rhi/pipeline.h"
 #include "rhi/shader_compiler.h"
+#include "rhi/transfer.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

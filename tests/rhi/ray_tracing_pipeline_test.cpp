@@ -3,7 +3,7 @@
 
 #include "base/text.h"
 #include "rhi/device.h"
-#include "rhi/ray_tracing_pipeline.h"
+#include "rhi/pipeline.h"
 #include "rhi/shader_compiler.h"
 #include "tests/rhi/trace_test.h"
 #include "tests/support/error_of.h"

@@ -14,11 +14,10 @@
 #include <thread>
 #include <vector>
 
-#include "base/read_file.h"
-#include "rhi/checksum.h"
+#include "base/files.h"
+#include "rhi/device_cache.h"
 #include "rhi/reflection.h"
 #include "rhi/shader_compiler.h"
-#include "rhi/specialized_shaders.h"
 #include "shaders/embedded.h"
 #include "shaders/shared/trace_options.h"
 #include "tests/support/temporary_folder.h"

@@ -3,12 +3,11 @@
 #include <array>
 
 #include "rhi/command_list.h"
-#include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
-#include "rhi/readback.h"
+#include "rhi/pipeline.h"
 #include "rhi/shader_compiler.h"
 #include "rhi/texture_table.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 #include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 

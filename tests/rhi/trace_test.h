@@ -10,7 +10,7 @@
 
 #include "rhi/blas_builder.h"
 #include "rhi/command_list.h"
-#include "rhi/ray_tracing_pipeline.h"
+#include "rhi/pipeline.h"
 #include "rhi/tlas.h"
 #include "tests/support/vulkan_test.h"
 

@@ -6,9 +6,8 @@
 #include <concepts>
 
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "renderer/scene/gltf/still_scene.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/scene/motion_document.h"
 
 namespace raygraph::test::animation_pointer_test {

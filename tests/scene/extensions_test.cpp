@@ -1,5 +1,5 @@
 // The list of extensions is true: the importer reads those that it says, each has its test, and the page has all.
-#include "renderer/scene/gltf/extensions.h"
+#include "renderer/scene/gltf/document.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Tests of transforms that flatten a mesh into a plane, and of the invertible ones that replace them.
-#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/scene/geometry/transforms.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "tests/scene/motion_document.h"
 #include "tests/support/error_of.h"
 

@@ -5,7 +5,7 @@
 
 #include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/model/check.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/error_of.h"

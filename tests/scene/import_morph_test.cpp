@@ -5,7 +5,6 @@
 
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "tests/scene/motion_document.h"
 
 namespace raygraph::test::import_morph_test {

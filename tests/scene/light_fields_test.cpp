@@ -1,5 +1,5 @@
 // The list of a light's fields: each is checked, read and saved.
-#include "renderer/scene/model/light_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 #include <gtest/gtest.h>
 

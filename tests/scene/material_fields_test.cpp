@@ -1,5 +1,5 @@
 // The lists of a material's and a light's fields, and that importer, saver and Check go by them.
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 #include <gtest/gtest.h>
 

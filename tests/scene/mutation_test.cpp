@@ -8,7 +8,6 @@
 
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "renderer/scene/model/check.h"
 #include "tests/image/texture_files.h"
 #include "tests/scene/motion_document.h"

@@ -1,5 +1,5 @@
 // Poses applied to a scene, and what is said to have changed.
-#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/animation/pose.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/model/check.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/scene/pose_scene.h"
 #include "tests/support/error_of.h"
 

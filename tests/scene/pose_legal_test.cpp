@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/scene/animation/pose_applier.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/animation/pose.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/scene/pose_scene.h"
 
 namespace raygraph::scene::pose_legal_test {

@@ -10,9 +10,8 @@
 #include <optional>
 
 #include "renderer/scene/animation/deform.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "renderer/scene/model/check.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 #include "tests/scene/pose_scene.h"
 #include "tests/support/error_of.h"
 

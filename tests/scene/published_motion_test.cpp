@@ -7,7 +7,6 @@
 
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/animation/pose.h"
-#include "renderer/scene/animation/pose_applier.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/check.h"
 #include "tests/scene/gltf_document.h"

@@ -8,7 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <sstream>
 
-#include "renderer/scene/geometry/split_place.h"
+#include "renderer/scene/geometry/split_mesh.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/reference_assets.h"

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "renderer/scene/gltf/schema_rows.h"
+#include "renderer/scene/gltf/schema.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/peak_memory.h"
 

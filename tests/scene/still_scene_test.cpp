@@ -6,7 +6,7 @@
 #include <array>
 
 #include "renderer/scene/animation/deform.h"
-#include "renderer/scene/animation/pose_applier.h"
+#include "renderer/scene/animation/pose.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "renderer/scene/model/check.h"
 #include "tests/scene/motion_document.h"

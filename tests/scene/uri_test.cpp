@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/uri.h"
+#include "renderer/scene/gltf/container.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,6 @@
 #include "core/ramp.glsl"
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
-#include "core/tangent_frame.glsl"
 #include "core/tonemap.glsl"
 #include "core/warp.glsl"
 #include "lights/light_types.glsl"

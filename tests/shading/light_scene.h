@@ -7,7 +7,7 @@
 
 #include "core/frame.glsl"
 #include "lights/light_types.glsl"
-#include "renderer/gpu_scene/lights/environment_table.h"
+#include "renderer/gpu_scene/lights/environment.h"
 #include "renderer/gpu_scene/lights/light_table.h"
 
 namespace raygraph::shading {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "renderer/gpu_scene/lights/alias_table.h"
 #include "renderer/gpu_scene/lights/light_bvh.h"
+#include "renderer/gpu_scene/lights/light_table.h"
 #include "tests/shading/light_scene.h"
 
 namespace raygraph::shading::light_tables_test {

@@ -1,5 +1,5 @@
 // Times of samples in a shutter.
-#include "editor/session/frames/sample_time.h"
+#include "editor/session/frames/sample_frames.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Shading normals are legal for every viewer, and left alone where they are.
-#include "core/shading_normal.glsl"
+#include "core/frame.glsl"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Tests of triangles' frames along their texture coordinates, and of how they turn smooth frames.
-#include "core/tangent_frame.glsl"
+#include "core/frame.glsl"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,6 @@
 #include <random>
 
 #include "renderer/bvh/wide_bvh.h"
-#include "renderer/bvh/wide_refit.h"
 #include "renderer/bvh/wide_scene.h"
 #include "tests/shading/wide_traversal.h"
 #include "tests/support/triangle_soup.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <type_traits>
 
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::test {
 

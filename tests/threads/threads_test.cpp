@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "base/error.h"
-#include "base/read_file.h"
+#include "base/files.h"
 #include "editor/viewport/viewport.h"
 #include "passes/tonemap.h"
 #include "renderer/graph/pass_harness.h"
@@ -17,10 +17,9 @@
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "rhi/command_list.h"
-#include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
 #include "rhi/texture_table.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 #include "shaders/embedded.h"
 #include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"

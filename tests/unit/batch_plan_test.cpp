@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "rhi/build_scratch.h"
+#include "rhi/blas_build.h"
 
 namespace raygraph::rhi::batch_plan_test {
 namespace {

@@ -1,5 +1,5 @@
 // Tests which resources entry points use, beyond what SPIRV-Cross reports.
-#include "rhi/static_use.h"
+#include "rhi/stage_set.h"
 
 #include <gtest/gtest.h>
 

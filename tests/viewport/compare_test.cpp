@@ -5,7 +5,6 @@
 #include <string>
 
 #include "base/error.h"
-#include "passes/compare_maps.h"
 #include "passes/overlay.h"
 #include "renderer/graph/pass_harness.h"
 #include "tests/viewport/viewport_test.h"

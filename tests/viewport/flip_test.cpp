@@ -1,5 +1,5 @@
 // Flip against the values in its paper, and against a direct two-dimensional version in double precision.
-#include "passes/flip.h"
+#include "passes/compare.h"
 
 #include <cmath>
 #include <functional>
@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "base/error.h"
-#include "passes/compare_maps.h"
 #include "renderer/graph/pass_harness.h"
 #include "tests/support/vulkan_test.h"
 

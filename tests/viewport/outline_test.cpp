@@ -1,5 +1,5 @@
 // The outline of the selection: with hand-made texels, and in a viewport.
-#include "passes/outline.h"
+#include "passes/overlay.h"
 
 #include <gmock/gmock.h>
 

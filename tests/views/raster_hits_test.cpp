@@ -2,9 +2,7 @@
 #include <cmath>
 
 #include "passes/raster.h"
-#include "passes/see_through.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "shaders/shared/chunk_records.h"
 #include "shaders/shared/draw_records.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/source_file.h"

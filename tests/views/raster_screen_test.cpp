@@ -2,9 +2,7 @@
 // glass.
 #include <cmath>
 
-#include "passes/occlusion.h"
 #include "passes/raster.h"
-#include "passes/see_through.h"
 #include "passes/views.h"
 #include "renderer/graph/pass_harness.h"
 #include "shaders/shared/blur_levels.h"

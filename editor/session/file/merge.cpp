@@ -4,8 +4,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/session/file/render_flaws.h"
-#include "editor/session/file/render_sums.h"
+#include "editor/session/file/render_file_impl.h"
 
 namespace raygraph::session {
 

@@ -1,15 +1,15 @@
 #include "editor/session/file/render_file.h"
 
 #include <algorithm>
+#include <deque>
 #include <span>
+#include <utility>
 
 #include "base/check.h"
-#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/file/render_file_names.h"
-#include "editor/session/file/render_flaws.h"
+#include "editor/session/file/render_file_impl.h"
 #include "editor/session/settings/as_input.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/setting_table.h"
@@ -391,6 +391,262 @@ std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
     if (a.environmentHash != b.environmentHash)
         return Text("environment: the content of {} has changed", a.environmentFile);
     return {};
+}
+
+void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render, const Log& log,
+                     ExrType type) {
+    const Stopwatch watch;
+    const bool isHalf = type == ExrType::Half;
+    if (const std::string flaw = FirstFlaw(render); !flaw.empty())
+        throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path, flaw);
+    std::vector<image::ExrPlane> planes;
+    const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
+        planes.push_back({name, std::span<const float>(texels).subspan(c), 4, isHalf});
+    };
+    std::vector<uint32_t> samples{static_cast<uint32_t>(SampleCount(render.samples))};
+    if (render.adaptive) samples = render.adaptive->counts;
+    std::deque<SumResiduals> residuals;  // where they are, as the planes are spans of them
+    uint64_t digest = 0;
+    const auto addSums = [&](const auto& names, const passes::ExactSums& sums, const Texels& mean,
+                             const Texels& variance, const std::vector<uint32_t>& counts) {
+        if (isHalf || sums.IsEmpty() || mean.empty()) return;
+        const SumResiduals& stored = residuals.emplace_back(ResidualsOf(
+            sums, std::size(names), render.size.width, {mean, variance, counts}, DigestSeed(names[0])));
+        digest += stored.digest;
+        for (size_t i = 0; i < kSumWordCount; ++i)
+            if (!stored.words[i].empty())
+                planes.push_back(
+                    {WordChannel(names, kSumWords[i]), std::span<const uint32_t>(stored.words[i])});
+    };
+    for (size_t c = 0; c < 4; ++c) add(kRadianceNames[c], render.radiance, c);
+    for (size_t c = 0; c < 3 && !render.variance.empty(); ++c) add(kVarianceNames[c], render.variance, c);
+    addSums(kRadianceNames, render.sums.radiance, render.radiance, render.variance, samples);
+    for (const Aov aov : kAovs) {
+        const Texels* mean = MeanOf(render, aov);
+        if (mean == nullptr || mean->empty()) continue;
+        for (size_t c = 0; c < 3; ++c) add(MeanChannels(aov)[c], *mean, c);
+        if (aov < Aov::RemovedMaxDepth)
+            addSums(MeanChannels(aov), *SumsOf(render.sums, aov), *mean, {}, CountsOf(aov, samples));
+    }
+    if (!render.lightGroups.empty()) {
+        const std::vector<ChannelNames> names = GroupChannels(render.settings);
+        RG_CHECK_EQ(names.size(), render.lightGroups.size());
+        for (size_t i = 0; i < names.size(); ++i) {
+            for (size_t c = 0; c < 3; ++c) add(names[i][c], render.lightGroups[i], c);
+            if (!render.sums.lightGroups.empty())
+                addSums(names[i], render.sums.lightGroups[i], render.lightGroups[i], {}, samples);
+        }
+    }
+    bool hasRemoved = false;
+    for (const Bias bias : kBiases) {
+        const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
+        hasRemoved |= !variance.empty();
+        addSums(MeanChannels(AovOf(bias)), *SumsOf(render.sums, AovOf(bias)), *MeanOf(render, AovOf(bias)),
+                variance, {render.removedSamples});
+        for (size_t c = 0; c < 3 && !variance.empty(); ++c) add(VarianceChannels(bias)[c], variance, c);
+    }
+    if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
+    for (const IdChannel& channel : kIdChannels)
+        if (!(render.*channel.ids).empty())
+            planes.push_back({channel.name, std::span<const uint32_t>(render.*channel.ids)});
+    for (size_t c = 0; c < 2 && !render.motion.empty(); ++c)
+        planes.push_back({kMotionNames[c], std::span<const float>(render.motion).subspan(c), 2, isHalf});
+    const std::string sampleCount = std::to_string(SampleCount(render.samples));
+    samples.resize(PixelCount(render.size), samples.front());
+    planes.push_back({kCountsName, std::span<const uint32_t>(samples)});
+    const bool goesOn = render.adaptive && !render.adaptive->wanted.empty() && !isHalf;
+    if (goesOn) {
+        planes.push_back({kWantedName, std::span<const uint32_t>(render.adaptive->wanted)});
+        for (const auto& [base, noted] : render.adaptive->noted) {
+            const std::string number = std::to_string(base);
+            planes.push_back({std::string(kVariancePrefix) + number, std::span<const float>(noted.variance)});
+            planes.push_back({std::string(kMeanPrefix) + number, std::span<const float>(noted.mean)});
+        }
+    }
+
+    image::ExrAttributes attributes;
+    attributes[kAttributeFormat] = std::string(kFormat);
+    attributes[kAttributeVersion] = render.version;
+    attributes[kAttributeDevice] = render.device;
+    attributes[kAttributeDriver] = render.driver;
+    attributes[kAttributeScene] = render.sceneFile;
+    attributes[kAttributeSceneHash] = render.sceneHash;
+    attributes[kAttributeEnvironment] = render.environmentFile;
+    attributes[kAttributeEnvironmentHash] = render.environmentHash;
+    attributes[kAttributeSamples] = sampleCount;
+    attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
+    attributes[kAttributeSampleRanges] = ToText(render.samples);
+    if (!residuals.empty()) attributes[kAttributeSumsDigest] = Text("{:016x}", digest);
+    if (goesOn)
+        attributes[kAttributeStage] = Text("{} {}", render.adaptive->stages[0], render.adaptive->stages[1]);
+    if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
+    if (render.measuredError && render.measuredError->relativeError)
+        attributes[kAttributeMeasuredError] =
+            Text("{} {}", render.measuredError->samples, *render.measuredError->relativeError);
+    for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
+    const uint64_t clamped = image::WriteExr(path, render.size.width, render.size.height, planes, attributes,
+                                             WindowOf(SettingsFrom(render.settings)));
+    if (clamped > 0)
+        Say(log, LogLevel::Warning, log_category::kScene,
+            "{}: {} {} beyond 65504, the most that a half float holds", Printable(path.filename().string()),
+            clamped, clamped == 1 ? "number was" : "numbers were");
+    LogTransfer(log, path, render, "written", watch);
+}
+
+namespace {
+
+std::string FlawOf(const SampleRanges& samples) {
+    if (samples.empty()) return "it has no samples";
+    uint64_t end = 0;
+    for (const SampleRange& range : samples) {
+        if (range.count == 0) return "it has a range of no samples";
+        if (range.first < end)
+            return Text("its sample ranges are out of order or overlap: {}", ToText(samples));
+        end = range.End();
+    }
+    if (end > uint64_t{1} << 32) return Text("its sample {} is beyond the last, 4294967295", end - 1);
+    if (SampleCount(samples) > 0xFFFFFFFFu) return "it has more samples than can be counted";
+    return {};
+}
+
+// Checks a plane that may be missing.
+template <typename T>
+std::string FlawOf(const std::string& name, const std::vector<T>& plane, uint64_t size) {
+    if (plane.empty() || plane.size() == size) return {};
+    return Text("its {} has {} values, not {}", name, plane.size(), size);
+}
+
+std::string FlawOf(const std::string& name, const passes::ExactSums& sums, uint64_t size) {
+    const auto isOfSize = [&](uint64_t wanted) {
+        return [wanted](const passes::ExactSums::Plane& plane) { return plane.size() == wanted; };
+    };
+    if (std::ranges::all_of(sums.sums, isOfSize(sums.IsEmpty() ? 0 : size)) &&
+        std::ranges::all_of(sums.squares, isOfSize(sums.HasSquares() ? size : 0)))
+        return {};
+    return Text("its sums of {} are not of its pixels", name);
+}
+
+// Checks all planes and their sums.
+std::string FlawOfPlanes(const RenderFile& render) {
+    const uint64_t pixels = PixelCount(render.size), texels = 4 * pixels;
+    std::string flaw;
+    const auto check = [&](const std::string& name, const auto& plane, uint64_t size) {
+        if (flaw.empty()) flaw = FlawOf(name, plane, size);
+    };
+    if (render.radiance.empty()) return "it has no radiance";
+    check("radiance", render.radiance, texels);
+    check("radiance", render.sums.radiance, texels);
+    check("variance", render.variance, texels);
+    for (const Aov aov : kAovs) {
+        const Texels* mean = MeanOf(render, aov);
+        if (mean == nullptr) continue;
+        check(Name(aov), *mean, texels);
+        check(Name(aov), *SumsOf(render.sums, aov), texels);
+    }
+    for (const Bias bias : kBiases) {
+        const size_t i = static_cast<size_t>(bias);
+        check(std::string(Name(AovOf(bias))) + ".variance", render.removedVariance[i], texels);
+        if (flaw.empty() && render.removed[i].empty() != render.removedVariance[i].empty())
+            flaw = Text("of {} it has one of mean and variance, not both", Name(AovOf(bias)));
+    }
+    for (const Texels& group : render.lightGroups) {
+        if (flaw.empty() && group.empty()) flaw = "one of its groups of lights is empty";
+        check("light of a group", group, texels);
+    }
+    for (const passes::ExactSums& sums : render.sums.lightGroups) check("groups of lights", sums, texels);
+    check("depth", render.depth, pixels);
+    check("instance", render.instance, pixels);
+    check("material", render.material, pixels);
+    check("motion", render.motion, 2 * pixels);
+    return flaw;
+}
+
+}  // namespace
+
+void RequireReadable(const PictureSettings& settings) {
+    const PictureSettings reread = SettingsFrom(Texts(settings));
+    if (reread.lightGroups != settings.lightGroups)
+        throw SettingError(ErrorKind::Usage, Text("light-group: {}: a pattern holds a comma or a semicolon",
+                                                  Printable(ToText(settings.lightGroups))));
+}
+
+std::string FirstFlaw(const RenderFile& render) {
+    if (std::string flaw = FlawOf(render.samples); !flaw.empty()) return flaw;
+    for (const auto& [name, text] : render.settings)
+        if (!IsSetting(name)) return Text("its setting {} is not known", Printable(name));
+    PictureSettings settings;
+    try {
+        settings = SettingsFrom(render.settings);
+    } catch (const SettingError& error) {
+        return std::string("its setting ") + error.what();
+    }
+    if (const Extent2D recorded = RenderedPart(settings).Extent(); recorded != render.size)
+        return Text("its recorded size {} is not that of the picture, {}", ToText(recorded),
+                    ToText(render.size));
+    const size_t groups = LightGroupNames(settings.lightGroups).size();
+    if (render.lightGroups.size() != groups ||
+        (!render.sums.lightGroups.empty() && render.sums.lightGroups.size() != groups))
+        return Text("it has {} groups of lights with {} sums; its settings name {}",
+                    render.lightGroups.size(), render.sums.lightGroups.size(), groups);
+    if (settings.isAdaptive != render.adaptive.has_value())
+        return "its settings and its counts of samples do not agree on whether it is adaptive";
+    if (std::string flaw = FlawOfCounts(render); !flaw.empty()) return flaw;
+    return FlawOfPlanes(render);
+}
+
+std::string FlawOfCounts(const RenderFile& render) {
+    if (!render.adaptive) return {};
+    if (std::string flaw = FlawOf(*render.adaptive, {render.size.width, render.size.height}); !flaw.empty())
+        return flaw;
+    const uint32_t average = render.adaptive->Average();
+    if (render.samples.size() == 1 && average == render.samples.front().count) return {};
+    return Text("its pixels have {} samples on average, and it says {}", average, ToText(render.samples));
+}
+
+namespace {
+
+void Add(passes::ExactSums& sums, passes::ExactSums&& others) {
+    if (sums.IsEmpty())
+        sums = std::move(others);
+    else if (!others.IsEmpty())
+        passes::AddSums(sums, others);
+}
+
+}  // namespace
+
+void Add(RenderSums& sums, RenderSums&& others) {
+    Add(sums.radiance, std::move(others.radiance));
+    for (const Aov aov : kAovs)
+        if (passes::ExactSums* of = SumsOf(sums, aov)) Add(*of, std::move(*SumsOf(others, aov)));
+    for (size_t i = 0; i < sums.lightGroups.size(); ++i)
+        Add(sums.lightGroups[i], std::move(others.lightGroups[i]));
+}
+
+void TakeMeans(RenderFile& render) {
+    const auto count = static_cast<uint32_t>(SampleCount(render.samples));
+    render.radiance = passes::MeanOf(render.sums.radiance, count);
+    if (render.sums.radiance.HasSquares()) render.variance = passes::VarianceOf(render.sums.radiance, count);
+    for (const Aov aov : kAovs) {
+        const passes::ExactSums* sums = SumsOf(render.sums, aov);
+        if (sums != nullptr && !sums->IsEmpty() && aov < Aov::RemovedMaxDepth)
+            *MeanOf(render, aov) = passes::MeanOf(*sums, count);
+    }
+    for (size_t i = 0; i < kBiasCount; ++i) {
+        const passes::ExactSums& sums = render.sums.removed[i];
+        if (sums.IsEmpty() || render.removedSamples == 0) continue;
+        render.removed[i] = passes::MeanOf(sums, render.removedSamples);
+        render.removedVariance[i] = passes::VarianceOf(sums, render.removedSamples);
+    }
+    for (size_t i = 0; i < render.lightGroups.size(); ++i)
+        render.lightGroups[i] = passes::MeanOf(render.sums.lightGroups[i], count);
+}
+
+std::vector<passes::ExactSums*> AllOf(RenderSums& sums) {
+    std::vector<passes::ExactSums*> all{&sums.radiance, &sums.albedo, &sums.normal};
+    for (passes::ExactSums& part : sums.parts) all.push_back(&part);
+    for (passes::ExactSums& removed : sums.removed) all.push_back(&removed);
+    for (passes::ExactSums& group : sums.lightGroups) all.push_back(&group);
+    return all;
 }
 
 }  // namespace raygraph::session

@@ -32,10 +32,10 @@
 #include "base/log.h"
 #include "editor/session/file/image_statistics.h"
 #include "editor/session/file/sample_ranges.h"
-#include "editor/session/frames/adaptive_state.h"
+#include "editor/session/frames/adaptive_frames.h"
 #include "editor/session/settings/aovs.h"
 #include "editor/session/settings/picture_settings.h"
-#include "passes/exact_sums.h"
+#include "passes/accumulate.h"
 
 namespace raygraph::session {
 

@@ -1,8 +1,7 @@
 #include "editor/session/file/resume.h"
 
-#include "base/path_text.h"
 #include "base/text.h"
-#include "editor/session/file/render_flaws.h"
+#include "editor/session/file/render_file_impl.h"
 #include "editor/session/settings/error_goal.h"
 
 namespace raygraph::session {

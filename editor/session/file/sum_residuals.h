@@ -17,7 +17,7 @@
 #include <span>
 
 #include "base/large_pages.h"
-#include "passes/exact_sums.h"
+#include "passes/accumulate.h"
 
 namespace raygraph::session {
 

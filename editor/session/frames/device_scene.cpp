@@ -4,10 +4,12 @@
 
 #include "base/check.h"
 #include "base/text.h"
-#include "editor/session/frames/sample_time.h"
+#include "editor/session/frames/sample_frames.h"
 #include "editor/session/settings/bias.h"
-#include "passes/path_settings.h"
+#include "passes/trace.h"
 #include "renderer/gpu_scene/camera_record.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::session {
@@ -148,6 +150,40 @@ passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {
     passes::TraceSettings settings = m_traced;
     settings.sampleIndex = sampleIndex;
     return settings;
+}
+
+namespace {
+
+scene::SceneData OutlineToPose(scene::SceneData& scene) {
+    scene::DeformInstances(scene);
+    return scene::PoseOutline(scene);
+}
+
+}  // namespace
+
+SceneMotion::SceneMotion(scene::SceneData& scene, std::string_view clips)
+    : m_clips(scene::FindClips(scene, clips, 0.0)),
+      m_posed(OutlineToPose(scene)),
+      m_evaluator(m_posed),
+      m_applier(m_posed) {}
+
+const scene::PoseChanges& SceneMotion::Pose(double seconds) {
+    for (scene::ClipState& clip : m_clips) clip.seconds = seconds;
+    return m_applier.Apply(m_posed, m_evaluator.Evaluate(m_posed, m_clips));
+}
+
+void SceneMotion::StartAt(GpuScene& gpu, double seconds) {
+    Pose(seconds);
+    gpu.SetPose(m_posed, m_applier);
+    m_seconds = seconds;
+}
+
+bool SceneMotion::MoveTo(GpuScene& gpu, double seconds) {
+    if (m_seconds == seconds) return false;
+    const scene::PoseChanges& changes = Pose(seconds);
+    gpu.SetPose(m_posed, m_applier, changes);
+    m_seconds = seconds;
+    return !changes.cameras.empty();
 }
 
 }  // namespace raygraph::session

@@ -4,11 +4,12 @@
 #include <cmath>
 
 #include "base/check.h"
-#include "editor/session/frames/light_group_tiles.h"
-#include "passes/project_hits.h"
+#include "editor/session/settings/error_goal.h"
 #include "passes/raster.h"
 #include "passes/scene_bindings.h"
 #include "renderer/graph/readback_values.h"
+#include "rhi/device.h"
+#include "shaders/shared/mix_bits.h"
 
 namespace raygraph::session {
 
@@ -362,6 +363,178 @@ const PassTimes& SampleFrames::Times() {
     WaitForSamples();
     m_times.Add(m_renderer.TakeTimings());
     return m_times;
+}
+
+// SampleFrames of an adaptive picture.
+
+void SampleFrames::RenderAdaptive(uint32_t average, uint32_t most) {
+    const uint32_t next = m_submitted + std::min(average - m_submitted, most);
+    while (m_adaptive->PrepareFor(next, m_radiance.accumulation)) RenderListed(next);
+}
+
+void SampleFrames::RenderListed(uint32_t average) {
+    const bool hasGroups = m_plan.lightGroupCount > 0;
+    const uint32_t tiles = hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1;
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Declare(m_plan.firstSample);
+    const AdaptiveFrames::Samples samples =
+        m_adaptive->Take(m_radiance.accumulation, average, PixelCount(Size()) * m_batchSize,
+                         m_renderer.Device().Info().maxTextureExtent / tiles);
+    passes::TraceSettings settings = m_scene.SettingsFor(samples.index);
+    settings.sampleCount = samples.count;
+    settings.pixels = samples.pixels;
+    DeclareRadiance(ids, settings);
+    DeclareUniformSamples(ids);
+    m_pending.push_back({m_renderer.Execute(), uint64_t{samples.count} * samples.pixels.count});
+    m_submitted = m_adaptive->Counts().Average();
+    m_samples = {{m_plan.firstSample, m_submitted}};
+    m_hasPicture = false;
+    NonFiniteSamples();
+    m_times.Add(m_renderer.TakeTimings());
+}
+
+void SampleFrames::DeclareUniformSamples(const SceneIds& ids) {
+    // They have passes for each sample
+    constexpr uint32_t kAtOnce = 16;
+    const bool hasAverages = m_isKeepingAlbedo || m_isKeepingNormal;
+    const uint32_t end = std::min(m_adaptive->Counts().Least(), m_uniformSamples + kAtOnce);
+    for (; m_uniformSamples < end; ++m_uniformSamples) {
+        const uint32_t index = m_plan.firstSample + m_uniformSamples;
+        const passes::TraceSettings settings = m_scene.SettingsFor(index);
+        if (hasAverages) DeclareAverages(ids, settings, m_uniformSamples + 1 == end);
+        if (m_secondTraces.HasAny() && index % kSecondTracePeriod == 0)
+            m_secondTraces.Declare(m_renderer, settings, DeclareSamples(ids, settings).radiance,
+                                   [&](const auto& others) { return DeclareSamples(ids, others).radiance; });
+    }
+}
+
+// Renders the surfaces that the last frames of samples left out.
+void SampleFrames::CatchUpUniformSamples() {
+    while (m_adaptive && m_uniformSamples < m_adaptive->Counts().Least()) {
+        m_renderer.BeginFrame();
+        DeclareUniformSamples(m_scene.Declare(m_plan.firstSample));
+        m_renderer.Execute();
+    }
+}
+
+uint32_t SampleFrames::SamplesDone() {
+    const uint64_t completed = m_renderer.Device().CompletedValue();
+    while (!m_pending.empty() && m_pending.front().doneAt <= completed) m_pending.pop_front();
+    uint64_t pending = 0;
+    for (const PendingSamples& samples : m_pending) pending += samples.count;
+    if (m_adaptive)
+        return static_cast<uint32_t>((m_adaptive->Counts().Total() - pending) / PixelCount(Size()));
+    return m_submitted - static_cast<uint32_t>(pending);
+}
+
+std::optional<TextureId> SampleFrames::DeclareCounts() {
+    if (!m_adaptive) return std::nullopt;
+    return m_adaptive->CountsTexture();
+}
+
+passes::AccumulatedIds SampleFrames::Resolve(const passes::Accumulation& accumulation, Extent2D extent,
+                                             bool withVariance, const std::optional<TextureId>& counts) {
+    if (counts) return passes::Resolve(m_renderer, accumulation, *counts, extent, withVariance);
+    return passes::Resolve(m_renderer, accumulation, extent, withVariance);
+}
+
+// Measures the error of the picture for SampleFrames.
+
+void SampleFrames::MeasureError() {
+    if (m_measurement || !m_plan.withVariance || !ShowsLight()) return;
+    m_renderer.BeginFrame();
+    const passes::AccumulatedIds ids = Resolve(m_radiance.accumulation, Size(), true, DeclareCounts());
+    m_measurement = Measurement{m_submitted, m_renderer.ReadBack(ids.mean), m_renderer.ReadBack(ids.variance),
+                                m_adaptive ? m_adaptive->Counts().State().counts : std::vector<uint32_t>{}};
+    m_renderer.Execute();
+}
+
+MeasuredError SampleFrames::MeasureErrorNow() {
+    if (m_measurement && m_measurement->sampleCount != m_submitted) m_measurement.reset();
+    MeasureError();
+    RG_CHECK(m_measurement.has_value());
+    m_measurement->mean.Wait();
+    m_measurement->variance.Wait();
+    return *NewestError();
+}
+
+const std::optional<MeasuredError>& SampleFrames::NewestError() {
+    if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
+        m_error = session::MeasureError(WaitForValues<float>(m_measurement->mean),
+                                        WaitForValues<float>(m_measurement->variance),
+                                        m_measurement->sampleCount, m_measurement->counts);
+        m_measurement.reset();
+    }
+    return m_error;
+}
+
+passes::ExactSums SampleFrames::RadianceSums() {
+    if (m_submitted == 0) return passes::MakeExactSums(PixelCount(Size()), true);
+    m_renderer.BeginFrame();
+    const passes::SumsReadback sums(m_renderer,
+                                    passes::Resolve(m_renderer, m_radiance.accumulation, Size(), true));
+    m_renderer.Execute();
+    return sums.Values();
+}
+
+double ShutterPosition(uint32_t sampleIndex, uint32_t seed) {
+    const uint32_t scramble = gpu::MixBits(seed ^ 0x5bd1e995u);
+    uint32_t above = 1;  // The bits so far behind a leading 1, which tells their number.
+    double position = 0.0, half = 0.5;
+    for (uint32_t bit = 0; bit < 32; ++bit, half *= 0.5) {
+        const uint32_t unscrambled = (sampleIndex >> bit) & 1u;
+        const uint32_t flip = gpu::MixBits(above ^ gpu::MixBits(scramble + bit)) & 1u;
+        if ((unscrambled ^ flip) != 0) position += half;
+        above = (above << 1u) | unscrambled;
+    }
+    return position;
+}
+
+namespace {
+
+// Calls copy(row of the picture, the same row in the tiles) with where these begin, in floats.
+template <typename Copy>
+void ForEachRow(Extent2D size, uint32_t groupCount, uint32_t group, const Copy& copy) {
+    const uint32_t columns = passes::LightGroupTiles(groupCount).width;
+    for (uint32_t y = 0; y < size.height; ++y) {
+        const size_t tileRow = size_t{group / columns} * size.height + y;
+        copy(4 * size_t{y} * size.width, 4 * size_t{size.width} * (tileRow * columns + group % columns));
+    }
+}
+
+}  // namespace
+
+std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount) {
+    std::vector<Texels> pictures(groupCount, Texels(4 * PixelCount(size)));
+    for (uint32_t group = 0; group < groupCount; ++group)
+        ForEachRow(size, groupCount, group, [&](size_t to, size_t from) {
+            std::copy_n(tiles.data() + from, 4 * size_t{size.width}, pictures[group].data() + to);
+        });
+    return pictures;
+}
+
+std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2D size, uint32_t groupCount) {
+    std::vector<passes::ExactSums> pictures(groupCount, passes::MakeExactSums(PixelCount(size), false));
+    for (uint32_t group = 0; group < groupCount; ++group)
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
+            ForEachRow(size, groupCount, group, [&](size_t to, size_t from) {
+                std::copy_n(tiles.sums[k].data() + from, 4 * size_t{size.width},
+                            pictures[group].sums[k].data() + to);
+            });
+    return pictures;
+}
+
+passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, Extent2D size) {
+    const uint32_t count = static_cast<uint32_t>(pictures.size());
+    const Extent2D across = passes::LightGroupTiles(count);
+    passes::ExactSums tiles = passes::MakeExactSums(PixelCount(size) * across.width * across.height, false);
+    for (uint32_t group = 0; group < count; ++group)
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
+            ForEachRow(size, count, group, [&](size_t from, size_t to) {
+                std::copy_n(pictures[group].sums[k].data() + from, 4 * size_t{size.width},
+                            tiles.sums[k].data() + to);
+            });
+    return tiles;
 }
 
 }  // namespace raygraph::session

@@ -2,11 +2,13 @@
 // editor/session/ alone.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "base/api.h"
 #include "editor/session/file/image_statistics.h"
 #include "editor/session/file/render_file.h"
 #include "editor/session/frames/adaptive_frames.h"
@@ -16,6 +18,7 @@
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
 #include "passes/tonemap.h"
+#include "passes/trace.h"
 #include "passes/views.h"
 
 namespace raygraph::session {
@@ -186,5 +189,27 @@ class SampleFrames {
     std::optional<MeasuredError> m_error;
     PassTimes m_times;
 };
+
+// Chooses the time of a shutter at which a sample sees the scene. Threads: pure functions, for any thread.
+
+// Returns the position from 0, when the shutter opens, to below 1, when it closes. It is the same for all
+// pixels of the sample. Each aligned block of 2^k samples has one time in each of 2^k equal parts, at random
+// positions within them, so that any number of samples is unbiased, and their mean converges to the integral
+// over the shutter.
+//
+// The sequence of van der Corput, Owen-scrambled: each bit of the time is flipped by a hash of those above it
+// (Owen 1995, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences"). Dimensions of a pixel shuffle their
+// sample indices each by itself (shaders/core/rng.glsl), so that none is coupled to this one.
+RAYGRAPH_API double ShutterPosition(uint32_t sampleIndex, uint32_t seed);
+
+// Converts the radiance by group of lights: one texture of tiles on the device, pictures in a file. See
+// passes/trace.h.
+
+// Return a picture, or the sums of one, for each group of the tiles.
+std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount);
+std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2D size, uint32_t groupCount);
+
+// Converts pictures to tiles; unused tiles are black. Squares have no tiles.
+passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, Extent2D size);
 
 }  // namespace raygraph::session

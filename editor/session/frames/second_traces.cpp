@@ -1,6 +1,6 @@
 #include "editor/session/frames/second_traces.h"
 
-#include "passes/subtract.h"
+#include "passes/compare.h"
 #include "renderer/graph/readback_values.h"
 
 namespace raygraph::session {

@@ -1,6 +1,9 @@
 #include "editor/session/group/block_queue.h"
 
 #include <algorithm>
+#include <bit>
+
+#include "base/check.h"
 
 namespace raygraph::session {
 
@@ -77,6 +80,59 @@ void BlockQueue::RethrowError() const {
         error = m_error;
     }
     if (error) std::rethrow_exception(error);
+}
+
+BlockDealer::BlockDealer(SampleRange samples, uint32_t workerCount, double blockSeconds, uint32_t leastCount)
+    : m_samples(samples), m_workerCount(workerCount), m_blockSeconds(blockSeconds), m_leastCount(leastCount) {
+    RG_CHECK(samples.count > 0 && workerCount > 0 && std::has_single_bit(leastCount));
+}
+
+// A worker that was not measured yet gets one sample. It gets what a device renders at once if that takes it
+// no longer than a block: nothing ends a block early.
+uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
+    if (samplesPerSecond <= 0.0) return 1;
+    const uint32_t inTime = std::bit_floor(
+        static_cast<uint32_t>(std::clamp(samplesPerSecond * m_blockSeconds, 1.0, 2147483648.0)));
+    const uint32_t least = std::min(m_leastCount, inTime);
+    if (m_workerCount == 1) return least;
+    double ofAll = 0.0;
+    uint32_t measured = 0;
+    for (const auto& [id, worker] : m_workers) {
+        ofAll += worker.samplesPerSecond;
+        measured += worker.samplesPerSecond > 0.0 ? 1 : 0;
+    }
+    // Workers that were not measured yet count as the average
+    ofAll *= static_cast<double>(std::max(m_workerCount, measured)) / measured;
+    const double left = m_samples.count - m_dealt;
+    const double wanted = std::min(samplesPerSecond * m_blockSeconds, 0.5 * left * samplesPerSecond / ofAll);
+    return std::bit_floor(static_cast<uint32_t>(std::clamp(wanted, 1.0 * least, 2147483648.0)));
+}
+
+std::optional<SampleRange> BlockDealer::Next(BlockWorker id, double samplesPerSecond) {
+    Worker& worker = m_workers[id];
+    worker = {samplesPerSecond, 0};
+    const uint32_t left = m_samples.count - m_dealt;
+    if (left == 0 || (m_isStopped && m_dealt > 0)) return std::nullopt;
+    const uint32_t first = m_samples.first + m_dealt;
+    const uint32_t alignment = first == 0 ? 0x80000000u : first & (~first + 1);
+    const uint32_t count = std::min({BlockSize(samplesPerSecond), alignment, std::bit_floor(left)});
+    worker.pending = count;
+    m_dealt += count;
+    return SampleRange{first, count};
+}
+
+void BlockDealer::Stop() {
+    m_isStopped = true;
+}
+
+uint32_t BlockDealer::DealtCount() const {
+    return m_dealt;
+}
+
+uint32_t BlockDealer::DoneCount() const {
+    uint32_t pending = 0;
+    for (const auto& [id, worker] : m_workers) pending += worker.pending;
+    return m_dealt - pending;
 }
 
 }  // namespace raygraph::session

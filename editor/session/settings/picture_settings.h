@@ -14,8 +14,8 @@
 #include "base/api.h"
 #include "base/error.h"
 #include "editor/session/settings/light_groups.h"
-#include "passes/path_settings.h"
 #include "passes/raster.h"
+#include "passes/trace.h"
 #include "passes/views.h"
 #include "renderer/gpu_scene/lights/own_light.h"
 #include "renderer/scene/geometry/round_primitives.h"
@@ -59,10 +59,10 @@ struct PictureSettings {
     // Constant radiance if no map is given. None: the scene's own environment, the studio, or black.
     std::optional<std::array<float, 3>> background;
     // Selects whether the studio is the environment: a session decides what Auto leaves open
-    // (default_light.h), and records its decision. Studio excludes a background and a map.
+    // (light_settings.h), and records its decision. Studio excludes a background and a map.
     DefaultLight light = DefaultLight::Auto;
     // If true, pixels get as many samples as the picture's error needs, instead of equally many
-    // (adaptive_counts.h).
+    // (adaptive_frames.h).
     bool isAdaptive = false;
     uint64_t textureBudget = 0;  // bytes for all textures on the device; 0: GpuSceneDesc's default
     std::vector<LightGroupPatterns> lightGroups;

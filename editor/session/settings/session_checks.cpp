@@ -4,11 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "base/version.h"
-#include "editor/session/file/render_flaws.h"
+#include "editor/session/file/render_file_impl.h"
 
 namespace raygraph::session {
 

@@ -1,5 +1,5 @@
 // DeformOutline: the part of a deformed group's geometry that the host keeps. It has the vertices of the
-// triangles that emit and of a sample of all triangles (refit_quality.h), with their joints, weights and
+// triangles that emit and of a sample of all triangles (blas_set.h), with their joints, weights and
 // targets, and boxes that bound the positions of all other vertices. Threads: as std::vector.
 #pragma once
 
@@ -10,6 +10,7 @@
 
 #include "renderer/gpu_scene/lights/emitters.h"
 #include "renderer/scene/animation/deform.h"
+#include "renderer/scene/model/scene_data.h"
 
 namespace raygraph {
 
@@ -41,5 +42,26 @@ class DeformOutline {
     std::vector<uint32_t> m_emitters, m_samples;  // vertices, counted over all parts
     double m_fullness = 0.0;                      // fullness of the samples at rest
 };
+
+// Which deformed copies of its meshes a scene needs. Threads: pure functions of their arguments.
+
+// A mesh as it is deformed by a skin and by the weights of a node. Instances that agree in these share a
+// copy. With targets and without a node, an instance has a copy of its own.
+struct DeformedCopy {
+    uint32_t mesh = 0;
+    uint32_t skin = scene::kNone;  // kNone: no skin deforms it
+    bool hasTargets = false;       // morph targets move it
+    std::vector<uint32_t> instances;
+};
+
+struct DeformPlan {
+    std::vector<DeformedCopy> copies;  // by mesh, ascending
+    std::vector<uint32_t> copyOf;      // by instance; kNone: it is not deformed
+    // By mesh: some instance of it is not deformed, or it has no instance.
+    std::vector<bool> isBaseShapeDrawn;
+};
+
+// Must be called before the scene's meshes are consumed.
+DeformPlan PlanDeformation(const scene::SceneData& scene);
 
 }  // namespace raygraph

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/materials/scene_materials.h"
 
 namespace raygraph {

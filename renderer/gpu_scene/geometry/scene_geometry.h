@@ -11,12 +11,12 @@
 #include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/lights/emitters.h"
 #include "renderer/gpu_scene/lights/light_table.h"
-#include "renderer/gpu_scene/slot_ranges.h"
+#include "renderer/gpu_scene/record_table.h"
 #include "renderer/scene/model/scene_data.h"
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
 #include "rhi/resources.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {

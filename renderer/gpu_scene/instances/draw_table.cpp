@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "shaders/shared/chunk_records.h"
+#include "shaders/shared/draw_records.h"
 
 namespace raygraph {
 

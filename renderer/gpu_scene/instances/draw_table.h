@@ -11,8 +11,8 @@
 #include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/geometry/scene_geometry.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
+#include "renderer/gpu_scene/record_table.h"
 #include "renderer/gpu_scene/scene_ids.h"
-#include "renderer/gpu_scene/slot_ranges.h"
 #include "shaders/shared/draw_records.h"
 
 namespace raygraph {

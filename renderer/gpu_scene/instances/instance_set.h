@@ -6,6 +6,7 @@
 // Only a new order in space makes the host write all records. Threads: that of the Renderer.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
@@ -13,13 +14,12 @@
 #include <vector>
 
 #include "base/large_pages.h"
-#include "renderer/gpu_scene/geometry/box_tree.h"
 #include "renderer/gpu_scene/geometry/scene_geometry.h"
+#include "renderer/gpu_scene/geometry/wide_set.h"
 #include "renderer/gpu_scene/instances/tlas_quality.h"
 #include "renderer/gpu_scene/record_table.h"
 #include "renderer/gpu_scene/scene_ids.h"
 #include "renderer/gpu_scene/scene_statistics.h"
-#include "renderer/gpu_scene/slot_ranges.h"
 #include "rhi/tlas.h"
 
 namespace raygraph {
@@ -250,5 +250,63 @@ void InstanceSet::ForEach(Visit&& visit) const {
     for (uint32_t i = 0; i < m_instances.size(); ++i)
         if (m_exists[i]) visit(i, m_instances[i]);
 }
+
+// The kinds of groups by which rays treat primitives, and their changes when materials change. For
+// renderer/gpu_scene alone. Threads: exclusive access to what is changed.
+
+// Tells whether rays ignore back faces of the material.
+bool IsBackCulled(const gpu::MaterialRecord& material);
+
+// Returns the kind of a group with these parts. If back faces of only some parts are culled, an any-hit
+// shader decides.
+GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
+// Sets the geometry flags of a group's BLAS. Returns true if they have changed.
+bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
+
+// The effects of a change of materials.
+struct KindChanges {
+    bool structuresChanged = false;  // BLASes wait to be built
+    bool sidesChanged = false;       // culling or alpha has changed
+};
+// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
+// is added to the builder again, with the memory for its build. On an Error nothing has changed.
+KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                           uint32_t material, const gpu::MaterialRecord& record);
+
+// Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise it does what
+// ChangeMaterial does.
+KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                          uint32_t variant);
+
+// PartOwners tells which part owns an object of a GpuScene, so that a new object at the index of a removed
+// one is not taken for it. Threads: as std::vector.
+
+// Owners of the objects of one kind, by index. Parts are numbered from kOwnedByScene + 1 on.
+inline constexpr uint32_t kOwnedByNone = 0, kOwnedByScene = 1;
+
+class Owners {
+  public:
+    // Makes the scene the owner of objects 0 to `count` - 1, and removes all others.
+    void Reset(size_t count) { m_owners.assign(count, kOwnedByScene); }
+    // Makes room for an object that is about to be added, so that Set does not throw.
+    void Reserve(size_t count) {
+        if (m_owners.capacity() < count) m_owners.reserve(std::max(count, 2 * m_owners.capacity()));
+    }
+    void Set(uint32_t index, uint32_t owner) {
+        if (index >= m_owners.size()) m_owners.resize(index + size_t{1}, kOwnedByNone);
+        m_owners[index] = owner;
+    }
+    void Forget(uint32_t index) noexcept {
+        if (index < m_owners.size()) m_owners[index] = kOwnedByNone;
+    }
+    uint32_t Of(uint32_t index) const { return index < m_owners.size() ? m_owners[index] : kOwnedByNone; }
+
+  private:
+    std::vector<uint32_t> m_owners;
+};
+
+struct ObjectOwners {
+    Owners textures, materials, meshes, instances, lights;
+};
 
 }  // namespace raygraph

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph {
 

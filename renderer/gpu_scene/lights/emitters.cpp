@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "base/check.h"
-#include "renderer/gpu_scene/materials/texel_lookup.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/gpu_scene/materials/texture_plan.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph {
 

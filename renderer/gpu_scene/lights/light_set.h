@@ -18,11 +18,10 @@
 #include "renderer/gpu_scene/geometry/scene_geometry.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
-#include "renderer/gpu_scene/lights/change_list.h"
 #include "renderer/gpu_scene/lights/light_table.h"
 #include "renderer/gpu_scene/record_table.h"
 #include "rhi/device.h"
-#include "rhi/upload.h"
+#include "rhi/transfer.h"
 
 namespace raygraph {
 

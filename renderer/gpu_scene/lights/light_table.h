@@ -2,6 +2,8 @@
 // std::vector.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
@@ -11,12 +13,29 @@
 #include "renderer/gpu_scene/lights/light_bvh.h"
 #include "renderer/gpu_scene/lights/light_groups.h"
 #include "renderer/gpu_scene/lights/light_mesh.h"
-#include "renderer/gpu_scene/lights/punctual_lights.h"
-#include "renderer/gpu_scene/lights/triangle_lights.h"
 #include "renderer/scene/model/scene_data.h"
 #include "shaders/shared/light_records.h"
 
 namespace raygraph {
+
+// Punctual lights, with a profile or without, as records. Threads: pure functions.
+
+// The profiles of a scene's lights in the layout of shaders/lights/light_profile.glsl.
+struct ProfileTable {
+    std::vector<float> words;
+    std::vector<uint32_t> firstWords;  // by profile
+    std::vector<double> means;         // mean intensity over all directions, candela
+};
+ProfileTable MakeProfileTable(std::span<const scene::LightProfile> profiles);
+
+// A light and its power (luminance, W).
+struct PoweredLight {
+    gpu::LightRecord record;
+    double power = 0.0;
+};
+// `sceneRadius`, in m, bounds the extent that infinite lights shine on. A hidden light has power 0.
+PoweredLight PunctualLight(const scene::Light& light, bool isHidden, const ProfileTable& profiles,
+                           double sceneRadius);
 
 // One TLAS instance of a group with emitters. It is one light for each of them, in their order, or one light
 // in all.
@@ -168,5 +187,47 @@ inline constexpr double kPowerTolerance = 1e-3;
 
 // Builds the table of a scene in which the emitters are numbered. O(n log n).
 LightTable BuildLightTable(const LightScene& scene);
+
+// ChangeList: the indices of changed objects, each listed once. Threads: as std::vector.
+
+// Makes room for `count` more elements, at least doubling the capacity.
+template <typename Value>
+void ReserveMore(std::vector<Value>& list, size_t count) {
+    if (list.capacity() - list.size() < count)
+        list.reserve(std::max(list.size() + count, 2 * list.capacity()));
+}
+
+class ChangeList {
+  public:
+    explicit ChangeList(size_t count = 0) : m_isListed(count) {}
+    // Adds an index. Returns false if it is listed already.
+    bool Add(uint32_t index) {
+        if (m_isListed[index]) return false;
+        m_list.push_back(index);
+        m_isListed[index] = true;
+        return true;
+    }
+    // Makes room for `count` more indices, so that adding them does not throw.
+    void Reserve(size_t count) { ReserveMore(m_list, count); }
+    void Clear() {
+        for (const uint32_t index : m_list) m_isListed[index] = false;
+        m_list.clear();
+    }
+    bool IsEmpty() const { return m_list.empty(); }
+    // Returns the indices in the order in which they were added.
+    std::span<const uint32_t> List() const { return m_list; }
+
+  private:
+    std::vector<uint32_t> m_list;
+    std::vector<bool> m_isListed;
+};
+
+// Alias tables: a choice by weight in constant time. The slots are gpu::AliasEntry. Threads: pure functions.
+
+// Fills one slot for each weight, in linear time (Vose 1991, "A Linear Algorithm for Generating Random
+// Numbers with a Given Distribution"). Weights are finite and not negative. An outcome with a weight of 0 is
+// never chosen, unless all weights are 0: then every slot chooses itself with probability 0. Returns the sum
+// of the weights.
+double BuildAliasTable(std::span<const double> weights, std::span<gpu::AliasEntry> slots);
 
 }  // namespace raygraph

@@ -11,7 +11,7 @@
 #include "renderer/bvh/facet_scene.h"
 #include "renderer/gpu_scene/lights/emitters.h"
 #include "renderer/gpu_scene/lights/surface_glow.h"
-#include "renderer/scene/geometry/linear_map.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/camera_view.h"
 #include "shaders/shared/ray_clearance.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "renderer/gpu_scene/lights/emitters.h"
-#include "renderer/gpu_scene/materials/texel_lookup.h"
+#include "renderer/gpu_scene/materials/texture_plan.h"
 
 namespace raygraph {
 

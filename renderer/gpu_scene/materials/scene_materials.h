@@ -10,7 +10,7 @@
 
 #include "renderer/gpu_scene/device_array.h"
 #include "renderer/gpu_scene/materials/texture_set.h"
-#include "renderer/gpu_scene/slot_ranges.h"
+#include "renderer/gpu_scene/record_table.h"
 #include "renderer/scene/model/scene_data.h"
 #include "shaders/shared/scene_records.h"
 #include "shaders/shared/trace_options.h"
@@ -78,5 +78,32 @@ class SceneMaterials {
     bool m_featuresDirty = true;
     uint64_t m_featureUpdates = 0;
 };
+
+// The trace features that the materials of a scene need: all others are compiled out of pipelines. For
+// renderer/gpu_scene alone. Threads: pure functions.
+
+struct SceneGeometry;  // renderer/gpu_scene/geometry/scene_geometry.h
+
+// Tells whether microfacets with that roughness, which a texture (or gpu::kNoTexture) scales down, may
+// reflect in a single direction somewhere (bxdf/microfacet.glsl, IsEffectivelySmooth).
+bool MayBeSmooth(float roughness, uint32_t texture);
+
+// Returns the features of kinds Textures, Lobes, Media and Hits (except MeshLights) that the meshes need
+// somewhere, and those of all materials that their parts have in the variant that is shown. O(n log n).
+TraceFeatures MaterialFeatures(std::span<const gpu::MaterialRecord> materials, uint32_t textureCount,
+                               const SceneGeometry& geometry);
+
+// Materials as the device reads them. For renderer/gpu_scene alone. Threads: pure functions.
+
+// Returns `values` as a record with the texture fields of `textures`.
+gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);
+
+// Returns the textures that the material reads, each once, ascending.
+std::vector<uint32_t> TexturesOf(const scene::Material& material);
+
+// Returns the records of these materials. `slots` are those of the textures that they name; it is empty if
+// these have not been uploaded.
+std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material> materials,
+                                                 std::span<const uint32_t> slots);
 
 }  // namespace raygraph

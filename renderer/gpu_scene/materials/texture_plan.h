@@ -3,10 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "renderer/gpu_scene/materials/texture_set.h"
+#include "renderer/scene/model/scene_data.h"
 #include "rhi/format.h"
 
 namespace raygraph {
@@ -45,5 +49,40 @@ TexturePlan PlanTextures(std::span<const TextureSizes> textures, uint64_t budget
 // Returns a message such as "3 of 10 textures are smaller on the device, to fit 60.1 MiB into a budget of 64
 // MiB: 2 of 4096x4096 texels are 1024x1024, ..."; empty if no texture is smaller.
 std::string ReductionText(std::span<const TextureSizes> textures, const TexturePlan& plan, uint64_t budget);
+
+// Finds for what the materials of a scene use its textures, which determines how levels are made. For
+// renderer/gpu_scene alone. Threads: pure functions.
+
+// The normal map at the same texture coordinates as a roughness texture.
+struct PairedNormals {
+    uint32_t texture = 0;  // into SceneData::textures
+    float normalScale = 1.0f;
+    float roughnessFactor = 1.0f;
+
+    bool operator==(const PairedNormals&) const = default;
+};
+
+struct TextureUse {
+    TexelContent content = TexelContent::Data;
+    // The normal map by which its roughness is widened. Empty if materials that share the texture have
+    // different ones.
+    std::optional<PairedNormals> normals;
+
+    bool operator==(const TextureUse&) const = default;
+};
+
+// Returns one per texture. A texture that some material reads as normals and another as anything else is
+// data; color is weighted by alpha if no material shows it opaque.
+std::vector<TextureUse> TextureUses(const scene::SceneData& scene);
+
+// Reads the textures of a scene on the host as samplers do. Threads: pure functions.
+
+// Returns which of the `size` texels in a row is at coordinate `x` of the endless texture.
+uint32_t WrapTexel(int64_t x, uint32_t size, scene::WrapMode mode);
+
+// Returns the color at `uv`, decoded to linear values, and alpha. Both are interpolated between the four
+// nearest texels of the largest level, also where the filter of the sampler is Nearest. They are 0 where
+// `uv` is not finite or beyond 1e15 texels. `image` belongs to the texture, and has its texels.
+glm::vec4 LookUp(const scene::Texture& texture, const scene::ImageData& image, const glm::vec2& uv);
 
 }  // namespace raygraph

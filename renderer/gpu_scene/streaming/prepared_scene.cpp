@@ -6,15 +6,15 @@
 #include <thread>
 #include <utility>
 
-#include "base/out_of_memory.h"
+#include "base/error.h"
 #include "base/text.h"
 #include "renderer/bvh/wide_scene.h"
-#include "renderer/gpu_scene/geometry/alpha_bounds.h"
+#include "renderer/gpu_scene/geometry/mesh_packing.h"
 #include "renderer/gpu_scene/lights/emitters.h"
 #include "renderer/gpu_scene/lights/own_light.h"
-#include "renderer/gpu_scene/materials/material_records.h"
+#include "renderer/gpu_scene/materials/scene_materials.h"
 #include "renderer/gpu_scene/streaming/scene_content.h"
-#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/check.h"
 
 namespace raygraph {

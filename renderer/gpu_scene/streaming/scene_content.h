@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/geometry/mesh_packing.h"
 #include "renderer/scene/model/scene_data.h"
 

@@ -6,7 +6,7 @@
 
 #include "base/text.h"
 #include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/materials/material_records.h"
+#include "renderer/gpu_scene/materials/scene_materials.h"
 #include "renderer/scene/model/variants.h"
 
 namespace raygraph {

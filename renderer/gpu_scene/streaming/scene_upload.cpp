@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/gpu_scene/deform/deform_resources.h"
+#include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/streaming/scene_upload_impl.h"
 
 namespace raygraph {

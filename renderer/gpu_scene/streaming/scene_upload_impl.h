@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "renderer/gpu_scene/geometry/mesh_upload.h"
+#include "renderer/gpu_scene/geometry/mesh_packing.h"
 #include "renderer/gpu_scene/instances/scene_objects.h"
-#include "renderer/gpu_scene/materials/texture_upload.h"
+#include "renderer/gpu_scene/materials/texture_set.h"
 #include "renderer/gpu_scene/scene_context.h"
 #include "renderer/gpu_scene/streaming/scene_content.h"
 #include "renderer/gpu_scene/streaming/scene_upload.h"

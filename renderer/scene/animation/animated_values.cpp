@@ -5,10 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/scene/geometry/split_place.h"
-#include "renderer/scene/model/camera_fields.h"
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/geometry/split_mesh.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "base/check.h"
-#include "renderer/scene/geometry/linear_map.h"
-#include "renderer/scene/geometry/split_place.h"
+#include "renderer/scene/geometry/split_mesh.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/geometry/triangles.h"
 #include "renderer/scene/model/check.h"
 #include "shaders/shared/unit_vector.h"

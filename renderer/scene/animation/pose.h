@@ -1,5 +1,5 @@
 // The pose of a scene at a time: a Pose is computed from the clips of animations, and PoseApplier
-// (pose_applier.h) applies it.
+// (pose.h) applies it.
 //
 //   scene::PoseEvaluator evaluator(data);                     // keeps the rest pose
 //   scene::PoseApplier applier(data);
@@ -13,10 +13,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <span>
 #include <vector>
 
 #include "base/api.h"
+#include "renderer/scene/geometry/bounds_tree.h"
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {
@@ -89,6 +91,103 @@ class RAYGRAPH_API PoseEvaluator {
     std::vector<uint8_t> m_areReciprocals;           // by value: what is added
     std::vector<Channel> m_channels;                 // of all animations
     std::vector<size_t> m_firstChannel;              // by animation, and the end
+};
+
+// Gives a scene the values of a Pose, and says what has changed, so that a copy of the scene elsewhere can
+// follow. Threads: exclusive access to an applier and to its scene.
+
+// The changes of a call: indices, each once, ascending. The values are in the scene, or those of the applier.
+struct PoseChanges {
+    std::vector<uint32_t> instances;   // objectToWorld, translationResidual
+    std::vector<uint32_t> shown;       // instances that are seen now and were not, or the other way
+    std::vector<uint32_t> deformed;    // instances whose vertices have moved in object space:
+    std::vector<uint32_t> reweighted;  // those whose MorphWeights, and
+    std::vector<uint32_t> skins;       // skins that have other JointMatricesOf.
+    std::vector<uint32_t> materials;
+    std::vector<uint32_t> cameras;      // a value or the transform
+    std::vector<uint32_t> lights;       // a value or the transform
+    std::vector<uint32_t> lightsShown;  // as `shown`
+    bool areBoundsChanged = false;      // SceneData::bounds
+
+    bool IsEmpty() const {
+        return instances.empty() && shown.empty() && deformed.empty() && materials.empty() &&
+               cameras.empty() && lights.empty() && lightsShown.empty() && !areBoundsChanged;
+    }
+};
+
+// A copy of a scene without vertices, images, environment and light profiles: enough to be posed.
+RAYGRAPH_API SceneData PoseOutline(const SceneData& scene);
+
+class RAYGRAPH_API PoseApplier {
+  public:
+    // Calls DeformInstances(scene). Later calls are to be given this scene, or a copy of it that is kept
+    // equal; its vertices may be missing, but not JointInfluences::perVertex and the boxes.
+    explicit PoseApplier(SceneData& scene);
+
+    // Reads all transforms and visibilities from the scene's nodes again, after others have changed nodes or
+    // the lists of the scene. It reports no changes: copies elsewhere must take everything.
+    void Refresh(SceneData& scene);
+
+    // Sets the values of the pose, in the range of their fields, then what follows from the nodes:
+    // transforms of instances, cameras and lights as UpdateWorldTransforms sets them, joint matrices,
+    // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is scaled
+    // to nothing or to a line, or whose deformation is not finite, is not seen (Instance::isCollapsed); the
+    // former keeps its last transform. `edited` lists nodes whose local transform or visibility others have
+    // changed since the last call; what depends on these is updated, too. The time is proportional to what
+    // has changed, plus a few bytes read for each node, instance and property. The result is valid until the
+    // next call. No memory is allocated once the lists have grown.
+    const PoseChanges& Apply(SceneData& scene, const Pose& pose, std::span<const uint32_t> edited = {});
+
+    // Returns one matrix for each joint, from the mesh to the object space of the instances with the skin;
+    // none for a skin that no deformed instance has.
+    std::span<const glm::mat4x3> JointMatricesOf(uint32_t skin) const;
+    // Returns whether the nodes of an instance are visible, and it is not collapsed.
+    bool IsVisible(uint32_t instance) const { return m_isInstanceVisible[instance] != 0; }
+    bool IsLightVisible(uint32_t light) const { return m_isLightVisible[light] != 0; }
+    // The node and all above it are visible.
+    bool IsNodeVisible(uint32_t node) const { return m_isNodeVisible[node] != 0; }
+    // The bounds of an instance in world space, whether or not it is visible.
+    const Bounds& BoundsOf(uint32_t instance) const { return m_instanceBounds[instance]; }
+    std::span<const PlacedTransform> NodeTransforms() const { return m_nodeToWorld; }
+
+  private:
+    struct PosedSkin {
+        PlacedTransform frame;
+        size_t firstMatrix = 0, jointCount = 0;
+        bool isUsed = false, isMoved = false, isDeformed = false;  // the last two: by this call
+    };
+
+    bool SetValues(SceneData& scene, const Pose& pose);
+    void MoveNodes(const SceneData& scene);
+    void MoveSkins(const SceneData& scene);
+    void MoveInstances(SceneData& scene);
+    void MoveCamerasAndLights(SceneData& scene);
+    void UpdateVisibility(const SceneData& scene);
+    void UpdateBounds(SceneData& scene);
+    void StoreBounds(SceneData& scene);
+    Bounds BoundsIfVisible(uint32_t instance) const {
+        return m_isInstanceVisible[instance] ? m_instanceBounds[instance] : Bounds();
+    }
+    bool MeasureInstance(const SceneData& scene, uint32_t index);
+    PlacedTransform PlacedTransformOf(const SceneData& scene, const Instance& instance) const;
+    const PosedSkin* SkinOf(const SceneData& scene, const Instance& instance) const;
+
+    PoseChanges m_changes;
+    std::vector<PlacedTransform> m_nodeToWorld;
+    std::vector<uint8_t> m_isMoved, m_isReweighted;  // by node, in this call
+    std::vector<uint8_t> m_isMeshReweighted;         // by mesh
+    std::vector<uint8_t> m_isNodeVisible, m_isInstanceVisible, m_isLightVisible;
+    std::vector<uint8_t> m_isSkinned, m_hasNoArea;  // by instance; m_hasNoArea depends on its transform alone
+    // Copies of the fields that every call reads of each object, so that it reads few bytes.
+    std::vector<uint32_t> m_parents;        // by node
+    std::vector<uint32_t> m_instanceNodes;  // by instance
+    std::vector<uint8_t> m_isDeformed;      // by instance
+    std::vector<size_t> m_followers;        // by property
+    std::vector<Bounds> m_instanceBounds;
+    BoundsTree m_visibleBounds;  // of instances that are seen
+    std::vector<PosedSkin> m_skins;
+    std::vector<glm::mat4x3> m_matrices, m_newMatrices;
+    bool m_isVisibilityChanged = false;
 };
 
 }  // namespace raygraph::scene

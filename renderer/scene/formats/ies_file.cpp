@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/counted.h"
 #include "base/printable.h"
 #include "base/text.h"
 

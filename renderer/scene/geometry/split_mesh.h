@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <limits>
 #include <vector>
 
@@ -41,5 +42,13 @@ RAYGRAPH_API std::vector<PrimitivePiece> SplitPrimitive(Primitive&& primitive, c
 
 // Returns the host bytes of all streams.
 RAYGRAPH_API uint64_t StreamBytes(const Primitive& primitive);
+
+// A place in double as two floats. Threads: pure functions, for any thread.
+
+struct SplitPlace {
+    glm::vec3 rounded{0.0f};  // to float
+    glm::vec3 rest{0.0f};     // the remainder of the rounding
+};
+RAYGRAPH_API SplitPlace Split(const glm::dvec3& place);
 
 }  // namespace raygraph::scene

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "renderer/scene/model/scene_data.h"
+
 namespace raygraph::scene {
 
 // The vertices that a mesh has once it has tangents: a vertex where several tangents meet is split.
@@ -44,5 +46,13 @@ struct TangentShape {
 std::vector<glm::vec3> MoveTangents(const TangentShape& rest, const TangentShape& moved,
                                     std::span<const glm::vec4> tangents, std::span<const glm::vec2> uv,
                                     std::span<const uint32_t> indices);
+
+// Normal maps of two channels. Internal to renderer/scene.
+
+// Gives normal maps that are stored as x and y alone (BC5, red and green of KTX2), whose blue is 0 in all
+// texels, the third channel: z of a unit vector that points up. Their blocks go, but those of BC5, to which
+// shaders give it. Images that are used for anything else too stay as they are. Threads: exclusive access to
+// the scene.
+void CompleteNormalMaps(SceneData& scene);
 
 }  // namespace raygraph::scene

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "base/counted.h"
+#include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/animation/animated_values.h"
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -43,5 +44,19 @@ std::optional<RepairedText> RepairStrings(std::string_view json);
 // Parses JSON text whose length and depth are checked first, because a parser's tree may be many times its
 // text. Strings are repaired with a warning. Throws Error{BadInput}, "label: ...".
 nlohmann::json ParseJson(GltfContext& context, std::string_view text);
+
+// The three things glTF does with a URI: tell its scheme, undo percent-encoding, unpack a data URI.
+
+// Returns "data" for "data:...", by the grammar of RFC 3986; nullopt if the text has no scheme.
+std::optional<std::string_view> UriScheme(std::string_view uri);
+
+bool IsDataUri(std::string_view uri);
+
+// Replaces "%20" by a space and so on; a '%' without two hexadecimal digits stays.
+std::string PercentDecode(std::string_view text);
+
+// The bytes of a data URI, base64 or percent-encoded (RFC 2397). Throws Error{BadInput} with the reason alone
+// (the caller puts the place before it) if it is malformed or has more than `maxBytes`.
+std::vector<std::byte> DecodeDataUri(std::string_view uri, uint64_t maxBytes);
 
 }  // namespace raygraph::scene

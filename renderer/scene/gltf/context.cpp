@@ -5,9 +5,9 @@
 #include <limits>
 #include <thread>
 
-#include "base/counted.h"
+#include "base/printable.h"
 #include "base/text.h"
-#include "renderer/scene/gltf/uri.h"
+#include "renderer/scene/gltf/container.h"
 
 namespace raygraph::scene {
 

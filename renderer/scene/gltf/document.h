@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/scene/gltf/context.h"
 #include "renderer/scene/gltf/model.h"
 #include "renderer/scene/model/scene_data.h"
@@ -72,5 +74,17 @@ struct GltfDocument {
 
 // Parses the text, checks all of it against the schema (gltf/schema.h) and makes the model. Opens nothing.
 GltfDocument ReadDocument(GltfContext& context, std::string_view json);
+
+// The glTF extensions that are known here: the one list of those that are read, and of others with the
+// reason. One that is not listed is unknown, which is treated as one that is not read. Threads: constants.
+
+struct GltfExtension {
+    std::string_view name;
+    bool isRead = false;
+    std::string_view note;  // how it is applied, or why it is not read
+};
+
+// Returns all known extensions, sorted by name.
+RAYGRAPH_API std::span<const GltfExtension> KnownExtensions();
 
 }  // namespace raygraph::scene

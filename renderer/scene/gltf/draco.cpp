@@ -17,7 +17,7 @@
 #include <string>
 
 #include "base/check.h"
-#include "base/counted.h"
+#include "base/printable.h"
 #include "base/text.h"
 
 namespace raygraph::scene {
@@ -95,7 +95,7 @@ struct Numbers {
 // Bytes that decoding takes, about twice what was measured: of connectivity, also where an attribute has
 // seams of its own; of attributes, for the order that a decoder has and for the forms that values pass
 // through.
-constexpr uint64_t kBytesPerFace = 96, kBytesPerSeamFace = 48, kBytesPerVertex = 24;
+constexpr uint64_t kBytesPerFace = 96, kBytesPerSeamFace = 48, kDracoBytesPerVertex = 24;
 constexpr uint64_t kBytesPerOrder = 16, kBytesPerAttribute = 8, kBytesPerComponent = 8;
 
 void CheckConnectivity(const draco::MeshEdgebreakerDecoder&, Numbers numbers, const Expected& expected) {
@@ -105,7 +105,7 @@ void CheckConnectivity(const draco::MeshEdgebreakerDecoder&, Numbers numbers, co
     if (!numbers.isComplete) return;  // the decoder says so
     expected.RequireFaces(faces);
     expected.Charge(faces * (kBytesPerFace + seamed * kBytesPerSeamFace) +
-                    (vertices + splits) * kBytesPerVertex);
+                    (vertices + splits) * kDracoBytesPerVertex);
 }
 
 void CheckConnectivity(const draco::MeshSequentialDecoder&, Numbers numbers, const Expected& expected) {

@@ -5,10 +5,9 @@
 #include <system_error>
 
 #include "base/os.h"
-#include "base/path_text.h"
 #include "base/printable.h"
 #include "base/text.h"
-#include "renderer/scene/gltf/uri.h"
+#include "renderer/scene/gltf/container.h"
 
 namespace raygraph::scene {
 namespace {

@@ -14,7 +14,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/gltf/uri.h"
+#include "renderer/scene/gltf/container.h"
 
 namespace raygraph::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/scene/gltf/buffers.h"
+#include "renderer/scene/gltf/accessors.h"
 #include "renderer/scene/gltf/context.h"
 #include "renderer/scene/model/scene_data.h"
 

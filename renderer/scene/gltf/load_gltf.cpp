@@ -4,29 +4,25 @@
 #include <span>
 #include <system_error>
 
-#include "base/out_of_memory.h"
-#include "base/path_text.h"
+#include "base/error.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "renderer/scene/geometry/normal_maps.h"
+#include "renderer/scene/geometry/tangents.h"
 #include "renderer/scene/gltf/accessors.h"
 #include "renderer/scene/gltf/animations.h"
-#include "renderer/scene/gltf/buffers.h"
 #include "renderer/scene/gltf/container.h"
 #include "renderer/scene/gltf/context.h"
-#include "renderer/scene/gltf/image_light.h"
 #include "renderer/scene/gltf/images.h"
-#include "renderer/scene/gltf/light_profiles.h"
+#include "renderer/scene/gltf/lights.h"
 #include "renderer/scene/gltf/materials.h"
 #include "renderer/scene/gltf/meshes.h"
 #include "renderer/scene/gltf/nodes.h"
 #include "renderer/scene/gltf/outline.h"
-#include "renderer/scene/gltf/radii.h"
 #include "renderer/scene/gltf/reader.h"
 #include "renderer/scene/gltf/skins.h"
 #include "renderer/scene/model/check.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "base/text.h"
 #include "renderer/scene/gltf/choice.h"
-#include "renderer/scene/gltf/values.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/gltf/reader.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 namespace {

@@ -1,7 +1,7 @@
 // materials, textures, samplers, images. Internal to renderer/scene.
 #pragma once
 
-#include "renderer/scene/gltf/buffers.h"
+#include "renderer/scene/gltf/accessors.h"
 #include "renderer/scene/gltf/context.h"
 #include "renderer/scene/gltf/images.h"
 #include "renderer/scene/model/scene_data.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/counted.h"
+#include "base/printable.h"
 #include "base/text.h"
 
 namespace raygraph::scene {

@@ -3,13 +3,32 @@
 
 #include <vector>
 
+#include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/gltf/accessors.h"
 #include "renderer/scene/gltf/context.h"
-#include "renderer/scene/gltf/instancing.h"
 #include "renderer/scene/gltf/model.h"
 #include "renderer/scene/gltf/reader.h"
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {
+
+// EXT_mesh_gpu_instancing: a node's mesh placed many times. Internal to renderer/scene.
+
+// The accessors of one node's instances, of fitting types and of one count; nothing is decoded yet.
+struct InstancingLayout {
+    Place where;  // Its "attributes".
+    uint32_t translation = kNone, rotation = kNone, scale = kNone;
+    uint64_t count = 0;  // 0: the node's mesh is placed once, by the node alone.
+};
+
+// Returns one layout per node of the file. Checks all nodes that have the extension, whether or not they are
+// placed.
+std::vector<InstancingLayout> ReadInstancing(GltfContext& context, const gltf::Model& model,
+                                             const AccessorTables& tables);
+
+// The transforms from the mesh to its node. The caller has charged their memory.
+std::vector<glm::mat4x3> DecodeInstancing(GltfContext& context, AccessorReader& reader,
+                                          const InstancingLayout& layout);
 
 // The file's indices of what the scene has.
 struct GraphIndices {
@@ -29,8 +48,18 @@ GraphIndices ReadNodes(GltfContext& context, const gltf::Model& model, SceneData
 void PlaceInstances(GltfContext& context, AccessorReader& reader,
                     const std::vector<InstancingLayout>& instancing, SceneData& scene);
 
-// The file's cameras and lights, not yet placed. gltf/cameras_lights.cpp.
+// The file's cameras and lights, not yet placed. gltf/lights.cpp.
 std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);
 std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model);
+
+// The radii of points and lines of a file. Internal to renderer/scene.
+
+// Returns the value that a decoded primitive has as its radii until SetRadii replaces it.
+float RequestedRadius(const RoundRadius& asked);
+
+// Sets the radii so that they are those asked for in world space, and extends all bounds by them. Call it
+// when everything is placed. If a mesh has several placements, the largest gets the radius asked for; if its
+// scale differs by axis, the radius is that of the sphere with the ellipsoid's volume.
+void SetRadii(GltfContext& context, SceneData& scene);
 
 }  // namespace raygraph::scene

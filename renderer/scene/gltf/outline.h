@@ -11,11 +11,10 @@
 #include "renderer/scene/gltf/animations.h"
 #include "renderer/scene/gltf/context.h"
 #include "renderer/scene/gltf/document.h"
-#include "renderer/scene/gltf/image_light.h"
 #include "renderer/scene/gltf/images.h"
-#include "renderer/scene/gltf/instancing.h"
-#include "renderer/scene/gltf/light_profiles.h"
+#include "renderer/scene/gltf/lights.h"
 #include "renderer/scene/gltf/meshes.h"
+#include "renderer/scene/gltf/nodes.h"
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {

@@ -9,46 +9,45 @@
 #include <type_traits>
 
 #include "base/text.h"
-#include "renderer/scene/geometry/transform_parts.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/choice.h"
-#include "renderer/scene/gltf/light_profiles.h"
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/gltf/lights.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 template <int Length>
-Json JsonVector(const glm::vec<Length, float>& vector) {
-    Json array = Json::array();
+OrderedJson JsonVector(const glm::vec<Length, float>& vector) {
+    OrderedJson array = OrderedJson::array();
     for (int i = 0; i < Length; ++i) array.push_back(JsonNumber(vector[i]));
     return array;
 }
 
 // Writes the translation with the digits that its rest adds (scene_data.h).
-Json JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
-    Json array = Json::array();
+OrderedJson JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
+    OrderedJson array = OrderedJson::array();
     for (int i = 0; i < 3; ++i)
         array.push_back(rest[i] == 0.0f ? JsonNumber(rounded[i])
-                                        : Json(double{rounded[i]} + double{rest[i]}));
+                                        : OrderedJson(double{rounded[i]} + double{rest[i]}));
     return array;
 }
 
 // Names the extension in extensionsUsed. References into `root` end: its members move if that is a new one.
-void Use(Json& root, const char* extension) {
-    Json& used = root["extensionsUsed"];
-    if (!used.is_array()) used = Json::array();
+void Use(OrderedJson& root, const char* extension) {
+    OrderedJson& used = root["extensionsUsed"];
+    if (!used.is_array()) used = OrderedJson::array();
     if (std::find(used.begin(), used.end(), extension) == used.end()) used.push_back(extension);
 }
 
 // --- Nodes ---
 
 // `isMoved`: its place is another than that of the file, whose numbers may have more digits.
-void PutMatrix(Json& node, const Node& edited, bool isMoved) {
+void PutMatrix(OrderedJson& node, const Node& edited, bool isMoved) {
     const glm::mat4x3 local = edited.LocalTransform();
-    Json place = JsonPlace(local[3], edited.translationResidual);
+    OrderedJson place = JsonPlace(local[3], edited.translationResidual);
     for (size_t i = 0; i < 3 && !isMoved; ++i) {
         if (node.contains("matrix"))
             place[i] = node["matrix"][12 + i];
@@ -56,7 +55,7 @@ void PutMatrix(Json& node, const Node& edited, bool isMoved) {
             place[i] = node["translation"][i];
     }
     for (const char* part : {"translation", "rotation", "scale"}) node.erase(part);
-    Json matrix = Json::array();
+    OrderedJson matrix = OrderedJson::array();
     for (int column = 0; column < 4; ++column) {
         for (int row = 0; row < 3; ++row)
             matrix.push_back(column == 3 ? place[static_cast<size_t>(row)] : JsonNumber(local[column][row]));
@@ -65,7 +64,7 @@ void PutMatrix(Json& node, const Node& edited, bool isMoved) {
     node["matrix"] = std::move(matrix);
 }
 
-void PatchNode(Json& node, const Node& loaded, const Node& edited) {
+void PatchNode(OrderedJson& node, const Node& loaded, const Node& edited) {
     const glm::mat4x3 local = edited.LocalTransform(), before = loaded.LocalTransform();
     const bool isMoved = local[3] != before[3] || edited.translationResidual != loaded.translationResidual;
     // A node that is scaled to nothing has one transform, however it is turned
@@ -89,7 +88,7 @@ void PatchNode(Json& node, const Node& loaded, const Node& edited) {
 
 constexpr const char* kVisibility = "KHR_node_visibility";
 
-void PatchVisibility(Json& root, size_t index, const Node& loaded, const Node& edited) {
+void PatchVisibility(OrderedJson& root, size_t index, const Node& loaded, const Node& edited) {
     if (edited.isVisible == loaded.isVisible) return;
     Use(root, kVisibility);
     root["nodes"][index]["extensions"][kVisibility]["visible"] = edited.isVisible;
@@ -97,25 +96,25 @@ void PatchVisibility(Json& root, size_t index, const Node& loaded, const Node& e
 
 // --- Fields ---
 
-Json JsonOf(float value) {
+OrderedJson JsonOf(float value) {
     return JsonNumber(value);
 }
-Json JsonOf(bool value) {
+OrderedJson JsonOf(bool value) {
     return value;
 }
-Json JsonOf(uint32_t value) {
+OrderedJson JsonOf(uint32_t value) {
     return value;
 }
-Json JsonOf(AlphaMode mode) {
+OrderedJson JsonOf(AlphaMode mode) {
     return GltfName(mode);
 }
 template <int Length>
-Json JsonOf(const glm::vec<Length, float>& vector) {
+OrderedJson JsonOf(const glm::vec<Length, float>& vector) {
     return JsonVector(vector);
 }
 
 template <typename Owner, typename T>
-void PutField(Json& object, const Field<Owner, T>& field, const T& value) {
+void PutField(OrderedJson& object, const Field<Owner, T>& field, const T& value) {
     if (field.omitsZero && value == T{})
         object.erase(field.key);
     else
@@ -125,16 +124,16 @@ void PutField(Json& object, const Field<Owner, T>& field, const T& value) {
 // --- Materials ---
 
 // The shortest number that gives this roughness again.
-Json JsonGlossiness(float roughness) {
+OrderedJson JsonGlossiness(float roughness) {
     const double exact = 1.0 - double{roughness};
-    const Json shortest = JsonNumber(static_cast<float>(exact));
-    return static_cast<float>(1.0 - shortest.get<double>()) == roughness ? shortest : Json(exact);
+    const OrderedJson shortest = JsonNumber(static_cast<float>(exact));
+    return static_cast<float>(1.0 - shortest.get<double>()) == roughness ? shortest : OrderedJson(exact);
 }
 
 // Holds one material's JSON, a copy that is not in the tree of `root`, and puts edits there.
 class MaterialPatch {
   public:
-    MaterialPatch(Json& root, Json& material) : m_root(root), m_material(material) {}
+    MaterialPatch(OrderedJson& root, OrderedJson& material) : m_root(root), m_material(material) {}
 
     // They are of one kind (RequireSameKind).
     void Put(const Material& loaded, const Material& edited) {
@@ -150,7 +149,7 @@ class MaterialPatch {
     void PutTransform(const TextureField& field, const TextureRef& loaded, const TextureRef& edited) {
         // The transform has no place in the file without a texture, and no effect.
         if (!loaded.IsPresent() || loaded.transform == edited.transform) return;
-        Json& extension = Extension(Object(field.object)[field.key], kTextureTransform);
+        OrderedJson& extension = Extension(Object(field.object)[field.key], kTextureTransform);
         ForEachTransformField([&](const auto& part) {
             if (loaded.transform.*part.member != edited.transform.*part.member)
                 PutField(extension, part, edited.transform.*part.member);
@@ -163,7 +162,7 @@ class MaterialPatch {
         // The value has no place in the file without the texture that it belongs to, and no effect.
         if (object.ends_with("Texture") && !m_material.contains(object)) return;
         if (const KeyParts parts = KeyPartsOf(field.key); !parts.object.empty()) {
-            const Json::json_pointer texture(Text("/extensions/{}/{}", field.object, parts.object));
+            const OrderedJson::json_pointer texture(Text("/extensions/{}/{}", field.object, parts.object));
             if (m_material.contains(texture)) m_material[texture][parts.key] = JsonOf(value);
         } else if (IsGlossiness(field)) {
             if constexpr (std::is_same_v<T, float>) Object(field.object)[field.key] = JsonGlossiness(value);
@@ -176,25 +175,25 @@ class MaterialPatch {
         }
     }
 
-    Json& Object(const char* name) {
+    OrderedJson& Object(const char* name) {
         const std::string_view object = name;
         if (object.empty()) return m_material;
         if (object.starts_with("KHR_")) return Extension(m_material, name);
-        Json& inner = m_material[name];
+        OrderedJson& inner = m_material[name];
         if (object == "extras" && !inner.is_null() && !inner.is_object())
             throw Error(ErrorKind::Usage, "a material's extras are no object: no priority can be put there");
         return inner;
     }
 
-    Json& Extension(Json& object, const char* name) {
+    OrderedJson& Extension(OrderedJson& object, const char* name) {
         Use(m_root, name);
-        Json& extension = object["extensions"][name];
-        if (extension.is_null()) extension = Json::object();
+        OrderedJson& extension = object["extensions"][name];
+        if (extension.is_null()) extension = OrderedJson::object();
         return extension;
     }
 
-    Json& m_root;
-    Json& m_material;
+    OrderedJson& m_root;
+    OrderedJson& m_material;
 };
 
 // Compares the textures except for their transforms.
@@ -222,12 +221,12 @@ void RequireSameKind(const Material& loaded, const Material& edited, size_t inde
 }
 
 // The JSON of the default material, made one of the file's that every primitive without one names.
-Json& AddDefault(Json& root) {
-    Json& materials = root["materials"];
-    if (!materials.is_array()) materials = Json::array();
+OrderedJson& AddDefault(OrderedJson& root) {
+    OrderedJson& materials = root["materials"];
+    if (!materials.is_array()) materials = OrderedJson::array();
     const size_t index = materials.size();
-    for (Json& mesh : root["meshes"])
-        for (Json& primitive : mesh["primitives"])
+    for (OrderedJson& mesh : root["meshes"])
+        for (OrderedJson& primitive : mesh["primitives"])
             if (!primitive.contains("material")) primitive["material"] = index;
     materials.push_back({{"name", "default"}});
     return materials.back();
@@ -243,14 +242,14 @@ bool HasSameValues(const Light& a, const Light& b) {
     return isSame;
 }
 
-void PutLight(Json& light, const Light& loaded, const Light& edited) {
+void PutLight(OrderedJson& light, const Light& loaded, const Light& edited) {
     ForEachLightField(edited, [&](const auto& field) {
         if (edited.*field.member == loaded.*field.member) return;
         PutField(*field.object == 0 ? light : light[field.object], field, edited.*field.member);
     });
 }
 
-Json* LightOf(Json& node) {
+OrderedJson* LightOf(OrderedJson& node) {
     const auto extensions = node.find("extensions");
     if (extensions == node.end()) return nullptr;
     const auto lights = extensions->find(kLights);
@@ -261,14 +260,14 @@ Json* LightOf(Json& node) {
 
 // The values of a node's light with a profile, whose color glTF bounds by 1: what is above goes to the
 // factor.
-void PutProfileLight(Json& node, const Light& loaded, Light edited) {
+void PutProfileLight(OrderedJson& node, const Light& loaded, Light edited) {
     if (HasSameValues(loaded, edited)) return;
     const float brightest = std::max({edited.color.x, edited.color.y, edited.color.z});
     if (brightest > 1.0f) {
         edited.color /= brightest;
         edited.intensity *= brightest;
     }
-    Json& light = node["extensions"][kProfileExtension];
+    OrderedJson& light = node["extensions"][kProfileExtension];
     if (edited.color != loaded.color) light["color"] = JsonOf(edited.color);
     if (edited.intensity != loaded.intensity) light["multiplier"] = JsonOf(edited.intensity);
 }
@@ -300,7 +299,7 @@ std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData&
 
 }  // namespace
 
-Json JsonNumber(float value) {
+OrderedJson JsonNumber(float value) {
     // A double of these digits is written with these digits, and is the float again when it is rounded
     char digits[32];
     const auto [end, failure] = std::to_chars(digits, digits + sizeof digits, value);
@@ -310,7 +309,7 @@ Json JsonNumber(float value) {
     return number;
 }
 
-void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
+void PatchNodes(OrderedJson& root, const SceneData& loaded, const SceneData& edited) {
     if (loaded.nodes.size() != edited.nodes.size())
         FailOther("nodes", loaded.nodes.size(), edited.nodes.size());
     for (size_t i = 0; i < loaded.nodes.size(); ++i) {
@@ -321,7 +320,7 @@ void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
     }
 }
 
-void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edited) {
+void PatchMaterials(OrderedJson& root, const GltfOutline& outline, const SceneData& edited) {
     const std::vector<Material>& loaded = outline.scene.materials;
     if (loaded.size() != edited.materials.size())
         FailOther("materials", loaded.size(), edited.materials.size());
@@ -331,8 +330,8 @@ void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edi
         RequireSameKind(loaded[i], edited.materials[i], i);
         // The edit goes into a copy: a material that has not been edited leaves the tree as it is.
         const bool isDefault = i == outline.defaultMaterial;
-        Json changed = isDefault ? Json::object() : root["materials"][i];
-        const Json before = changed;
+        OrderedJson changed = isDefault ? OrderedJson::object() : root["materials"][i];
+        const OrderedJson before = changed;
         MaterialPatch(root, changed).Put(loaded[i], edited.materials[i]);
         if (changed == before) continue;
         if (isDefault)
@@ -342,22 +341,22 @@ void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edi
     }
 }
 
-void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
+void PatchLights(OrderedJson& root, const SceneData& loaded, const SceneData& edited) {
     if (loaded.lights.size() != edited.lights.size())
         FailOther("lights", loaded.lights.size(), edited.lights.size());
     if (loaded.lights.empty()) return;
     const std::vector<const Light*> now = EditedLights(loaded, edited);
-    Json& nodes = root["nodes"];
+    OrderedJson& nodes = root["nodes"];
     size_t count = loaded.lights.size();  // without those with a profile, which are the last ones
     for (; count > 0 && loaded.lights[count - 1].profile != kNone; --count) {
         const Light& light = loaded.lights[count - 1];
         PutProfileLight(nodes[light.node], light, *now[count - 1]);
     }
     if (count == 0) return;
-    Json& lights = root["extensions"][kLights]["lights"];
+    OrderedJson& lights = root["extensions"][kLights]["lights"];
     std::vector<size_t> userCount(lights.size(), 0);  // nodes
-    for (Json& node : nodes)
-        if (const Json* light = LightOf(node)) userCount[light->get<size_t>()]++;
+    for (OrderedJson& node : nodes)
+        if (const OrderedJson* light = LightOf(node)) userCount[light->get<size_t>()]++;
     // The scene's lights by the file's: those of one are neighbors (SceneData::lights)
     for (size_t first = 0, end = 0; first < count; first = end) {
         const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
@@ -374,10 +373,10 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
             continue;
         }
         // Shared with others that stay as they are
-        const Json shared = lights[index];
+        const OrderedJson shared = lights[index];
         for (size_t i = first; i < end; ++i) {
             if (HasSameValues(*now[i], loaded.lights[i])) continue;
-            Json own = shared;
+            OrderedJson own = shared;
             PutLight(own, loaded.lights[i], *now[i]);
             *LightOf(nodes[loaded.lights[i].node]) = lights.size();
             lights.push_back(std::move(own));

@@ -7,9 +7,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "renderer/scene/model/camera_fields.h"
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 namespace {

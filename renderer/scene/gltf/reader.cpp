@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/check.h"
-#include "base/counted.h"
+#include "base/printable.h"
 #include "base/text.h"
 
 namespace raygraph::scene {

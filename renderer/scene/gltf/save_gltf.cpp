@@ -4,17 +4,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "base/atomic_file.h"
-#include "base/extension.h"
-#include "base/out_of_memory.h"
-#include "base/path_text.h"
+#include "base/error.h"
+#include "base/files.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/formats/ies_file.h"
 #include "renderer/scene/gltf/container.h"
 #include "renderer/scene/gltf/patch.h"
-#include "renderer/scene/gltf/uri.h"
 
 namespace raygraph::scene {
 namespace {

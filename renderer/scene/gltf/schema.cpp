@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "base/check.h"
-#include "base/counted.h"
 #include "base/printable.h"
 #include "base/text.h"
-#include "renderer/scene/gltf/extensions.h"
+#include "renderer/scene/gltf/document.h"
 
 namespace raygraph::scene {
 namespace {

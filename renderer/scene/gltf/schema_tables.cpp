@@ -4,13 +4,10 @@
 
 #include "renderer/scene/gltf/choice.h"
 #include "renderer/scene/gltf/document.h"
-#include "renderer/scene/gltf/image_light.h"
-#include "renderer/scene/gltf/light_profiles.h"
+#include "renderer/scene/gltf/lights.h"
 #include "renderer/scene/gltf/meshes.h"
 #include "renderer/scene/gltf/schema.h"
-#include "renderer/scene/gltf/schema_rows.h"
-#include "renderer/scene/model/light_fields.h"
-#include "renderer/scene/model/material_fields.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 namespace {

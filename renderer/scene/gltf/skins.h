@@ -7,8 +7,8 @@
 
 #include "renderer/scene/gltf/context.h"
 #include "renderer/scene/gltf/document.h"
-#include "renderer/scene/gltf/instancing.h"
 #include "renderer/scene/gltf/meshes.h"
+#include "renderer/scene/gltf/nodes.h"
 #include "renderer/scene/gltf/reader.h"
 #include "renderer/scene/model/scene_data.h"
 
@@ -32,5 +32,17 @@ std::vector<JointLimit> JointLimits(const SceneData& scene, size_t meshCount);
 JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
                                  const ElementSelection& vertices, const JointLimit& limit,
                                  const std::array<std::vector<std::byte>, kAttributeCount>& packed);
+
+// Morph targets: displacements of vertices, and their weights. Internal to renderer/scene.
+
+// The weights that a mesh or a node has: none, or one a target. Fails at `where` otherwise.
+std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<double>& file, size_t targetCount,
+                                    const Place& where);
+
+// Decodes the targets of `vertices`; `tangents` are the same for tangents. Normals and tangents have
+// displacements only where the file has them, and a stream of only zeros is left out. Boxes are not filled.
+std::vector<MorphTarget> DecodeTargets(GltfContext& context, AccessorReader& reader,
+                                       const PrimitiveLayout& layout, const ElementSelection& vertices,
+                                       const ElementSelection& tangents);
 
 }  // namespace raygraph::scene

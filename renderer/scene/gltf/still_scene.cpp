@@ -6,13 +6,13 @@
 #include <tuple>
 #include <utility>
 
-#include "base/out_of_memory.h"
+#include "base/error.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/animation/deform.h"
-#include "renderer/scene/animation/pose_applier.h"
-#include "renderer/scene/geometry/flat_transform.h"
+#include "renderer/scene/animation/pose.h"
 #include "renderer/scene/geometry/round_primitives.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/check.h"
 #include "renderer/scene/model/named_choice.h"
 

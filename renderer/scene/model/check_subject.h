@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "base/counted.h"
 #include "base/error.h"
+#include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/model/fields.h"
 #include "renderer/scene/model/scene_data.h"
@@ -75,7 +75,7 @@ struct Subject {
     }
 };
 
-// check_animations.cpp: joints, morph targets, weights and skins; and animations.
+// check.cpp: joints, morph targets, weights and skins; and animations.
 void CheckDeformation(const SceneData& scene, const Subject& subject);
 void CheckAnimations(const SceneData& scene, const Subject& subject);
 

@@ -1,6 +1,6 @@
 // The fields of a struct, each stated once: its name, where glTF has it, and which numbers it may hold. Lists
-// of them: scene_fields.h has all, of them those with places in material_fields.h, light_fields.h and
-// camera_fields.h. For this project's own files; not installed. Threads: constants.
+// of them: scene_fields.h has all, of them those with places in scene_fields.h, scene_fields.h and
+// scene_fields.h. For this project's own files; not installed. Threads: constants.
 #pragma once
 
 #include <algorithm>

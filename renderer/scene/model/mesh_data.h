@@ -83,7 +83,7 @@ struct Primitive {
     // coordinates for them.
     std::vector<glm::vec4> tangents;
     // The texture coordinate set, 0 or 1, along which the tangents were generated, without a texture's
-    // transform; a map that is read by other coordinates has another frame (shaders/core/tangent_frame.glsl).
+    // transform; a map that is read by other coordinates has another frame (shaders/core/frame.glsl).
     // kNone: the tangents were given, and all maps of the primitive are read along them.
     uint32_t tangentTexCoord = kNone;
     // By vertex: cosine and sine of the angle about the normal from the tangent to the tangent of the other

@@ -9,9 +9,8 @@
 
 #include "base/check.h"
 #include "renderer/scene/animation/deform.h"
-#include "renderer/scene/geometry/flat_transform.h"
 #include "renderer/scene/geometry/split_mesh.h"
-#include "renderer/scene/geometry/split_place.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/check.h"
 
 namespace raygraph::scene {

@@ -40,7 +40,7 @@
 #include "renderer/scene/animation/animation.h"
 #include "renderer/scene/model/light_profile.h"
 #include "renderer/scene/model/mesh_data.h"
-#include "shaders/shared/alpha_modes.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::scene {
 
@@ -253,7 +253,7 @@ struct RAYGRAPH_API Node {
 // transform may mirror (negative determinant): the winding seen in world space is then
 // reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
 // the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
-// IsMirrored(). If the scene's nodes are flat, the transform has a thickness (flat_transform.h). LoadGltf
+// IsMirrored(). If the scene's nodes are flat, the transform has a thickness (transforms.h). LoadGltf
 // leaves out a node whose mesh is scaled to nothing or to a line, with a warning.
 struct Instance {
     uint32_t mesh = 0;
@@ -374,7 +374,7 @@ RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene
 RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved. Of
-// deformed instances as renderer/scene/animation/deform.h says, of flat ones as flat_transform.h does. A
+// deformed instances as renderer/scene/animation/deform.h says, of flat ones as transforms.h does. A
 // collapsed instance stays collapsed as long as it is scaled to nothing or to a line.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 

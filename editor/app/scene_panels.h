@@ -1,0 +1,93 @@
+// Lists the tree of nodes as rows, so that of tens of thousands of nodes only visible rows are drawn. Pure.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/scene/model/fields.h"
+
+namespace raygraph::editor {
+
+class Hierarchy {
+  public:
+    Hierarchy() = default;
+    // Starts with a single root node open, and all others closed.
+    Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots);
+
+    struct Row {
+        uint32_t node = 0;
+        uint32_t depth = 0;
+    };
+    // Returns the nodes without a closed ancestor, from the top.
+    const std::vector<Row>& Rows() const;
+    const std::vector<uint32_t>& Children(uint32_t node) const { return m_children.at(node); }
+    bool IsOpen(uint32_t node) const { return m_isOpen.at(node); }
+    void SetOpen(uint32_t node, bool isOpen);
+    // Opens the node's ancestors, and returns its row; Rows().size() if the node is not in the tree.
+    size_t Reveal(uint32_t node);
+
+  private:
+    std::vector<std::vector<uint32_t>> m_children;  // by node
+    std::vector<uint32_t> m_roots;
+    std::vector<uint32_t> m_parents;  // by node; kNoParent: a root
+    std::vector<bool> m_isOpen;
+    mutable std::vector<Row> m_rows;
+    mutable bool m_isStale = true;
+};
+
+// Decides how the inspector shows the fields of materials and lights, and which values edits give them.
+// Threads: pure functions.
+
+// Returns the label of a field: "base color" for "baseColorFactor".
+std::string LabelOf(std::string_view name);
+
+// Returns whether the field with this place and name affects the material.
+bool Counts(const scene::Material& material, std::string_view object, std::string_view key,
+            std::string_view name);
+
+// Describes the widget of a number.
+struct NumberStyle {
+    float min = 0.0f, max = 0.0f;  // limits for dragging and typing
+    bool isSlider = false;         // true: a slider; false: dragged at a speed
+    bool isAngle = false;          // stored in radians, shown in degrees
+    bool isInfinite = false;       // the format shows a word instead of a number, and nothing can be dragged
+    std::string format;            // for printf
+};
+NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_view unit, bool zeroIsInfinite);
+
+// Returns the value that replaces an infinite one: that of a new object, or 1 if that is infinite, too.
+template <typename Owner>
+float FiniteValue(const scene::Field<Owner, float>& field) {
+    const float ofNew = Owner().*field.member;
+    return ofNew != 0.0f ? ofNew : 1.0f;
+}
+
+// Returns `asked` clamped to the range; above the offered maximum, it can be no larger than `before`.
+template <int Length>
+glm::vec<Length, float> Bounded(const glm::vec<Length, float>& before, const glm::vec<Length, float>& asked,
+                                const scene::FieldRange& range) {
+    using Vector = glm::vec<Length, float>;
+    const Vector max = glm::min(glm::max(before, Vector(range.maxOffered)), Vector(range.max));
+    return glm::clamp(asked, Vector(range.min), max);
+}
+
+// Placement is a local transform as numbers that a user edits. Threads: pure functions, for any thread.
+
+struct Placement {
+    glm::vec3 translation{0.0f};
+    glm::vec3 degrees{0.0f};  // rotations about x, then y, then z
+    glm::vec3 scale{1.0f};    // lengths of the columns; x is negative for a mirroring transform
+};
+
+// For a transform with shear, the rotation is that of its first axis and of the plane of its first two.
+Placement PlacementOf(const glm::mat4x3& local);
+
+// Applies to `local` the differences between `before`, its placement, and `after`. Equal parts of both keep
+// their bits in the matrix, and shear is kept. A column of length 0 has none.
+glm::mat4x3 Placed(const glm::mat4x3& local, const Placement& before, const Placement& after);
+
+}  // namespace raygraph::editor
