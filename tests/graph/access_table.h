@@ -1,5 +1,5 @@
-// What each access is to Vulkan, written down by hand from the specification, for tests to compare with and
-// to judge plans by. Nothing here comes from renderer/graph/access.h.
+// This table says what each access is to Vulkan, by hand from the specification, for tests to compare with
+// and to judge plans by. Nothing here comes from renderer/graph/access.h.
 //
 // Sources, in the Vulkan 1.3 specification: "Pipeline Stages" and "Access Types" with its table of access
 // types by stage (synchronization chapter); "Image Layouts" (resource creation); for builds "Acceleration

@@ -17,6 +17,8 @@ constexpr VkPipelineStageFlags2 kTracing = VK_PIPELINE_STAGE_2_RAY_TRACING_SHADE
 constexpr VkPipelineStageFlags2 kTransfer = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
 constexpr VkAccessFlags2 kRead = VK_ACCESS_2_SHADER_STORAGE_READ_BIT;
 constexpr VkAccessFlags2 kWrite = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
+constexpr VkAccessFlags2 kSampledRead = VK_ACCESS_2_SHADER_SAMPLED_READ_BIT;
+constexpr VkAccessFlags2 kUniform = VK_ACCESS_2_UNIFORM_READ_BIT;
 constexpr VkImageLayout kGeneral = VK_IMAGE_LAYOUT_GENERAL;
 constexpr VkImageLayout kSampledLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
 constexpr VkImageLayout kUndefined = VK_IMAGE_LAYOUT_UNDEFINED;
@@ -29,129 +31,79 @@ AccessRequest Writing(VkPipelineStageFlags2 stages, VkImageLayout layout = kUnde
     return {.masks = {stages, kWrite, layout}, .writes = true, .needsContents = false};
 }
 
-TEST(BarrierPlanner, FirstUse_NeedsNoBarrierForABuffer) {
-    ResourceState state;
-    EXPECT_FALSE(PlanAccess(state, Writing(kCompute)).isNeeded);
-}
+// One step after another on one resource, and what the last of them waits for.
+struct Rule {
+    const char* name;
+    std::vector<AccessRequest> steps;
+    Dependency expected;  // of the last one; isNeeded is false: nothing
+};
 
-TEST(BarrierPlanner, FirstUse_OfATextureIsATransitionThatWaitsForNothing) {
-    ResourceState state;
-    EXPECT_EQ(PlanAccess(state, Writing(kTracing, kGeneral)), (Dependency{.dstStages = kTracing,
-                                                                          .dstAccess = kWrite,
-                                                                          .oldLayout = kUndefined,
-                                                                          .newLayout = kGeneral,
-                                                                          .isNeeded = true}));
-    EXPECT_EQ(state.layout, kGeneral);
-}
-
-TEST(BarrierPlanner, ReadAfterWrite_MakesTheWriteVisible) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    EXPECT_EQ(PlanAccess(state, Reading(kCompute)), (Dependency{.srcStages = kTracing,
-                                                                .srcAccess = kWrite,
-                                                                .dstStages = kCompute,
-                                                                .dstAccess = kRead,
-                                                                .isNeeded = true}));
-}
-
-TEST(BarrierPlanner, ReadAfterRead_NeedsNothingWhereTheWriteIsVisible) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    PlanAccess(state, Reading(kCompute));
-    EXPECT_FALSE(PlanAccess(state, Reading(kCompute)).isNeeded);
-}
-
-TEST(BarrierPlanner, ReadInAnotherStage_WaitsForTheWriteNotForTheReader) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    PlanAccess(state, Reading(kCompute));
-    const Dependency second = PlanAccess(state, Reading(kTransfer));
-    EXPECT_EQ(second.srcStages, kTracing);
-    EXPECT_EQ(second.srcAccess, kWrite);
-    EXPECT_TRUE((second.dstStages & kTransfer) != 0);
-}
-
-// Visibility is kept as stages x accesses: two barriers must not vouch for a pair that neither covered.
-TEST(BarrierPlanner, VisibilityOfTwoReaders_IsTheWholeProduct) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    PlanAccess(state, Reading(kCompute, kUndefined, VK_ACCESS_2_UNIFORM_READ_BIT));
-    const Dependency second = PlanAccess(state, Reading(kTransfer, kUndefined, kRead));
-    EXPECT_EQ(second.dstStages, kCompute | kTransfer);
-    EXPECT_EQ(second.dstAccess, kRead | VK_ACCESS_2_UNIFORM_READ_BIT);
-    EXPECT_FALSE(PlanAccess(state, Reading(kCompute, kUndefined, kRead)).isNeeded);
-}
-
-TEST(BarrierPlanner, WriteAfterRead_IsExecutionOnly) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    PlanAccess(state, Reading(kCompute));
-    EXPECT_EQ(
-        PlanAccess(state, Writing(kTracing)),
-        (Dependency{.srcStages = kCompute, .dstStages = kTracing, .dstAccess = kWrite, .isNeeded = true}));
-}
-
-TEST(BarrierPlanner, WriteAfterTwoReaders_WaitsForBoth) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    PlanAccess(state, Reading(kCompute));
-    PlanAccess(state, Reading(kTransfer));
-    EXPECT_EQ(PlanAccess(state, Writing(kTracing)).srcStages, kCompute | kTransfer);
-}
-
-TEST(BarrierPlanner, WriteAfterWrite_MakesTheFirstAvailable) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    const Dependency second = PlanAccess(state, Writing(kCompute));
-    EXPECT_EQ(second.srcStages, kTracing);
-    EXPECT_EQ(second.srcAccess, kWrite);
-}
-
-TEST(BarrierPlanner, WriteForgetsReadersBeforeIt) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing));
-    PlanAccess(state, Reading(kTransfer));
-    PlanAccess(state, Writing(kCompute));
-    EXPECT_EQ(PlanAccess(state, Writing(kTracing)).srcStages, kCompute);
-}
-
-TEST(BarrierPlanner, LayoutChangeForAReader_IsATransitionLaterReadersChainTo) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing, kGeneral));
-    const AccessRequest sampling = Reading(kCompute, kSampledLayout, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
-    const Dependency transition = PlanAccess(state, sampling);
-    EXPECT_EQ(transition.oldLayout, kGeneral);
-    EXPECT_EQ(transition.newLayout, kSampledLayout);
-    EXPECT_EQ(transition.srcAccess, kWrite);
-    EXPECT_FALSE(PlanAccess(state, sampling).isNeeded);
-    // Another stage in the same layout waits for the stage that waited for the transition.
-    const Dependency other =
-        PlanAccess(state, Reading(kTracing, kSampledLayout, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT));
-    EXPECT_TRUE(other.isNeeded);
-    EXPECT_EQ(other.srcStages, kCompute);
-    EXPECT_EQ(other.oldLayout, other.newLayout);
-}
-
-TEST(BarrierPlanner, LayoutChangeBetweenReaders_WaitsForTheFirstReader) {
-    ResourceState state;
-    PlanAccess(state, Writing(kTracing, kGeneral));
-    PlanAccess(state, Reading(kCompute, kGeneral));
-    const Dependency transition = PlanAccess(
-        state, Reading(kTransfer, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_ACCESS_2_TRANSFER_READ_BIT));
-    EXPECT_EQ(transition.srcStages, kCompute);
-    EXPECT_EQ(transition.srcAccess, VK_ACCESS_2_NONE);
-}
-
-TEST(BarrierPlanner, WriteThatNeedsNoContents_DropsThemInATransition) {
-    ResourceState state;
-    PlanAccess(state, Reading(kCompute, kSampledLayout));
-    EXPECT_EQ(PlanAccess(state, Writing(kCompute, kGeneral)).oldLayout, kUndefined);
-
-    AccessRequest update = Writing(kCompute, kGeneral);
-    update.needsContents = true;
-    ResourceState kept;
-    PlanAccess(kept, Reading(kCompute, kSampledLayout));
-    EXPECT_EQ(PlanAccess(kept, update).oldLayout, kSampledLayout);
+TEST(BarrierPlanner, LastStep_WaitsForWhatItMust) {
+    const AccessRequest sampling = Reading(kCompute, kSampledLayout, kSampledRead);
+    const AccessRequest copying =
+        Reading(kTransfer, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_ACCESS_2_TRANSFER_READ_BIT);
+    AccessRequest updating = Writing(kCompute, kGeneral);
+    updating.needsContents = true;
+    const Rule rules[] = {
+        {"first use of a buffer", {Writing(kCompute)}, {}},
+        {"first use of a texture: a transition that waits for nothing",
+         {Writing(kTracing, kGeneral)},
+         {.dstStages = kTracing, .dstAccess = kWrite, .newLayout = kGeneral, .isNeeded = true}},
+        {"read after write: the write becomes visible",
+         {Writing(kTracing), Reading(kCompute)},
+         {kTracing, kWrite, kCompute, kRead, kUndefined, kUndefined, true}},
+        {"read after read: the write is visible",
+         {Writing(kTracing), Reading(kCompute), Reading(kCompute)},
+         {}},
+        {"a read in another stage waits for the write, not for the reader",
+         {Writing(kTracing), Reading(kCompute), Reading(kTransfer)},
+         {kTracing, kWrite, kCompute | kTransfer, kRead, kUndefined, kUndefined, true}},
+        // Visibility is kept as stages x accesses: two barriers must not vouch for a pair that neither covered.
+        {"another access in another stage: the whole product becomes visible",
+         {Writing(kTracing), Reading(kCompute, kUndefined, kUniform), Reading(kTransfer)},
+         {kTracing, kWrite, kCompute | kTransfer, kRead | kUniform, kUndefined, kUndefined, true}},
+        {"a pair of that product",
+         {Writing(kTracing), Reading(kCompute, kUndefined, kUniform), Reading(kTransfer), Reading(kCompute)},
+         {}},
+        {"write after read: execution only",
+         {Writing(kTracing), Reading(kCompute), Writing(kTracing)},
+         {kCompute, VK_ACCESS_2_NONE, kTracing, kWrite, kUndefined, kUndefined, true}},
+        {"write after two readers: both",
+         {Writing(kTracing), Reading(kCompute), Reading(kTransfer), Writing(kTracing)},
+         {kCompute | kTransfer, VK_ACCESS_2_NONE, kTracing, kWrite, kUndefined, kUndefined, true}},
+        {"write after write: the first becomes available",
+         {Writing(kTracing), Writing(kCompute)},
+         {kTracing, kWrite, kCompute, kWrite, kUndefined, kUndefined, true}},
+        {"a write forgets readers before it",
+         {Writing(kTracing), Reading(kTransfer), Writing(kCompute), Writing(kTracing)},
+         {kCompute, kWrite, kTracing, kWrite, kUndefined, kUndefined, true}},
+        {"a reader in another layout: a transition",
+         {Writing(kTracing, kGeneral), sampling},
+         {kTracing, kWrite, kCompute, kSampledRead, kGeneral, kSampledLayout, true}},
+        {"the same reader again", {Writing(kTracing, kGeneral), sampling, sampling}, {}},
+        {"another stage in that layout waits for the stage that waited for the transition",
+         {Writing(kTracing, kGeneral), sampling, Reading(kTracing, kSampledLayout, kSampledRead)},
+         {kCompute, VK_ACCESS_2_NONE, kCompute | kTracing, kSampledRead, kSampledLayout, kSampledLayout,
+          true}},
+        {"a transition between readers waits for the first",
+         {Writing(kTracing, kGeneral), Reading(kCompute, kGeneral), copying},
+         {kCompute, VK_ACCESS_2_NONE, kTransfer, VK_ACCESS_2_TRANSFER_READ_BIT, kGeneral,
+          VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, true}},
+        {"a write that needs no contents drops them",
+         {Reading(kCompute, kSampledLayout), Writing(kCompute, kGeneral)},
+         {kCompute, VK_ACCESS_2_NONE, kCompute, kWrite, kUndefined, kGeneral, true}},
+        {"an update keeps them",
+         {Reading(kCompute, kSampledLayout), updating},
+         {kCompute, VK_ACCESS_2_NONE, kCompute, kWrite, kSampledLayout, kGeneral, true}}};
+    for (const Rule& rule : rules) {
+        ResourceState state;
+        Dependency last;
+        for (const AccessRequest& step : rule.steps) last = PlanAccess(state, step);
+        EXPECT_EQ(last.isNeeded, rule.expected.isNeeded) << rule.name;
+        if (rule.expected.isNeeded) {
+            EXPECT_EQ(last, rule.expected) << rule.name;
+        }
+    }
 }
 
 // Synchronization validation does not see image writes of TraceRays: this is where they are checked.
@@ -334,7 +286,7 @@ TEST(Barriers, BufferOfAHostReadBefore_IsWaitedForByReadsInOtherStages) {
     EXPECT_EQ(plan.barriers[0].dependency.dstStages, VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR);
 }
 
-// What a build reads is SHADER_READ, which stands for storage reads too.
+// A build reads by SHADER_READ, which stands for storage reads too.
 TEST(Barriers, ReadThatABroaderOneHasMadeVisible_NeedsNoBarrier) {
     ResourceState state{.writeStages = kCompute, .writeAccess = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
     EXPECT_TRUE(PlanAccess(state, {.masks = {kCompute, VK_ACCESS_2_SHADER_READ_BIT}}).isNeeded);
@@ -568,19 +520,16 @@ TEST(AccessTable, EveryPairIsThereOrRefused) {
     EXPECT_EQ(legal, golden::kAccessRows.size()) << "a row comes twice";
 }
 
-TEST(AccessTable, StagesAccessesAndLayoutsAreTheSpecifications) {
+TEST(AccessTable, EveryRow_IsTheSpecifications) {
     for (const AccessRow& row : golden::kAccessRows) {
+        SCOPED_TRACE(Text(row.kind, row.access));
         const AccessMasks masks = MasksFor(row.kind, row.access);
-        EXPECT_EQ(masks.stages, row.stages) << Text(row.kind, row.access);
-        EXPECT_EQ(masks.access, row.accesses) << Text(row.kind, row.access);
-        EXPECT_EQ(masks.layout, row.layout) << Text(row.kind, row.access);
-    }
-}
-
-TEST(AccessTable, EffectsOnContents) {
-    for (const AccessRow& row : golden::kAccessRows) {
-        EXPECT_EQ(Writes(row.access), row.effect != Effect::Reads) << Text(row.kind, row.access);
-        EXPECT_EQ(NeedsContents(row.access), row.effect != Effect::Replaces) << Text(row.kind, row.access);
+        EXPECT_EQ(masks.stages, row.stages);
+        EXPECT_EQ(masks.access, row.accesses);
+        EXPECT_EQ(masks.layout, row.layout);
+        EXPECT_EQ(Writes(row.access), row.effect != Effect::Reads);
+        EXPECT_EQ(Writes(row.access), (masks.access & kWriteAccesses) != 0);
+        EXPECT_EQ(NeedsContents(row.access), row.effect != Effect::Replaces);
     }
 }
 

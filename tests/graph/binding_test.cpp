@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <tuple>
 
@@ -105,69 +106,43 @@ TEST_F(Bindings, WholePass_FindsNumbersAndTypes) {
     EXPECT_EQ(m_graph.uses[m_pass.bindings[4].use].access, Access::Uniform) << "the shader declares it so";
 }
 
-TEST_F(Bindings, UnknownName_ListsWhatTheShaderHas) {
-    Bind("radience", BindVerb::Writes, m_radiance);
-    EXPECT_EQ(
-        Message(),
-        R"(pass "Trace" binds "radience": no such binding; test/all.comp has radiance (storage image, write), )"
-        "history (storage image, read), environmentMap (sampled image), Materials (storage buffer, read), "
-        "camera (uniform buffer), mean (storage image, read+write), unused (sampled image)");
-}
-
-TEST_F(Bindings, WrongKind_NamesBoth) {
-    Bind("environmentMap", BindVerb::Reads, m_environment);
-    EXPECT_EQ(
-        Message(),
-        R"(pass "Trace" binds "environmentMap" as a storage image; in test/all.comp it is a sampled image)");
-    m_pass.bindings.clear();
-    Bind("history", BindVerb::Reads, m_materials);
-    EXPECT_EQ(Message(),
-              R"(pass "Trace" binds "history" as a buffer; in test/all.comp it is a storage image)");
-}
-
-TEST_F(Bindings, WritingWhatTheShaderReads) {
-    Bind("history", BindVerb::Writes, m_history);
-    EXPECT_EQ(
-        Message(),
-        R"(pass "Trace" writes "history", which test/all.comp declares readonly (storage image, read))");
-}
-
-TEST_F(Bindings, ReadingWhatTheShaderWrites) {
-    Bind("radiance", BindVerb::Reads, m_history);
-    EXPECT_EQ(
-        Message(),
-        R"(pass "Trace" reads "radiance", which test/all.comp declares writeonly (storage image, write))");
-}
-
-TEST_F(Bindings, ReadingWhatTheShaderMayWrite) {
-    Bind("mean", BindVerb::Reads, m_mean);
-    EXPECT_EQ(Message(),
-              R"(pass "Trace" reads "mean", which test/all.comp may write (storage image, read+write): )"
-              "declare it readonly there, or write or update it here");
-}
-
-TEST_F(Bindings, WritingAUniformBuffer) {
-    Bind("camera", BindVerb::Writes, m_camera);
-    EXPECT_EQ(Message(), R"(pass "Trace" writes "camera", a uniform buffer in test/all.comp)");
-}
-
-TEST_F(Bindings, BufferTooSmallForItsBlock) {
-    Bind("Materials", BindVerb::Reads, m_small);
-    EXPECT_EQ(Message(),
-              R"(pass "Trace" binds "Materials" to "smallBuffer" of 8 B; test/all.comp needs at least 16 B)");
-}
-
-TEST_F(Bindings, ImageOfAnotherFormat) {
-    TextureId other = m_graph.Imported<ResourceKind::Texture>("other", {.layout = VK_IMAGE_LAYOUT_GENERAL});
-    Bind("history", BindVerb::Reads, other);
-    EXPECT_EQ(Message(),
-              R"(pass "Trace" binds "history" to "other" of format rgba8; test/all.comp declares rgba32f)");
-}
-
-TEST_F(Bindings, NameBoundTwice) {
-    Bind("history", BindVerb::Reads, m_history);
-    Bind("history", BindVerb::Reads, m_history);
-    EXPECT_EQ(Message(), R"(pass "Trace" binds "history" twice)");
+// Each of these is refused when it is bound alone.
+TEST_F(Bindings, EachMistake_NamesThePassTheBindingAndBothSides) {
+    const TextureId other =
+        m_graph.Imported<ResourceKind::Texture>("other", {.layout = VK_IMAGE_LAYOUT_GENERAL});
+    const struct {
+        std::function<void()> bind;
+        const char* expected;
+    } rows[] = {
+        {[&] { Bind("radience", BindVerb::Writes, m_radiance); },
+         R"(binds "radience": no such binding; test/all.comp has radiance (storage image, write), history (storage image, read), environmentMap (sampled image), Materials (storage buffer, read), camera (uniform buffer), mean (storage image, read+write), unused (sampled image))"},
+        {[&] { Bind("environmentMap", BindVerb::Reads, m_environment); },
+         R"(binds "environmentMap" as a storage image; in test/all.comp it is a sampled image)"},
+        {[&] { Bind("history", BindVerb::Reads, m_materials); },
+         R"(binds "history" as a buffer; in test/all.comp it is a storage image)"},
+        {[&] { Bind("radiance", BindVerb::Reads, m_history); },
+         R"(reads "radiance", which test/all.comp declares writeonly (storage image, write))"},
+        {[&] { Bind("mean", BindVerb::Reads, m_mean); },
+         R"(reads "mean", which test/all.comp may write (storage image, read+write): declare it readonly there, or write or update it here)"},
+        {[&] { Bind("camera", BindVerb::Writes, m_camera); },
+         R"(writes "camera", a uniform buffer in test/all.comp)"},
+        {[&] { Bind("Materials", BindVerb::Reads, m_small); },
+         R"(binds "Materials" to "smallBuffer" of 8 B; test/all.comp needs at least 16 B)"},
+        {[&] { Bind("history", BindVerb::Reads, other); },
+         R"(binds "history" to "other" of format rgba8; test/all.comp declares rgba32f)"},
+        {[&] {
+             Bind("history", BindVerb::Reads, m_history);
+             Bind("history", BindVerb::Reads, m_history);
+         },
+         R"(binds "history" twice)"},
+        {[&] { Bind("history", BindVerb::Writes, m_history); },
+         R"(writes "history", which test/all.comp declares readonly (storage image, read))"}};
+    for (const auto& row : rows) {
+        m_pass.bindings.clear();
+        m_graph.AddPass("Trace", PassKind::Compute);
+        row.bind();
+        EXPECT_EQ(Message(), std::string(R"(pass "Trace" )") + row.expected);
+    }
 }
 
 TEST_F(Bindings, WhatTheShaderUsesButNobodyBinds) {

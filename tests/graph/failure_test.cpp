@@ -213,261 +213,208 @@ TEST_F(Failure, LostDevice_AfterTheRendererIsGone) {
 namespace raygraph::misuse_test {
 namespace {
 
-TEST(Misuse, StaleId_NamesThePassThatWroteSince) {
-    GraphMaker graph;
-    const TextureId before = graph.Pass("First", {}, graph.Texture("radiance"));
-    [[maybe_unused]] const TextureId after = graph.Pass("Second", {}, before);
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(before, Access::StorageRead); }),
-        R"(pass "Blur" reads "radiance" as it was before pass "Second" wrote it: use the id that the write returned)");
+constexpr Access kRead = Access::StorageRead, kWrite = Access::StorageWrite;
+
+TextureId Made(GraphMaker& graph, const char* name = "radiance") {
+    return graph.Pass("Make", {}, graph.Texture(name));
+}
+// A pass of its own uses the id.
+void Use(GraphMaker& graph, TextureId id, Access access, const Subresources& part = {},
+         PassKind kind = PassKind::Compute) {
+    graph.AddPass("Blur", kind);
+    std::ignore = graph.Use(id, access, part);
+}
+// One pass uses the id twice.
+void UseTwice(GraphMaker& graph, TextureId id, Access first, Access second,
+              const Subresources& firstPart = {}, const Subresources& secondPart = {}) {
+    Use(graph, id, first, firstPart);
+    std::ignore = graph.Use(id, second, secondPart);
+}
+// A chain of 4 levels and 2 layers, of which levels 0 and 1 and layer 0 of level 2 have been written.
+TextureId PartlyMade(GraphMaker& graph) {
+    TextureId chain = graph.Fill("Make", graph.Chain("chain", 4, 2), Levels(0, 2));
+    return graph.Fill("More", chain, Subresource(2, 0));
+}
+TextureId WholeChain(GraphMaker& graph) {
+    return graph.Fill("Make", graph.Chain("chain", 4, 2));
 }
 
-TEST(Misuse, WritingAVersionTwice_IsStaleToo) {
-    GraphMaker graph;
-    const TextureId target = graph.Texture("radiance");
-    [[maybe_unused]] const TextureId first = graph.Pass("First", {}, target);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { return graph.Pass("Second", {}, target); }),
-        R"(pass "Second" writes "radiance" as it was before pass "First" wrote it: use the id that the write returned)");
-}
+// The last call of each is the mistake.
+struct Mistake {
+    const char* what;
+    void (*make)(GraphMaker& graph);
+    const char* expected;
+};
+constexpr Mistake kMistakes[] = {
+    {"a stale id",
+     [](GraphMaker& graph) {
+         const TextureId before = Made(graph);
+         std::ignore = graph.Pass("Second", {}, before);
+         Use(graph, before, kRead);
+     },
+     R"(pass "Blur" reads "radiance" as it was before pass "Second" wrote it: use the id that the write returned)"},
+    {"a version that is written twice",
+     [](GraphMaker& graph) {
+         const TextureId target = graph.Texture("radiance");
+         std::ignore = graph.Pass("First", {}, target);
+         Use(graph, target, kWrite);
+     },
+     R"(pass "Blur" writes "radiance" as it was before pass "First" wrote it: use the id that the write returned)"},
+    {"an id from before a write of another level",
+     [](GraphMaker& graph) {
+         const TextureId before = graph.Fill("Make", graph.Chain("chain", 2), Level(0));
+         std::ignore = graph.Fill("More", before, Level(1));
+         Use(graph, before, Access::Sampled, Level(0));
+     },
+     R"(pass "Blur" reads "chain" as it was before pass "More" wrote it: use the id that the write returned)"},
+    {"an empty id", [](GraphMaker& graph) { Use(graph, TextureId{}, kRead); },
+     R"(pass "Blur" reads an empty texture id, which names no resource)"},
+    {"an id of an earlier frame",
+     [](GraphMaker& graph) {
+         const TextureId old = graph.Texture("radiance");
+         graph.Begin(4);
+         std::ignore = graph.Texture("radiance");
+         Use(graph, old, kWrite);
+     },
+     R"(pass "Blur" writes a texture id of an earlier frame (3 before this one): ids last for one frame)"},
+    {"an id of another graph",
+     [](GraphMaker& graph) {
+         GraphMaker other;
+         std::ignore = other.Texture("a");
+         const TextureId second = other.Texture("b");
+         std::ignore = graph.Texture("c");
+         Use(graph, second, kWrite);
+     },
+     R"(pass "Blur" writes a texture id that this frame did not give out: it is of another Renderer)"},
+    {"a read of a transient that nothing wrote",
+     [](GraphMaker& graph) { Use(graph, graph.Texture("radiance"), kRead); },
+     R"(pass "Blur" reads "radiance", a transient texture that nothing has written in this frame)"},
+    {"an update of one",
+     [](GraphMaker& graph) { Use(graph, graph.Texture("radiance"), Access::StorageUpdate); },
+     R"(pass "Blur" updates "radiance", a transient texture that nothing has written in this frame)"},
+    {"one that is shown", [](GraphMaker& graph) { graph.Present(graph.Texture("radiance")); },
+     R"(Present shows "radiance", a transient texture that nothing has written in this frame)"},
+    {"a level that nothing wrote",
+     [](GraphMaker& graph) { Use(graph, graph.Chain("chain", 4, 2), Access::Sampled, Level(2)); },
+     R"(pass "Blur" reads "chain" level 2, a transient texture that nothing has written in this frame)"},
+    {"levels of which one is missing",
+     [](GraphMaker& graph) { Use(graph, PartlyMade(graph), Access::Sampled, Levels(1, 2)); },
+     R"(pass "Blur" reads "chain" levels 1-2, a transient texture whose level 2 layer 1 nothing has written in this frame)"},
+    {"an update of a chain of which a level is missing",
+     [](GraphMaker& graph) { Use(graph, PartlyMade(graph), Access::StorageUpdate); },
+     R"(pass "Blur" updates "chain", a transient texture whose level 3 layer 0 nothing has written in this frame)"},
+    {"such a chain that is shown", [](GraphMaker& graph) { graph.Present(PartlyMade(graph)); },
+     R"(Present shows "chain", a transient texture whose level 3 layer 0 nothing has written in this frame)"},
+    {"the levels of it that are there",
+     [](GraphMaker& graph) {
+         const TextureId chain = PartlyMade(graph);
+         Use(graph, chain, Access::Sampled, Levels(0, 2));
+         Use(graph, chain, kRead, Subresource(2, 0));
+     },
+     "accepted"},
+    {"an import without contents",
+     [](GraphMaker& graph) { Use(graph, graph.Imported<ResourceKind::Texture>("host"), Access::Sampled); },
+     R"(pass "Blur" reads "host", imported in the layout Undefined: it has no contents until it is written)"},
+    {"a level of an import without contents",
+     [](GraphMaker& graph) {
+         const TextureId host = graph.Chain("host", 2, 1, 0, Origin::Imported);
+         Use(graph, graph.Fill("Make", host, Level(0)), Access::Sampled);
+     },
+     R"(pass "Blur" reads "host", imported in the layout Undefined: its level 1 has no contents until it is written)"},
+    {"an access that a transfer cannot do",
+     [](GraphMaker& graph) { Use(graph, graph.Texture("radiance"), kWrite, {}, PassKind::Transfer); },
+     R"(pass "Blur" uses "radiance" as storage write, which a pass of kind transfer cannot do)"},
+    {"an access that ray tracing cannot do",
+     [](GraphMaker& graph) {
+         Use(graph, graph.Texture("radiance"), Access::ColorWrite, {}, PassKind::RayTracing);
+     },
+     R"(pass "Blur" uses "radiance" as color target, which a pass of kind ray tracing cannot do)"},
+    {"reading and writing in one pass",
+     [](GraphMaker& graph) { UseTwice(graph, Made(graph), kRead, kWrite); },
+     R"(pass "Blur" uses "radiance" both as storage read and as storage write: a pass that reads what it writes updates it)"},
+    {"writing twice in one pass",
+     [](GraphMaker& graph) {
+         graph.AddPass("Blur", PassKind::Compute);
+         const TextureId once = graph.Use(graph.Texture("radiance"), kWrite);
+         std::ignore = graph.Use(once, kWrite);
+     },
+     R"(pass "Blur" uses "radiance" both as storage write and as storage write: a pass writes a resource once)"},
+    {"sampling and loading in one pass",
+     [](GraphMaker& graph) { UseTwice(graph, Made(graph), kRead, Access::Sampled); },
+     R"(pass "Blur" uses "radiance" both as storage read and as sampled: a pass sees a texture in one way only)"},
+    {"reading and writing one level in one pass",
+     [](GraphMaker& graph) { UseTwice(graph, WholeChain(graph), kRead, kWrite, Levels(0, 2), Levels(1, 2)); },
+     R"(pass "Blur" uses "chain" level 1 both as storage read and as storage write: a pass that reads what it writes updates it)"},
+    {"sampling and loading one level in one pass",
+     [](GraphMaker& graph) {
+         UseTwice(graph, WholeChain(graph), kRead, Access::Sampled, Levels(0, 2), Subresource(0, 1));
+     },
+     R"(pass "Blur" uses "chain" level 0 layer 1 both as storage read and as sampled: a pass sees a texture in one way only)"},
+    {"writing another level of what is read",
+     [](GraphMaker& graph) { UseTwice(graph, WholeChain(graph), kRead, kWrite, Levels(0, 2), Level(3)); },
+     "accepted"},
+    {"writing a layer of levels that are read",
+     [](GraphMaker& graph) { UseTwice(graph, WholeChain(graph), kRead, kWrite, Levels(0, 2), Layer(1)); },
+     R"(pass "Blur" uses "chain" levels 0-1 layer 1 both as storage read and as storage write: a pass that reads what it writes updates it)"},
+    {"a level that is not there",
+     [](GraphMaker& graph) { Use(graph, graph.Chain("chain", 5), kWrite, Level(5)); },
+     R"(pass "Blur" writes "chain": level 5, there are 5)"},
+    {"levels that are not there",
+     [](GraphMaker& graph) { Use(graph, graph.Chain("chain", 5), kWrite, Levels(3, 4)); },
+     R"(pass "Blur" writes "chain": levels 3-6, there are 5)"},
+    {"a layer that is not there",
+     [](GraphMaker& graph) { Use(graph, graph.Chain("chain", 5), kWrite, Subresource(0, 2)); },
+     R"(pass "Blur" writes "chain": layer 2, there is 1)"},
+    {"combined uses of a set of structures in a build",
+     [](GraphMaker& graph) {
+         BlasSetId blases = graph.Imported<ResourceKind::BlasSet>("blases");
+         graph.AddPass("Build", PassKind::AccelerationStructure);
+         graph.Use(blases, Access::BuildRead);
+         blases = graph.Use(graph.Use(blases, Access::BuildWrite), Access::BuildUpdate);
+         EXPECT_EQ(blases.version, 2u);
+     },
+     "accepted"},
+    {"a shown texture that is written later",
+     [](GraphMaker& graph) {
+         const TextureId made = Made(graph);
+         graph.Present(made);
+         std::ignore = graph.Pass("Again", {}, made);
+         Compile(graph);
+     },
+     R"("radiance" was presented and written again later in the frame: its contents at the end of the frame are not those that were meant)"},
+    {"an export of what was not imported",
+     [](GraphMaker& graph) { graph.Export(Made(graph), VK_IMAGE_LAYOUT_GENERAL); },
+     R"(Export hands back "radiance", a transient texture: only imported ones have an owner)"},
+    {"an export without contents",
+     [](GraphMaker& graph) {
+         graph.Export(graph.Imported<ResourceKind::Texture>("host"), VK_IMAGE_LAYOUT_UNDEFINED);
+     },
+     R"(Export hands back "host" in a layout that drops its contents)"},
+    {"two exports of one texture",
+     [](GraphMaker& graph) {
+         const TextureId host = graph.Pass("Make", {}, graph.Imported<ResourceKind::Texture>("host"));
+         graph.Export(host, VK_IMAGE_LAYOUT_GENERAL);
+         graph.Export(host, VK_IMAGE_LAYOUT_GENERAL);
+     },
+     R"(Export hands back "host" twice)"},
+};
 
-TEST(Misuse, EmptyId) {
-    GraphMaker graph;
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(TextureId{}, Access::StorageRead); }),
-              R"(pass "Blur" reads an empty texture id, which names no resource)");
-}
-
-TEST(Misuse, IdOfAnEarlierFrame) {
-    GraphMaker graph;
-    const TextureId old = graph.Texture("radiance");
-    graph.Begin(4);
-    [[maybe_unused]] const TextureId fresh = graph.Texture("radiance");
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(old, Access::StorageWrite); }),
-        R"(pass "Blur" writes a texture id of an earlier frame (3 before this one): ids last for one frame)");
-}
-
-TEST(Misuse, IdOfAnotherGraph) {
-    GraphMaker other;
-    [[maybe_unused]] const TextureId first = other.Texture("a");
-    const TextureId second = other.Texture("b");
-    GraphMaker graph;
-    [[maybe_unused]] const TextureId mine = graph.Texture("c");
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(second, Access::StorageWrite); }),
-        R"(pass "Blur" writes a texture id that this frame did not give out: it is of another Renderer)");
-}
-
-TEST(Misuse, TransientThatNothingWrote) {
-    GraphMaker graph;
-    const TextureId empty = graph.Texture("radiance");
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(empty, Access::StorageRead); }),
-              R"(pass "Blur" reads "radiance", a transient texture that nothing has written in this frame)");
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(empty, Access::StorageUpdate); }),
-        R"(pass "Blur" updates "radiance", a transient texture that nothing has written in this frame)");
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Present(empty); }),
-              R"(Present shows "radiance", a transient texture that nothing has written in this frame)");
-}
-
-TEST(Misuse, ImportWithoutContents) {
-    GraphMaker graph;
-    const TextureId host = graph.Imported<ResourceKind::Texture>("host");
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(host, Access::Sampled); }),
-        R"(pass "Blur" reads "host", imported in the layout Undefined: it has no contents until it is written)");
-}
-
-TEST(Misuse, AccessThatThePassKindCannotDo) {
-    GraphMaker graph;
-    const TextureId target = graph.Texture("radiance");
-    graph.AddPass("Upload", PassKind::Transfer);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(target, Access::StorageWrite); }),
-              R"(pass "Upload" uses "radiance" as storage write, which a pass of kind transfer cannot do)");
-    graph.AddPass("Trace", PassKind::RayTracing);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(target, Access::ColorWrite); }),
-              R"(pass "Trace" uses "radiance" as color target, which a pass of kind ray tracing cannot do)");
-}
-
-TEST(Misuse, ReadingAndWritingInOnePass) {
-    GraphMaker graph;
-    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
-    graph.AddPass("Blur", PassKind::Compute);
-    graph.Use(made, Access::StorageRead);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(made, Access::StorageWrite); }),
-        R"(pass "Blur" uses "radiance" both as storage read and as storage write: a pass that reads what it writes updates it)");
-}
-
-TEST(Misuse, WritingTwiceInOnePass) {
-    GraphMaker graph;
-    graph.AddPass("Blur", PassKind::Compute);
-    const TextureId once = graph.Use(graph.Texture("radiance"), Access::StorageWrite);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(once, Access::StorageWrite); }),
-        R"(pass "Blur" uses "radiance" both as storage write and as storage write: a pass writes a resource once)");
-}
-
-TEST(Misuse, SamplingAndLoadingInOnePass) {
-    GraphMaker graph;
-    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
-    graph.AddPass("Blur", PassKind::Compute);
-    graph.Use(made, Access::StorageRead);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(made, Access::Sampled); }),
-        R"(pass "Blur" uses "radiance" both as storage read and as sampled: a pass sees a texture in one way only)");
-}
-
-TEST(Misuse, BuildsMayCombineUsesOfASet) {
-    GraphMaker graph;
-    BlasSetId blases = graph.Imported<ResourceKind::BlasSet>("blases");
-    graph.AddPass("Build", PassKind::AccelerationStructure);
-    graph.Use(blases, Access::BuildRead);
-    blases = graph.Use(blases, Access::BuildWrite);
-    blases = graph.Use(blases, Access::BuildUpdate);
-    EXPECT_EQ(blases.version, 2u);
-}
-
-TEST(Misuse, ShownTextureThatIsWrittenLater) {
-    GraphMaker graph;
-    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
-    graph.Present(made);
-    [[maybe_unused]] const TextureId later = graph.Pass("Again", {}, made);
-    EXPECT_EQ(testing::ErrorTextOf([&] { Compile(graph); }),
-              R"("radiance" was presented and written again later in the frame: )"
-              "its contents at the end of the frame are not those that were meant");
-}
-
-TEST(Misuse, ExportOfWhatWasNotImported) {
-    GraphMaker graph;
-    const TextureId made = graph.Pass("Make", {}, graph.Texture("radiance"));
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(made, VK_IMAGE_LAYOUT_GENERAL); }),
-              R"(Export hands back "radiance", a transient texture: only imported ones have an owner)");
-    const TextureId host = graph.Imported<ResourceKind::Texture>("host");
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(host, VK_IMAGE_LAYOUT_UNDEFINED); }),
-              R"(Export hands back "host" in a layout that drops its contents)");
-}
-
-TEST(Misuse, ExportOfOneTextureTwice) {
-    GraphMaker graph;
-    const TextureId host = graph.Pass("Make", {}, graph.Imported<ResourceKind::Texture>("host"));
-    graph.Export(host, VK_IMAGE_LAYOUT_GENERAL);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(host, VK_IMAGE_LAYOUT_GENERAL); }),
-              R"(Export hands back "host" twice)");
+TEST(Misuse, EachMistake_IsNamedWithItsPassAndResource) {
+    for (const Mistake& mistake : kMistakes) {
+        GraphMaker graph;
+        EXPECT_EQ(testing::ErrorTextOf([&] { mistake.make(graph); }), mistake.expected) << mistake.what;
+    }
 }
 
 TEST(Misuse, FailedUse_LeavesTheGraphAsItWas) {
     GraphMaker graph;
     const TextureId target = graph.Texture("radiance");
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_NE(testing::ErrorTextOf([&] { graph.Use(target, Access::StorageRead); }), "accepted");
+    EXPECT_NE(testing::ErrorTextOf([&] { Use(graph, target, kRead); }), "accepted");
     EXPECT_TRUE(graph.uses.empty());
     EXPECT_EQ(graph.resources[0].version, 0u);
 }
 
-TEST(Access, EveryKindOfPass_HasMasksForItsLegalAccesses) {
-    for (int kind = 0; kind <= static_cast<int>(PassKind::AccelerationStructure); ++kind) {
-        for (int access = 0; access < static_cast<int>(Access::Count); ++access) {
-            const auto passKind = static_cast<PassKind>(kind);
-            const auto passAccess = static_cast<Access>(access);
-            if (!IsLegal(passKind, passAccess)) continue;
-            const AccessMasks masks = MasksFor(passKind, passAccess);
-            EXPECT_NE(masks.stages, 0u) << Name(passKind) << ' ' << Name(passAccess);
-            EXPECT_NE(masks.access, 0u) << Name(passKind) << ' ' << Name(passAccess);
-            EXPECT_EQ(Writes(passAccess), (masks.access & kWriteAccesses) != 0)
-                << Name(passKind) << ' ' << Name(passAccess);
-        }
-    }
-}
-
-}  // namespace
-}  // namespace raygraph::misuse_test
-
-// Parts of textures that a pass cannot have: each is refused with one line that names the texture, what was asked
-// and what there is.
-namespace raygraph::subresource_misuse_test {
-namespace {
-
-TEST(SubresourceMisuse, PartThatTheTextureDoesNotHave) {
-    GraphMaker graph;
-    const TextureId chain = graph.Chain("chain", 5);
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Level(5)); }),
-              R"(pass "Blur" writes "chain": level 5, there are 5)");
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Levels(3, 4)); }),
-              R"(pass "Blur" writes "chain": levels 3-6, there are 5)");
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Subresource(0, 2)); }),
-              R"(pass "Blur" writes "chain": layer 2, there is 1)");
-}
-
-TEST(SubresourceMisuse, ReadingAndWritingOneLevelInOnePass) {
-    GraphMaker graph;
-    TextureId chain = graph.Fill("Make", graph.Chain("chain", 4, 2));
-    graph.AddPass("Blur", PassKind::Compute);
-    graph.Use(chain, Access::StorageRead, Levels(0, 2));
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Levels(1, 2)); }),
-        R"(pass "Blur" uses "chain" level 1 both as storage read and as storage write: a pass that reads what it writes updates it)");
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(chain, Access::Sampled, Subresource(0, 1)); }),
-        R"(pass "Blur" uses "chain" level 0 layer 1 both as storage read and as sampled: a pass sees a texture in one way only)");
-    chain = graph.Use(chain, Access::StorageWrite, Level(3));
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageWrite, Layer(1)); }),
-        R"(pass "Blur" uses "chain" levels 0-1 layer 1 both as storage read and as storage write: a pass that reads what it writes updates it)");
-}
-
-TEST(SubresourceMisuse, LevelThatNothingWrote) {
-    GraphMaker graph;
-    TextureId chain = graph.Chain("chain", 4, 2);
-    graph.AddPass("First", PassKind::Compute);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(chain, Access::Sampled, Level(2)); }),
-        R"(pass "First" reads "chain" level 2, a transient texture that nothing has written in this frame)");
-    chain = graph.Fill("Make", chain, Levels(0, 2));
-    chain = graph.Fill("More", chain, Subresource(2, 0));
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(
-        testing::ErrorTextOf([&] { graph.Use(chain, Access::Sampled, Levels(1, 2)); }),
-        R"(pass "Blur" reads "chain" levels 1-2, a transient texture whose level 2 layer 1 nothing has )"
-        "written in this frame");
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(chain, Access::StorageUpdate); }),
-              R"(pass "Blur" updates "chain", a transient texture whose level 3 layer 0 nothing has written )"
-              "in this frame");
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Present(chain); }),
-              R"(Present shows "chain", a transient texture whose level 3 layer 0 nothing has written in )"
-              "this frame");
-    graph.Use(chain, Access::Sampled, Levels(0, 2));
-    graph.Use(chain, Access::StorageRead, Subresource(2, 0));
-}
-
-TEST(SubresourceMisuse, LevelOfAnImportWithoutContents) {
-    GraphMaker graph;
-    TextureId host = graph.Chain("host", 2, 1, 0, Origin::Imported);
-    host = graph.Fill("Make", host, Level(0));
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(host, Access::Sampled); }),
-              R"(pass "Blur" reads "host", imported in the layout Undefined: its level 1 has no contents )"
-              "until it is written");
-}
-
-TEST(SubresourceMisuse, IdFromBeforeAWriteOfAnotherLevel_IsStaleToo) {
-    GraphMaker graph;
-    const TextureId before = graph.Fill("Make", graph.Chain("chain", 2), Level(0));
-    std::ignore = graph.Fill("More", before, Level(1));
-    graph.AddPass("Blur", PassKind::Compute);
-    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Use(before, Access::Sampled, Level(0)); }),
-              R"(pass "Blur" reads "chain" as it was before pass "More" wrote it: use the id that the write )"
-              "returned");
-}
-
-// What a shader says to a part under the name "image" of a binding that it declares.
+// Tells what is refused of a part under the name "image" of a binding that a shader declares.
 std::string BindingRefusal(const GraphMaker& maker, TextureId texture, const Subresources& part,
                            rhi::BindingKind kind, rhi::ImageShape shape) {
     GraphMaker graph = maker;
@@ -490,7 +437,7 @@ std::string BindingRefusal(const GraphMaker& maker, TextureId texture, const Sub
     });
 }
 
-TEST(SubresourceMisuse, ViewThatTheShaderCannotHave) {
+TEST(Misuse, ViewThatTheShaderCannotHave) {
     using enum rhi::ImageShape;
     using enum rhi::BindingKind;
     GraphMaker graph;
@@ -520,7 +467,7 @@ TEST(SubresourceMisuse, ViewThatTheShaderCannotHave) {
         R"(pass "Look" binds "image" to 6 layers of 64x32 of "faces": in look.comp it is a cube map, of six square layers)");
 }
 
-TEST(SubresourceMisuse, TargetOfSeveralLayersOrOfAnotherSize) {
+TEST(Misuse, TargetOfSeveralLayersOrOfAnotherSize) {
     GraphMaker graph;
     const TextureId faces = graph.Fill("Make", graph.Chain("faces", 3, 6));
     const auto refusal = [&](const std::vector<Subresources>& targets) {
@@ -546,7 +493,7 @@ TEST(SubresourceMisuse, TargetOfSeveralLayersOrOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace raygraph::subresource_misuse_test
+}  // namespace raygraph::misuse_test
 
 // A dropped frame still serves the semaphores of the host: what the host has signaled is waited for, and what
 // it waits for is signaled.

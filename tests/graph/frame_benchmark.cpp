@@ -1,5 +1,5 @@
-// What the graph costs the CPU: a three-pass frame like the path tracer's, and a longer one, on a picture of
-// one texel so that the device has next to nothing to do.
+// Measures what the graph costs the CPU: a three-pass frame like the path tracer's, and a longer one, on a
+// picture of one texel so that the device has next to nothing to do.
 #include <benchmark/benchmark.h>
 
 #include "renderer/graph/compile.h"

@@ -200,7 +200,7 @@ struct Oracle::Frame {
     std::vector<Span> spans;  // by resource
     // By resource, place of the subresource and version.
     std::map<std::tuple<uint32_t, uint32_t, uint32_t>, uint64_t> contentsOf;
-    // Of transients; those that share memory use the images alone.
+    // Objects of transients; those that share memory use the images alone.
     std::map<uint32_t, Object> passing;
     // By resource and place: its contents from before the frame are used.
     std::set<std::pair<uint32_t, uint32_t>> needsLastFrame;
@@ -245,7 +245,7 @@ std::vector<Oracle::Segment>& Oracle::AllSegments(Frame& frame, uint32_t r) {
     return ObjectOf(frame, r).segments;
 }
 
-// Those of one subresource: the resource lies at the start of its block.
+// Returns the bytes of one subresource: the resource lies at the start of its block.
 std::vector<Oracle::Segment*> Oracle::Segments(Frame& frame, uint32_t r, uint32_t place) {
     std::vector<Segment>& all = AllSegments(frame, r);
     if (!frame.IsShared(r)) return {&all[place]};
@@ -339,7 +339,7 @@ void Oracle::PlaceTransients(Frame& frame) {
 }
 
 void Oracle::JudgeBarriers(Frame& frame, const BarrierRange& range, const std::string& before) {
-    // Those of one batch happen at once: none sees the transition of another.
+    // Barriers of one batch happen at once: none sees the transition of another.
     for (uint32_t b = range.first; b < range.first + range.count; ++b)
         OrderTheRest(frame, frame.plan.barriers[b]);
     for (uint32_t b = range.first; b < range.first + range.count; ++b)
@@ -509,7 +509,7 @@ void Oracle::JudgeEnd(Frame& frame) {
                                                            : segment->memory.Read(scope, who));
         }
     }
-    // What a frame starts from has to be what the frame before left, and an import in the layout that its state
+    // A frame has to start from what the frame before left, and an import is in the layout that its state
     // says.
     for (uint32_t r = 0; r < frame.spans.size(); ++r)
         for (uint32_t place = 0; place < frame.PlaceCount(r); ++place) {

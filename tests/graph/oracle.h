@@ -34,23 +34,23 @@ class Memory {
   public:
     // A dependency between all before and all after it.
     void Barrier(const Scope& src, const Scope& dst);
-    // The same with a change of layout or owner in between, which writes. Returns what it would race with;
+    // Adds a barrier with a change of layout or owner, which writes. Returns what it would race with;
     // empty: nothing.
     std::string Transition(const Scope& src, const Scope& dst, const std::string& who);
     // An access in all of the stages; one that writes may read as well. Both return what is not ordered or
     // visible; empty: all is.
     std::string Read(const Scope& scope, const std::string& who);
     std::string Write(const Scope& scope, const std::string& who);
-    // What happened outside, after all that is known, and is visible to these stages by a semaphore.
+    // Adds accesses from outside, after all that is known, visible to these stages by a semaphore.
     void HandedOver(VkPipelineStageFlags2 waitStages, const std::string& who);
 
   private:
     static constexpr size_t kStageCount = 15;
-    // What one access did in one of its stages.
+    // One access in one of its stages.
     struct Part {
         VkPipelineStageFlags2 stage = 0;          // 0: a transition, which is in none
         VkPipelineStageFlags2 happensBefore = 0;  // stages whose later work it happens before
-        // Of a write:
+        // These members are a write's:
         bool isAvailable = false;
         VkPipelineStageFlags2 availableBefore = 0;          // stages whose later work it is available before
         std::array<VkAccessFlags2, kStageCount> visible{};  // accesses that see it, by stage
@@ -81,8 +81,8 @@ namespace raygraph::oracle {
 
 class Oracle {
   public:
-    // What is wrong with the frame's plan, a line each; empty: nothing. Persistent and imported resources are
-    // known by their names, transient memory by its block; what they hold stays for the next frame. A copy of
+    // Returns what is wrong with the frame's plan, a line each; empty: nothing. Persistent and imported
+    // resources are known by their names, transient memory by its block; what they hold stays for the next frame. A copy of
     // an Oracle judges another future.
     std::vector<std::string> Judge(const FrameGraph& graph, const Plan& plan);
 
@@ -105,7 +105,7 @@ class Oracle {
         VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
         uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // IGNORED: the frame's
     };
-    // Of a texture, both are by subresource, layer by layer.
+    // A texture has both by subresource, layer by layer.
     struct Object {
         std::vector<Segment> segments{1};
         std::vector<Image> images{1};

@@ -180,7 +180,7 @@ TEST_F(ProgramLife, ACulledPass_KeepsIts) {
     EXPECT_EQ(Frame(m_renderer, true), 2u);
 }
 
-// Of culled passes, too, and of no others.
+// Pipelines of culled passes are prepared, too, and no others.
 TEST_F(ProgramLife, PipelinesOfPassesArePreparedBeforeAFrameUsesThem) {
     Renderer& renderer = m_renderer;
     renderer.BeginFrame();

@@ -166,7 +166,7 @@ const FrameGraph& RandomFrames::Declare() {
     m_graph.waitStages = m_waitStages;
     for (Kept& kept : m_kept) {
         kept.index = kNone;
-        // What has been handed over for this frame has to be in it.
+        // Imports that were handed over for this frame have to be in it.
         if (kept.owner == Owner::Graph && Chance(20)) continue;
         kept.index = Add(kept.resource);
     }
@@ -216,7 +216,7 @@ void RandomFrames::AddRoots() {
     }
 }
 
-// As Renderer::ReadBack does it.
+// Copies as Renderer::ReadBack does.
 void RandomFrames::ReadOnHost(uint32_t resource) {
     const uint32_t target =
         Add({.name = "readback " + std::to_string(m_frame) + ' ' + std::to_string(resource),

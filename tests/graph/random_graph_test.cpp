@@ -192,7 +192,7 @@ TEST(RandomGraph, WeakenedAccessMaskIsFound) {
                 const PlannedBarrier& barrier = plan.barriers[b];
                 if (IsPrecaution(graph, plan, barrier)) return;
                 const std::string what = "seed " + std::to_string(seed) + ": " + BarrierText(graph, barrier);
-                // What has been made available before stays so.
+                // Writes that were made available before stay so.
                 if (oracle::WritesOf(barrier.dependency.srcAccess) != 0 &&
                     IsFirstAfterAWrite(graph, plan, position, barrier)) {
                     Plan fault = plan;

@@ -420,7 +420,7 @@ void main() {
     for (int i = 0; i < 4; ++i) sum += imageLoad(finer, min(2 * texel + ivec2(i & 1, i >> 1), last));
     imageStore(coarser, texel, 0.25 * sum);
 })";
-// The same through a sampler: another layout for the level that is read.
+// Halves through a sampler: the level that is read has another layout.
 constexpr std::string_view kHalveSampled = R"(
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler2D finer;
