@@ -2,7 +2,7 @@
 // A script that plays the user: one command a line, '#' starts a comment.
 //
 //   size 1280x720          of the window, pixels     scale 2           pixels to a point, 0.5 to 8
-//   open FILE              as if dropped             key ctrl+z        also shift+; names: camera_controller.h
+//   open FILE              as if dropped             key ctrl+z        also shift+: camera_controller.h
 //   mouse 640 360          moves there               click left        also press, release; right, middle
 //   drag left 100 0        presses, moves, lets go   wheel 2           notches
 //   text abc               typed                     view raster       a view by its name
