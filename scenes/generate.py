@@ -13,16 +13,14 @@ import sys
 
 sys.dont_write_bytecode = True
 
-from cornell_box import cornell
 from gltf_writer import GltfWriter, png
-from layer_grids import films_grid, layers_grid
-from light_grids import diffuse_transmission_grid, scattering_grid
-from light_scenes import many_lights, small_light, terrace
-from line_scenes import points_and_lines
-from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics, thin_films
-from mesh_grids import meshes_grid
+from grids import (
+    diffuse_transmission_grid, films_grid, layers_grid, meshes_grid, scattering_grid,
+    texture_coordinates_grid, texture_formats_grid, variants_grid)
+from lit_scenes import (
+    cornell, furnace_row, glass_sphere, many_lights, material_row, nested_dielectrics,
+    points_and_lines, small_light, terrace, thin_films)
 from shapes import Picker, box_quads, icosphere
-from texture_grids import texture_coordinates_grid, texture_formats_grid, variants_grid
 
 
 def furnace_sphere():
