@@ -1,0 +1,29 @@
+// Stein's unbiased estimate of the squared error of two estimates of the picture, one number a pixel each:
+// the squared difference to the mean, minus the noise of the mean, plus twice what both have in common.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "denoise/denoise.glsl"
+
+layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;
+layout(set = 0, binding = 1, rgba32f) readonly uniform image2D noise;
+layout(set = 0, binding = 2, rgba32f) readonly uniform image2D pilot;  // weighs errors
+layout(set = 0, binding = 3, rgba32f) readonly uniform image2D detailed;
+layout(set = 0, binding = 4, rgba32f) readonly uniform image2D smoothed;
+layout(set = 0, binding = 5, rg32f) writeonly uniform image2D errors;
+
+float ErrorOf(vec4 candidate, vec3 value, vec3 variance, vec3 weight) {
+    vec3 difference = candidate.xyz - value;
+    return Sum((difference * difference - variance * (1.0f - 2.0f * candidate.w)) * weight);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
+    if (!IsInside(pixel, size)) return;
+    vec3 value = FiniteOr0(imageLoad(mean, pixel).xyz), variance = imageLoad(noise, pixel).xyz;
+    vec3 weight = ErrorWeight(imageLoad(pilot, pixel).xyz);
+    imageStore(errors, pixel,
+               vec4(ErrorOf(imageLoad(detailed, pixel), value, variance, weight),
+                    ErrorOf(imageLoad(smoothed, pixel), value, variance, weight), 0.0f, 0.0f));
+}

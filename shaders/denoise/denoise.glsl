@@ -1,0 +1,33 @@
+// What the passes of the denoiser share (passes/denoise.h): windows, and distances between surfaces.
+#ifndef RAYGRAPH_DENOISE_DENOISE_GLSL
+#define RAYGRAPH_DENOISE_DENOISE_GLSL
+
+// An entry that is infinite or NaN counts as 0.
+vec3 FiniteOr0(vec3 value) {
+    bvec3 isFinite = lessThanEqual(abs(value), vec3(3.4e38f));  // false for NaN
+    return mix(vec3(0.0f), value, isFinite);
+}
+
+// Errors are weighed as relMSE weighs them: by the inverse of the squared radiance and 0.01.
+vec3 ErrorWeight(vec3 radiance) { return 1.0f / (radiance * radiance + 0.01f); }
+
+float Sum(vec3 value) { return value.x + value.y + value.z; }
+
+bool IsInside(ivec2 pixel, ivec2 size) {
+    return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, size));
+}
+
+// The first and the last pixel of the window around a pixel.
+ivec2 WindowBegin(ivec2 pixel, int radius) { return max(pixel - radius, ivec2(0)); }
+ivec2 WindowEnd(ivec2 pixel, int radius, ivec2 size) { return min(pixel + radius, size - 1); }
+
+// The squared distance of two surfaces by their features (denoise/features.comp), 1 at a standard deviation.
+// A difference counts for less where the features vary from pixel to pixel, as w says, near both pixels.
+float FeatureDistance(vec4 albedoP, vec4 albedoQ, vec4 normalP, vec4 normalQ) {
+    const float kAlbedo = 0.04f, kNormal = 0.2f;
+    vec3 albedo = albedoP.xyz - albedoQ.xyz, normal = normalP.xyz - normalQ.xyz;
+    return dot(albedo, albedo) / (kAlbedo * kAlbedo + min(albedoP.w, albedoQ.w)) +
+           dot(normal, normal) / (kNormal * kNormal + min(normalP.w, normalQ.w));
+}
+
+#endif

@@ -1,0 +1,444 @@
+// Tests the denoiser: each of its steps against closed forms or the same computation in double precision, and
+// what all of them together promise.
+#include "passes/denoise.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "renderer/graph/pass_harness.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing::denoise_test {
+
+using passes::DenoiseFeatures;
+using passes::DenoiseInputs;
+using passes::DenoiseSettings;
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+using Picture = std::vector<float>;  // RGBA
+
+Picture Filled(Extent2D extent, std::array<float, 4> value) {
+    Picture picture;
+    for (uint32_t i = 0; i < extent.width * extent.height; ++i)
+        picture.insert(picture.end(), value.begin(), value.end());
+    return picture;
+}
+
+template <typename Function>  // from x, y to a gray
+Picture Gray(Extent2D extent, const Function& function) {
+    Picture picture;
+    for (uint32_t y = 0; y < extent.height; ++y)
+        for (uint32_t x = 0; x < extent.width; ++x) {
+            const float value = function(x, y);
+            picture.insert(picture.end(), {value, value, value, 1.0f});
+        }
+    return picture;
+}
+
+Picture Random(Extent2D extent, uint32_t seed, float least, float most) {
+    std::mt19937 generator(seed);
+    std::uniform_real_distribution<float> uniform(least, most);
+    Picture picture(size_t{4} * extent.width * extent.height);
+    for (float& value : picture) value = uniform(generator);
+    return picture;
+}
+
+struct Render {
+    Picture mean, variance, albedo, normal, firstHalf;
+};
+
+// A render whose samples are normally distributed: the picture that is given plus noise.
+Render Noisy(Extent2D extent, const Picture& truth, float deviation, uint32_t samples) {
+    std::mt19937 generator(7);
+    std::normal_distribution<float> normal(0.0f, deviation / std::sqrt(static_cast<float>(samples) / 2.0f));
+    Render render{truth,
+                  Filled(extent, {deviation * deviation, deviation * deviation, deviation * deviation, 0}),
+                  Filled(extent, {0.5f, 0.5f, 0.5f, 1}), Filled(extent, {0, 0, 1, 0}), truth};
+    for (size_t i = 0; i < truth.size(); ++i) {
+        if (i % 4 == 3) continue;
+        const float first = normal(generator), second = normal(generator);
+        render.firstHalf[i] += first;
+        render.mean[i] += 0.5f * (first + second);
+    }
+    return render;
+}
+
+double SquaredError(const Picture& a, const Picture& b) {
+    double sum = 0.0;
+    for (size_t i = 0; i < a.size(); ++i) sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
+    return sum;
+}
+
+class Denoising : public VulkanTest {
+  protected:
+    TextureId Texture(const char* name, Extent2D extent, const Picture& picture) {
+        return harness.Texture(name, extent, Format::Rgba32Float, picture);
+    }
+    DenoiseInputs Inputs(Extent2D extent, const Render& render) {
+        DenoiseInputs inputs{.mean = Texture("mean", extent, render.mean),
+                             .variance = Texture("variance", extent, render.variance),
+                             .albedo = Texture("albedo", extent, render.albedo),
+                             .normal = Texture("normal", extent, render.normal),
+                             .firstHalf = {}};
+        if (!render.firstHalf.empty()) inputs.firstHalf = Texture("firstHalf", extent, render.firstHalf);
+        return inputs;
+    }
+    Picture Denoise(Extent2D extent, const Render& render, uint32_t samples) {
+        const uint32_t first = render.firstHalf.empty() ? 0 : samples / 2;
+        return harness
+            .Run([&](PassHarness& h) {
+                return passes::Denoise(h.Graph(), Inputs(extent, render), {samples, first});
+            })
+            .values;
+    }
+    Picture Noise(Extent2D extent, const Render& render, const DenoiseSettings& settings) {
+        return harness
+            .Run([&](PassHarness& h) {
+                const DenoiseInputs inputs = Inputs(extent, render);
+                return passes::NoiseOfMean(h.Graph(), inputs,
+                                           passes::SurfaceFeatures(h.Graph(), inputs.albedo, inputs.normal),
+                                           settings);
+            })
+            .values;
+    }
+    PassHarness harness{Device()};
+};
+
+float SquaredGradient(const Picture& picture, Extent2D extent, uint32_t x, uint32_t y) {
+    const auto at = [&](int64_t i, int64_t j, int c) {
+        i = std::clamp<int64_t>(i, 0, extent.width - 1);
+        j = std::clamp<int64_t>(j, 0, extent.height - 1);
+        return picture[4 * (j * extent.width + i) + c];
+    };
+    float sum = 0.0f;
+    for (int c = 0; c < 3; ++c) {
+        const float center = at(x, y, c);
+        const float dx =
+            std::min(std::abs(at(x + 1, y, c) - center), std::abs(center - at(int64_t{x} - 1, y, c)));
+        const float dy =
+            std::min(std::abs(at(x, y + 1, c) - center), std::abs(center - at(x, int64_t{y} - 1, c)));
+        sum += dx * dx + dy * dy;
+    }
+    return 4.0f * sum;
+}
+
+// Regress in double precision.
+struct Regression {
+    Extent2D extent;
+    Picture mean, guide, bound, albedo, normal;
+    passes::RegressionSettings settings;
+
+    double GuideVariance(size_t i, int c) const {
+        const double share = settings.isEstimate ? std::max(guide[4 * i + 3], 0.02f) : 1.0;
+        return bound[4 * i + c] * double(settings.bandwidth) * settings.bandwidth * share +
+               1e-5 * guide[4 * i + c] * guide[4 * i + c] + 1e-7;
+    }
+    double Distance(int px, int py, int qx, int qy) const {
+        const int width = int(extent.width), height = int(extent.height), r = int(settings.patchRadius);
+        const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < width && y < height; };
+        const size_t p = size_t(py) * width + px, q = size_t(qy) * width + qx;
+        const auto squared = [&](const Picture& feature) {
+            double sum = 0.0;
+            for (int c = 0; c < 3; ++c) sum += std::pow(double(feature[4 * p + c]) - feature[4 * q + c], 2);
+            return sum;
+        };
+        const auto least = [&](const Picture& feature) {
+            return std::min(SquaredGradient(feature, extent, px, py),
+                            SquaredGradient(feature, extent, qx, qy));
+        };
+        double sum = 0.0;
+        int count = 0;
+        for (int dy = -r; dy <= r; ++dy)
+            for (int dx = -r; dx <= r; ++dx) {
+                if (!inside(px + dx, py + dy) || !inside(qx + dx, qy + dy)) continue;
+                for (int c = 0; c < 3; ++c, ++count) {
+                    const size_t u = size_t(py + dy) * width + px + dx, w = size_t(qy + dy) * width + qx + dx;
+                    const double vu = GuideVariance(u, c), vw = GuideVariance(w, c);
+                    sum +=
+                        (std::pow(double(guide[4 * u + c]) - guide[4 * w + c], 2) - vu - std::min(vu, vw)) /
+                        (vu + vw);
+                }
+            }
+        return std::max(sum / count, 0.0) +
+               0.1 * (squared(albedo) / (0.0016 + least(albedo)) + squared(normal) / (0.04 + least(normal)));
+    }
+    std::array<double, 4> At(int px, int py) const {
+        constexpr int kTerms = 9, kRadius = 8;
+        double moments[kTerms][kTerms] = {}, products[kTerms][3] = {};
+        const size_t p = size_t(py) * extent.width + px;
+        for (int y = std::max(py - kRadius, 0); y <= std::min(py + kRadius, int(extent.height) - 1); ++y)
+            for (int x = std::max(px - kRadius, 0); x <= std::min(px + kRadius, int(extent.width) - 1); ++x) {
+                const double distance = Distance(px, py, x, y);
+                if (distance >= 12.0) continue;
+                const size_t q = size_t(y) * extent.width + x;
+                double terms[kTerms] = {1.0};
+                for (int c = 0; c < 3; ++c) terms[1 + c] = double(albedo[4 * q + c]) - albedo[4 * p + c];
+                for (int c = 0; c < 3; ++c) terms[4 + c] = double(normal[4 * q + c]) - normal[4 * p + c];
+                terms[7] = double(x - px) / kRadius;
+                terms[8] = double(y - py) / kRadius;
+                for (int i = 0; i < kTerms; ++i) {
+                    for (int j = 0; j < kTerms; ++j)
+                        moments[i][j] += std::exp(-distance) * terms[i] * terms[j];
+                    for (int c = 0; c < 3; ++c)
+                        products[i][c] += std::exp(-distance) * terms[i] * mean[4 * q + c];
+                }
+            }
+        for (int i = 1; i < kTerms; ++i) moments[i][i] += 0.1 * moments[i][i] + 0.001 * moments[0][0] + 1e-6;
+        // Gauss and Jordan's elimination gives the first row of the inverse
+        double solution[kTerms] = {1.0};
+        for (int k = 0; k < kTerms; ++k)
+            for (int i = 0; i < kTerms; ++i) {
+                if (i == k) continue;
+                const double factor = moments[i][k] / moments[k][k];
+                for (int j = 0; j < kTerms; ++j) moments[i][j] -= factor * moments[k][j];
+                solution[i] -= factor * solution[k];
+            }
+        std::array<double, 4> result{};
+        for (int i = 0; i < kTerms; ++i)
+            for (int c = 0; c < 3; ++c) result[c] += solution[i] / moments[i][i] * products[i][c];
+        for (int c = 0; c < 3; ++c) result[c] = std::max(result[c], 0.0);
+        result[3] = solution[0] / moments[0][0];
+        return result;
+    }
+};
+
+}  // namespace
+
+TEST_F(Denoising, FeaturesHaveTheSmallerOneSidedGradient) {
+    const Extent2D extent{5, 4};
+    Picture albedo = Random(extent, 1, 0.0f, 1.0f), normal = Random(extent, 2, -1.0f, 1.0f);
+    for (const bool isNormal : {false, true}) {
+        const Texels out = harness.Run([&](PassHarness& h) {
+            const DenoiseFeatures features = passes::SurfaceFeatures(
+                h.Graph(), Texture("albedo", extent, albedo), Texture("normal", extent, normal));
+            return isNormal ? features.normal : features.albedo;
+        });
+        const Picture& in = isNormal ? normal : albedo;
+        for (uint32_t y = 0; y < extent.height; ++y)
+            for (uint32_t x = 0; x < extent.width; ++x) {
+                for (int c = 0; c < 3; ++c) EXPECT_EQ(out.At(x, y)[c], in[4 * (y * extent.width + x) + c]);
+                EXPECT_NEAR(out.At(x, y)[3], SquaredGradient(in, extent, x, y), 1e-5f);
+            }
+    }
+}
+
+TEST_F(Denoising, NoiseOfIndependentSamplesIsTheirVarianceOverTheirCount) {
+    const Extent2D extent{4, 1};
+    Render render = Noisy(extent, Filled(extent, {1, 1, 1, 1}), 0.0f, 2);
+    render.firstHalf.clear();
+    render.variance = {8, 4, 2, 9, kNan, kInfinity, -1, 9, 0, 0, 0, 0, 16, 0, 1, 0};
+    const Picture noise = Noise(extent, render, {.samples = 8});
+    const float expected[] = {1, 0.5f, 0.25f, 0, 0, 0, 0, 0, 0, 2, 0, 0.125f};
+    for (int i = 0; i < 12; ++i) EXPECT_FLOAT_EQ(noise[4 * (i / 3) + i % 3], expected[i]) << i;
+}
+
+TEST_F(Denoising, NoiseIsScaledByTheDifferenceOfBothHalves) {
+    const Extent2D extent{20, 17};
+    Render render = Noisy(extent, Filled(extent, {2, 2, 2, 1}), 0.0f, 2);
+    render.variance = Filled(extent, {0.64f, 0.64f, 0.64f, 0});
+    render.firstHalf = Filled(extent, {2.05f, 2.05f, 2.05f, 1});
+    // 64 samples, the first 48: of the mean the noise by halves is 0.05^2 48 / 16 / 1.17
+    const double ratio = 0.0025 * 3.0 / 1.17 / 0.01, rate = -std::log(ratio) / std::log(16.0);
+    for (const float value : {Noise(extent, render, {64, 48})[0], Noise(extent, render, {64, 48}).end()[-2]})
+        EXPECT_NEAR(value, 0.01 * ratio * std::pow(2.0, -rate), 1e-6);
+    // Where halves differ more than independent ones would, the variance of the samples is trusted
+    render.firstHalf = Filled(extent, {3, 3, 3, 1});
+    EXPECT_FLOAT_EQ(Noise(extent, render, {64, 48})[0], 0.01f);
+    render.firstHalf = render.mean;
+    EXPECT_EQ(Noise(extent, render, {64, 48})[0], 0.0f);
+}
+
+TEST_F(Denoising, NoiseOfASingleSampleIsTheVarianceOfItsNeighborsOnTheSameSurface) {
+    const Extent2D extent{16, 9};
+    Render render = Noisy(
+        extent, Gray(extent, [](uint32_t x, uint32_t y) { return (x + y) % 2 ? 3.0f : 1.0f; }), 0.0f, 2);
+    render.firstHalf.clear();
+    render.albedo = Gray(extent, [](uint32_t x, uint32_t) { return x < 8 ? 0.1f : 0.9f; });
+    render.mean[4 * (4 * 16 + 8)] = 1000.0f;  // on another surface
+    const Picture noise = Noise(extent, render, {.samples = 1});
+    // 7 x 7 neighbors, 25 of one kind; at the edge 28, 14 of each kind
+    EXPECT_NEAR(noise[4 * (4 * 16 + 4) + 1], 4.0 * 25.0 * 24.0 / (49.0 * 49.0), 1e-5);
+    EXPECT_NEAR(noise[4 * (4 * 16 + 7)], 1.0, 1e-4);
+}
+
+TEST_F(Denoising, RegressionIsThatInDoublePrecision) {
+    struct Row {
+        bool isEstimate;
+        uint32_t patchRadius;
+        float bandwidth;
+    };
+    for (const Row& row : {Row{false, 2, 1.0f}, Row{true, 1, 2.0f}, Row{true, 0, 0.7f}}) {
+        const Extent2D extent{21, 19};
+        Regression expected{extent,
+                            Random(extent, 1, 0.0f, 2.0f),
+                            Random(extent, 2, 0.0f, 1.0f),
+                            Random(extent, 3, 0.02f, 0.2f),
+                            Random(extent, 4, 0.4f, 0.5f),
+                            Random(extent, 5, -0.1f, 0.1f),
+                            {row.patchRadius, row.bandwidth, row.isEstimate}};
+        const Texels out = harness.Run([&](PassHarness& h) {
+            return passes::Regress(
+                h.Graph(), Texture("mean", extent, expected.mean), Texture("guide", extent, expected.guide),
+                Texture("bound", extent, expected.bound),
+                passes::SurfaceFeatures(h.Graph(), Texture("albedo", extent, expected.albedo),
+                                        Texture("normal", extent, expected.normal)),
+                expected.settings);
+        });
+        for (const auto& [x, y] : {std::pair{0, 0}, {10, 9}, {20, 18}, {3, 17}, {20, 0}}) {
+            const std::array<double, 4> at = expected.At(x, y);
+            for (int c = 0; c < 4; ++c)
+                EXPECT_NEAR(out.At(x, y)[c], at[c], 2e-4 * (1.0 + at[c])) << x << " " << y << " " << c;
+        }
+    }
+}
+
+TEST_F(Denoising, EstimateWithTheSmallerErrorIsBlendedByWhatNoiseExplains) {
+    const Extent2D extent{23, 21};
+    const auto blend = [&](float detailed, float smoothed, float variance, bool isSingle) {
+        return harness
+            .Run([&](PassHarness& h) {
+                const auto filled = [&](const char* name, float value, float w) {
+                    return Texture(name, extent, Filled(extent, {value, value, value, w}));
+                };
+                // The mean is 0.5 beside 2
+                const Picture mean =
+                    Gray(extent, [](uint32_t x, uint32_t y) { return (x + y) % 2 ? 2.5f : 1.5f; });
+                return passes::BlendByError(h.Graph(), Texture("mean", extent, mean),
+                                            filled("noise", variance, 0.0f), filled("pilot", 2.0f, 0.1f),
+                                            filled("detailed", detailed, 0.25f),
+                                            filled("smoothed", smoothed, 0.25f), isSingle);
+            })
+            .values;
+    };
+    // Squared differences are 0.25, of which the noise that was removed explains 1.3 times 0.1 (1 - 0.25)
+    const double kept = 1.0 - 1.3 * 0.075 / 0.25;
+    for (const auto& [detailed, smoothed] : {std::pair{2.0f, 9.0f}, {9.0f, 2.0f}, {2.0f, 2.0f}}) {
+        const Picture out = blend(detailed, smoothed, 0.1f, false);
+        EXPECT_NEAR(out[0], 2.0 - 0.5 * kept, 1e-5);
+        EXPECT_NEAR(out[4 * (10 * 23 + 11)], 2.0 + 0.5 * kept, 1e-5);
+        EXPECT_EQ(out[3], 1.0f);
+    }
+    EXPECT_EQ(blend(2.0f, 9.0f, 0.3f, false)[0], 2.0f);
+    EXPECT_EQ(blend(2.0f, 9.0f, 0.0f, false)[0], 1.5f);
+    EXPECT_EQ(blend(2.0f, 9.0f, 0.0f, true)[0], 2.0f);
+}
+
+TEST_F(Denoising, PictureWithoutNoiseStaysBitForBit) {
+    const Extent2D extent{19, 11};
+    Render render = Noisy(extent, Random(extent, 3, 0.0f, 5.0f), 0.0f, 2);
+    EXPECT_EQ(Denoise(extent, render, 64), render.mean);
+}
+
+TEST_F(Denoising, ConstantPictureStays) {
+    const Extent2D extent{19, 11};
+    Render render = Noisy(extent, Filled(extent, {0.3f, 2.0f, 70.0f, 0.5f}), 0.0f, 2);
+    render.variance = Filled(extent, {1, 1, 1, 0});
+    for (const uint32_t samples : {64u, 2u, 1u}) {
+        if (samples == 1) render.firstHalf.clear();
+        const Picture out = Denoise(extent, render, samples);
+        for (size_t i = 0; i < out.size(); ++i) EXPECT_NEAR(out[i], render.mean[i], 1e-4f * render.mean[i]);
+    }
+}
+
+TEST_F(Denoising, FlatNoiseFallsAtLeastTwentyfoldAndLightIsKept) {
+    const Extent2D extent{48, 48};
+    const Picture truth = Filled(extent, {1, 1, 1, 1});
+    const Render render = Noisy(extent, truth, 1.0f, 16);
+    const Picture out = Denoise(extent, render, 16);
+    EXPECT_GT(SquaredError(render.mean, truth), 20.0 * SquaredError(out, truth));
+    double before = 0.0, after = 0.0;
+    for (size_t i = 0; i < out.size(); ++i) {
+        before += render.mean[i];
+        after += out[i];
+    }
+    EXPECT_NEAR(after / before, 1.0, 2e-3);
+}
+
+TEST_F(Denoising, DetailThatNoFeatureHasIsKeptAsSamplesGrow) {
+    const Extent2D extent{48, 48};
+    const Picture truth = Random(extent, 11, 0.5f, 1.5f);
+    for (const uint32_t samples : {2u, 16u, 128u, 1024u, 16384u}) {
+        const Render render = Noisy(extent, truth, 1.0f, samples);
+        const double before = SquaredError(render.mean, truth);
+        EXPECT_LT(SquaredError(Denoise(extent, render, samples), truth),
+                  (samples > 512 ? 1.01 : 1.1) * before)
+            << samples;
+    }
+}
+
+// The picture is exact, but said to be noisy, so that all that is near is averaged.
+TEST_F(Denoising, EdgesOfAlbedoAndNormalLeakLessThanAHundredth) {
+    const Extent2D extent{32, 32};
+    const auto isRight = [](uint32_t x, uint32_t) { return x < 16 ? 0.0f : 1.0f; };
+    const Picture truth = Gray(extent, [&](uint32_t x, uint32_t y) { return 1.0f + isRight(x, y); });
+    enum class Edge { None, Albedo, Normal };
+    for (const Edge edge : {Edge::None, Edge::Albedo, Edge::Normal}) {
+        Render render = Noisy(extent, truth, 0.0f, 16);
+        render.variance = Filled(extent, {400, 400, 400, 0});
+        render.firstHalf.clear();
+        if (edge == Edge::Albedo)
+            render.albedo = Gray(extent, [&](uint32_t x, uint32_t y) { return 0.1f + 0.8f * isRight(x, y); });
+        if (edge == Edge::Normal)
+            for (uint32_t i = 0; i < 32 * 32; ++i) {
+                render.normal[4 * i] = isRight(i % 32, 0);
+                render.normal[4 * i + 2] = 1.0f - isRight(i % 32, 0);
+            }
+        const Picture out = Denoise(extent, render, 16);
+        float leak = 0.0f;
+        for (size_t i = 0; i < out.size(); ++i) leak = std::max(leak, std::abs(out[i] - truth[i]));
+        if (edge == Edge::None)
+            EXPECT_GT(leak, 0.2f);  // shows that the noise that is claimed does average
+        else
+            EXPECT_LT(leak, 0.01f) << int(edge);
+    }
+}
+
+TEST_F(Denoising, InputsThatAreNotFiniteGiveFinitePictures) {
+    const Extent2D extent{21, 13};
+    for (const float bad : {kNan, kInfinity, -kInfinity})
+        for (Picture Render::*which :
+             {&Render::mean, &Render::variance, &Render::albedo, &Render::normal, &Render::firstHalf}) {
+            Render render = Noisy(extent, Random(extent, 3, 0.0f, 5.0f), 1.0f, 4);
+            for (const size_t pixel : {0u, 100u, 101u, 272u})
+                for (size_t c = 0; c < 4; ++c) (render.*which)[4 * pixel + c] = bad;
+            for (const float value : Denoise(extent, render, 4)) ASSERT_TRUE(std::isfinite(value));
+            if (which == &Render::firstHalf) continue;
+            render.firstHalf.clear();
+            for (const float value : Denoise(extent, render, 1)) ASSERT_TRUE(std::isfinite(value));
+        }
+}
+
+TEST_F(Denoising, AnySizeIsDenoised) {
+    for (const Extent2D extent : {Extent2D{1, 1}, {1, 7}, {9, 1}, {2, 3}, {17, 33}})
+        for (const uint32_t samples : {1u, 16u}) {
+            Render render = Noisy(extent, Filled(extent, {1, 1, 1, 1}), 1.0f, 16);
+            if (samples == 1) render.firstHalf.clear();
+            const Picture out = Denoise(extent, render, samples);
+            ASSERT_EQ(out.size(), render.mean.size());
+            for (const float value : out) EXPECT_NEAR(value, 1.0f, 1.0f);
+        }
+}
+
+TEST_F(Denoising, WrongInputsAreUsageErrors) {
+    const Extent2D extent{4, 4};
+    const Render render = Noisy(extent, Filled(extent, {1, 1, 1, 1}), 1.0f, 4);
+    EXPECT_THROW(Denoise({4, 4}, render, 1), Error);  // a single sample has no halves
+    for (const DenoiseSettings& settings :
+         {DenoiseSettings{.samples = 0}, {.samples = 4, .firstSamples = 4}, {.samples = 4}})
+        EXPECT_THROW(Noise(extent, render, settings), Error);
+    EXPECT_THROW(harness.Run([&](PassHarness& h) {
+        DenoiseInputs inputs = Inputs(extent, render);
+        inputs.albedo = Texture("small", {2, 2}, Filled({2, 2}, {1, 1, 1, 1}));
+        return passes::Denoise(h.Graph(), inputs, {4, 2});
+    }),
+                 Error);
+}
+
+}  // namespace raygraph::testing::denoise_test
