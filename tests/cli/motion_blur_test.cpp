@@ -112,7 +112,7 @@ Primitive LeftHalf(float end) {
                      {0, 1, 2, 0, 2, 3});
 }
 
-constexpr uint32_t kSamples = 256;
+constexpr uint32_t kSamples = 128;
 
 TEST_F(MotionBlurTest, EdgeOfAMovingNodeIsARamp) {
     SceneData scene = OneMesh(LeftHalf(-0.5f));
@@ -151,7 +151,7 @@ TEST_F(MotionBlurTest, RotatingDiscIsALinearRampInTheAngle) {
     const float half = std::sqrt(0.5f);
     SceneData scene = OneMesh(Triangles({{0, 0, 0}, {1.4f, 0, 0}, {0, 1.4f, 0}}, {0, 1, 2}));
     Animate(scene, {.property = AnimatedProperty::Rotation, .object = 0}, {0, 0, 0, 1, 0, 0, half, half});
-    const Texels picture = Picture(std::move(scene), Shutter{0.0, 1.0}, kSamples);
+    const Texels picture = Picture(std::move(scene), Shutter{0.0, 1.0}, 2 * kSamples);
     double worst = 0.0, sum = 0.0;
     int count = 0;
     for (uint32_t y = 0; y < kSide; ++y)
@@ -201,7 +201,7 @@ TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
     const double blurred = mean(Picture(scene, Shutter{0.0, 1.0}, 64));
     Session session = Animated(std::move(scene), 0.0);
     double poses = 0.0, first = 0.0;
-    constexpr int kPoses = 16;
+    constexpr int kPoses = 8;
     for (int i = 0; i < kPoses; ++i) {
         session.StartPicture({.at = (i + 0.5) / kPoses});
         session.Run({.samples = 4});

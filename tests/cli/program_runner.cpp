@@ -9,7 +9,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
 
@@ -146,6 +148,43 @@ ProgramResult RunProgramOnTerminal(
 
 std::string SceneFile(const char* name) {
     return (SourceFile("scenes") / name).string();
+}
+
+void WriteBox(const TemporaryFolder& folder) {
+    nlohmann::json scene = nlohmann::json::parse(std::ifstream(SceneFile("cornell.gltf")));
+    // 0 and 1; (0, 0, 0) and (0, 0.1, 0); (0, 0, 0) and (0, -0.1, 0)
+    const size_t buffer = scene["buffers"].size();
+    scene["buffers"].push_back(
+        {{"byteLength", 56},
+         {"uri",
+          "data:application/"
+          "octet-stream;base64,AAAAAAAAgD8AAAAAAAAAAAAAAAAAAAAAzczMPQAAAAAAAAAAAAAAAAAAAAAAAAAAzc"
+          "zMvQAAAAA="}});
+    const size_t view = scene["bufferViews"].size();
+    scene["bufferViews"].push_back({{"buffer", buffer}, {"byteLength", 56}});
+    const size_t times = scene["accessors"].size();
+    scene["accessors"].push_back({{"bufferView", view},
+                                  {"componentType", 5126},
+                                  {"count", 2},
+                                  {"type", "SCALAR"},
+                                  {"min", nlohmann::json::array({0})},
+                                  {"max", nlohmann::json::array({1})}});
+    size_t node = 0;
+    while (!scene["nodes"][node].contains("mesh")) ++node;
+    for (const size_t offset : {8, 32}) {
+        scene["accessors"].push_back({{"bufferView", view},
+                                      {"byteOffset", offset},
+                                      {"componentType", 5126},
+                                      {"count", 2},
+                                      {"type", "VEC3"}});
+        scene["animations"].push_back(
+            {{"name", offset == 8 ? "rise" : "sink"},
+             {"samplers",
+              nlohmann::json::array({{{"input", times}, {"output", scene["accessors"].size() - 1}}})},
+             {"channels", nlohmann::json::array(
+                              {{{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}})}});
+    }
+    std::ofstream(folder / "box.gltf") << scene;
 }
 
 }  // namespace raygraph::test

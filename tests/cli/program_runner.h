@@ -40,6 +40,10 @@ ProgramResult RunProgramOnTerminal(
 // Returns the path of a scene of the source tree: "cornell.gltf".
 std::string SceneFile(const char* name);
 
+// Writes box.gltf: the Cornell box, in which "rise" lifts the first node that has a mesh by 0.1 m per second,
+// and "sink" lowers it.
+void WriteBox(const TemporaryFolder& folder);
+
 }  // namespace raygraph::test
 
 // Skips a test after a run of `edit` if the program was built without the editor.

@@ -1,10 +1,15 @@
-#include "editor/session/file/render_file.h"
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
+#include "base/median.h"
+#include "editor/cli/resume_settings.h"
+#include "editor/session/file/image_statistics.h"
 #include "editor/session/file/merge.h"
+#include "editor/session/file/render_file.h"
+#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/sample_ranges.h"
+#include "editor/session/frames/pass_times.h"
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/format_of_words.h"
@@ -446,3 +451,419 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
 
 }  // namespace
 }  // namespace raygraph::session::render_file_test
+
+namespace raygraph::session::merge_test {
+namespace {
+
+using test::ExpectError;
+using test::MakeRender;
+
+void ExpectSameBits(const RenderFile& a, const RenderFile& b) {
+    EXPECT_EQ(a.samples, b.samples);
+    EXPECT_EQ(a.radiance, b.radiance);
+    EXPECT_EQ(a.variance, b.variance);
+    EXPECT_EQ(a.albedo, b.albedo);
+    EXPECT_EQ(a.normal, b.normal);
+    EXPECT_EQ(a.sums.radiance, b.sums.radiance);
+    EXPECT_EQ(a.sums.albedo, b.sums.albedo);
+}
+
+TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
+    const RenderFile whole = MakeRender(0, 8);
+    const RenderFile a = MakeRender(0, 1), b = MakeRender(1, 2), c = MakeRender(3, 5);
+    ExpectSameBits(Merge({{"a", a}, {"b", b}, {"c", c}}), whole);
+    ExpectSameBits(Merge({{"c", c}, {"a", a}, {"b", b}}), whole);
+    ExpectSameBits(Merge({{"a", a}, {"bc", Merge({{"c", c}, {"b", b}})}}), whole);
+    ExpectSameBits(Merge({{"b", MakeRender(20, 44)}, {"a", MakeRender(0, 19)}, {"c", MakeRender(19, 1)}}),
+                   MakeRender(0, 64));
+}
+
+// Files of earlier versions record how rays were traced, which changes no picture.
+TEST(Merge, SettingsThatAreNoneAnyMoreAreLeftOut) {
+    const test::TemporaryFolder folder;
+    const RenderFile written = MakeRender(0, 4);
+    WriteRenderFile(folder / "a.exr", written);
+    image::ExrImage file = image::ReadExr(folder / "a.exr");
+    file.attributes["raygraph.setting.traversal"] = "own";
+    file.attributes["raygraph.setting.integrator-form"] = "wavefront:4";
+    image::WriteExr(folder / "a.exr", file);
+    const RenderFile read = ReadRenderFile(folder / "a.exr");
+    EXPECT_EQ(read.settings, written.settings);
+    EXPECT_EQ(FirstMismatch(read, written), "");
+    file.attributes["raygraph.setting.wavelength"] = "500";
+    image::WriteExr(folder / "a.exr", file);
+    EXPECT_THROW(std::ignore = ReadRenderFile(folder / "a.exr"), Error);
+}
+
+TEST(Merge, APartThatIsRefusedLeavesTheOthers) {
+    Merger merger;
+    ExpectError(
+        ErrorKind::Usage, [&] { merger.Take(); }, "no renders");
+    merger.Add({"b", MakeRender(3, 5)});
+    merger.Add({"a", MakeRender(0, 2)});
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            merger.Add({"again", MakeRender(1, 2)});
+        },
+        "a and again", "0-1 and 1-2");
+    RenderFile other = MakeRender(2, 1);
+    other.settings["seed"] = "10";
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            merger.Add({"other", other});
+        },
+        "b and other differ");
+    merger.Add({"c", MakeRender(2, 1)});
+    ExpectSameBits(merger.Take(), MakeRender(0, 8));
+    ExpectError(
+        ErrorKind::Usage, [&] { merger.Take(); }, "no renders");
+    merger.Add({"d", MakeRender(1, 2)});
+    ExpectSameBits(merger.Take(), MakeRender(1, 2));
+}
+
+TEST(Merge, RemovedLightIsWeighedByTheSamplesTracedTwice) {
+    const auto part = [](uint32_t first, const std::vector<float>& removed) {
+        RenderFile render = MakeRender(first, 8);
+        passes::ExactSums& sums = render.sums.removed[1];
+        sums = passes::MakeExactSums(PixelCount(render.size), true);
+        for (const float value : removed) passes::AddSample(sums, Texels(render.radiance.size(), value));
+        render.removedSamples = static_cast<uint32_t>(removed.size());
+        render.removed[1] = render.removedVariance[1] = Texels(render.radiance.size(), 0.0f);
+        return render;
+    };
+    const RenderFile merged = Merge({{"a", part(0, {2})}, {"b", part(8, {})}, {"c", part(16, {3, 4, 5})}});
+    EXPECT_EQ(merged.removedSamples, 4u);
+    EXPECT_FLOAT_EQ(merged.removed[1][5], 3.5f);
+    EXPECT_FLOAT_EQ(merged.removedVariance[1][5], 5.0f / 3.0f);
+    EXPECT_TRUE(merged.removed[0].empty());
+    EXPECT_EQ(Merge({{"a", part(0, {})}, {"b", part(8, {})}}).removed[1][5], 0.0f);
+}
+
+TEST(Merge, WhatHasNoSumsIsNamed) {
+    RenderFile other = MakeRender(8, 8);
+    other.sums = {};
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}});
+        },
+        "b.exr", "no channel sum0.R");
+    other = MakeRender(8, 8);
+    other.sums.albedo = other.sums.normal = {};  // as saved by the editor
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}});
+        },
+        "b.exr", "no channel albedo.sum0.R", "resume it once");
+}
+
+TEST(Merge, RendersThatNoReaderCheckedAreRefused) {
+    ExpectError(
+        ErrorKind::Usage, [] { Merge({}); }, "no renders");
+    const auto expectRefused = [](auto&& change, const char* part) {
+        RenderFile other = MakeRender(8, 8);
+        change(other);
+        ExpectError(
+            ErrorKind::BadInput,
+            [&] {
+                Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}});
+            },
+            "b.exr", part);
+    };
+    expectRefused([](RenderFile& r) { r.samples.clear(); }, "it has no samples");
+    expectRefused([](RenderFile& r) { r.sums.radiance = passes::MakeExactSums(4, true); },
+                  "sums of radiance");
+    expectRefused([](RenderFile& r) { r.sums.lightGroups.resize(2); }, "groups of lights");
+}
+
+TEST(Merge, KeepsTheListOfSeparateRanges) {
+    const RenderFile merged =
+        Merge({{"a", MakeRender(100, 10)}, {"b", MakeRender(0, 10)}, {"c", MakeRender(10, 5)}});
+    EXPECT_EQ(merged.samples, (SampleRanges{{0, 15}, {100, 10}}));
+}
+
+TEST(Merge, DepthAndIdsAreThoseOfTheFirstSamples) {
+    RenderFile other = MakeRender(8, 8);
+    other.depth.assign(other.depth.size(), 3.0f);
+    other.instance.assign(other.instance.size(), 5);
+    const RenderFile first = MakeRender(0, 8), merged = Merge({{"b", other}, {"a", first}});
+    EXPECT_EQ(merged.depth, first.depth);
+    EXPECT_EQ(merged.instance, first.instance);
+}
+
+TEST(Merge, OverlapNamesBothFilesAndRanges) {
+    ExpectError(
+        ErrorKind::BadInput,
+        [] {
+            Merge(
+                {{"a.exr", MakeRender(0, 32)}, {"b.exr", MakeRender(64, 8)}, {"c.exr", MakeRender(31, 32)}});
+        },
+        "a.exr", "c.exr", "0-31", "31-62");
+}
+
+TEST(Merge, DifferentPicturesAreRefusedNamingTheDifference) {
+    const auto merge = [](auto change) {
+        RenderFile other = MakeRender(8, 8);
+        change(other);
+        return [other] { Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}}); };
+    };
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.settings["seed"] = "10"; }), "a.exr",
+                "b.exr", "seed: 9 against 10");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.settings["size"] = "3x5"; }),
+                "size: 5x3 against 3x5");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneFile = "ball.gltf"; }),
+                "scene: box.gltf against ball.gltf");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneHash = "other"; }),
+                "box.gltf has changed");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneHash.clear(); }),
+                "box.gltf was saved by the editor");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.environmentFile.clear(); }),
+                "environment: sky.hdr against none");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.environmentHash.clear(); }),
+                "sky.hdr has changed");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.albedo.clear(); }),
+                "a.exr has the channels of albedo, b.exr has not");
+}
+
+}  // namespace
+}  // namespace raygraph::session::merge_test
+
+namespace raygraph::cli::resume_test {
+namespace {
+
+using test::ExpectError;
+using test::MakeRender;
+
+ResumedRender Resumed(uint32_t first, uint32_t count) {
+    return {"old.exr", MakeRender(first, count)};
+}
+
+RenderArguments Asking(uint32_t samples, const SettingTexts& given = {}) {
+    RenderArguments arguments;
+    arguments.samples = samples;
+    arguments.given = given;
+    return arguments;
+}
+
+TEST(Resume, TakesTheSettingsOfTheFile) {
+    const PictureSettings settings = SettingsOf(Resumed(0, 8), Asking(16));
+    EXPECT_EQ(settings.size, (Extent2D{5, 3}));
+    EXPECT_EQ(settings.paths.seed, 9u);
+    EXPECT_EQ(SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "9"}, {"size", "5x3"}})).paths.seed, 9u);
+}
+
+TEST(Resume, AnOptionThatSaysOtherwiseIsNamed) {
+    ExpectError(
+        ErrorKind::Usage,
+        [] {
+            SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "1"}}));
+        },
+        "--seed 1", "old.exr was rendered with 9");
+    ExpectError(
+        ErrorKind::Usage,
+        [] {
+            SettingsOf(Resumed(0, 8), Asking(16, {{"camera", "Cam"}}));
+        },
+        "--camera Cam", "the default");
+    RenderArguments offset = Asking(16);
+    offset.sampleOffset = 4;
+    ExpectError(
+        ErrorKind::Usage, [&] { SettingsOf(Resumed(2, 8), offset); }, "--sample-offset 4", "with 2");
+    RenderArguments aovs = Asking(16);
+    aovs.aovs = ParseAovs("albedo,normal");
+    ExpectError(
+        ErrorKind::Usage, [&] { SettingsOf(Resumed(0, 8), aovs); }, "--aov albedo,normal",
+        "albedo,normal,depth,instance,material");
+}
+
+// A choice that the render has made stays.
+TEST(Resume, AnOptionThatLeavesAChoiceOpenTakesThatOfTheFile) {
+    ResumedRender resumed = Resumed(0, 8);
+    resumed.render.settings["light"] = "studio";
+    EXPECT_EQ(SettingsOf(resumed, Asking(16, {{"light", "auto"}})).light, DefaultLight::Studio);
+    ExpectError(
+        ErrorKind::Usage,
+        [&] {
+            SettingsOf(resumed, Asking(16, {{"light", "none"}}));
+        },
+        "--light none", "old.exr was rendered with studio");
+}
+
+TEST(Resume, TheTotalMustBeMoreThanThereIs) {
+    ExpectError(
+        ErrorKind::Usage, [] { SettingsOf(Resumed(0, 8), Asking(8)); }, "--spp 8", "holds 8 samples");
+    ExpectError(
+        ErrorKind::Usage, [] { SettingsOf(Resumed(0, 8), {}); }, "--spp", "--time");
+    RenderArguments timed;
+    timed.seconds = 1.0;
+    EXPECT_EQ(SettingsOf(Resumed(0, 8), timed).paths.seed, 9u);
+}
+
+TEST(Resume, WhatCannotBeContinuedIsBadInput) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    const auto read = [&] { ReadResumedRender(path); };
+    RenderFile render = MakeRender(0, 8);
+    render.samples = {{0, 4}, {8, 4}};
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "0-3 8-11");
+
+    render = MakeRender(0, 8);
+    render.variance.clear();
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "variance");
+
+    render = MakeRender(0, 8);
+    render.sums = {};
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "sum0.R");
+
+    render = MakeRender(0, 8);
+    render.settings["view"] = "albedo";
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "albedo");
+
+    render = MakeRender(0, 8);
+    render.sceneHash.clear();
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "saved by the editor");
+
+    WriteRenderFile(path, MakeRender(3, 8));
+    EXPECT_EQ(ReadResumedRender(path).render.samples, (SampleRanges{{3, 8}}));
+}
+
+TEST(Resume, ACompleteRenderHasTheSamplesOrTheError) {
+    RenderFile render = MakeRender(5, 100);
+    EXPECT_TRUE(IsComplete(render, {.samples = 100}));
+    EXPECT_TRUE(IsComplete(render, {.samples = 99}));
+    EXPECT_FALSE(IsComplete(render, {.samples = 101}));
+    EXPECT_FALSE(IsComplete(render, {.seconds = 1.0})) << "each run takes its time";
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9})) << "nothing was measured";
+    // An error of 0.1 at 64 samples is 0.08 at 100
+    render.measuredError = {64, 0.1};
+    EXPECT_TRUE(IsComplete(render, {.relativeError = 0.08}));
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.0799}));
+    EXPECT_TRUE(IsComplete(render, {.samples = 200, .relativeError = 0.08}));
+    EXPECT_TRUE(IsComplete(render, {.samples = 100, .relativeError = 0.01}));
+    EXPECT_FALSE(IsComplete(render, {.samples = 200, .relativeError = 0.01}));
+    render.samples = {{5, 63}};  // no render stops before the first measurement
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9}));
+    render.measuredError = {64, std::nullopt};
+    render.samples = {{5, 100}};
+    EXPECT_FALSE(IsComplete(render, {.relativeError = 0.9}));
+}
+
+}  // namespace
+}  // namespace raygraph::cli::resume_test
+
+namespace raygraph::session::sample_ranges_test {
+
+TEST(SampleRanges, TextReadsBack) {
+    const SampleRanges ranges{{0, 64}, {128, 1}, {200, 0xFFFFFFFFu - 199}};
+    EXPECT_EQ(ToText(ranges), "0-63 128-128 200-4294967295");
+    EXPECT_EQ(ParseSampleRanges(ToText(ranges)), ranges);
+    EXPECT_EQ(SampleCount(ranges), 65u + 0xFFFFFFFFull - 199);
+}
+
+TEST(SampleRanges, MalformedTextIsBadInput) {
+    for (const char* text : {"", "-", "5", "5-", "-5", "5-4", "0-3 2-5", "4-5 0-1", "0-1  2-3", "0-1 ", "a-b",
+                             "0-4294967295", "0-4294967296"})
+        test::ExpectError(
+            ErrorKind::BadInput, [&] { ParseSampleRanges(text); }, "sample ranges");
+}
+
+TEST(SampleRanges, NeighborsDoNotOverlapAndAreJoined) {
+    const SampleRanges a{{0, 10}}, b{{10, 5}}, c{{20, 5}};
+    EXPECT_FALSE(Overlap(a, b));
+    EXPECT_EQ(Union(b, a), (SampleRanges{{0, 15}}));
+    EXPECT_EQ(Union(c, a), (SampleRanges{{0, 10}, {20, 5}}));
+    EXPECT_EQ(Union(Union(c, a), {{10, 10}}), (SampleRanges{{0, 25}}));
+}
+
+TEST(SampleRanges, OneSharedSampleIsAnOverlap) {
+    EXPECT_TRUE(Overlap({{0, 10}}, {{9, 5}}));
+    EXPECT_TRUE(Overlap({{9, 5}}, {{0, 10}}));
+    EXPECT_TRUE(Overlap({{0, 100}}, {{200, 5}, {50, 1}}));
+    EXPECT_FALSE(Overlap({{0, 10}, {20, 10}}, {{10, 10}, {30, 10}}));
+}
+
+}  // namespace raygraph::session::sample_ranges_test
+
+// Tests the sums of a render as one process sends them to another.
+namespace raygraph::session::render_sums_test {
+namespace {
+
+TEST(RenderSums, AllOfThemAreEachOnce) {
+    RenderSums sums;
+    sums.lightGroups.resize(2);
+    const std::vector<passes::ExactSums*> all = AllOf(sums);
+    const auto count = [&](const passes::ExactSums* one) { return std::ranges::count(all, one); };
+    EXPECT_EQ(count(&sums.radiance), 1);
+    for (const Aov aov : kAovs) {
+        const passes::ExactSums* ofAov = SumsOf(sums, aov);
+        EXPECT_TRUE(ofAov == nullptr || count(ofAov) == 1) << Name(aov);
+    }
+    for (const passes::ExactSums& group : sums.lightGroups) EXPECT_EQ(count(&group), 1);
+    EXPECT_EQ(all.size(), 3 + sums.parts.size() + sums.removed.size() + 2);
+}
+
+}  // namespace
+}  // namespace raygraph::session::render_sums_test
+
+namespace raygraph::session::statistics_test {
+namespace {
+
+TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
+    // Two pixels have the mean 2 and the sample variance 9, so that 9 samples make a standard error of 1
+    const std::vector<float> mean{1, 2, 3, 1, 1, 2, 3, 1}, variance{9, 9, 9, 0, 9, 9, 9, 0};
+    const ImageStatistics statistics = Measure(mean, variance, 9);
+    EXPECT_EQ(statistics.mean, (std::array<double, 3>{1, 2, 3}));
+    ASSERT_TRUE(statistics.relativeError);
+    EXPECT_DOUBLE_EQ(*statistics.relativeError, 0.5);
+}
+
+TEST(ImageStatistics, EachPixelMayHaveAsManySamplesAsItLikes) {
+    // The variances of the means are 1 and 3, so 2 on average
+    const std::vector<float> mean{1, 2, 3, 1, 1, 2, 3, 1}, variance{9, 9, 9, 0, 9, 9, 9, 0};
+    EXPECT_DOUBLE_EQ(Measure(mean, variance, std::vector<uint32_t>{9, 3}).relativeError.value_or(0.0),
+                     std::sqrt(2.0) / 2.0);
+    EXPECT_FALSE(Measure(mean, variance, std::vector<uint32_t>{1, 1}).relativeError);
+}
+
+TEST(ImageStatistics, NoErrorWithoutTwoSamplesVarianceOrLight) {
+    const std::vector<float> light{1, 1, 1, 1}, black{0, 0, 0, 1};
+    EXPECT_FALSE(Measure(light, light, 1).relativeError);
+    EXPECT_FALSE(Measure(light, {}, 8).relativeError);
+    EXPECT_FALSE(Measure(black, black, 8).relativeError);
+    EXPECT_FALSE(Measure({}, {}, 8).relativeError);
+}
+
+TEST(Median, IsTheMiddleOrTheMeanOfTheTwo) {
+    EXPECT_EQ(Median({}), 0.0);
+    EXPECT_EQ(Median({3, 1, 2}), 2.0);
+    EXPECT_EQ(Median({4, 1, 3, 2}), 2.5);
+}
+
+TEST(PassTimes, PassesOfOneNameInAFrameAddUp) {
+    PassTimes times;
+    const auto frame = [](double trace) {
+        FrameTiming timing;
+        timing.passes = {{"Trace", 0.0, trace}, {"Accumulate", 0.0, 1.0}, {"Accumulate", 0.0, 2.0}};
+        return timing;
+    };
+    times.Add(std::vector<FrameTiming>{frame(10), frame(30), frame(11)});
+    const std::vector<PassTime> summary = times.Summary();
+    ASSERT_EQ(summary.size(), 2u);
+    EXPECT_EQ(summary[0].name, "Trace");
+    EXPECT_EQ(summary[0].gpuMsMedian, 11.0);
+    EXPECT_EQ(summary[0].gpuMsTotal, 51.0);
+    EXPECT_EQ(summary[0].count, 3u);
+    EXPECT_EQ(summary[1].gpuMsMedian, 3.0);
+    EXPECT_EQ(times.MedianMs("Tonemap"), 0.0);
+}
+
+}  // namespace
+}  // namespace raygraph::session::statistics_test

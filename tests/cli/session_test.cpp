@@ -1,11 +1,19 @@
 // Tests a session as a host calls it: what it refuses, and when a run ends. It needs a device.
-#include "editor/session/session.h"
-
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <ostream>
+#include <set>
+#include <string>
 
 #include "editor/session/file/content_hash.h"
 #include "editor/session/file/merge.h"
+#include "editor/session/frames/device_scene.h"
+#include "editor/session/session.h"
+#include "editor/session/settings/light_settings.h"
+#include "editor/session/settings/setting_table.h"
+#include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/rhi/fake_loader.h"
@@ -356,3 +364,439 @@ TEST_F(RestoringTest, StoppedRestoringIsGoneOnWith) {
 }
 
 }  // namespace raygraph::session::session_test
+
+// Tests of how a session decides on the studio, records it, and takes it from a file. They need a device.
+namespace raygraph::session::session_light_test {
+
+namespace {
+
+using test::ExpectError;
+
+class SessionLightTest : public testing::VulkanTest {
+  protected:
+    static SceneInput Dark() { return LoadInput(test::SceneFile("furnace_sphere.gltf")); }
+    static SceneInput Lit() { return LoadInput(test::SceneFile("cornell.gltf")); }
+    static PictureSettings Small(DefaultLight light = DefaultLight::Auto) {
+        PictureSettings settings;
+        settings.size = {8, 8};
+        settings.light = light;
+        return settings;
+    }
+    static RenderFile Render(SceneInput input, const PictureSettings& settings, uint32_t firstSample = 0) {
+        Session session(Device(), std::move(input), {.settings = settings, .firstSample = firstSample});
+        session.Run({.samples = 1});
+        return session.Result().render;
+    }
+    static std::string LightOf(const RenderFile& render) {
+        return render.settings.at(std::string(kLightSetting));
+    }
+};
+
+}  // namespace
+
+TEST_F(SessionLightTest, ASceneWithoutLightIsShownInTheStudio) {
+    const RenderFile render = Render(Dark(), {.size = {8, 8}});
+    EXPECT_EQ(LightOf(render), "studio");
+    for (size_t i = 0; i < render.radiance.size(); i += 4) EXPECT_GT(render.radiance[i], 0.0f);
+    const RenderFile dark = Render(Dark(), Small(DefaultLight::None));
+    EXPECT_EQ(LightOf(dark), "none");
+    EXPECT_EQ(test::SumOf(dark.radiance), 0.0);
+    PictureSettings black = Small();
+    black.background = {0.0f, 0.0f, 0.0f};
+    const RenderFile withBackground = Render(Dark(), black);
+    EXPECT_EQ(LightOf(withBackground), "none");
+    EXPECT_EQ(test::SumOf(withBackground.radiance), 0.0);
+}
+
+TEST_F(SessionLightTest, ASceneWithALampHasTheBitsThatItHasWithoutAStudio) {
+    const RenderFile render = Render(Lit(), Small());
+    EXPECT_EQ(LightOf(render), "none");
+    EXPECT_EQ(render.radiance, Render(Lit(), Small(DefaultLight::None)).radiance);
+    const RenderFile asked = Render(Lit(), Small(DefaultLight::Studio));
+    EXPECT_EQ(LightOf(asked), "studio");
+    EXPECT_GT(test::SumOf(asked.radiance), 1.1 * test::SumOf(render.radiance)) << "around the box, at least";
+}
+
+TEST_F(SessionLightTest, WhatIsSeenDecidesNothing) {
+    for (const bool isLit : {false, true}) {
+        const SceneInput input = isLit ? Lit() : Dark();
+        const DefaultLight expected = isLit ? DefaultLight::None : DefaultLight::Studio;
+        PictureSettings settings = Small();
+        EXPECT_EQ(ChooseLight(input, settings), expected);
+        settings.size = {4096, 16};
+        settings.crop = passes::Region{4000, 3, 1, 1};
+        settings.camera = "0 900 0 0 1000 0 0 0 1 10";
+        settings.paths.seed = 7;
+        settings.isAdaptive = true;
+        EXPECT_EQ(ChooseLight(input, settings), expected);
+        settings.view = View::Raster;
+        EXPECT_EQ(ChooseLight(input, settings), expected);
+        settings.view = View::Normals;
+        EXPECT_EQ(ChooseLight(input, settings), DefaultLight::None) << "it shows no light";
+    }
+    SceneInput mapped = Dark();
+    SetEnvironment(mapped, {1, 1, {0, 0, 0, 1}}, "black");
+    EXPECT_EQ(ChooseLight(mapped, Small()), DefaultLight::None);
+}
+
+TEST_F(SessionLightTest, AResumedRenderSaysWhetherThereIsAStudio) {
+    for (const DefaultLight light : {DefaultLight::None, DefaultLight::Studio}) {
+        ResumedRender first{"first.exr", Render(Dark(), Small(light))};
+        SessionDesc desc = Resuming(first);
+        desc.settings.light = DefaultLight::Auto;  // as for the pictures of a sequence
+        Session session(Device(), Dark(), desc);
+        session.Run({.samples = 2});
+        EXPECT_EQ(LightOf(session.Result().render), Name(light));
+        PictureSettings all = Small(light);
+        Session whole(Device(), Dark(), {.settings = all});
+        whole.Run({.samples = 2});
+        EXPECT_EQ(session.Result().render.radiance, whole.Result().render.radiance);
+        // A file that was rendered in the other light is refused
+        const DefaultLight other = light == DefaultLight::None ? DefaultLight::Studio : DefaultLight::None;
+        const ResumedRender unlike{"other.exr", Render(Dark(), Small(other))};
+        ExpectError(
+            ErrorKind::BadInput, [&] { session.StartPicture({.resumed = &unlike}); }, "other.exr", "light: ");
+    }
+}
+
+TEST_F(SessionLightTest, RendersWithAndWithoutAStudioAreNotMerged) {
+    ExpectError(
+        ErrorKind::BadInput,
+        [] {
+            Merge({{"a.exr", Render(Dark(), Small())},
+                   {"b.exr", Render(Dark(), Small(DefaultLight::None), 1)}});
+        },
+        "a.exr and b.exr differ", "light: studio against none");
+    const RenderFile merged = Merge(
+        {{"a.exr", Render(Dark(), Small())}, {"b.exr", Render(Dark(), Small(DefaultLight::Studio), 1)}});
+    EXPECT_EQ(LightOf(merged), "studio");
+}
+
+TEST_F(SessionLightTest, AFileThatDoesNotSayIsWithoutAStudio) {
+    const test::TemporaryFolder folder;
+    WriteRenderFile(folder / "a.exr", Render(Dark(), Small(DefaultLight::None)));
+    EXPECT_EQ(LightOf(ReadRenderFile(folder / "a.exr")), "none");
+    image::ExrImage file = image::ReadExr(folder / "a.exr");
+    ASSERT_EQ(file.attributes.erase("raygraph.setting.light"), 1u);
+    image::WriteExr(folder / "old.exr", file);
+    const ResumedRender old = ReadResumedRender(folder / "old.exr");
+    EXPECT_EQ(LightOf(old.render), "none");
+    Session session(Device(), Dark(), Resuming(old));
+    session.Run({.samples = 2});
+    EXPECT_EQ(test::SumOf(session.Result().render.radiance), 0.0);
+}
+
+TEST_F(SessionLightTest, AStudioGoesWithNoOtherEnvironment) {
+    PictureSettings settings = Small(DefaultLight::Studio);
+    settings.background = {1.0f, 1.0f, 1.0f};
+    ExpectError(
+        ErrorKind::Usage, [&] { const Session session(Device(), Dark(), {.settings = settings}); },
+        "light: the studio takes the place of a background");
+    SceneInput mapped = Dark();
+    SetEnvironment(mapped, {1, 1, {1, 1, 1, 1}}, "white");
+    ExpectError(
+        ErrorKind::Usage,
+        [&] { const Session session(Device(), mapped, {.settings = Small(DefaultLight::Studio)}); },
+        "light: the studio takes the place of the map white");
+}
+
+TEST_F(SessionLightTest, TheColorOfTheStudioIsGrayAndThatOfItsTint) {
+    PictureSettings settings = Small();
+    settings.environmentTint = {1.0f, 0.5f, 0.25f};
+    const std::optional<glm::dvec3> color = LightColor(Dark(), settings);
+    ASSERT_TRUE(color);
+    EXPECT_NEAR(color->y / color->x, 0.5, 1e-6);
+    EXPECT_NEAR(color->z / color->x, 0.25, 1e-6);
+    settings.light = DefaultLight::None;
+    EXPECT_FALSE(LightColor(Dark(), settings));
+}
+
+}  // namespace raygraph::session::session_light_test
+
+// Tests that the forms of the integrator render the same picture. It needs a device.
+namespace raygraph::session::session_forms_test {
+
+// A scene with settings that the tests render in different ways.
+struct SessionCase {
+    const char* scene;
+    SettingTexts settings;
+    bool hasAll = false;  // all channels, and light groups
+};
+
+inline void PrintTo(const SessionCase& of, std::ostream* out) {
+    *out << of.scene;
+    for (const auto& [name, text] : of.settings) *out << " " << name << "=" << text;
+    if (of.hasAll) *out << " with all channels";
+}
+
+class SessionCaseTest : public testing::VulkanTest, public ::testing::WithParamInterface<SessionCase> {
+  protected:
+    // Settings in `more` replace those of the case.
+    static RenderFile RenderCase(const SessionCase& of, const SettingTexts& more, uint32_t samples,
+                                 uint32_t batchSize = 0, const TracingChoice& tracing = {}) {
+        SettingTexts texts = more;
+        texts.insert(of.settings.begin(), of.settings.end());
+        SessionDesc desc;
+        desc.batchSize = batchSize;
+        desc.tracing = tracing;
+        desc.settings = SettingsFrom(texts);
+        if (of.hasAll) {
+            desc.settings.lightGroups = {{"all", {"*"}}};
+            for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings));
+        }
+        Session session(
+            Device(), LoadInput(test::SceneFile(of.scene), {.pointsAndLines = desc.settings.pointsAndLines}),
+            desc);
+        session.Run({.samples = samples});
+        EXPECT_EQ(session.NonFiniteSamples(), 0u);
+        return std::move(session.Result()).render;
+    }
+};
+
+namespace {
+
+using passes::IntegratorForm;
+
+class SessionFormsTest : public SessionCaseTest {
+  protected:
+    static RenderFile Render(const SessionCase& of, const TracingChoice& tracing, uint32_t samples = 4,
+                             uint32_t batchSize = 1) {
+        return RenderCase(of, {{"size", "20x12"}}, samples, batchSize, tracing);
+    }
+    static double MeanOfColors(const Texels& texels) {
+        double sum = 0.0;
+        for (size_t i = 0; i < texels.size(); ++i)
+            if (i % 4 != 3) sum += static_cast<double>(texels[i]);
+        return sum / std::max(static_cast<double>(texels.size()), 1.0);
+    }
+    // Mesa's CPU driver rounds identically in all shaders. Other compilers contract expressions differently
+    // in each shader, so that a few paths differ.
+    static void ExpectSame(const Texels& texels, const Texels& others, const char* what) {
+        ASSERT_EQ(texels.size(), others.size()) << what;
+        if (Device().Info().type == rhi::DeviceType::Cpu)
+            EXPECT_TRUE(texels == others) << what;
+        else
+            EXPECT_NEAR(MeanOfColors(texels), MeanOfColors(others), 0.1 * MeanOfColors(texels) + 1e-6)
+                << what;
+    }
+    static void ExpectSame(const RenderFile& a, const RenderFile& b) {
+        ExpectSame(a.radiance, b.radiance, "radiance");
+        ASSERT_EQ(AovsOf(a), AovsOf(b));
+        for (const Aov aov : kAovs)
+            if (const Texels* mean = MeanOf(a, aov)) ExpectSame(*mean, *MeanOf(b, aov), Name(aov));
+        ASSERT_EQ(a.lightGroups.size(), b.lightGroups.size());
+        for (size_t i = 0; i < a.lightGroups.size(); ++i)
+            ExpectSame(a.lightGroups[i], b.lightGroups[i], "light group");
+    }
+};
+
+}  // namespace
+
+TEST_P(SessionFormsTest, TheWavefrontGivesThePictureOfTheLoop) {
+    const RenderFile loop = Render(GetParam(), {.form = IntegratorForm::Loop});
+    EXPECT_GT(MeanOfColors(loop.radiance), 0.0);
+    ExpectSame(loop, Render(GetParam(), {.form = IntegratorForm::Wavefront}));
+}
+
+// Hits differ in the last bits, so that a few paths differ.
+TEST_P(SessionFormsTest, OwnTraversalGivesThePictureOfTheDriver) {
+    const auto expectAlike = [](const Texels& own, const Texels& driver, const char* what) {
+        ASSERT_EQ(own.size(), driver.size()) << what;
+        size_t unlike = 0;
+        for (size_t i = 0; i < own.size(); ++i)
+            unlike += std::abs(own[i] - driver[i]) > 2e-3f * (0.05f + std::abs(driver[i]));
+        EXPECT_LT(unlike, own.size() / 5) << what;
+        EXPECT_NEAR(MeanOfColors(own), MeanOfColors(driver), 0.03 * MeanOfColors(driver) + 1e-6) << what;
+    };
+    const RenderFile own = Render(GetParam(), {.traversal = Traversal::Own}, 16),
+                     driver = Render(GetParam(), {.traversal = Traversal::Driver}, 16);
+    expectAlike(own.radiance, driver.radiance, "radiance");
+    ASSERT_EQ(AovsOf(own), AovsOf(driver));
+    for (const Aov aov : kAovs)
+        if (const Texels* mean = MeanOf(own, aov); mean && !mean->empty())
+            expectAlike(*mean, *MeanOf(driver, aov), Name(aov));
+    for (size_t i = 0; i < own.lightGroups.size(); ++i)
+        expectAlike(own.lightGroups[i], driver.lightGroups[i], "light group");
+}
+
+// The frames have 1, 1, 2, 4, 4 and 1 samples, as at the beginning and at the end of a picture.
+TEST_P(SessionFormsTest, SeveralSamplesAtOnceGiveTheBitsOfOneAfterTheOther) {
+    const TracingChoice form{.form = GetParam().hasAll ? IntegratorForm::Wavefront : IntegratorForm::Loop};
+    const RenderFile one = Render(GetParam(), form, 13, 1);
+    const RenderFile several = Render(GetParam(), form, 13, 4);
+    EXPECT_EQ(one.sums.radiance, several.sums.radiance);
+    EXPECT_EQ(one.sums.albedo, several.sums.albedo);
+    EXPECT_EQ(one.sums.parts, several.sums.parts);
+    EXPECT_EQ(one.sums.lightGroups, several.sums.lightGroups);
+    EXPECT_TRUE(one.variance == several.variance);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, SessionFormsTest,
+    ::testing::Values(
+        SessionCase{"cornell.gltf",
+                    {{"max-depth", "5"}, {"clamp-indirect", "0.5"}, {"crop", "3,2,9,5"}, {"aperture", "0.1"}},
+                    true},
+        SessionCase{"many_lights.gltf", {{"rr", "frame:0.5"}, {"sampler", "pcg"}}},
+        SessionCase{"nested_dielectrics.gltf", {{"aperture", "0.2"}, {"background", "1,2,3"}}, true},
+        SessionCase{"scattering_grid.gltf", {}}, SessionCase{"terrace.gltf", {{"texture-lod", "0"}}},
+        SessionCase{"points_and_lines.gltf", {{"points", "2%"}, {"lines", "1%"}, {"nee", "off"}}}));
+
+}  // namespace raygraph::session::session_forms_test
+
+// Options of the command line as settings of the passes: each option changes its own setting and no other.
+namespace raygraph::session::device_scene_test {
+
+namespace {
+
+using Parts = std::map<std::string, std::string>;
+
+std::string Text(const glm::vec3& v) {
+    return std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z);
+}
+template <typename T>
+std::string Number(T value) {
+    return std::to_string(static_cast<double>(value));
+}
+
+// Returns the state that determines a picture, as parts with names.
+Parts PartsOf(DeviceScene& scene) {
+    const passes::TraceSettings s = scene.SettingsFor(3);
+    const EnvironmentSettings& environment = scene.Scene().Environment();
+    constexpr uint64_t kLeastAutomatic =
+        uint64_t{1} << 20;  // lower bound of the automatic budget, which depends on free memory
+    const uint64_t budget = scene.Scene().Statistics().textureBudget;
+    return {{"extent", Number(s.extent.width) + "x" + Number(s.extent.height)},
+            {"region", Number(s.region.x) + "," + Number(s.region.y) + "," + Number(s.region.width) + "," +
+                           Number(s.region.height)},
+            {"eye", Text(s.camera.origin)},
+            {"lens radius", Number(s.camera.lensRadius)},
+            {"focus distance", Number(s.camera.focusDistance)},
+            {"sampler", Number(s.sampler)},
+            {"seed", Number(s.seed)},
+            {"sample", Number(s.sampleIndex)},
+            {"brdf", Number(s.scattering.brdf)},
+            {"distribution", Number(s.scattering.distribution)},
+            {"masking", Number(s.scattering.masking)},
+            {"fresnel", Number(s.scattering.fresnel)},
+            {"multiscatter", Number(s.scattering.multiscatter)},
+            {"light sampling", Number(s.lights.isOn)},
+            {"light sampler", Number(s.lights.sampler)},
+            {"mis", Number(s.lights.mis)},
+            {"roulette", Number(s.roulette.kind)},
+            {"roulette's start", Number(s.roulette.start)},
+            {"survival", Number(s.roulette.survival)},
+            {"depth", Number(s.biases.maxDepth)},
+            {"clamp", Number(s.biases.clampIndirect)},
+            {"regularize", Number(s.biases.regularize)},
+            {"shadow terminator", Number(s.biases.shadowTerminator)},
+            {"hidden environment", Number(s.isEnvironmentHidden)},
+            {"texture budget", budget < kLeastAutomatic ? Number(budget) : "automatic"},
+            {"texture levels", Number(s.biases.textureLod)},
+            {"environment", Text(environment.radiance)},
+            {"environment's rotation", Number(environment.rotation)},
+            {"environment is the scene's", Number(environment.usesScene)},
+            {"environment is the studio",
+             Number(scene.Scene().ShownEnvironment().defaultLight == DefaultLight::Studio)}};
+}
+
+class DeviceSceneTest : public testing::VulkanTest {
+  protected:
+    static Parts PartsWith(const SettingTexts& texts, bool hasMap = false, bool sceneHasMap = false) {
+        SceneInput input;
+        if (sceneHasMap) input.data.environment.map = {1, 1, {1.0f, 1.0f, 1.0f, 1.0f}};
+        scene::Camera camera;
+        camera.cameraToWorld[3] = {0.0f, 0.0f, 5.0f};
+        input.data.cameras.push_back(camera);
+        camera.cameraToWorld[3] = {1.0f, 2.0f, 3.0f};
+        input.data.cameras.push_back(camera);
+        if (hasMap) input.environment = {.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}};
+        PictureSettings settings = SettingsFrom(texts);
+        if (settings.light == DefaultLight::Auto) settings.light = DefaultLight::None;
+        DeviceScene scene(Device(), input, settings);
+        return PartsOf(scene);
+    }
+    struct Change {
+        const char* option;
+        const char* text;
+        std::set<std::string> parts;
+        const char* value = nullptr;  // expected value of the only part
+    };
+    static void ExpectChange(const Change& change, bool hasMap = false) {
+        SCOPED_TRACE(std::string("--") + change.option + " " + change.text);
+        static std::map<bool, Parts> defaults;
+        if (!defaults.contains(hasMap)) defaults[hasMap] = PartsWith({}, hasMap);
+        const Parts &before = defaults[hasMap], after = PartsWith({{change.option, change.text}}, hasMap);
+        std::set<std::string> changed;
+        for (const auto& [name, value] : before)
+            if (after.at(name) != value) changed.insert(name);
+        EXPECT_EQ(changed, change.parts);
+        if (change.value != nullptr) {
+            EXPECT_EQ(after.at(*change.parts.begin()), change.value);
+        }
+    }
+};
+
+}  // namespace
+
+TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
+    const Change kChanges[] = {
+        {"size", "64x32", {"extent"}},
+        {"crop", "3,4,5,6", {"region"}, "3.000000,4.000000,5.000000,6.000000"},
+        {"camera", "1", {"eye"}, "1.000000 2.000000 3.000000"},
+        {"aperture", "0.25", {"lens radius"}, "0.250000"},
+        {"focus", "3.5", {"focus distance"}, "3.500000"},
+        {"sampler", "tea", {"sampler"}, "2.000000"},
+        {"seed", "7", {"seed"}, "7.000000"},
+        {"brdf", "lafortune", {"brdf"}, "2.000000"},
+        {"distribution", "phong", {"distribution"}, "2.000000"},
+        {"masking", "shortcut", {"masking"}, "2.000000"},
+        {"fresnel", "lazanyi", {"fresnel"}, "3.000000"},
+        {"multiscatter", "walk", {"multiscatter"}, "2.000000"},
+        {"nee", "off", {"light sampling"}, "0.000000"},
+        {"light-sampler", "power", {"light sampler"}, "1.000000"},
+        {"mis", "balance", {"mis"}, "0.000000"},
+        {"rr", "off", {"roulette"}, "3.000000"},
+        {"rr", "frame:0.5", {"roulette", "survival"}},
+        {"rr-start", "5", {"roulette's start"}, "5.000000"},
+        {"max-depth", "4", {"depth"}, "4.000000"},
+        {"clamp-indirect", "2.5", {"clamp"}, "2.500000"},
+        {"regularize", "0.5", {"regularize"}, "0.500000"},
+        {"shadow-terminator", "on", {"shadow terminator"}, "1.000000"},
+        {"texture-budget", "64K", {"texture budget"}, "65536.000000"},
+        {"transparent", "on", {"hidden environment"}, "1.000000"},
+        {"texture-lod", "-0.5", {"texture levels"}, "-0.500000"},
+        {"light", "studio", {"environment is the studio"}, "1.000000"},
+        {"background", "1,2,3", {"environment", "environment is the scene's"}, "1.000000 2.000000 3.000000"},
+        {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
+        {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // tints the studio
+    };
+    for (const Change& change : kChanges) ExpectChange(change);
+    // With a map, the tint applies to it, and the background is not used
+    ExpectChange({"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"}, true);
+    ExpectChange({"background", "1,2,3", {}}, true);
+    // The scene's own environment is tinted, too; any background and any map replace it
+    const auto environmentOf = [](const SettingTexts& texts, bool isMapGiven = false) {
+        const Parts parts = PartsWith(texts, isMapGiven, true);
+        return parts.at("environment") + ", " + parts.at("environment is the scene's");
+    };
+    EXPECT_EQ(environmentOf({}), "1.000000 1.000000 1.000000, 1.000000");
+    EXPECT_EQ(environmentOf({{"env-tint", "2,3,4"}}), "2.000000 3.000000 4.000000, 1.000000");
+    EXPECT_EQ(environmentOf({{"background", "1,2,3"}}), "1.000000 2.000000 3.000000, 0.000000");
+    EXPECT_EQ(environmentOf({{"background", "0,0,0"}}), "0.000000 0.000000 0.000000, 0.000000");
+    EXPECT_EQ(environmentOf({}, true), "1.000000 1.000000 1.000000, 0.000000");
+    // Every setting is tested, except those that tell the command what to do with the picture
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        const std::string name = setting.name;
+        const bool isOfCommand = name == "view" || name == "scene" || name == "variant" || name == "at" ||
+                                 name == "clips" || name == "shutter" || name == "points" ||
+                                 name == "lines" || name == "shadows" || name == "light-group" ||
+                                 name == "adaptive";
+        const bool isHere = std::any_of(std::begin(kChanges), std::end(kChanges),
+                                        [&](const Change& change) { return change.option == name; });
+        EXPECT_NE(isHere, isOfCommand) << name;
+    }
+    EXPECT_EQ(PartsWith({}).at("sample"), "3.000000");
+}
+
+}  // namespace raygraph::session::device_scene_test

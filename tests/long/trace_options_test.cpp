@@ -98,7 +98,7 @@ static_assert(HasEightFieldsOfItsOwn<TraceSettings>);
 
 auto FieldsOf(TraceSettings& s) {
     // These are all fields but `sampleCount`, `traversal` and `form`, which change no picture
-    // (tests/cli/session_forms_test.cpp), and `pixels` (session_adaptive_test.cpp)
+    // (tests/cli/session_test.cpp), and `pixels` (session_adaptive_test.cpp)
     auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] =
         static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
