@@ -9,15 +9,15 @@ namespace {
 
 // Primes: neighboring steps differ in what they meet.
 TEST(InjectedFailure, RendererWithoutMemory_DropsTheFrameAndGoesOn) {
-    EXPECT_GT(SweepOutOfMemory(RendererScenario(), {}, false, 23), 20u);
+    EXPECT_GT(SweepOutOfMemory(RendererScenario(), {}, false, 47), 10u);
 }
 
 TEST(InjectedFailure, ViewportWithoutMemory_DropsTheFrameAndGoesOn) {
-    EXPECT_GT(SweepOutOfMemory(ViewportScenario(), FailingCall::Allocation, true, 13), 20u);
+    EXPECT_GT(SweepOutOfMemory(ViewportScenario(), FailingCall::Allocation, true, 29), 10u);
 }
 
 TEST(InjectedFailure, LostDevice_IsToldByEveryCall) {
-    EXPECT_GT(SweepDeviceLoss(RendererScenario(), {}, 97), 4u);
+    EXPECT_GT(SweepDeviceLoss(RendererScenario(), {}, 197), 1u);
 }
 
 // Ahead of its need: frames of others go on, and the one that needs it says what there was not.
