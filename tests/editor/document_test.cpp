@@ -1,11 +1,22 @@
 // Tests edits of the open scene, and their history.
-#include "editor/app/document.h"
-
+#include <gtest/gtest.h>
+#include <algorithm>
+#include <array>
+#include <glm/gtc/matrix_transform.hpp>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "base/error.h"
+#include "base/files.h"
+#include "editor/app/document.h"
+#include "editor/app/scene_panels.h"
+#include "renderer/scene/animation/deform.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/scene_fields.h"
+#include "tests/editor/moving_scene.h"
+#include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
@@ -246,3 +257,399 @@ TEST_F(DocumentTest, LightThatWouldBeFlatKeepsItsPlace) {
 }
 
 }  // namespace raygraph::editor::document_test
+
+// Tests edits of an animated scene.
+namespace raygraph::editor::pose_edit_test {
+
+namespace {
+
+class PoseEditTest : public testing::VulkanTest {
+  protected:
+    PoseEditTest() : file(folder.Write("scene.gltf", moving::Document().Text())) {
+        scene::SceneData data = scene::LoadGltf(file);
+        scene::DeformInstances(data);
+        document = Document(file, data);
+        gpu.SetScene(std::move(data));
+    }
+    bool Show(uint32_t clip, double seconds) {
+        return document.ShowPose(std::array{scene::ClipState{clip, seconds}}, gpu);
+    }
+    void ShowRest() { document.ShowPose({}, gpu); }
+    // Returns an edit that moves the node to a position, relative to the pose that is shown.
+    TransformEdit MovedTo(uint32_t node, const glm::vec3& place) const {
+        glm::mat4x3 local = document.LocalTransform(node);
+        local[3] = place;
+        return {node, local};
+    }
+    glm::vec3 PlaceOf(uint32_t node) const { return document.WorldTransform(node)[3]; }
+    // Returns the position of the node's first instance on the device.
+    glm::vec3 OnDevice(uint32_t node) const {
+        return gpu.Transform(document.InstancesUnder(node).front()).matrix[3];
+    }
+    scene::SceneData Saved() {
+        const std::filesystem::path copy = folder.Path() / "saved.gltf";
+        document.Save(copy);
+        return scene::LoadGltf(copy);
+    }
+    void ExpectRefused(const Edit& edit) {
+        EXPECT_EQ(testing::ErrorTextOf([&] { document.Apply(edit, gpu); }, ErrorKind::Usage),
+                  "an animation changes this: it can be edited in the rest pose");
+    }
+
+    test::SceneFolder folder;
+    std::filesystem::path file;
+    Renderer renderer{Device()};
+    GpuScene gpu{renderer};
+    Document document;
+};
+
+const glm::mat4x3 kTurned{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, 0}};
+
+}  // namespace
+
+TEST_F(PoseEditTest, PoseMovesNodesBoundsAndDeviceAndRestComesBackToTheBit) {
+    const glm::vec3 before = PlaceOf(moving::Rider);
+    const scene::Bounds bounds = document.Scene().bounds;
+    const float right = document.BoundsOf(moving::Rider).max.x;
+    EXPECT_TRUE(Show(moving::Slide, 0.5));
+    EXPECT_EQ(PlaceOf(moving::Rider), glm::vec3(1, 1, 0));
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(1, 1, 0));
+    EXPECT_EQ(document.BoundsOf(moving::Rider).max.x, right + 0.75f);
+    EXPECT_GT(document.Scene().bounds.max.x, bounds.max.x);
+    const SceneRevisions shown = gpu.Revisions();
+    EXPECT_FALSE(Show(moving::Slide, 0.5)) << "it is shown already";
+    EXPECT_EQ(gpu.Revisions(), shown);
+    EXPECT_EQ(document.EditCount(), 0u);
+    ShowRest();
+    EXPECT_EQ(PlaceOf(moving::Rider), before);
+    EXPECT_EQ(OnDevice(moving::Rider), before);
+    EXPECT_EQ(document.Scene().bounds.max, bounds.max);
+}
+
+TEST_F(PoseEditTest, NodeBelowAnAnimatedOneIsEditedInAnyPose) {
+    Show(moving::Slide, 0.5);
+    document.Apply(MovedTo(moving::Rider, {0, 1, 3}), gpu);
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(1, 1, 3));
+    Show(moving::Slide, 1.0);
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(2, 1, 3));
+    const scene::SceneData saved = Saved();
+    EXPECT_EQ(saved.nodes[moving::Rider].translation, glm::vec3(0, 1, 3));
+    EXPECT_EQ(saved.nodes[moving::Slider].translation, glm::vec3(0.25f, 0, 0)) << "the pose is not saved";
+    document.Undo(gpu);
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(2, 1, 0));
+    document.Redo(gpu);
+    ShowRest();
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(0.25f, 1, 3));
+}
+
+TEST_F(PoseEditTest, WhatAnAnimationShowsIsEditedInTheRestPoseOnly) {
+    Show(moving::Slide, 0.5);
+    const SceneRevisions before = gpu.Revisions();
+    ExpectRefused(MovedTo(moving::Slider, {0, 0, 3}));
+    EXPECT_EQ(gpu.Revisions(), before);
+    EXPECT_FALSE(document.CanUndo());
+    ShowRest();
+    document.Apply(MovedTo(moving::Slider, {0.25f, 0, 3}), gpu);
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(0.25f, 1, 3));
+    Show(moving::Slide, 0.5);
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(1, 1, 0));
+    document.Undo(gpu);
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(1, 1, 0)) << "of the rest pose";
+    document.Redo(gpu);
+    EXPECT_EQ(Saved().nodes[moving::Slider].translation, glm::vec3(0.25f, 0, 3));
+    document.Undo(gpu);
+    ShowRest();
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(0.25f, 1, 0));
+    Show(moving::Pan, 0.5);
+    document.Apply(MovedTo(moving::Slider, {0, 0, 1}), gpu);  // no clip that is shown animates it
+    EXPECT_EQ(OnDevice(moving::Rider), glm::vec3(0, 1, 1));
+}
+
+TEST_F(PoseEditTest, PartsThatNoAnimationChangesAreEditedBesideThoseThatOneDoes) {
+    Show(moving::Slide, 0.5);
+    glm::mat4x3 turned = kTurned;
+    turned[3] = {1, 0, 0};
+    document.Apply(TransformEdit{moving::Slider, turned}, gpu);
+    EXPECT_LT(glm::length(PlaceOf(moving::Rider) - glm::vec3(0, 0, 0)), 1e-6f);
+    document.Apply(TransformEdit{moving::Slider, turned}, gpu);
+    EXPECT_EQ(document.EditCount(), 1u) << "as while a handle is held";
+    const scene::SceneData saved = Saved();
+    EXPECT_EQ(saved.nodes[moving::Slider].translation, glm::vec3(0.25f, 0, 0));
+    EXPECT_NEAR(saved.nodes[moving::Slider].rotation.z, std::sqrt(0.5f), 1e-6f);
+    EXPECT_FALSE(saved.nodes[moving::Slider].matrix) << "an animation would have no effect on it";
+    // Even the smallest change is refused
+    ExpectRefused(MovedTo(moving::Slider, {1.000001f, 0, 0}));
+    EXPECT_EQ(document.Rest().nodes[moving::Slider].translation, glm::vec3(0.25f, 0, 0));
+    glm::mat4x3 sheared = kTurned;
+    sheared[0].x = 0.5f;
+    EXPECT_ANY_THROW(document.Apply(TransformEdit{moving::Slider, sheared}, gpu));
+    document.Undo(gpu);
+    EXPECT_EQ(PlaceOf(moving::Rider), glm::vec3(1, 1, 0));
+    EXPECT_EQ(document.Rest().nodes[moving::Slider].rotation, glm::quat(1, 0, 0, 0)) << "to the bit";
+}
+
+TEST_F(PoseEditTest, SavingInAPoseChangesNothingInTheFile) {
+    document.Save(folder.Path() / "rest.gltf");
+    document.ShowPose(std::array{scene::ClipState{moving::Slide, 0.7}, scene::ClipState{moving::Bend, 0.7},
+                                 scene::ClipState{moving::Fade, 0.7}},
+                      gpu);
+    document.Save(folder.Path() / "posed.gltf");
+    EXPECT_EQ(ReadFile(folder.Path() / "posed.gltf"), ReadFile(folder.Path() / "rest.gltf"));
+    EXPECT_EQ(ReadFile(document.SaveRecoveryCopy()), ReadFile(folder.Path() / "rest.gltf"));
+}
+
+TEST_F(PoseEditTest, JointsThatAreMovedTakeTheMeshAlong) {
+    const scene::Bounds before = document.BoundsOf(moving::Skinned);
+    const SceneRevisions revisions = gpu.Revisions();
+    document.Apply(MovedTo(moving::SecondJoint, {1, 0, 3}), gpu);
+    EXPECT_EQ(document.BoundsOf(moving::Skinned).max.z, 3.0f);
+    EXPECT_EQ(gpu.Revisions().shapes, revisions.shapes + 1);
+    document.Undo(gpu);
+    EXPECT_EQ(document.BoundsOf(moving::Skinned).max, before.max);
+    // All joints are edited, and then the mesh as a whole
+    document.Apply(MovedTo(moving::FirstJoint, {0, 0, 2}), gpu);
+    EXPECT_EQ(OnDevice(moving::Skinned), glm::vec3(0, 0, 2));
+    EXPECT_TRUE(document.IsPlacedBySkin(moving::Skinned));
+    EXPECT_FALSE(document.IsPlacedBySkin(moving::Rider));
+    EXPECT_FALSE(document.IsPlacedBySkin(moving::FirstJoint));
+}
+
+TEST_F(PoseEditTest, FieldsOfAMaterialThatAnAnimationLeavesAloneAreEdited) {
+    Show(moving::Fade, 0.5);
+    EXPECT_EQ(document.Scene().materials[0].baseColorFactor, glm::vec4(0.5f, 0, 0.5f, 1));
+    scene::Material material = document.Scene().materials[0];
+    material.roughnessFactor = 0.25f;
+    document.Apply(MaterialEdit{0, material}, gpu);
+    EXPECT_EQ(document.Scene().materials[0].roughnessFactor, 0.25f);
+    EXPECT_EQ(document.Scene().materials[0].baseColorFactor, glm::vec4(0.5f, 0, 0.5f, 1));
+    material.baseColorFactor = {0, 1, 0, 1};
+    ExpectRefused(MaterialEdit{0, material});
+    const scene::SceneData saved = Saved();
+    EXPECT_EQ(saved.materials[0].roughnessFactor, 0.25f);
+    EXPECT_EQ(saved.materials[0].baseColorFactor, glm::vec4(1, 0, 0, 1));
+    document.Undo(gpu);
+    ShowRest();
+    EXPECT_EQ(document.Scene().materials[0].roughnessFactor, 1.0f);
+    EXPECT_EQ(document.Scene().materials[0].baseColorFactor, glm::vec4(1, 0, 0, 1));
+}
+
+}  // namespace raygraph::editor::pose_edit_test
+
+namespace raygraph::editor::placement_test {
+
+namespace {
+
+const glm::mat4x3 kSheared(glm::vec3(2, 0, 0), glm::vec3(0.6f, 1, 0), glm::vec3(0, 0.3f, 0.5f),
+                           glm::vec3(1, 2, 3));
+
+float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
+    float most = 0.0f;
+    for (int i = 0; i < 4; ++i) most = std::max(most, glm::length(a[i] - b[i]));
+    return most;
+}
+
+}  // namespace
+
+TEST(Placement, MoveLeavesTheAxesToTheBit) {
+    const Placement before = PlacementOf(kSheared);
+    Placement after = before;
+    after.translation.y = 7.0f;
+    glm::mat4x3 moved = kSheared;
+    moved[3].y = 7.0f;
+    EXPECT_EQ(Placed(kSheared, before, after), moved);
+    EXPECT_EQ(Placed(kSheared, before, before), kSheared);
+}
+
+TEST(Placement, RotationTurnsAShearedNodeAsAWhole) {
+    const Placement before = PlacementOf(kSheared);
+    Placement after = before;
+    after.degrees = {20.0f, -30.0f, 40.0f};
+    const glm::mat4x3 turned = Placed(kSheared, before, after);
+    // Lengths and angles of the axes are the shear
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+            EXPECT_NEAR(glm::dot(turned[i], turned[k]), glm::dot(kSheared[i], kSheared[k]), 1e-5f);
+    const Placement read = PlacementOf(turned);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(read.degrees[i], after.degrees[i], 1e-3f) << "what was typed";
+    EXPECT_LT(Apart(Placed(turned, read, before), kSheared), 1e-5f) << "and back";
+}
+
+TEST(Placement, ScaleStretchesOneAxisAlone) {
+    const Placement before = PlacementOf(kSheared);
+    Placement after = before;
+    after.scale.y *= 3.0f;
+    glm::mat4x3 wanted = kSheared;
+    wanted[1] *= 3.0f;
+    EXPECT_LT(Apart(Placed(kSheared, before, after), wanted), 1e-6f);
+    const Placement read = PlacementOf(wanted);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(read.degrees[i], before.degrees[i], 1e-3f);
+}
+
+TEST(Placement, MirroredAndFlatNodes) {
+    const glm::mat4x3 mirrored(glm::scale(glm::mat4(1.0f), glm::vec3(-2.0f, 1.0f, 1.0f)));
+    const Placement placed = PlacementOf(mirrored);
+    EXPECT_EQ(placed.scale, glm::vec3(-2.0f, 1.0f, 1.0f));
+    EXPECT_LT(glm::length(placed.degrees), 1e-4f);
+    Placement after = placed;
+    after.scale.x = 2.0f;
+    EXPECT_LT(Apart(Placed(mirrored, placed, after), glm::mat4x3(glm::scale(glm::mat4(1.0f), {2, 1, 1}))),
+              1e-6f);
+    glm::mat4x3 flat(1.0f);
+    flat[2] = glm::vec3(0.0f);
+    const Placement of = PlacementOf(flat);
+    after = of;
+    after.scale.z = 2.0f;
+    EXPECT_LT(glm::length(Placed(flat, of, after)[2] - glm::vec3(0, 0, 2)), 1e-5f);
+}
+
+}  // namespace raygraph::editor::placement_test
+
+// Tests the rows of the hierarchy.
+namespace raygraph::editor::hierarchy_test {
+
+namespace {
+
+std::string RowsOf(const Hierarchy& hierarchy) {
+    std::string rows;
+    for (const Hierarchy::Row& row : hierarchy.Rows())
+        rows += std::string(row.depth, '-') + std::to_string(row.node) + ' ';
+    return rows;
+}
+
+}  // namespace
+
+TEST(Hierarchy, ShowsWhatIsOpen) {
+    Hierarchy hierarchy({{2, 3}, {}, {4}, {}, {}}, {0, 1});
+    EXPECT_EQ(RowsOf(hierarchy), "0 1 ");
+    hierarchy.SetOpen(0, true);
+    EXPECT_EQ(RowsOf(hierarchy), "0 -2 -3 1 ");
+    hierarchy.SetOpen(2, true);
+    EXPECT_EQ(RowsOf(hierarchy), "0 -2 --4 -3 1 ");
+    hierarchy.SetOpen(0, false);
+    EXPECT_EQ(RowsOf(hierarchy), "0 1 ");
+    EXPECT_EQ(hierarchy.Reveal(4), 2u) << "what was picked is shown";
+    EXPECT_EQ(RowsOf(hierarchy), "0 -2 --4 -3 1 ");
+}
+
+TEST(Hierarchy, OneRootIsOpenAndADeepChainNeedsNoStack) {
+    std::vector<std::vector<uint32_t>> chain(200'000);
+    for (uint32_t i = 0; i + 1 < chain.size(); ++i) chain[i] = {i + 1};
+    Hierarchy hierarchy(chain, {0});
+    EXPECT_EQ(RowsOf(hierarchy), "0 -1 ");
+    EXPECT_EQ(hierarchy.Reveal(199'999), 199'999u);
+    EXPECT_EQ(Hierarchy().Rows().size(), 0u);
+}
+
+}  // namespace raygraph::editor::hierarchy_test
+
+// Tests how the inspector shows fields of materials and lights, and which values edits give them.
+namespace raygraph::editor::inspector_fields_test {
+
+using scene::FieldOf;
+using scene::Light;
+using scene::LightType;
+using scene::Material;
+
+namespace {
+
+template <typename Field>
+NumberStyle Style(float value, const Field& field) {
+    return StyleOf(value, field.range, field.unit, field.ZeroIsInfinite());
+}
+
+}  // namespace
+
+TEST(InspectorFields, LabelsAreWords) {
+    EXPECT_EQ(LabelOf("baseColorFactor"), "base color");
+    EXPECT_EQ(LabelOf("isDoubleSided"), "double sided");
+    EXPECT_EQ(LabelOf("alphaMode"), "alpha");
+}
+
+TEST(InspectorFields, SpecularColorMayBeAboveOne) {
+    const auto range = FieldOf(&Material::specularColorFactor).range;
+    EXPECT_EQ(Bounded(glm::vec3(1.0f), glm::vec3(2.5f, 1.0f, -1.0f), range), glm::vec3(2.5f, 1.0f, 0.0f));
+}
+
+TEST(InspectorFields, ColorsBesideAStrengthGoToOneAndKeepWhatAFileHas) {
+    for (const scene::FieldRange& range :
+         {FieldOf(&Material::emissiveFactor).range, FieldOf(&Light::color).range}) {
+        EXPECT_EQ(Bounded(glm::vec3(0.5f), glm::vec3(2.5f, 1.0f, -1.0f), range), glm::vec3(1.0f, 1.0f, 0.0f));
+        EXPECT_EQ(Bounded(glm::vec3(3.0f, 0.5f, 0.5f), glm::vec3(3.0f, 2.0f, 0.25f), range),
+                  glm::vec3(3.0f, 1.0f, 0.25f));
+    }
+}
+
+TEST(InspectorFields, SharesStayBelowOne) {
+    const auto range = FieldOf(&Material::baseColorFactor).range;
+    EXPECT_EQ(Bounded(glm::vec4(1.0f), glm::vec4(2.0f, 0.5f, -1.0f, 1.0f), range),
+              glm::vec4(1.0f, 0.5f, 0.0f, 1.0f));
+    EXPECT_TRUE(Style(0.5f, FieldOf(&Material::metallicFactor)).isSlider);
+    EXPECT_FALSE(Style(0.0f, FieldOf(&Material::metallicFactor)).isInfinite);
+}
+
+// A number that scales a texture has an effect if the material has the texture, wherever glTF stores it.
+TEST(InspectorFields, ScalesOfTexturesCountWhereTheTextureIs) {
+    const auto counts = [](const Material& material, const auto& field) {
+        return Counts(material, field.object, field.key, field.name);
+    };
+    const auto expectWith = [&](const auto& field, scene::TextureRef Material::*texture) {
+        Material material;
+        for (scene::TextureRef Material::*other :
+             {&Material::normalTexture, &Material::occlusionTexture, &Material::clearcoatNormalTexture})
+            if (other != texture) (material.*other).texture = 0;
+        EXPECT_FALSE(counts(material, field)) << field.name;
+        (material.*texture).texture = 0;
+        EXPECT_TRUE(counts(material, field)) << field.name;
+    };
+    expectWith(FieldOf(&Material::normalScale), &Material::normalTexture);
+    expectWith(FieldOf(&Material::occlusionStrength), &Material::occlusionTexture);
+    expectWith(FieldOf(&Material::clearcoatNormalScale), &Material::clearcoatNormalTexture);
+    EXPECT_TRUE(counts(Material(), FieldOf(&Material::clearcoatFactor)));
+    EXPECT_TRUE(counts(Material(), FieldOf(&Material::baseColorFactor)));
+    EXPECT_FALSE(counts(Material(), FieldOf(&Material::attenuationDistance)));
+}
+
+TEST(InspectorFields, InfinityIsShownAsAWordAndNotAsZero) {
+    const auto expectInfinite = [](const auto& field, const char* finiteFormat) {
+        const NumberStyle infinite = Style(0.0f, field);
+        EXPECT_TRUE(infinite.isInfinite) << field.name;
+        EXPECT_EQ(infinite.format, "infinite");
+        const NumberStyle finite = Style(2.0f, field);
+        EXPECT_FALSE(finite.isInfinite);
+        EXPECT_EQ(finite.format, finiteFormat);
+        EXPECT_GT(finite.min, 0.0f) << "dragging does not end there";
+    };
+    expectInfinite(FieldOf(&Material::ior), "%.3f");
+    expectInfinite(FieldOf(&Material::attenuationDistance), "%.3f m");
+    expectInfinite(FieldOf(&Light::range), "%.3f m");
+    EXPECT_EQ(Style(1.5f, FieldOf(&Material::ior)).min, 1.0f);
+    EXPECT_EQ(Style(0.0f, FieldOf(&Material::thicknessFactor)).format, "%.3f m") << "a zero that is one";
+    EXPECT_EQ(Style(0.0f, FieldOf(&Light::intensity)).format, "%.3f cd");
+}
+
+TEST(InspectorFields, WhatIsInfiniteNoMoreHasAValueThatItMayHave) {
+    EXPECT_EQ(FiniteValue(FieldOf(&Material::ior)), 1.5f);
+    EXPECT_EQ(FiniteValue(FieldOf(&Material::attenuationDistance)), 1.0f);
+    EXPECT_EQ(FiniteValue(FieldOf(&Light::range)), 1.0f);
+}
+
+TEST(InspectorFields, AnglesAreShownInDegrees) {
+    const NumberStyle style = Style(0.5f, FieldOf(&Light::outerConeAngle));
+    EXPECT_TRUE(style.isAngle);
+    EXPECT_EQ(style.format, "%.1f deg");
+}
+
+TEST(InspectorFields, EachKindOfLightShowsWhatItHas) {
+    const auto fieldsOf = [](LightType type) {
+        std::vector<std::string> names;
+        scene::ForEachLightField(type, [&](const auto& field) { names.push_back(field.name); });
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(fieldsOf(LightType::Directional), (Names{"color", "intensity"}));
+    EXPECT_EQ(fieldsOf(LightType::Point), (Names{"color", "intensity", "range"}));
+    EXPECT_EQ(fieldsOf(LightType::Spot),
+              (Names{"color", "intensity", "range", "innerConeAngle", "outerConeAngle"}));
+}
+
+}  // namespace raygraph::editor::inspector_fields_test

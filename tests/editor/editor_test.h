@@ -25,10 +25,19 @@ inline void PlayText(const std::string& text, const std::filesystem::path& folde
 
 class EditorTest : public testing::VulkanTest {
   protected:
-    explicit EditorTest(EditorOptions options = {}) : editor(Device(), std::move(options)) {}
+    // Raster pictures are without effects and end with their first sample: few tests look at them.
+    explicit EditorTest(EditorOptions options = {}) : editor(Device(), std::move(options)) {
+        editor.Work().view.SetRaster(
+            {.shadows = passes::RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false});
+        viewport::BudgetSettings budget = editor.Work().view.Budget();
+        budget.maxRasterSamples = 1;
+        editor.Work().view.SetBudget(budget);
+        editor.Work().UseLight(DefaultLight::None);  // the studio's map would be filtered for the empty scene
+    }
     void Play(const std::string& text) { PlayText(text, folder.Path(), editor, screen); }
     static std::string OpenCornell() {
-        return "size 640x400\nopen " + test::SourceFile("scenes/cornell.gltf").string() + "\nwait\n";
+        return "size 640x400\nview raster\nopen " + test::SourceFile("scenes/cornell.gltf").string() +
+               "\nwait\n";
     }
 
     test::TemporaryFolder folder;

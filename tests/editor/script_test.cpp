@@ -1,18 +1,26 @@
 // Tests the editor by scripts, without a window.
-#include "editor/app/script.h"
-
+#include <gtest/gtest.h>
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
+#include <sstream>
 #include <string>
 
+#include "base/error.h"
+#include "base/files.h"
 #include "editor/app/file_content.h"
+#include "editor/app/script.h"
 #include "editor/session/file/content_hash.h"
+#include "editor/session/file/render_file.h"
 #include "editor/session/session.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/variants.h"
 #include "tests/editor/editor_test.h"
 #include "tests/support/environment_variable.h"
 #include "tests/support/error_of.h"
@@ -32,7 +40,7 @@ class ScriptTest : public EditorTest {
 }  // namespace
 
 TEST_F(ScriptTest, OpensEmptyAndLeavesABrokenFileAside) {
-    Play("size 320x200\nframes 2\n");
+    Play("size 320x200\nview raster\nframes 2\n");
     const std::filesystem::path broken = folder.Path() / "broken.gltf";
     std::ofstream(broken) << "{ \"asset\": 3 }";
     Play(OpenCornell());
@@ -44,7 +52,7 @@ TEST_F(ScriptTest, OpensEmptyAndLeavesABrokenFileAside) {
 
 TEST_F(ScriptTest, TogglesPicksEditsAndUndoes) {
     Play(OpenCornell() +
-         "view raster\nframes 3\nkey R\nexpect view path-traced\nkey R\nexpect view raster\n"
+         "frames 3\nkey R\nexpect view path-traced\nkey R\nexpect view raster\n"
          "mouse 320 120\nclick left\nwait\n");
     ASSERT_TRUE(editor.Work().selectedMaterial) << "the back wall is there";
     const uint32_t material = *editor.Work().selectedMaterial;
@@ -55,7 +63,7 @@ TEST_F(ScriptTest, TogglesPicksEditsAndUndoes) {
 }
 
 TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
-    Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\n");
+    Play(OpenCornell() + "mouse 320 120\nclick left\nwait\n");
     Workspace& work = editor.Work();
     ASSERT_TRUE(work.selectedNode);
     const uint32_t node = *work.selectedNode;
@@ -103,8 +111,7 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
     const std::string plain = (folder.Path() / "plain.png").string();
     const std::string selected = (folder.Path() / "selected.png").string();
     const std::string window = (folder.Path() / "window.png").string();
-    editor.Work().view.SetBudget({.maxRasterSamples = 1});  // the picture does not change any more
-    Play(OpenCornell() + "view raster\nsamples 1\npicture " + plain +
+    Play(OpenCornell() + "samples 1\npicture " + plain +
          "\nmouse 320 120\nclick left\nwait\nframes 3\npicture " + selected + "\nwindow " + window + "\n");
     ASSERT_TRUE(editor.Work().selectedNode);
     EXPECT_NE(editor.Work().renderer.DescribePlan().find("DrawOutline"), std::string::npos);
@@ -124,7 +131,7 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
 }
 
 TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
-    Play(OpenCornell() + "view raster\n");
+    Play(OpenCornell());
     const glm::dvec3 eye = editor.Work().camera.View().eye;
     Play("size 640x400\nmouse 320 200\ndrag left 60 0\n");
     EXPECT_NE(editor.Work().camera.View().eye, eye);
@@ -216,7 +223,7 @@ TEST_F(ScriptTest, AnOldFileIsNoPictureThatWasSaved) {
 
 TEST_F(ScriptTest, SavesTheWindow) {
     const std::filesystem::path file = folder.Path() / "window.png";
-    Play(OpenCornell() + "view raster\nkey F1\nkey G\nkey T\nframes 4\nwindow " + file.string() + "\n");
+    Play(OpenCornell() + "key F1\nkey G\nkey T\nframes 4\nwindow " + file.string() + "\n");
     std::ifstream stream(file, std::ios::binary);
     const std::string bytes(std::istreambuf_iterator<char>(stream), {});
     const image::Image8 picture = image::DecodeImage8(std::as_bytes(std::span(bytes)), "window.png");
@@ -230,7 +237,7 @@ TEST_F(ScriptTest, SavesTheWindow) {
 TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
     const std::filesystem::path config = folder.Path() / "config";
     const test::EnvironmentVariable home("XDG_CONFIG_HOME", folder / "home");
-    Play(OpenCornell() + "view raster\nkey T\nframes 1\n");
+    Play(OpenCornell() + "key T\nframes 1\n");
     EXPECT_FALSE(std::filesystem::exists(folder.Path() / "home"));
     Play("config " + config.string() + "\n" + OpenCornell() + "view wipe\nkey T\nkey X\nframes 1\n");
     std::string message;
@@ -248,8 +255,8 @@ TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
 
 TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
     const std::string file = (folder.Path() / "saved.gltf").string();
-    Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\nmaterial base 0.25 0.5 1\nscene " +
-         file + "\nexpect message saved\n");
+    Play(OpenCornell() + "mouse 320 120\nclick left\nwait\nmaterial base 0.25 0.5 1\nscene " + file +
+         "\nexpect message saved\n");
     const uint32_t material = *editor.Work().selectedMaterial;
     EXPECT_FALSE(editor.Work().document.IsEdited());
     EXPECT_EQ(scene::LoadGltf(file).materials[material].baseColorFactor, glm::vec4(0.25f, 0.5f, 1.0f, 1.0f));
@@ -295,7 +302,7 @@ TEST_F(ScriptTest, PicturesThatCannotBeTakenDoNotKeepTheEditorOpen) {
 TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
     image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
     image::WriteHdr(folder.Path() / "sky.hdr", sky);
-    const std::string open = OpenCornell() + "view raster\nopen " + (folder.Path() / "sky.hdr").string();
+    const std::string open = OpenCornell() + "open " + (folder.Path() / "sky.hdr").string();
     Play(open + "\nwait\n");
     Workspace& work = editor.Work();
     const auto save = [&](auto&& change) {
@@ -323,7 +330,7 @@ TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
 TEST_F(ScriptTest, ExrNamesLensAndRasterSettingsOfItsFrame) {
     viewport::Viewport& view = editor.Work().view;
     view.SetRaster({.shadows = passes::RasterShadows::Maps});
-    Play(OpenCornell() + "view raster\nsamples 1\npicture " + (folder / "picture.exr").string() + "\n");
+    Play(OpenCornell() + "samples 1\npicture " + (folder / "picture.exr").string() + "\n");
     EXPECT_EQ(session::SettingsFrom(session::ReadRenderFile(folder / "picture.exr").settings).raster,
               view.Raster());
     viewport::CaptureResult picture{.extent = {4, 2}, .lens = {.radius = 0.125f, .focusDistance = 2.5f}};
@@ -341,7 +348,7 @@ TEST_F(ScriptTest, ExrIsOfTheFileWhereNoEditsAreUnsaved) {
     const auto hashOf = [](const std::filesystem::path& scene) {
         return session::HashOf(scene::LoadGltf(scene));
     };
-    Play(OpenCornell() + "view raster\nsamples 1\n");
+    Play(OpenCornell() + "samples 1\n");
     EXPECT_EQ(save(), hashOf(test::SourceFile("scenes/cornell.gltf")));
     Play("mouse 320 120\nclick left\nwait\nmaterial base 1 0 0\nexpect edits 1\nsamples 1\n");
     EXPECT_EQ(save(), "") << "an edit is in no file";
@@ -352,8 +359,7 @@ TEST_F(ScriptTest, ExrIsOfTheFileWhereNoEditsAreUnsaved) {
 
 TEST_F(ScriptTest, SavesAnExr) {
     const std::string file = (folder.Path() / "picture.exr").string();
-    Play(OpenCornell() + "view raster\nsize 320x200\nsamples 1\npicture " + file +
-         "\nexpect message sample\n");
+    Play(OpenCornell() + "size 320x200\nsamples 1\npicture " + file + "\nexpect message sample\n");
     const session::RenderFile saved = session::ReadRenderFile(file);
     const session::PictureSettings settings = session::SettingsFrom(saved.settings);
     EXPECT_EQ(saved.sceneFile, "cornell.gltf");
@@ -373,7 +379,7 @@ TEST_F(ScriptTest, EnvironmentMapIsLoadedAndStaysWithTheNextScene) {
     const std::filesystem::path file = folder.Path() / "sky.hdr";
     image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
     image::WriteHdr(file, sky);
-    Play(OpenCornell() + "view raster\nopen " + file.string() + "\nwait\n");
+    Play(OpenCornell() + "open " + file.string() + "\nwait\n");
     Workspace& work = editor.Work();
     EXPECT_EQ(work.EnvironmentFile(), file);
     EXPECT_EQ(work.gpu.Environment().radiance, glm::vec3(1.0f));
@@ -403,7 +409,7 @@ TEST_F(ScriptTest, MistakesAreFoundBeforeAnythingIsPlayed) {
 
 TEST_F(ScriptTest, KeysWhileFlyingOnlyFly) {
     Play(OpenCornell() +
-         "view raster\nmouse 320 200\npress right\nkey ctrl+q\nkey R\nexpect view raster\n"
+         "mouse 320 200\npress right\nkey ctrl+q\nkey R\nexpect view raster\n"
          "release right\nkey R\nexpect view path-traced\n");
 }
 
@@ -412,3 +418,270 @@ TEST_F(ScriptTest, ReloadSaysThatThereAreNoSources) {
 }
 
 }  // namespace raygraph::editor::script_test
+
+// Tests the parser of scripts, without playing them.
+namespace raygraph::editor::script_commands_test {
+
+namespace {
+
+template <typename Command>
+Command Only(const std::string& text) {
+    const std::vector<ScriptLine> lines = ParseScript(text, "s");
+    EXPECT_EQ(lines.size(), 1u) << text;
+    return std::get<Command>(lines.at(0).command);
+}
+
+std::string Refusal(const std::string& text) {
+    try {
+        ParseScript(text, "s");
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
+        return error.what();
+    }
+    return "";
+}
+
+}  // namespace
+
+TEST(ScriptCommands, AreReadWithTheirNumbersAndTexts) {
+    EXPECT_TRUE(ParseScript("", "s").empty());
+    const std::vector<ScriptLine> lines = ParseScript("# nothing\n\n  wait   # until then\nclose", "s");
+    ASSERT_EQ(lines.size(), 2u);
+    EXPECT_EQ(lines[0].number, 3u);
+    EXPECT_EQ(lines[0].text, "wait");
+    EXPECT_EQ(lines[1].number, 4u);
+    EXPECT_EQ(Only<SetSize>("size 640x0").extent, (rhi::Extent2D{640, 0}));
+    EXPECT_EQ(Only<MoveMouse>("mouse -3 2.5").place, glm::vec2(-3.0f, 2.5f));
+    EXPECT_EQ(Only<DropFile>("open a b.gltf").file, "a b.gltf");
+    EXPECT_EQ(Only<TypeText>("text gr\xC3\xBC\xC3\x9F \xF0\x9F\x98\x80").text, U"gr\u00FC\u00DF \U0001F600");
+    const PressKey key = Only<PressKey>("key ctrl+shift+z");
+    EXPECT_TRUE(key.key == Key::Z && key.isControl && key.isShift);
+    const HoldButton drag = Only<HoldButton>("drag middle 3 -4");
+    EXPECT_TRUE(drag.button == MouseButton::Middle && drag.isDown && drag.isUp && drag.isDragged);
+    EXPECT_EQ(drag.way, glm::vec2(3.0f, -4.0f));
+    EXPECT_FALSE(Only<HoldButton>("press left").isUp);
+    EXPECT_FALSE(Only<HoldButton>("release left").isDown);
+    EXPECT_EQ(Only<Expectation>("expect view side by side").view, viewport::View::SideBySide);
+    EXPECT_EQ(Only<Expectation>("expect samples-above 7").number, 7u);
+    EXPECT_EQ(Only<PlayFor>("play 0.5").seconds, 0.5);
+    EXPECT_EQ(Only<ShowTime>("time 2").seconds, 2.0);
+    EXPECT_EQ(Only<ChooseClips>("clips walk:0.3,look left").list, "walk:0.3,look left");
+    EXPECT_EQ(Only<Expectation>("expect time 0.250").text, "0.250");
+    EXPECT_EQ(Only<Expectation>("expect playing yes").number, 1u);
+}
+
+TEST(ScriptCommands, RefusalsNameTheLine) {
+    EXPECT_EQ(Refusal("wait\n\nsmile at me\n"), "s:3: smile at me: there is no such command");
+    EXPECT_EQ(Refusal("mouse 1"), "s:1: mouse 1: a word is missing");
+    EXPECT_EQ(Refusal("text"), "s:1: text: a word is missing");
+    EXPECT_EQ(Refusal("click leftmost"), "s:1: click leftmost: there is no mouse button \"leftmost\"");
+    EXPECT_EQ(Refusal("key alt+z"), "s:1: key alt+z: there is no modifier \"alt\"");
+    EXPECT_EQ(Refusal("expect asking perhaps"),
+              "s:1: expect asking perhaps: it is yes or no, not \"perhaps\"");
+}
+
+// Otherwise numbers would be cast to types that cannot hold them, or play forever.
+TEST(ScriptCommands, NumbersAreFiniteAndInRange) {
+    for (const char* line : {"frames 1e30",         "frames -1",       "frames 1.5",
+                             "frames nan",          "samples -1",      "samples 1e10",
+                             "samples inf",         "mouse nan 0",     "mouse 0 1e30",
+                             "drag left inf 0",     "wheel nan",       "size 1e9x1",
+                             "size -1x1",           "scale 0",         "scale nan",
+                             "budget -1",           "budget inf",      "material base 1 nan 0",
+                             "material base 2 0 0", "expect edits -1", "expect samples-below x"})
+        EXPECT_NE(Refusal(line), "") << line;
+    for (const char* line : {"play -1", "play nan", "play 1e9", "time -1", "time inf"})
+        EXPECT_NE(Refusal(line), "") << line;
+}
+
+TEST(ScriptCommands, ControlCharactersAndBrokenUtf8AreRefused) {
+    for (const char* line : {"text a\x1b[31m", "open \xFF.gltf", "text \xC3", "open a\x7F"}) {
+        const std::string refusal = Refusal(line);
+        EXPECT_NE(refusal.find("has control characters"), std::string::npos) << refusal;
+        EXPECT_EQ(refusal.find_first_of("\x1b\x7f\xff\xc3"), std::string::npos) << "nor has the message";
+    }
+}
+
+}  // namespace raygraph::editor::script_commands_test
+
+// Tests a whole visit to the editor: everything that a user does, and more often than a user would.
+namespace raygraph::editor::visit_test {
+
+class VisitTest : public EditorTest {};
+
+TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrokenFile) {
+    const std::string broken = (folder.Path() / "broken.glb").string();
+    std::ofstream(broken) << "glTF and no more";
+    const auto file = [&](const char* name) { return (folder.Path() / name).string(); };
+    std::ostringstream script;
+    script
+        << "size 400x260\nopen " << test::SourceFile("scenes/cornell.gltf").string() << "\nwait\n"
+        << "mouse 200 100\ndrag left 40 10\ndrag middle 5 5\nwheel 1\nframes 2\n"
+        << "key R\nframes 2\nkey R\nframes 2\nkey W\nframes 2\nview relative error\nframes 3\nkey W\nkey W\n"
+        << "mouse 200 90\nclick left\nwait\nmaterial base 0.1 0.9 0.2\nexpect edits 1\nkey ctrl+z\nexpect "
+           "edits 0\n"
+        << "key T\nframes 2\nkey G\nframes 2\nkey F1\nframes 2\nkey F1\nkey T\nkey G\n"
+        << "picture " << file("picture.png") << "\nscene " << file("scene.glb") << "\nwindow "
+        << file("window.png") << "\n";
+    for (int i = 0; i < 200; ++i) script << "size " << 1 + i * 73 % 400 << "x" << 1 + i * 51 % 260 << "\n";
+    script << "size 400x260\nopen " << broken
+           << "\nwait\nexpect message broken.glb\nbudget 0\nview path-traced\nsamples 2\nexpect edits 0\n";
+    Play(script.str());
+    // Counts the colors in a picture's first columns
+    const auto colors = [](const image::Image8& picture, uint32_t columns) {
+        std::set<std::array<uint8_t, 3>> seen;
+        for (size_t i = 0; i < picture.rgba.size(); i += 4)
+            if (i / 4 % picture.width < columns)
+                seen.insert({picture.rgba[i], picture.rgba[i + 1], picture.rgba[i + 2]});
+        return seen.size();
+    };
+    const auto read = [&](const char* name) { return image::DecodeImage8(ReadFile(file(name)), name); };
+    const image::Image8 picture = read("picture.png"), window = read("window.png");
+    EXPECT_EQ(window.width, 400u);
+    EXPECT_EQ(window.height, 260u);
+    const glm::ivec2 origin = editor.PictureOrigin();
+    EXPECT_EQ(int(picture.width), 400 - 2 * origin.x) << "panels of one width on both sides";
+    EXPECT_LT(int(picture.height), 260 - origin.y) << "and a status line";
+    EXPECT_GT(colors(picture, picture.width), 100u) << "a room";
+    const size_t panelColors = colors(window, static_cast<uint32_t>(origin.x));
+    EXPECT_GT(panelColors, 5u) << "a panel on its left, with text";
+    EXPECT_GT(colors(window, window.width), 2 * panelColors) << "and the picture beside it";
+    // The undone edit has left nothing, neither here nor in the file
+    const scene::SceneData original = scene::LoadGltf(test::SourceFile("scenes/cornell.gltf"));
+    EXPECT_EQ(session::HashOf(scene::LoadGltf(file("scene.glb"))), session::HashOf(original));
+    const Document& document = editor.Work().document;
+    EXPECT_EQ(document.File(), file("scene.glb"));
+    EXPECT_FALSE(document.IsEdited());
+    EXPECT_EQ(document.Scene().nodes.size(), original.nodes.size());
+    for (size_t i = 0; i < original.materials.size(); ++i)
+        EXPECT_EQ(document.Scene().materials.at(i).baseColorFactor, original.materials[i].baseColorFactor);
+}
+
+}  // namespace raygraph::editor::visit_test
+
+// Tests variants of a scene's materials in the editor.
+namespace raygraph::editor::variant_test {
+
+using VariantTest = EditorTest;
+
+// In the Cornell box, the variant "paint" gives all meshes but the lamp one material.
+TEST_F(VariantTest, IsShownInAllViewsAndIsNoEdit) {
+    nlohmann::json json = nlohmann::json::parse(std::ifstream(test::SourceFile("scenes/cornell.gltf")));
+    json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "paint"}}, {{"name", "plain"}}};
+    for (nlohmann::json& mesh : json["meshes"])
+        for (nlohmann::json& primitive : mesh["primitives"])
+            if (primitive["material"] != 3)
+                primitive["extensions"]["KHR_materials_variants"]["mappings"] = {
+                    {{"material", 0}, {"variants", {0}}}};
+    const std::filesystem::path file = folder.Path() / "box.gltf", picture = folder.Path() / "picture.exr",
+                                saved = folder.Path() / "saved.gltf";
+    std::ofstream(file) << json;
+    Workspace& work = editor.Work();
+    const auto save = [&](const std::string& script) {
+        Play("size 120x100\n" + script + "picture " + picture.string() + "\nexpect message sample\n");
+        return session::ReadRenderFile(picture);
+    };
+    const auto hashOf = [](const std::filesystem::path& of, uint32_t variant) {
+        scene::SceneData scene = scene::LoadGltf(of);
+        scene::SetVariant(scene, variant);
+        return session::HashOf(scene);
+    };
+    for (const std::string view : {"path-traced", "raster"}) {
+        SCOPED_TRACE(view);
+        Play("size 120x100\nbudget 0\nopen " + file.string() + "\nwait\nview " + view +
+             "\nexpect variant none\n");
+        const session::RenderFile plain = save("samples 1\n");
+        const auto resets = [&] { return work.view.ResetCount(passes::ResetCause::Geometry); };
+        const uint32_t before = resets();
+        const session::RenderFile paint = save("variant paint\nexpect variant paint\nsamples 1\n");
+        EXPECT_GT(resets(), before) << "samples of the other materials are gone";
+        EXPECT_NE(paint.radiance, plain.radiance);
+        EXPECT_EQ(paint.settings.at("variant"), "paint");
+        EXPECT_EQ(paint.sceneHash, hashOf(file, 0));
+        EXPECT_EQ(plain.settings.at("variant"), "");
+        EXPECT_EQ(plain.sceneHash, hashOf(file, scene::kNone));
+    }
+    EXPECT_EQ(save("variant 1\nexpect variant plain\nsamples 1\n").sceneHash, hashOf(file, scene::kNone));
+    Play("size 120x100\nvariant none\nexpect variant none\n");
+    EXPECT_NE(std::string(testing::ErrorOf([&] { Play("variant red\n"); }).what())
+                  .find("there is no variant \"red\""),
+              std::string::npos);
+    EXPECT_EQ(work.document.EditCount(), 0u);
+    // Edits apply to the active materials, and saving keeps the variants
+    Play("size 120x100\nvariant paint\nmouse 60 40\nclick left\nwait\n");
+    ASSERT_EQ(work.selectedMaterial, 0u);
+    Play("size 120x100\nmaterial base 0.25 0.5 1\nscene " + saved.string() +
+         "\nexpect variant paint\nexpect edits 1\n");
+    scene::SceneData scene = scene::LoadGltf(saved);
+    EXPECT_EQ(scene.variants, (std::vector<std::string>{"paint", "plain"}));
+    EXPECT_EQ(scene.materials[0].baseColorFactor, glm::vec4(0.25f, 0.5f, 1.0f, 1.0f));
+    EXPECT_EQ(scene.meshes[0].primitives[1].material, 2u);
+    EXPECT_EQ(save("samples 1\n").sceneHash, hashOf(saved, 0));
+}
+
+}  // namespace raygraph::editor::variant_test
+
+// Tests of the light in which the editor shows the open scene.
+namespace raygraph::editor::light_test {
+
+namespace {
+
+class LightTest : public EditorTest {
+  protected:
+    LightTest() { editor.Work().UseLight(DefaultLight::Auto); }
+    static std::string Open(const char* name) {
+        return "size 320x200\nview raster\nopen " + test::SourceFile(std::string("scenes/") + name).string() +
+               "\nwait\n";
+    }
+    bool HasStudio() { return editor.Work().gpu.ShownEnvironment().defaultLight == DefaultLight::Studio; }
+    std::string LightOfSaved() {
+        const std::string file = (folder.Path() / "saved.exr").string();
+        Play("samples 1\npicture " + file + "\nexpect message sample\n");
+        return session::ReadRenderFile(file).settings.at("light");
+    }
+};
+
+}  // namespace
+
+TEST_F(LightTest, ASceneWithoutLightIsShownInTheStudioAndSavedSo) {
+    Play(Open("furnace_sphere.gltf"));
+    EXPECT_TRUE(HasStudio());
+    EXPECT_EQ(LightOfSaved(), "studio");
+    Play(Open("cornell.gltf"));
+    EXPECT_FALSE(HasStudio());
+    EXPECT_EQ(LightOfSaved(), "none");
+}
+
+TEST_F(LightTest, TheStudioIsTurnedOnAndOffForScenesToCome) {
+    editor.Work().UseLight(DefaultLight::None);
+    Play(Open("furnace_sphere.gltf"));
+    EXPECT_FALSE(HasStudio());
+    editor.Work().UseLight(DefaultLight::Studio);
+    EXPECT_TRUE(HasStudio());
+    Play(Open("cornell.gltf"));
+    EXPECT_TRUE(HasStudio()) << "it is asked for";
+}
+
+TEST_F(LightTest, AllThreeChoicesAreThereInWhateverOrder) {
+    EXPECT_EQ(editor.Work().Light(), DefaultLight::Auto);
+    for (const DefaultLight before : {DefaultLight::None, DefaultLight::Studio}) {
+        editor.Work().UseLight(before);
+        Play(Open("furnace_sphere.gltf"));
+        editor.Work().UseLight(DefaultLight::Auto);
+        EXPECT_EQ(editor.Work().Light(), DefaultLight::Auto);
+        EXPECT_TRUE(HasStudio());
+        Play(Open("cornell.gltf"));
+        EXPECT_FALSE(HasStudio()) << "the scene has a lamp";
+    }
+}
+
+TEST_F(LightTest, AMapTakesItsPlaceUntilItIsRemoved) {
+    Play(Open("furnace_sphere.gltf"));
+    image::WriteHdr(folder.Path() / "sky.hdr", {2, 1, std::vector<float>(8, 0.5f)});
+    Play("size 320x200\nopen " + (folder.Path() / "sky.hdr").string() + "\nwait\n");
+    EXPECT_FALSE(HasStudio());
+    editor.Work().RemoveEnvironmentMap();
+    EXPECT_TRUE(HasStudio());
+}
+
+}  // namespace raygraph::editor::light_test
