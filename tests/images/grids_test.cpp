@@ -39,6 +39,8 @@ void Remove(Json& json, const std::string& extension) {
 
 class Grids : public VulkanTest {
   protected:
+    Grids() { render.more = {}; }
+
     // Loads a scene, without these extensions, and finds its pairs.
     void Set(const std::string& name, const std::vector<std::string>& without = {}) {
         std::ifstream file(test::SourceFile("scenes/" + name));

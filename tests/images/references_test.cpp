@@ -55,6 +55,7 @@ glm::dvec3 ReferenceImage::Mean() const {
 }
 
 void ReferenceTest::SetUp() {
+    render.more = {};  // many samples take longer than the compilation
     VulkanTest::SetUp();
     RAYGRAPH_SKIP_WITHOUT_ASSETS();
     assets = *test::ReferenceAssets();
@@ -383,6 +384,8 @@ scene::SceneData TexturedScene() {
 
 class TexturedReference : public VulkanTest {
   protected:
+    TexturedReference() { render.more = {}; }
+
     SceneRender render{Device()};
 };
 

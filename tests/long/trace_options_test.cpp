@@ -113,6 +113,7 @@ auto FieldsOf(TraceSettings& s) {
 class TraceOptions : public VulkanTest {
   protected:
     TraceOptions() {
+        render.more = {};  // or programs would not show what options do to them
         scene::Material metal = Lambert({0.7f, 0.5f, 0.3f});
         metal.metallicFactor = 0.6f;
         metal.roughnessFactor = 0.5f;

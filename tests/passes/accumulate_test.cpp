@@ -671,7 +671,7 @@ TEST(WhiteBalance, TheWhiteOfALightBecomesNeutralOfTheSameLuminance) {
         const glm::dvec3 shown = glm::dmat3(WhiteBalance(white)) * ColorOf(white);
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[c], 1.0, 2e-3);
     }
-    // Of illuminant A by its temperature: to the precision of the locus
+    // Illuminant A is given by its temperature, to the precision of the locus
     const glm::dvec3 shown = glm::dmat3(WhiteBalance(WhitePointAt(2856.0))) * ColorOf(kA);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[c], 1.0, 1e-2);
 }

@@ -16,10 +16,10 @@
 // Square cells of 1 m side by side, seen from above: where test scenes place what they tell apart.
 namespace raygraph::testing {
 
-// What hit ids have for pixels without a hit.
+// Hit ids of pixels without a hit.
 inline constexpr uint32_t kMiss = 0xFFFFFFFFu;
 
-// Of a square of `side` cells a side, from the origin on.
+// Returns the center of a cell of a square of `side` cells a side, from the origin on.
 inline glm::vec3 CellCenter(uint32_t cell, uint32_t side) {
     return {float(cell % side) + 0.5f, float(cell / side) + 0.5f, 0.0f};
 }

@@ -51,7 +51,7 @@ TEST_F(DeformTest, InstancesShareWhatDeformsThemAlike) {
     ExpectSameHits(hits, still.PrimaryHits(view), 2);
 }
 
-// As a host may place it: each has weights of its own.
+// A host may place a mesh without a node: each instance has weights of its own.
 TEST_F(DeformTest, InstancesWithoutANodeAreMorphed) {
     PosedScene posed(SheetScene({.influences = 0, .targets = 1}));
     scene::SceneData data = posed.scene;
@@ -118,7 +118,7 @@ TEST_F(DeformTest, ADeformingLampLightsAsItsFrozenPoseDoes) {
     EXPECT_NEAR(sampled.mean.Mean().x, expected.mean.Mean().x, 4.0 * error);
 }
 
-// What poses need is taken when the scene is set: frames with next to no memory left still deform.
+// SetScene allocates the memory of poses: frames with next to no memory left still deform.
 TEST_F(DeformTest, SceneThatDoesNotFitLeavesTheOldOneAndOneThatDoesCanBePosed) {
     const auto leaveMemory = [](uint64_t bytes) {
         Device().WaitIdle();
@@ -351,7 +351,7 @@ TEST_F(DeformTest, VariantsOfCopiesAreBuiltOnceWhereTheyShareAStructure) {
 
 }  // namespace raygraph::testing::deform_hidden_test
 
-// What the host knows of the vertices of deformed groups: where emitters are, how well, and the box.
+// The host knows where emitters of deformed groups are, how well, and the box of their vertices.
 namespace raygraph::testing::deform_emitters_test {
 namespace {
 
@@ -402,7 +402,7 @@ OutlinePose PoseOf(const Shape& shape, std::span<const float> weights,
     return pose;
 }
 
-// As a device may, with products and sums fused, in another order.
+// Computes as a device may: products and sums are fused, in another order.
 vec3 Fused(const scene::Primitive& primitive, size_t vertex, std::span<const float> weights,
            std::span<const glm::mat4x3> matrices) {
     vec3 p = primitive.positions[vertex];
@@ -423,7 +423,7 @@ vec3 Fused(const scene::Primitive& primitive, size_t vertex, std::span<const flo
     return moved;
 }
 
-// Of the formula in double, and of the same numbers as a device may compute them.
+// Compares with the formula in double, and with the numbers that a device may compute.
 void ExpectWithinError(const Shape& shape, std::span<const float> weights,
                        std::span<const glm::mat4x3> matrices, double sharpness) {
     std::vector<Emitter> emitters = shape.emitters;

@@ -13,24 +13,16 @@
 // GpuScene: meshes that deform are where the CPU's formula has them, for every view.
 namespace raygraph::testing::deform_test {
 
-TEST_F(DeformTest, SkinnedVerticesAreThoseOfTheFormula) {
-    ExpectFormula({.influences = 2});
-}
-
-TEST_F(DeformTest, VerticesOfSeveralInfluenceSetsAreThoseOfTheFormula) {
-    ExpectFormula({.influences = 7});
-}
-
-TEST_F(DeformTest, MorphedVerticesAreThoseOfTheFormula) {
-    ExpectFormula({.influences = 0, .targets = 3});
-}
-
-TEST_F(DeformTest, MorphedThenSkinnedVerticesAreThoseOfTheFormula) {
-    ExpectFormula({.influences = 4, .targets = 2});
-}
-
-TEST_F(DeformTest, FlatNormalsAreThoseOfTheDeformedTriangles) {
-    ExpectFormula({.influences = 3, .targets = 1, .isFlat = true});
+TEST_F(DeformTest, VerticesAreThoseOfTheFormula) {
+    for (const SheetOptions& options : {SheetOptions{.influences = 2},
+                                        {.influences = 7},
+                                        {.influences = 0, .targets = 3},
+                                        {.influences = 4, .targets = 2},
+                                        {.influences = 3, .targets = 1, .isFlat = true}}) {
+        SCOPED_TRACE(::testing::Message()
+                     << options.influences << " influences, " << options.targets << " targets");
+        ExpectFormula(options);
+    }
 }
 
 TEST_F(DeformTest, RaysAndRasterSeeTheDeformedSurface) {
@@ -143,7 +135,7 @@ TEST_F(DeformTest, WorkOfADroppedFrameStaysDue) {
     render.scene.SetScene(std::move(data));
     const auto drop = [&] {
         render.renderer.BeginFrame();
-        const SceneIds ids = render.scene.Declare(render.renderer);
+        const SceneIds ids = render.Declare();
         const Readback radiance =
             render.renderer.ReadBack(passes::Trace(render.renderer, ids, Front()).radiance);
         render.renderer.AddPass(

@@ -303,17 +303,18 @@ using passes::TraceSettings;
 namespace {
 
 constexpr uint32_t kSamples = 64;
-// Those of light and of what materials read; all of them would take a minute to compile.
-constexpr TraceFeatures kMore =
-    FeaturesOfKind(TraceFeatureKind::Lights) | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
+// The features of light and of what materials read; all features would take a minute to compile.
+constexpr TraceFeatures kMore = SceneRender::kLightsAndTextures;
 
 class MoreFeatures : public VulkanTest {
   protected:
-    // The same mean, to the noise, with more features.
+    // Expects the same mean, to the noise, with more features.
     void ExpectSameMean(TraceSettings settings) {
+        render.more = {};
         const RenderedImage own = render.Render(settings, kSamples);
         settings.seed = 1;
-        const RenderedImage more = Wide(settings, kSamples);
+        render.more = kMore;
+        const RenderedImage more = render.Render(settings, kSamples);
         const glm::dvec3 a = own.mean.Mean(), b = more.mean.Mean();
         const glm::dvec3 errorA = own.StandardErrorOfMean(), errorB = more.StandardErrorOfMean();
         EXPECT_GT(a.y, 0.0);
@@ -322,25 +323,6 @@ class MoreFeatures : public VulkanTest {
             EXPECT_NEAR(a[i], b[i], 4.0 * error + 1e-6);
             EXPECT_LT(error, 0.03 * a[i]) << "too noisy to prove anything";
         }
-    }
-
-    // Samples of a program with more features than these scenes have.
-    RenderedImage Wide(TraceSettings settings, uint32_t sampleCount) {
-        passes::Accumulation accumulation("wide");
-        RenderedImage image;
-        for (uint32_t i = 0; i < sampleCount; ++i, ++settings.sampleIndex) {
-            render.renderer.BeginFrame();
-            const SceneIds ids = passes::WithFeatures(render.scene.Declare(render.renderer), kMore);
-            std::ignore = passes::Accumulate(
-                render.renderer, passes::Trace(render.renderer, ids, settings).radiance, accumulation, true);
-            const passes::AccumulatedIds all =
-                passes::Resolve(render.renderer, accumulation, settings.extent, true);
-            const Readback mean = render.renderer.ReadBack(all.mean);
-            const Readback variance = render.renderer.ReadBack(all.variance);
-            render.renderer.Execute();
-            if (i + 1 == sampleCount) image = {ToFloatImage(mean), ToFloatImage(variance), sampleCount};
-        }
-        return image;
     }
 
     SceneRender render{Device()};
@@ -374,7 +356,7 @@ TEST_F(MoreFeatures, OfALitRoom_KeepTheMean) {
 // Nothing shines: features of light find none.
 TEST_F(MoreFeatures, OfADarkScene_StayDark) {
     render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.6f))}));
-    EXPECT_EQ(Wide(Inside(), 1).mean.Mean(), glm::dvec3(0.0));
+    EXPECT_EQ(render.Render(Inside(), 1).mean.Mean(), glm::dvec3(0.0));
 }
 
 // A scene that is given features has those of a scene with what they are for, and no others.
@@ -391,7 +373,7 @@ TEST(WithFeatures, AreThoseOfTheProgram) {
     EXPECT_EQ(passes::ProgramFeatures(asSet, settings), kTraceOpaque);
 }
 
-// Of what a scene has, programs have what settings use.
+// Programs have the features of the scene that settings use.
 TEST(ProgramFeatures, AreThoseThatSettingsUse) {
     const TraceFeatures scene = ~FeaturesOfKind(TraceFeatureKind::Settings) | kTraceTextureLod;
     const auto of = [](TraceFeatures features, const std::function<void(TraceSettings&)>& set) {

@@ -456,7 +456,7 @@ class ImportedSurfaces : public VulkanTest {
 
 }  // namespace
 
-// What a vertex of the file says is what is seen there: colors and both sets of coordinates, of bytes and
+// Attributes of vertices are seen as the file has them: colors and both sets of coordinates, of bytes and
 // shorts too.
 TEST_F(ImportedSurfaces, VertexAttributesOfEveryWidthAreSeen) {
     // Rows from the top: black, dark, light, white, by levels that sRGB encodes as 0, 64, 128 and 255
@@ -652,7 +652,7 @@ class ImportedVariants : public VulkanTest {
         render.renderer.Execute();
         return ToFloatImage(drawn);
     }
-    // What the frame is declared with.
+    // Returns the ids that the frame is declared with.
     SceneIds Ids() {
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);

@@ -1,4 +1,4 @@
-// What instances that move or are hidden cost, and what a decayed TLAS costs. Prints two tables:
+// Measures what instances that move or are hidden cost, and what a decayed TLAS costs. Prints two tables:
 //
 //   host    milliseconds of the host in a frame in which some of COUNT instances change: the edits, and all
 //           of the frame from BeginFrame to the end of Execute, as medians; of these the processor time of the
@@ -90,7 +90,7 @@ double Median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-// Of this thread: what others on the same machine take does not count.
+// Processor time of this thread: that of others on the same machine does not count.
 double ProcessorMs() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -409,7 +409,7 @@ TEST_F(InstancesComeAndGo, WithoutMemoryNothingIsAddedOrRemoved) {
 namespace raygraph::testing::slot_ranges_test {
 namespace {
 
-// The same by flags, and what has to hold after each call.
+// A model by flags, and what has to hold after each call.
 struct Model {
     void Allocate(uint32_t count) {
         const uint32_t endBefore = End();
@@ -536,7 +536,7 @@ std::vector<vec3> ShuffledGrid(uint32_t side) {
     return places;
 }
 
-// What tells the curve from others: each cell is beside the one before, on every level of the grid.
+// This tells the curve from others: each cell is beside the one before, on every level of the grid.
 TEST(SpatialOrder, GoesFromCellToNeighbor) {
     for (const uint32_t side : {2u, 8u, 32u}) {
         const std::vector<vec3> places = ShuffledGrid(side);

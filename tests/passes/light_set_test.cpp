@@ -219,7 +219,7 @@ TEST_F(LightSetTest, OriginThatMovesPlacesTheLightsAgain) {
         0);
 }
 
-// What an infinite light shines on is what can be seen now, not what could when the scene was loaded.
+// An infinite light shines on what can be seen now, not on what could when the scene was loaded.
 TEST_F(LightSetTest, InfiniteLightsShineOnWhatIsShownLater) {
     const auto probabilityOfTheSun = [&](const Tables& tables) { return tables.alias.at(5).probability; };
     const auto withSun = [](bool isFarVisible) {
@@ -248,7 +248,7 @@ TEST_F(LightSetTest, InfiniteLightsShineOnWhatIsShownLater) {
     render.scene.SetVisible(5, false);  // among what else is seen
     Frame();
     EXPECT_EQ(Changes(), before + 2);
-    // What has moved counts as soon as the tables are built again
+    // Moved instances count as soon as the tables are built again
     render.scene.SetTransform(4, Translation({0, 0, 1}));
     render.scene.SetVisible(4, true);
     EXPECT_EQ(probabilityOfTheSun(Frame()), near);
@@ -278,6 +278,26 @@ TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {
     EXPECT_GT(tables.environment[2].probability, tables.environment[3].probability);
     render.scene.RemoveEnvironmentMap();
     EXPECT_EQ(Frame().set.environmentWidth, 1u);
+}
+
+// Programs sample the kinds of light that a scene has.
+TEST_F(LightSetTest, FeaturesAreThoseOfTheKindsOfLight) {
+    const auto lightsOf = [&](scene::SceneData scene, float sky) {
+        render.scene.SetScene(std::move(scene));
+        render.scene.SetEnvironment({.radiance = glm::vec3(sky)});
+        render.renderer.BeginFrame();
+        const TraceFeatures features = render.scene.Declare(render.renderer).features;
+        render.renderer.DropFrame();
+        return features & FeaturesOfKind(TraceFeatureKind::Lights);
+    };
+    scene::SceneData lamp = Lamps(), dark = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))}),
+                     bulb = dark;
+    lamp.lights.clear();
+    bulb.lights.resize(1);
+    EXPECT_EQ(lightsOf(dark, 0.0f), TraceFeatures{});
+    EXPECT_EQ(lightsOf(lamp, 0.0f), kTraceLightSampling | kTraceTriangleLights);
+    EXPECT_EQ(lightsOf(bulb, 0.0f), kTraceLightSampling | kTracePunctualLights);
+    EXPECT_EQ(lightsOf(dark, 1.0f), kTraceLightSampling | kTraceEnvironmentLight);
 }
 
 TEST_F(LightSetTest, IrradianceOnTheDeviceIsTheSumOfTheClosedForms) {
@@ -733,7 +753,7 @@ TEST_F(MeshLights, EverySamplerAndStrategyFindsTheirLight) {
     ExpectIrradiance(expected, settings);
     EXPECT_EQ(Statistics().lightCount, 12u);
     EXPECT_EQ(Statistics().emissiveTriangleCount, 12u * 450u);
-    // What is hidden does not shine, alone or with the whole mesh's material
+    // Hidden lamps do not shine, alone or with the whole mesh's material
     render.scene.SetVisible(5, false);
     EXPECT_EQ((render.Render(Settings(), 1), Statistics().lightCount), 11u);
     EXPECT_EQ(Statistics().emissiveTriangleCount, 11u * 450u);
@@ -747,7 +767,7 @@ TEST_F(MeshLights, EverySamplerAndStrategyFindsTheirLight) {
 // Trees of this many lights are updated where they can be; smaller ones are always rebuilt.
 constexpr uint32_t kMany = 1100;
 
-// What moves, goes and comes: a render does not depend on it, a view may.
+// A render does not depend on what moved, went and came before; a view may.
 TEST_F(MeshLights, PicturesOfTheRuleAlwaysDoNotDependOnWhatWasShownBefore) {
     const auto picture = [&](LightRule rule, bool isEdited) {
         SceneRender other(Device(), {.lightRule = rule});

@@ -70,6 +70,8 @@ glm::dvec3 Bent(const ImageAxes& axes) {
 
 class MapFrames : public VulkanTest {
   protected:
+    MapFrames() { render.more |= kTraceTextureTransforms | kTraceClearcoat | kTraceOpaque | kTraceSmooth; }
+
     // Returns the file of a square with `material`, whose texture 0 has the color kTilt.
     static GltfDocument File(const Json& material, const Corners& corners) {
         GltfDocument document;

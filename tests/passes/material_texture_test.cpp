@@ -9,6 +9,7 @@
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/direct_light_reference.h"
 #include "tests/support/error_of.h"
+#include "tests/support/same_image.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -97,7 +98,7 @@ struct Slot {
     const char* name;
     scene::TextureRef Material::*texture;
     ColorSpace space;
-    // What the texture does to the material, said by its factors.
+    // Does to the factors what the texture does to the material.
     void (*apply)(Material&, const glm::vec4& texel);
 };
 
@@ -207,7 +208,7 @@ Material OfEverythingFor(const Slot& slot) {
     return material;
 }
 
-// The quad between a light before it and an emitting wall behind it. The wall has a texture, and it is
+// The quad between the sky before it and an emitting wall behind it. The wall has a texture, and it is
 // transformed, so that a picture without one on the quad is made by the same pipeline.
 scene::SceneData QuadOf(const Material& material) {
     Material wall = Lambert({}, {0.4f, 0.8f, 1.2f});
@@ -216,10 +217,6 @@ scene::SceneData QuadOf(const Material& material) {
         SceneOf({TwoTexelQuad(0), TwoTexelQuad(1)}, {material, wall},
                 {glm::mat4x3(1.0f), glm::mat4x3(9.0f, 0, 0, 0, 9.0f, 0, 0, 0, 9.0f, 0, 0, -1.0f)});
     AddTwoTexels(scene);
-    scene::Light light;
-    light.intensity = 20.0f;
-    light.lightToWorld = Translation({0.5f, 1.5f, 2.0f});
-    scene.lights.push_back(light);
     return scene;
 }
 
@@ -233,16 +230,19 @@ double MeanDifference(const FloatImage& a, const FloatImage& b) {
 
 }  // namespace
 
-// The same paths are traced whatever the texels are, but where a path turns on a chance that they move: the
+// Paths do not depend on the texels, but where a path turns on a chance that they move: the
 // picture of a texture is that of the factors it stands for, to rounding.
 TEST_F(MaterialTextures, EverySlotIsMultipliedWithItsFactorByChannelSpaceAndUvSet) {
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    render.scene.SetEnvironmentMap(EveningSky());
     for (const scene::AlphaMode alphaMode : {scene::AlphaMode::Opaque, scene::AlphaMode::Blend}) {
         for (const Slot& slot : Slots()) {
-            // What goes back goes where a mirror sends it if it is seen from straight above
+            // Seen from straight above, light that goes back goes where a mirror sends it
             const bool goesBack = slot.texture == &Material::retroreflectionTexture;
             TraceSettings settings =
                 Orthographic(1.8f, {16, 16}, goesBack ? glm::vec3(1.0f, 3.0f, 4.0f) : glm::vec3(0, 0, 4));
             settings.biases.maxDepth = 2;
+            settings.lights.isOn = false;  // which compiles in half of the time
             if (alphaMode == scene::AlphaMode::Blend && slot.texture != &Material::baseColorTexture) continue;
             Material plain = OfEverythingFor(slot);
             plain.alphaMode = alphaMode;
@@ -485,7 +485,7 @@ struct OnDevice {
 
 class SceneTextures : public VulkanTest {
   protected:
-    // What is on the device of the textures of a scene of its own.
+    // Returns what is on the device of the textures of a scene of its own.
     std::vector<OnDevice> Set(const GpuSceneDesc& desc, scene::SceneData&& data) {
         const auto count = static_cast<uint32_t>(data.textures.size());
         SceneRender render(Device(), desc);
@@ -622,7 +622,7 @@ TEST_F(SceneTextures, AreSmallerWhereTheyDoNotFitTheBudget) {
     }
 }
 
-// What is left of them is drawn: a gray square.
+// A gray square, which is left of them, is drawn.
 TEST_F(SceneTextures, PictureOfATinyBudgetHasTheMeanOfItsTextures) {
     scene::SceneData scene = SceneWith({Stripes({64, 64}, 1)});
     scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
@@ -740,7 +740,7 @@ TEST(SceneTexturesElsewhere, BudgetIsHalfOfWhatTheProcessMayUse) {
     EXPECT_EQ(scene.Statistics().textureBudget, kFakeDeviceBudgetBytes / 2);
 }
 
-// As when a scene is replaced: the old one lives until the new one is there.
+// The old scene lives until the new one is there, as when a scene is replaced.
 TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
     FakeLoader loader;
     loader.Tell().hasSeparateMemory = true;
@@ -756,7 +756,7 @@ TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
     EXPECT_EQ(scene.Statistics().textureBudget, 0u);
 }
 
-// What this process may take of the device, as long as this lives.
+// Limits what this process may take of the device, as long as this lives.
 class MemoryLimit {
   public:
     MemoryLimit(rhi::Device& device, uint64_t more) : m_device(device) {
@@ -821,7 +821,7 @@ TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
     EXPECT_NEAR(bent[0].firstTexels[0].g, 0.4f, 1e-4f);
 }
 
-// What the budget took from the normal map is nowhere but in the roughness, also of level 0.
+// Waves that the budget took from the normal map are in the roughness alone, also in that of level 0.
 TEST_F(SceneTextures, RoughnessIsWidenedByWhatTheBudgetTookFromTheNormalMap) {
     for (const bool wantsLevels : {false, true})
         for (const uint32_t side : {1u, 8u}) {

@@ -203,7 +203,7 @@ class RefusedSceneTest : public VulkanTest {
     SceneRender render{Device()};
 };
 
-// What shaders read has at most 4 KiB on this device.
+// Buffers that shaders read have at most 4 KiB on this device.
 class SceneLimitTest : public ::testing::Test {
   protected:
     SceneLimitTest() {
@@ -258,7 +258,7 @@ TEST_F(SceneMemoryTest, SetScene_TakesWhatItsStructuresNeedOrLeavesTheOldScene) 
     for (int frame = 0; frame < 8; ++frame) EXPECT_EQ(Seen(render), newScene);
 }
 
-// What is in flight still uses the old scene when the empty one comes.
+// Frames in flight still use the old scene when the empty one comes.
 TEST_F(SceneMemoryTest, EmptyScene_MakesRoomForOneThatDidNotFitBesideTheOld) {
     constexpr uint64_t kStep = 512u << 10;
     const rhi::Buffer large = Device().CreateBuffer(
@@ -485,12 +485,12 @@ Seen3 Seen(SceneRender& render) {
     return {hits.ids[0].x, hits.ids[1].x, hits.ids[2].x};
 }
 
-// The same edits twice, the second time with a failing frame before each good one.
+// Both scenes get the same edits; one has a failing frame before each good one.
 class DroppedSceneFrameTest : public VulkanTest {
   protected:
     static void Fail(SceneRender& render) {
         render.renderer.BeginFrame();
-        const SceneIds ids = render.scene.Declare(render.renderer);
+        const SceneIds ids = render.Declare();
         const Readback radiance =
             render.renderer.ReadBack(passes::Trace(render.renderer, ids, ThreePixels()).radiance);
         AddFailingPass(render.renderer);

@@ -71,7 +71,7 @@ class RecordTableTest : public VulkanTest {
             std::memcpy(target.data(), &records[record], sizeof(Record));
         }
     }
-    // What the device has after a frame, by record.
+    // Returns what the device has after a frame, by record.
     std::vector<Record> Frame() {
         prepared = written = 0;
         renderer.BeginFrame();
@@ -291,7 +291,7 @@ TEST(MaterialRecords, HaveATransformOfEachTexture) {
 }  // namespace
 }  // namespace raygraph::material_records_test
 
-// What pipelines need for the materials of a scene is found when something has changed, and only then.
+// The features that materials need are found when something has changed, and only then.
 namespace raygraph::testing::scene_materials_test {
 namespace {
 
@@ -332,7 +332,7 @@ class SceneMaterialsTest : public VulkanTest {
         renderer.Execute();
         return ids.features;
     }
-    // Of a frame after a change; the one after it finds nothing again.
+    // A frame after a change finds the features; the one after it finds nothing again.
     void ExpectChanged(const char* what, TraceFeatures features) {
         const uint64_t before = materials.FeatureUpdates();
         EXPECT_EQ(Declare(), features) << what;

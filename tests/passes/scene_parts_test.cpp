@@ -360,7 +360,7 @@ class LimitedMemory {
     rhi::Device& m_device;
 };
 
-// As many lights as triangles.
+// A lamp of as many lights as triangles.
 scene::Mesh Lamp(uint32_t cuts, uint32_t material) {
     scene::Mesh mesh = SphereMesh(0.4f, cuts);
     mesh.primitives[0].material = material;
@@ -570,7 +570,7 @@ TEST_F(SceneParts, PartsRemoveWhatIsStillTheirs) {
     render.scene.Remove(part);
     expected[3] = {other.instances[0], ColorOf(3)};
     EXPECT_EQ(Seen(), expected);
-    // Of another scene
+    // A part of another scene
     render.scene.SetScene(
         SceneOf({QuadMesh(0.4f), QuadMesh(0.4f), QuadMesh(0.4f)}, {Lambert(ColorOf(4))},
                 {Translation(PartPlace(4)), Translation(PartPlace(5)), Translation(PartPlace(6))}));

@@ -1,5 +1,5 @@
-// What a frame waits for while a scene is loaded beside the one that is shown. Prints, for each way of
-// loading it, the host's milliseconds: of the one call, and the longest of any frame of making the frame
+// Measures what a frame waits for while a scene is loaded beside the one that is shown. Prints, for each
+// way of loading it, the host's milliseconds: of the one call, and the longest of any frame of making the frame
 // ready (GpuScene::Declare), of all that the frame's thread does, and of BeginFrame, which waits while the
 // device is behind; of all frames the median; and the device's longest frame.
 //

@@ -179,7 +179,7 @@ TEST_F(TextureLod, RoughMetalWidensWhatItShows) {
     EXPECT_NEAR(rough - fine, 2.0, 0.3);
 }
 
-// What is cut out is decided by the finest level, whatever the distance: of a mean of holes and leaf, a
+// The finest level decides what is cut out, whatever the distance: of a mean of holes and leaf, a
 // threshold would make all leaf, or all holes.
 TEST_F(TextureLod, AlphaTestsStayAtLevel0) {
     for (const scene::AlphaMode mode : {scene::AlphaMode::Mask, scene::AlphaMode::Blend}) {
@@ -428,7 +428,7 @@ TEST_F(TextureLevelPass, EveryLevelHasTheMeanOfTheImage) {
         for (const TexelContent content : {TexelContent::Data, TexelContent::Color}) {
             const std::vector<float> values = Noise(extent);
             const glm::dvec4 mean = GridOf(content, extent, values).Mean();
-            // As floats, before they are rounded
+            // These are floats, before they are rounded
             const std::vector<Texels> floats = harness.RunAll([&](PassHarness& h) {
                 return MakeTextureLevels(h.Graph(), Image(h, extent, values),
                                          Target(h, extent, rhi::FullMipCount(extent)), {.content = content})
@@ -442,7 +442,7 @@ TEST_F(TextureLevelPass, EveryLevelHasTheMeanOfTheImage) {
             for (const Texels& level : levels) {
                 const glm::dvec4 rounded = GridOf(content, level.extent, level.values).Mean();
                 const double count = double(level.extent.width) * level.extent.height;
-                // Of independent roundings of at most half a code, where the curve is steepest
+                // Independent roundings are at most half a code each, where the curve is steepest
                 const double error = 2.3 * kHalfCode * std::min(1.0, 4.0 / std::sqrt(count));
                 for (int c = 0; c < 4; ++c) EXPECT_NEAR(rounded[c], mean[c], error) << extent.width;
             }
@@ -536,7 +536,7 @@ TEST_F(TextureLevelPass, RoughnessGrowsByTheVarianceOfTheNormals) {
     EXPECT_NEAR(run(scale, flat)[2].At(0, 0)[1], rough, kHalfCode);
 }
 
-// Of a normal map of half the size nothing is averaged in level 1 of the roughness.
+// Level 1 of the roughness averages nothing of a normal map of half the size.
 TEST_F(TextureLevelPass, SmallNormalMapsWidenOnlyTheLevelsThatAverageThem) {
     std::vector<float> normals, roughness(64 * 4, 0.4f);
     for (uint32_t i = 0; i < 16; ++i)

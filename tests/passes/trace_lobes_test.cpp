@@ -133,7 +133,7 @@ TEST_F(TraceAnisotropy, Trace_TextureGivesDirectionAndStrength) {
         scene, Expected({0, 0, 1}, {std::cos(angle), -std::sin(angle), 0.0}, double{0.9f} * 180.0 / 255.0));
 }
 
-// The same from a file: its mesh has texture coordinates, along which the importer makes tangents.
+// The mesh of a file has texture coordinates, along which the importer makes tangents.
 TEST_F(TraceAnisotropy, Trace_FilesHighlightLiesAsTheFileSays) {
     test::GltfDocument document;
     // u to the upper right
@@ -272,6 +272,8 @@ namespace {
 
 class TraceClearcoat : public VulkanTest {
   protected:
+    TraceClearcoat() { render.more |= SceneRender::kPlainLobes | kTraceClearcoat; }
+
     static TraceSettings Gltf(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size) {
         TraceSettings settings = LookAt(eye, target, yFov, size);
         settings.scattering.brdf = BrdfModel::Gltf;
@@ -394,6 +396,8 @@ namespace {
 
 class TraceDiffuseTransmission : public VulkanTest {
   protected:
+    TraceDiffuseTransmission() { render.more |= SceneRender::kPlainLobes | kTraceDiffuseTransmission; }
+
     static TraceSettings Gltf(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size) {
         TraceSettings settings = LookAt(eye, target, yFov, size);
         settings.scattering.brdf = BrdfModel::Gltf;
@@ -512,6 +516,8 @@ namespace {
 
 class TraceIridescence : public VulkanTest {
   protected:
+    TraceIridescence() { render.more |= SceneRender::kPlainLobes | kTraceIridescence; }
+
     // The mean of a quad of the material, seen at that cosine within white surroundings.
     RenderedImage Seen(const scene::Material& material, float cosTheta, uint32_t sampleCount = 1) {
         const glm::vec3 eye = 100.0f * glm::vec3(std::sqrt(1.0f - cosTheta * cosTheta), 0.0f, cosTheta);
@@ -559,7 +565,7 @@ TEST_F(TraceIridescence, Trace_ThinFilmReflectsByItsThickness) {
     }
 }
 
-// What a film on glass adds to the reflection it takes from the transmission.
+// A film on glass takes from the transmission what it adds to the reflection.
 TEST_F(TraceIridescence, Trace_FilmOnAPaneLosesNothing) {
     scene::Material pane = Filmed(1.9f, 330.0f);
     pane.metallicFactor = 0.0f;
@@ -587,6 +593,8 @@ constexpr double kCosine = 0.5, kDistance = 4.0, kIntensity = 20.0, kAlpha = 0.1
 
 class TraceRetroreflection : public VulkanTest {
   protected:
+    TraceRetroreflection() { render.more |= kTraceMetals | kTraceRetroreflection; }
+
     // A square of white metal with a point light at the camera, at 60 degrees.
     static GltfDocument Lit(const Json& retroreflection) {
         GltfDocument document;
@@ -610,7 +618,7 @@ class TraceRetroreflection : public VulkanTest {
         settings.scattering.multiscatter = MultiscatterKind::Off;
         return settings;
     }
-    // Of the single reflection D F G / (4 cos cos) at the facets' normal.
+    // Returns the radiance of the single reflection D F G / (4 cos cos) at the facets' normal.
     static double Radiance(double height) {
         const double sine2 = 1.0 - kCosine * kCosine;
         const double slope2 = (1.0 / (height * height) - 1.0) / (kAlpha * kAlpha);

@@ -28,6 +28,8 @@ namespace {
 
 class TraceMaterials : public VulkanTest {
   protected:
+    TraceMaterials() { render.more |= SceneRender::kPlainLobes; }
+
     // The mean radiance of the pixels that show a body in an environment of unit radiance. Where the picture
     // shows the environment, it is 1 and tells nothing.
     glm::dvec3 InUnitEnvironment(scene::Mesh mesh, const scene::Material& material,
@@ -129,6 +131,7 @@ TEST_F(TraceMaterials, Trace_WhiteDielectricReturnsAllLight) {
 
 // Pipelines have only the lobes of the scene's materials: an edit brings new ones, and takes old ones away.
 TEST_F(TraceMaterials, Trace_LobesComeAndGoWithTheMaterial) {
+    render.more = {};
     render.scene.SetScene(SceneOf({QuadMesh(10.0f)}, {Glass(0.0f, 1.5f, 0.0f)}));
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     const TraceSettings settings = Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8);
@@ -143,18 +146,6 @@ TEST_F(TraceMaterials, Trace_LobesComeAndGoWithTheMaterial) {
         EXPECT_NEAR(render.Render(settings, 64).mean.Mean().y, 1.0, 0.02)
             << "metallic " << material.metallicFactor << " transmission " << material.transmissionFactor;
     }
-}
-
-// The factors of a metal, and a texture that makes it plastic: the layer and its base are in the pipelines.
-TEST_F(TraceMaterials, Trace_MetalWhoseTextureSaysPlasticReturnsAllLight) {
-    scene::Material material = Metal(1.0f);
-    material.metallicRoughnessTexture = {.texture = 0};
-    scene::SceneData scene = SceneOf({QuadMesh(10.0f)}, {material});
-    scene.images.push_back({.name = "plastic", .width = 1, .height = 1, .rgba = {255, 128, 0, 255}});
-    scene.textures.push_back({.name = "plastic", .image = 0});
-    render.scene.SetScene(std::move(scene));
-    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
-    EXPECT_NEAR(render.Render(Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8), 64).mean.Mean().y, 1.0, 0.02);
 }
 
 // A pipeline takes a CPU a second: there is none for lobes that are not shaded.
@@ -268,17 +259,6 @@ TEST_F(TraceMaterials, Trace_ThinWallPassesWhatItDoesNotReflect) {
     EXPECT_NEAR(through.x, 0.25 * passed, 0.01 * passed);
     EXPECT_NEAR(through.y, 0.5 * passed, 0.01 * passed);
     EXPECT_NEAR(through.z, passed, 0.01 * passed);
-}
-
-TEST_F(TraceMaterials, Trace_MediumAbsorbsAsBeerAndLambertSay) {
-    // Through two meters of a medium that hardly refracts, face on
-    scene::Material medium = Glass(0.0f, 1.0f, 1.0f);
-    medium.attenuationColor = {0.25f, 0.5f, 0.9f};
-    medium.attenuationDistance = 4.0f;
-    const TraceSettings settings = Gltf({0, 0, 20}, {0, 0, 0}, 0.01f, 16);
-    const glm::dvec3 seen = InUnitEnvironment(BoxMesh(1.0f), medium, settings, 16);
-    for (int channel = 0; channel < 3; ++channel)
-        EXPECT_NEAR(seen[channel], std::sqrt(double{medium.attenuationColor[channel]}), 0.005);
 }
 
 TEST_F(TraceMaterials, Trace_CameraInsideAMediumLooksThroughIt) {
@@ -405,6 +385,8 @@ constexpr uint8_t kSpecular[2][4] = {{60, 130, 190, 90}, {210, 70, 110, 160}};  
 
 class Glossiness : public VulkanTest {
   protected:
+    Glossiness() { render.more |= SceneRender::kPlainLobes; }
+
     // A square that fills the view, under two lights. Its texture coordinates point at the middle of either of
     // two texels.
     static GltfDocument Square(const Json& material, int texel = 0) {
@@ -500,7 +482,7 @@ TEST_F(Glossiness, PictureIsThatOfTheSameMaterialSaidOtherwise) {
     EXPECT_EQ(glossy.raster.values, same.raster.values);
     EXPECT_EQ(std::memcmp(&glossy.record, &same.record, sizeof(same.record)), 0);
     EXPECT_GT(glossy.traced.Mean().x, 0.1);
-    // As without the extension it is not
+    // Without the extension the picture is another
     const Picture plain = Take(Square(Json::object()));
     EXPECT_NE(glossy.traced.values, plain.traced.values);
 }
@@ -535,7 +517,7 @@ TEST_F(Glossiness, TexturesAlphaIsItsGlossiness) {
     }
 }
 
-// Of a texture that KHR_materials_specular names, alpha says nothing.
+// Alpha says nothing in a texture that KHR_materials_specular names.
 TEST_F(Glossiness, AlphaOfOtherSpecularColorsIsNotRead) {
     const Picture seen = Take(
         Square({{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.5}}},
@@ -573,7 +555,7 @@ TEST_F(Glossiness, DiffuseColorGetsWhatTheStrongestChannelOfTheSpecularLeaves) {
 
 }  // namespace raygraph::testing::glossiness_test
 
-// What a material needs of pipelines: a feature too few leaves a lobe out of the picture.
+// A material needs features of pipelines: one too few leaves a lobe out of the picture.
 namespace raygraph::material_features_test {
 namespace {
 

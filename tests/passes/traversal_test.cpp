@@ -99,13 +99,12 @@ TEST_F(TraversalTest, TheFasterOneIsMeasuredOnceAndNotAtAllOnACpu) {
     if (Device().Info().type == rhi::DeviceType::Cpu) {
         EXPECT_EQ(chosen, Traversal::Own);
         EXPECT_EQ(Device().Measured(kName), std::nullopt);
-        EXPECT_GT(MeasureSoftwareSpeed(Device()), 0.0);
         return;
     }
     const std::optional<double> measured = Device().Measured(kName);
     ASSERT_TRUE(measured);
     EXPECT_NEAR(MeasureSoftwareSpeed(Device()), *measured, 0.2 * *measured);
-    // What is remembered is believed, and decides
+    // A stored speed is believed, and decides
     for (const double speed : {0.5, 1.05, 1.2, 3.0}) {
         Device().StoreMeasurement(kName, speed);
         EXPECT_EQ(FasterTraversal(Device()), speed > 1.1 ? Traversal::Own : Traversal::Driver);
@@ -170,7 +169,7 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
         data.lights = {sun};
         return data;
     }
-    // What compiles sooner: no glass, no alpha.
+    // Things without glass and alpha compile sooner.
     static scene::SceneData PlainThings() {
         return SceneOf({QuadMesh(4.0f, 0), SphereMesh(0.4f, 12, 1)},
                        {Lambert(glm::vec3(0.6f), glm::vec3(0.1f)), Lambert({0.3f, 0.4f, 0.9f})},
@@ -216,7 +215,7 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
         EXPECT_EQ(render.scene.Statistics().noWideBvhReason, "");
     }
 
-    // Of an empty scene there is nothing of which to make two.
+    // An empty scene has nothing of which to make two levels.
     void SetScene(scene::SceneData&& data) {
         render.scene.SetScene(std::move(data));
         if (GetParam() == 2) ForceTwoLevelTree(render);
@@ -227,14 +226,6 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
 INSTANTIATE_TEST_SUITE_P(Levels, OwnTraversal, ::testing::Values(1u, 2u));
 
 }  // namespace
-
-TEST_P(OwnTraversal, SeesWhatTheDriverSees) {
-    SetScene(Things());
-    ExpectAlike("as it is set");
-    // Of the whole program: that of the trees, not of the driver
-    const glm::dvec3 mean = Traced(Traversal::Own).Mean();
-    EXPECT_GT(mean.y, 0.05);
-}
 
 TEST_P(OwnTraversal, FollowsEveryChange) {
     SetScene(Things());

@@ -5,6 +5,7 @@
 #include <glm/gtc/constants.hpp>
 #include <utility>
 
+#include "passes/scene_bindings.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "tests/support/vulkan_test.h"
 
@@ -62,12 +63,16 @@ FloatImage ToFloatImage(const Readback& readback) {
     return texels;
 }
 
+SceneIds SceneRender::Declare() {
+    return passes::WithFeatures(scene.Declare(renderer), more);
+}
+
 RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampleCount) {
     passes::Accumulation accumulation("test");
     RenderedImage image;
     for (uint32_t i = 0; i < sampleCount; ++i) {
         renderer.BeginFrame();
-        const SceneIds ids = scene.Declare(renderer);
+        const SceneIds ids = Declare();
         const passes::AccumulatedIds accumulated =
             passes::Accumulate(renderer, passes::Trace(renderer, ids, settings).radiance, accumulation, true);
         const bool isLast = i + 1 == sampleCount;
@@ -89,7 +94,7 @@ RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampl
 
 FloatImage SceneRender::TraceOnce(const passes::TraceSettings& settings) {
     renderer.BeginFrame();
-    const SceneIds ids = scene.Declare(renderer);
+    const SceneIds ids = Declare();
     const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, settings).radiance);
     renderer.Execute();
     return ToFloatImage(radiance);

@@ -55,6 +55,8 @@ class SceneRender {
     explicit SceneRender(rhi::Device& device, const GpuSceneDesc& desc = {})
         : m_lent(device), renderer(*m_lent), scene(renderer, desc) {}
 
+    // Declares the scene, with `more`.
+    SceneIds Declare();
     // Renders samples settings.sampleIndex ... + sampleCount - 1.
     RenderedImage Render(passes::TraceSettings settings, uint32_t sampleCount);
     // One sample's radiance, straight from Trace.
@@ -74,6 +76,12 @@ class SceneRender {
   public:
     Renderer& renderer;
     GpuScene scene;
+    // Features of Trace's programs beside those of the scene, so that one program serves scenes with and
+    // without them: a program takes Mesa's CPU driver one second or more to compile.
+    TraceFeatures more = kLightsAndTextures;
+    static constexpr TraceFeatures kLightsAndTextures =
+        FeaturesOfKind(TraceFeatureKind::Lights) | kTraceMeshLights | kTraceTextures | kTraceVertexColors;
+    static constexpr TraceFeatures kPlainLobes = kTraceOpaque | kTraceMetals | kTraceGlass | kTraceSmooth;
 };
 
 FloatImage ToFloatImage(const Readback& readback);

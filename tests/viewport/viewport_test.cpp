@@ -262,6 +262,7 @@ TEST_F(Pixel, Requests_OutliveADroppedFrameAndASmallerPicture) {
 TEST_F(Pixel, Inspection_HasMeanSamplesAndStandardError) {
     SceneRender plain(Device());
     plain.scene.SetScene(Boxes());
+    plain.more = {};  // a viewport's program has the features of its scene
     const RenderedImage image = plain.Render(Settings(), 4);
     viewed.RenderFrames(3);
     const viewport::Inspection inspection = viewed.viewport.RequestInspection({13, 7});
