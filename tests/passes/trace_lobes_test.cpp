@@ -540,7 +540,7 @@ scene::Material Filmed(float ior, float thickness) {
 }
 
 // A film over a metal that reflects nothing is a soap film. Values: Airy's formula, integrated over the spectrum
-// as tests/shading/thin_film_test.cpp does.
+// as tests/shading/fresnel_test.cpp does.
 TEST_F(TraceIridescence, Trace_ThinFilmReflectsByItsThickness) {
     const struct {
         float ior, thickness, cosTheta;

@@ -21,7 +21,7 @@ class TraceScattering : public VulkanTest {
 
 // Below a surface that neither reflects nor refracts, a medium without an end. Of light from all sides a medium
 // that scatters alike in all directions with an albedo of 0.9 returns 1 - H(1) sqrt(0.1) straight up, with
-// H(1) = 1.8501 of Chandrasekhar's function (tests/shading/scattering_test.cpp computes it).
+// H(1) = 1.8501 of Chandrasekhar's function (tests/shading/media_test.cpp computes it).
 TEST_F(TraceScattering, Trace_MediumReturnsLightByItsAlbedo) {
     scene::Material fog;
     fog.metallicFactor = 0.0f;

@@ -1,10 +1,15 @@
-#include "tests/shading/gltf_lobe.h"
-
+// Materials of glTF as a whole: their samples, their energy, their boundaries, and what features leave out.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
+#include <limits>
 #include <random>
 
 #include "core/frame.glsl"
+#include "shared/energy_tables.h"
+#include "shared/scene_records.h"
+#include "tests/shading/gltf_lobe.h"
 #include "tests/support/chi_square.h"
 
 namespace raygraph::shading::gltf_test {
@@ -263,7 +268,7 @@ TEST(Gltf, WalksAreUnbiasedUnderMultipleImportanceSampling) {
     const MultiscatterScope scope(MultiscatterKind::Walk);
     const auto lamp = [](vec3 w) { return Sqr(Sqr(0.5f + 0.5f * dot(w, DirectionAt(-0.1f, 2.0f)))); };
     for (const View& view : Views()) {
-        constexpr uint kCount = 100'000;
+        constexpr uint kCount = 40'000;
         double sums[3] = {};
         double squares[3] = {};
         const auto add = [&](int which, double x) {
@@ -373,3 +378,475 @@ TEST(Gltf, NothingIsInfiniteAtTheEnds) {
 
 }  // namespace
 }  // namespace raygraph::shading::gltf_test
+
+namespace raygraph::shading::energy_test {
+namespace {
+
+const std::vector<float> kAlphas = {0.002f, 0.1f, 0.23f, 0.45f, 1.0f};
+const std::vector<float> kCosines = {1.0f, 0.41f, 0.17f, 0.06f};
+
+template <typename Check>
+void ForEachAlphaAndCosine(Check&& check) {
+    for (const float alpha : kAlphas) {
+        for (const float cosTheta : kCosines) {
+            SCOPED_TRACE("alpha " + std::to_string(alpha) + " cos " + std::to_string(cosTheta));
+            check(alpha, DirectionAt(cosTheta, 0.6f));
+        }
+    }
+}
+
+uint SampleCount() {
+    return AreTestsLong() ? 1u << 18 : 1u << 13;
+}
+
+struct NamedLobe {
+    const char* name;
+    GltfBxDF lobe;
+};
+
+// Lobes that take nothing away.
+std::vector<NamedLobe> WhiteLobes(float alpha) {
+    GltfBxDF half = GltfLobe(alpha);
+    half.metallic = 0.5f;
+    half.transmission = 0.5f;
+    GltfBxDF dull = Glass(alpha, 1.5f);
+    dull.specular = 0.0f;
+    GltfBxDF tinted = Glass(alpha, 1.5f);
+    tinted.specularColor = vec3(8.0f);
+    return {{"metal", Metal(alpha)},
+            {"glass from outside", Glass(alpha, 1.5f)},
+            {"glass from inside", Glass(alpha, 1.0f / 1.5f)},
+            {"diamond from outside", Glass(alpha, 2.42f)},
+            {"diamond from inside", Glass(alpha, 1.0f / 2.42f)},
+            {"nearly matched media", Glass(alpha, 1.02f)},
+            {"nearly matched media, from inside", Glass(alpha, 1.0f / 1.02f)},
+            {"glass without reflections", dull},
+            {"glass of strong reflections", tinted},
+            {"thin wall", ThinGlass(alpha)},
+            {"dielectric over diffuse", GltfLobe(alpha)},
+            {"half of each", half}};
+}
+
+TEST(EnergyTables, HaveTheirSizeAndReturnNoMoreThanThereIs) {
+    ASSERT_EQ(EnergyTables().size(), kEnergyEntryCount);
+    for (uint i = 0; i < kEnergyCosCount * kEnergyAlphaCount; ++i) {
+        const EnergyEntry entry = EnergyEntryOf(kEnergyReflectionOffset + i);
+        ASSERT_LE(entry.first.x + entry.first.y, 1.0001f) << i;
+        ASSERT_LE(entry.first.w, entry.first.z + 1e-4f) << i;  // s1 s2 is at most the mean of the two
+        ASSERT_LE(entry.first.x + entry.first.y + entry.first.z, 1.0001f) << i;
+    }
+}
+
+TEST(EnergyTables, OneBounceIsWhatThatManyWalksLeaveAfter) {
+    WalkSurface surface{};
+    surface.kind = kWalkAbsorbs;
+    surface.eta = 1.5f;
+    surface.fresnel.f0 = vec3(0.0f, 0.04f, 1.0f);
+    surface.fresnel.f90 = vec3(1.0f);
+    surface.fresnel.isMetal = false;
+    constexpr uint kWalks = 40'000;
+    ForEachAlphaAndCosine([&](float alpha, vec3 wo) {
+        surface.alpha = vec2(alpha);
+        glm::dvec3 sum(0.0);
+        for (uint i = 0; i < kWalks; ++i) {
+            const WalkSample s = SampleWalk(surface, wo, i);
+            if (s.bounceCount == 1u) sum += glm::dvec3(s.weight);
+        }
+        const FacetEnergy energy = FacetEnergyAt(EnergyRow(alpha), wo.z);
+        const vec3 expected = SingleAlbedo(energy, surface.fresnel.f0, surface.fresnel.f90);
+        // 4 sigma of the walks, and the interpolation
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / kWalks, expected[c], 0.01 + 0.004) << c;
+    });
+}
+
+TEST(Energy, WalkReturnsAllLight) {
+    const MultiscatterScope scope(MultiscatterKind::Walk);
+    ForEachAlphaAndCosine([](float alpha, vec3 wo) {
+        for (const NamedLobe& white : WhiteLobes(alpha)) {
+            // The diffuse base takes the layer's albedo from the tables
+            const double bound = white.lobe.metallic < 1.0f && white.lobe.transmission < 1.0f ? 0.015 : 0.005;
+            EXPECT_NEAR(MeasureAlbedo(white.lobe, wo, SampleCount()).Sum().y, 1.0, bound) << white.name;
+        }
+    });
+}
+
+TEST(Energy, TablesReturnAllLight) {
+    const MultiscatterScope scope(MultiscatterKind::Lut);
+    ForEachAlphaAndCosine([](float alpha, vec3 wo) {
+        for (const NamedLobe& white : WhiteLobes(alpha)) {
+            // The tables are coarse where the refraction all but ends
+            const double bound = std::abs(white.lobe.eta - 1.0f) < 0.03f ? 0.025 : 0.015;
+            EXPECT_NEAR(MeasureAlbedo(white.lobe, wo, SampleCount()).Sum().y, 1.0, bound) << white.name;
+        }
+    });
+}
+
+TEST(Energy, WithoutEitherRoughSurfacesAreDark) {
+    const MultiscatterScope scope(MultiscatterKind::Off);
+    // Reference: 1 - ln 2 for alpha = 1 from above
+    EXPECT_NEAR(MeasureAlbedo(Metal(1.0f), DirectionAt(1.0f, 0.0f), 1u << 16).Sum().x, 1.0 - std::log(2.0),
+                1e-3);
+    // The layer over a diffuse base loses nothing even so: what it does not reflect goes down
+    EXPECT_NEAR(MeasureAlbedo(GltfLobe(1.0f), DirectionAt(0.7f, 0.0f), 1u << 16).Sum().x, 1.0, 0.005);
+}
+
+TEST(Energy, TablesAndWalkHaveTheSameAlbedo) {
+    const auto compare = [](const char* name, const GltfBxDF& lobe, vec3 wo, double bound) {
+        Albedo walk;
+        Albedo lut;
+        {
+            const MultiscatterScope scope(MultiscatterKind::Walk);
+            walk = MeasureAlbedo(lobe, wo, 2u * SampleCount());
+        }
+        {
+            const MultiscatterScope scope(MultiscatterKind::Lut);
+            lut = MeasureAlbedo(lobe, wo, 2u * SampleCount());
+        }
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(lut.reflected[c], walk.reflected[c], bound) << name << ", reflected " << c;
+            EXPECT_NEAR(lut.transmitted[c], walk.transmitted[c], bound) << name << ", transmitted " << c;
+        }
+    };
+    ForEachAlphaAndCosine([&](float alpha, vec3 wo) {
+        compare("metal", Metal(alpha, vec3(0.2f, 0.5f, 0.9f)), wo, 0.015);
+        GltfBxDF layer = GltfLobe(alpha);
+        layer.baseColor = vec3(0.0f);
+        layer.specularColor = vec3(1.0f, 4.0f, 16.0f);
+        compare("layer", layer, wo, 0.015);
+        compare("glass from outside", Glass(alpha, 1.5f), wo, 0.015);
+        compare("glass from inside", Glass(alpha, 1.0f / 1.5f), wo, 0.015);
+    });
+}
+
+// Whatever the parameters, no material reflects more than it receives.
+TEST(Energy, FurnaceIsNeverAboveOne) {
+    Sampler rng = StartPixelSample(uvec2(0u, 0u), 0u, 1u);
+    const MultiscatterScope scope(MultiscatterKind::Lut);
+    const int materialCount = AreTestsLong() ? 2000 : 300;
+    for (int i = 0; i < materialCount; ++i) {
+        GltfBxDF lobe = GltfLobe(Sqr(Get1D(rng)));
+        const auto extreme = [&] { return clamp(2.0f * Get1D(rng) - 0.5f, 0.0f, 1.0f); };
+        lobe.alpha.y *= i % 4 == 0 ? 0.3f + 0.7f * Get1D(rng) : 1.0f;
+        lobe.baseColor = vec3(extreme(), 1.0f, extreme());
+        lobe.metallic = extreme();
+        lobe.transmission = extreme();
+        lobe.specular = extreme();
+        lobe.specularColor = 3.0f * vec3(Get1D(rng), Get1D(rng), extreme());
+        lobe.eta = exp2(3.0f * Get1D(rng) - 1.5f);
+        lobe.isThin = i % 3 == 0;
+        const vec3 wo = DirectionAt(0.02f + 0.98f * Get1D(rng), 6.28f * Get1D(rng));
+        // Factors of anisotropic surfaces are estimates
+        double bound = i % 4 == 0 ? 1.03 : 1.015;
+        // The tables of glass are coarse at grazing angles
+        if (lobe.transmission > 0.0f && wo.z < 0.05f) bound = std::max(bound, 1.03);
+        const glm::dvec3 albedo = MeasureAlbedo(lobe, wo, AreTestsLong() ? 1u << 15 : 1u << 12).Sum();
+        for (int c = 0; c < 3; ++c) {
+            ASSERT_LE(albedo[c], bound)
+                << "material " << i << " alpha " << lobe.alpha.x << "," << lobe.alpha.y << " metallic "
+                << lobe.metallic << " transmission " << lobe.transmission << " eta " << lobe.eta << " cos "
+                << wo.z << " specular " << lobe.specular << " thin " << lobe.isThin << " tint "
+                << lobe.specularColor[c];
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::shading::energy_test
+
+// Boundaries between media, and how much light a colored layer passes to the lobes below it.
+namespace raygraph::shading::boundary_test {
+namespace {
+
+// The mean over the hemisphere, weighted by the cosine, of what a facet of the lobe reflects.
+template <typename Reflectance>
+double HemisphericalMean(Reflectance&& reflectance) {
+    constexpr int kPoints = 20'000;
+    double sum = 0.0;
+    for (int i = 0; i < kPoints; ++i) {
+        const double u = (i + 0.5) / kPoints;
+        const double c = u * u;  // dense towards grazing
+        sum += 2.0 * c * 2.0 * u * static_cast<double>(reflectance(static_cast<float>(c)));
+    }
+    return sum / kPoints;
+}
+
+double SchlickMean(float eta) {
+    const FacetFresnel fresnel = DielectricFresnel(Glass(0.0f, eta));
+    return HemisphericalMean([&](float c) { return FacetReflectance(fresnel, c, eta).y; });
+}
+
+double ExactMean(float eta) {
+    return HemisphericalMean([&](float c) { return FresnelDielectric(c, eta); });
+}
+
+TEST(Boundary, EqualIndicesReflectNothingAtAnyAngle) {
+    const FacetFresnel fresnel = DielectricFresnel(Glass(0.0f, 1.0f));
+    for (float c = 0.01f; c <= 1.0f; c += 0.01f) {
+        EXPECT_EQ(FacetReflectance(fresnel, c, 1.0f).y, 0.0f) << c;
+        EXPECT_EQ(OutsideReflectance(fresnel, c, 1.0f).y, 0.0f) << c;
+    }
+    for (const float cosTheta : {1.0f, 0.17f, 0.05f}) {
+        const vec3 wo = DirectionAt(cosTheta, 0.3f);
+        const Albedo smooth = MeasureAlbedo(Glass(0.0f, 1.0f), wo, 1u << 8);
+        EXPECT_EQ(smooth.reflected.y, 0.0) << cosTheta;
+        EXPECT_NEAR(smooth.transmitted.y, 1.0, 1e-6) << cosTheta;
+        // A varnish of the index of the water that it lies in is not there
+        const vec3 base = f(GltfLobe(0.3f), wo, DirectionAt(0.4f, 2.0f));
+        GltfBxDF varnish = GltfLobe(0.3f);
+        varnish.eta = 1.0f;
+        const vec3 bare = f(varnish, wo, DirectionAt(0.4f, 2.0f));
+        EXPECT_NEAR(bare.y, kInvPi, 1e-6f) << cosTheta;
+        EXPECT_NE(bare.y, base.y) << cosTheta;
+    }
+}
+
+TEST(Boundary, MeanReflectanceIsFresnelsFromBothSides) {
+    EXPECT_NEAR(ExactMean(1.5f / 1.33f), 0.0308, 1e-4);
+    EXPECT_NEAR(ExactMean(1.5f), 0.0918, 1e-4);
+    for (const float eta :
+         {1.002f, 1.33f / 1.31f, 1.05f, 1.1f, 1.5f / 1.33f, 1.2f, 1.27f, 1.31f, 1.33f, 1.4f}) {
+        const double exact = ExactMean(eta);
+        EXPECT_NEAR(SchlickMean(eta), exact, 0.05 * exact) << eta;
+        const double inside = ExactMean(1.0f / eta);
+        EXPECT_NEAR(SchlickMean(1.0f / eta), inside, 0.05 * inside) << "from the denser side, " << eta;
+    }
+    // The error that the formula states, without total reflection and the bound of 1
+    for (float eta = 1.005f; eta < 1.34f; eta *= 1.01f)
+        EXPECT_NEAR(SchlickMean(eta) / ExactMean(eta), 1.0, 0.006) << eta;
+}
+
+TEST(Boundary, IndicesOfCommonGlassInAirKeepTheF90OfGltf) {
+    for (const float eta : {1.35f, 1.5f, 1.0f / 1.5f, 1.8f, 2.42f, 1e8f}) {
+        EXPECT_EQ(DielectricF90(eta), 1.0f) << eta;
+        if (eta < 1.0f) continue;
+        const FacetFresnel fresnel = DielectricFresnel(Glass(0.0f, eta));
+        for (float c = 0.0f; c <= 1.0f; c += 0.05f) {
+            const float schlick = FresnelSchlick(c, DielectricF0(eta), 1.0f);
+            EXPECT_EQ(FacetReflectance(fresnel, c, eta).y, schlick) << eta << " " << c;
+            EXPECT_EQ(OutsideReflectance(fresnel, c, eta).y, schlick) << eta << " " << c;
+        }
+    }
+    // Schlick's mean differs from Fresnel's there, as in the specification
+    EXPECT_NEAR(SchlickMean(1.5f), 0.04 + 0.96 / 21.0, 1e-5);
+}
+
+TEST(Boundary, IceInADrinkHardlyShows) {
+    const float eta = 1.31f / 1.33f;
+    const FacetFresnel fresnel = DielectricFresnel(Glass(0.0f, eta));
+    const float cosTheta = std::cos(70.0f * kPi / 180.0f);
+    EXPECT_NEAR(FresnelDielectric(cosTheta, eta), 0.0044f, 1e-4f);
+    EXPECT_NEAR(FacetReflectance(fresnel, cosTheta, eta).y, 0.0044f, 0.02f);
+}
+
+// A red layer: more of red is reflected, and the rest must not be what is left of white without red.
+GltfBxDF RedLayer(float alpha) {
+    GltfBxDF lobe = GltfLobe(alpha);
+    lobe.specularColor = vec3(12.5f, 1.0f, 1.0f);  // F0 = (0.5, 0.04, 0.04)
+    return lobe;
+}
+
+TEST(Boundary, BaseUnderAColoredLayerKeepsItsColor) {
+    for (const float alpha : {0.0f, 0.2f, 0.8f}) {
+        float pdf = 0.0f;
+        vec3 diffuse(0.0f);
+        const vec3 wo = DirectionAt(0.8f, 0.0f);
+        Evaluate(Prepare(RedLayer(alpha), wo), DirectionAt(0.6f, 1.0f), false, pdf, diffuse);
+        EXPECT_GT(diffuse.x, 0.05f) << alpha;
+        EXPECT_EQ(diffuse.x, diffuse.y) << alpha;
+        EXPECT_EQ(diffuse.y, diffuse.z) << alpha;
+        const Albedo all = MeasureAlbedo(RedLayer(alpha), wo, 1u << 12);
+        EXPECT_GT(all.reflected.x, all.reflected.y + 0.3) << alpha;
+        EXPECT_LE(all.reflected.x, 1.015) << alpha;
+    }
+}
+
+TEST(Boundary, LightThroughAColoredLayerKeepsItsColor) {
+    for (const MultiscatterKind kind :
+         {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
+        const MultiscatterScope scope(kind);
+        for (const bool isThin : {false, true}) {
+            GltfBxDF lobe = RedLayer(0.0f);
+            lobe.transmission = 1.0f;
+            lobe.isThin = isThin;
+            const Albedo smooth = MeasureAlbedo(lobe, DirectionAt(1.0f, 0.0f), 1u << 12);
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(smooth.transmitted[c], 0.5, 0.01) << isThin;
+            lobe.alpha = vec2(0.3f);
+            const glm::dvec3 rough = MeasureAlbedo(lobe, DirectionAt(0.9f, 0.0f), 1u << 14).transmitted;
+            EXPECT_NEAR(rough.x, rough.y, 0.04) << isThin;  // facets light each other red
+        }
+    }
+}
+
+class FresnelScope {
+  public:
+    explicit FresnelScope(FresnelModel model) { threadFresnelModel = model; }
+    ~FresnelScope() { threadFresnelModel = FresnelModel::Schlick; }
+    FresnelScope(const FresnelScope&) = delete;
+    FresnelScope& operator=(const FresnelScope&) = delete;
+};
+
+TEST(Boundary, InfiniteIndexReflectsAllInEveryModel) {
+    for (const FresnelModel model :
+         {FresnelModel::Schlick, FresnelModel::Dielectric, FresnelModel::Conductor, FresnelModel::Lazanyi}) {
+        const FresnelScope fresnel(model);
+        for (const MultiscatterKind kind :
+             {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
+            const MultiscatterScope multiscatter(kind);
+            for (const float eta : {gpu::kInfiniteIor, 1.0f / gpu::kInfiniteIor})
+                for (const float alpha : {0.0f, 0.05f, 0.4f})
+                    for (const uint shape : {0u, 1u, 2u}) {
+                        GltfBxDF lobe = Glass(alpha, eta);
+                        lobe.baseColor = vec3(0.2f);
+                        lobe.transmission = shape == 2u ? 0.0f : 1.0f;
+                        lobe.isThin = shape == 1u;
+                        const Albedo albedo = MeasureAlbedo(lobe, DirectionAt(0.6f, 0.2f), 1u << 10);
+                        // One bounce alone loses much of a rough surface's light
+                        const double lost = kind == MultiscatterKind::Off ? alpha : 0.05 * alpha;
+                        EXPECT_NEAR(albedo.reflected.y, 1.0, lost + 1e-5)
+                            << "model " << static_cast<int>(model) << " multiscatter "
+                            << static_cast<int>(kind) << " eta " << eta << " alpha " << alpha << " shape "
+                            << shape;
+                        EXPECT_LT(albedo.transmitted.y, 1e-5);
+                    }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::shading::boundary_test
+
+// Lobes that no material of a scene has are left out of its pipelines (GLTF_LOBES, HasTraceFeature): nothing may
+// read them then.
+namespace raygraph::shading::lobe_features_test {
+namespace {
+
+class FeatureScope {
+  public:
+    explicit FeatureScope(TraceFeatures features) : m_before(threadTraceFeatures) {
+        threadTraceFeatures = features;
+    }
+    ~FeatureScope() { threadTraceFeatures = m_before; }
+    FeatureScope(const FeatureScope&) = delete;
+    FeatureScope& operator=(const FeatureScope&) = delete;
+
+  private:
+    TraceFeatures m_before;
+};
+
+// Leaves NaN where the next function has its variables: a value that is read without having been set shows.
+[[gnu::noinline]] void FillStack() {
+    volatile float block[4096];
+    for (volatile float& value : block) value = std::numeric_limits<float>::quiet_NaN();
+}
+
+struct Outcome {
+    vec3 value{};
+    float pdf = 0.0f;
+    BSDFSample sample{};
+};
+
+[[gnu::noinline]] Outcome OutcomeOf(const GltfBxDF& lobe, vec3 wo, vec3 wi, float uc, vec2 u) {
+    const GltfBSDF g = Prepare(lobe, wo);
+    Outcome outcome;
+    outcome.value = Evaluate(g, wi, outcome.pdf);
+    outcome.sample = Sample_f(g, uc, u);
+    return outcome;
+}
+
+void ExpectSame(const Outcome& a, const Outcome& b, const std::string& where) {
+    EXPECT_EQ(std::bit_cast<uint>(a.pdf), std::bit_cast<uint>(b.pdf)) << where;
+    EXPECT_EQ(std::bit_cast<uint>(a.sample.pdf), std::bit_cast<uint>(b.sample.pdf)) << where;
+    EXPECT_EQ(a.sample.flags, b.sample.flags) << where;
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_EQ(std::bit_cast<uint>(a.value[i]), std::bit_cast<uint>(b.value[i])) << where;
+        EXPECT_EQ(std::bit_cast<uint>(a.sample.f[i]), std::bit_cast<uint>(b.sample.f[i])) << where;
+        EXPECT_EQ(std::bit_cast<uint>(a.sample.wi[i]), std::bit_cast<uint>(b.sample.wi[i])) << where;
+    }
+}
+
+struct Case {
+    const char* name;
+    GltfBxDF lobe;
+    TraceFeatures features;  // required features
+};
+
+std::vector<Case> Cases() {
+    GltfBxDF faint = GltfLobe(0.3f);  // reflects so little that its layer is hardly ever chosen
+    faint.specular = 1e-5f;
+    GltfBxDF green = GltfLobe(0.3f);
+    green.specularColor = vec3(0.1f, 1.0f, 0.5f);
+    GltfBxDF almostGlass = Glass(0.3f, 1.5f);
+    almostGlass.transmission = 1.0f - 1e-6f;
+    GltfBxDF coated = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
+    coated.clearcoat = 0.5f;
+    coated.clearcoatRoughness = 0.4f;
+    coated.coatAlpha = 0.16f;
+    GltfBxDF lacquered = coated;
+    lacquered.clearcoatRoughness = lacquered.coatAlpha = 0.0f;
+    GltfBxDF bubble = ThinGlass(0.3f);
+    bubble.iridescence = 0.8f;
+    bubble.iridescenceIor = 1.4f;
+    bubble.iridescenceThickness = 300.0f;
+    GltfBxDF brushed = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
+    brushed.alpha.x = 0.7f;
+    std::vector<Case> cases{{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
+                            {"dielectric", GltfLobe(0.3f), kTraceOpaque},
+                            {"faint dielectric", faint, kTraceOpaque},
+                            {"green dielectric", green, kTraceOpaque},
+                            {"glass", Glass(0.3f, 1.5f), kTraceGlass},
+                            {"almost glass", almostGlass, kTraceGlass | kTraceOpaque},
+                            {"thin wall", ThinGlass(0.3f), kTraceGlass},
+                            {"smooth thin wall", ThinGlass(0.0f), kTraceGlass | kTraceSmooth},
+                            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals | kTraceSmooth},
+                            {"coated metal", coated, kTraceMetals | kTraceClearcoat},
+                            {"lacquered metal", lacquered, kTraceMetals | kTraceClearcoat | kTraceSmooth},
+                            {"brushed metal", brushed, kTraceMetals | kTraceAnisotropy},
+                            {"bubble", bubble, kTraceGlass | kTraceIridescence}};
+    // Something of each lobe that has a feature of its own, over metal, glass and plastic
+    GltfBxDF blend = Blend(0.3f);
+    blend.coatAlpha = 0.16f;
+    blend.iridescenceIor = 1.4f;
+    blend.iridescenceThickness = 300.0f;
+    const TraceFeatures base = kTraceMetals | kTraceGlass | kTraceOpaque;
+    const auto lobeOf = [&](TraceFeatures feature) -> GltfBxDF& {
+        for (Case& test : cases)
+            if (test.features == (base | feature)) return test.lobe;
+        return cases.emplace_back(Case{"blend", blend, base | feature}).lobe;
+    };
+#define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity) \
+    lobeOf(kTrace##feature).name = type(0.4f);
+#include "shared/material_list.h"
+    return cases;
+}
+
+TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
+    const TraceFeatures all = threadTraceFeatures;
+    const TraceFeatures lobes = FeaturesOfKind(TraceFeatureKind::Lobes);
+    std::vector<TraceFeatures> alsoOn{TraceFeatures{}};
+    for (const TraceFeatureRow& row : kTraceFeatureRows)
+        if (row.kind == TraceFeatureKind::Lobes) alsoOn.push_back(row.feature);
+    for (const MultiscatterKind kind :
+         {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
+        const MultiscatterScope scope(kind);
+        for (const Case& test : Cases()) {
+            for (const float cosine : {1.0f, 0.7f, 0.05f}) {
+                const vec3 wo = DirectionAt(cosine, 0.8f);
+                for (const float uc : {0.0f, 0.3f, 0.9f, 0.99999994f}) {
+                    const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
+                    const vec2 u(0.4f, 0.3f);
+                    const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
+                    for (const TraceFeatures others : alsoOn) {
+                        const FeatureScope features((all & ~lobes) | test.features | others);
+                        FillStack();
+                        ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,
+                                   std::string(test.name) + ", multiscatter " + std::to_string(int(kind)) +
+                                       ", cos " + std::to_string(cosine) + ", uc " + std::to_string(uc));
+                    }
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::shading::lobe_features_test

@@ -9,6 +9,7 @@
 #include "lights/light_types.glsl"
 #include "renderer/gpu_scene/lights/environment.h"
 #include "renderer/gpu_scene/lights/light_table.h"
+#include "tests/shading/random_values.h"
 
 namespace raygraph::shading {
 

@@ -1,9 +1,11 @@
-// Ray cones against what bundles of rays do, and the cone of a path.
+// Ray cones against what bundles of rays do.
 #include "core/ray_cone.glsl"
 
-#include <random>
+#include <gtest/gtest.h>
 
-#include "tests/shading/path_scene.h"
+#include <cmath>
+#include <limits>
+#include <random>
 
 namespace raygraph::shading::ray_cone_test {
 namespace {
@@ -80,7 +82,7 @@ TEST(RayCone, BiasIsAddedAndNothingIsSharperThanLevel0) {
     EXPECT_FLOAT_EQ(TextureLevel(4096.0f, 64.0f, -7.0f), 0.0f);
     EXPECT_FLOAT_EQ(TextureLevel(0.25f, 64.0f, 0.0f), 0.0f);
     EXPECT_FLOAT_EQ(TextureLevel(0.0f, 64.0f, 0.0f), 0.0f) << "nothing is seen: no cone";
-    EXPECT_FLOAT_EQ(TextureLevel(0.0f, 64.0f, -kInfinity), 0.0f);
+    EXPECT_FLOAT_EQ(TextureLevel(0.0f, 64.0f, -std::numeric_limits<float>::infinity()), 0.0f);
 }
 
 TEST(RayCone, TextureOneTexelWideHalvesFromLevelToLevel) {
@@ -197,48 +199,6 @@ TEST(RayCone, CurvatureIsThatOfTheSurfaceOfTheNormals) {
     // Along a cylinder it is 0, around it 1 / radius
     const vec3 n0(1.0f, 0.0f, 0.0f), n1 = normalize(vec3(1.0f, 0.02f, 0.0f));
     EXPECT_NEAR(MeanCurvature(5.0f * (n1 - n0), vec3(0.0f, 0.0f, 0.3f), n0, n1, n0), 0.5f / 5.0f, 1e-3f);
-}
-
-class ConeOfPath : public PathFixture {
-  protected:
-    // Extended by one ray, which meets the ball or a wall.
-    static PathState Extended(PathState path, BrdfModel brdf, TraceFeatures features) {
-        const PathSettings settings = Unbiased(kNoLimit, kNoLimit);
-        UseOptions(features | kTraceTextureLod, brdf);
-        EXPECT_TRUE(ExtendPath(path, settings));
-        return path;
-    }
-    static PathState FromAboveWith(RayCone cone) {
-        Ray ray = FromAbove();
-        ray.cone = cone;
-        return StartPath(ray, StartPixelSample(uvec2(7u, 11u), 3u, 42u));
-    }
-};
-
-// 4 meters to the ball, whose radius is 1, and which is diffuse.
-TEST_F(ConeOfPath, WidensByDistanceCurvatureAndLobe) {
-    SetScene({.albedo = vec3(0.7f)});
-    const PathState path = Extended(FromAboveWith(MakeCone(0.01f, 0.02f)), BrdfModel::Lambert, {});
-    const float width = 0.01f + 4.0f * 0.02f;
-    EXPECT_NEAR(path.ray.cone.width, width, 1e-5f);
-    ASSERT_GT(path.scatterPDF, 0.0f);
-    const float lobe = std::sqrt(std::min(1.0f / path.scatterPDF, 6.2831853f) / 4.0f);
-    EXPECT_NEAR(path.ray.cone.spread, 0.02f + 2.0f * width + lobe, 1e-4f);
-}
-
-TEST_F(ConeOfPath, GoesStraightThroughWalls) {
-    SetScene({.albedo = vec3(0.7f), .walls = {3.0f}});
-    PathState path = FromAboveWith(MakeCone(0.01f, 0.02f));
-    // The wall passes nearly all of it: the first sample that does so
-    for (uint sample = 0u;; ++sample) {
-        ASSERT_LT(sample, 100u);
-        path.rng = StartPixelSample(uvec2(7u, 11u), sample, 42u);
-        const PathState behind = Extended(path, BrdfModel::Gltf, kTraceThinWalls | kTraceGlass);
-        if (behind.depth > 0u) continue;
-        EXPECT_NEAR(behind.ray.cone.width, 0.01f + 2.0f * 0.02f, 1e-5f);
-        EXPECT_EQ(behind.ray.cone.spread, 0.02f);
-        break;
-    }
 }
 
 }  // namespace
