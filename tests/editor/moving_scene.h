@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "tests/scene/motion_document.h"
+#include "tests/scene/gltf_document.h"
 
 namespace raygraph::editor::moving {
 

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "tests/fuzz/seeds.h"
-#include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
 #include "tests/image/uastc_writer.h"

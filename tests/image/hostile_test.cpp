@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "renderer/image/exr.h"
-#include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
 #include "tests/image/uastc_writer.h"

@@ -19,7 +19,6 @@
 #include "base/stopwatch.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
 #include "tests/image/uastc_writer.h"

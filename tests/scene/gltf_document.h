@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/scene_data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
@@ -125,5 +126,28 @@ Bytes MakeGlb(std::string_view json, const Bytes* binary);
 Bytes MakePng(uint32_t width, uint32_t height, std::array<uint8_t, 4> color);
 // A PNG of these texels, 4 bytes each, rows from the top.
 Bytes MakePngOf(uint32_t width, uint32_t height, const std::vector<uint8_t>& rgba);
+
+// An accessor of 4 x 4 matrices, column by column.
+size_t AddMatrices(GltfDocument& document, const std::vector<float>& values);
+
+// An animation with one channel for `target`, e.g. {{"node", 0}, {"path", "scale"}}. Returns its index.
+size_t AddAnimation(GltfDocument& document, size_t input, size_t output, const Json& target,
+                    const char* interpolation = "LINEAR");
+// The target of KHR_animation_pointer.
+Json Pointer(const std::string& pointer);
+// AddAnimation with accessors of these values, `components` numbers an element.
+size_t Animate(GltfDocument& document, const Json& target, const std::vector<float>& times,
+               const std::vector<float>& values, size_t components, const char* interpolation = "LINEAR");
+
+// A triangle (0,0,0) (1,0,0) (0,1,0) with normals +z at node 0, whose vertices follow the joints node 1, node 2
+// and half of each. Inverse bind matrices: node 1 none, node 2 moves by (-1, 0, 0). Both joints are roots, node 1
+// at the origin, node 2 at (1, 0, 0): in the rest pose the mesh is as it was bound.
+GltfDocument SkinnedTriangle();
+
+// The greatest distance of two columns.
+float Apart(const glm::mat4x3& a, const glm::mat4x3& b);
+
+// Expects all that a file says to be alike. `tolerance` of transforms; 0: to the bit.
+void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tolerance = 0.0f);
 
 }  // namespace raygraph::test

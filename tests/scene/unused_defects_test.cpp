@@ -8,7 +8,6 @@
 
 #include "renderer/scene/gltf/save_gltf.h"
 #include "tests/scene/gltf_document.h"
-#include "tests/scene/motion_document.h"
 
 namespace raygraph::test::unused_defects_test {
 namespace {

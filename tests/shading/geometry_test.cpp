@@ -11,8 +11,6 @@
 #include "core/equirect.glsl"
 #include "core/frame.glsl"
 #include "core/ray_offset.glsl"
-#include "core/shading_normal.glsl"
-#include "core/tangent_frame.glsl"
 #include "shared/unit_vector.h"
 #include "tests/support/chi_square.h"
 

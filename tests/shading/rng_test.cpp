@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/rng.glsl"
-#include "editor/session/frames/sample_time.h"
+#include "editor/session/frames/sample_frames.h"
 #include "tests/support/chi_square.h"
 
 // Tests the contract of every sampler: uniform numbers in [0, 1) that depend only on (seed, pixel, sample,

@@ -1,10 +1,67 @@
-#include "rhi/shader_binding_table.h"
-#include "tests/support/error_of.h"
-
+// Arithmetic of binding tables, batches and subresources.
 #include <gtest/gtest.h>
 
 #include <array>
+#include <numeric>
 #include <vector>
+
+#include "rhi/blas_build.h"
+#include "rhi/shader_binding_table.h"
+#include "rhi/subresources.h"
+#include "tests/support/error_of.h"
+
+// Tests acceleration-structure builds that share scratch memory.
+namespace raygraph::rhi::batch_plan_test {
+namespace {
+
+using Batches = std::vector<BatchPlan::Batch>;
+
+TEST(BatchPlan, BuildsFillTheBudgetInOrder) {
+    const std::vector<uint64_t> shares{40, 60, 1, 99, 100, 50};
+    const BatchPlan plan = PlanBatches(shares, 100);
+    EXPECT_EQ(plan.batches, (Batches{{0, 2}, {2, 4}, {4, 5}, {5, 6}}));
+    EXPECT_EQ(plan.offsets, (std::vector<uint64_t>{0, 40, 0, 1, 0, 0}));
+    EXPECT_EQ(plan.scratchBytes, 100u);
+}
+
+TEST(BatchPlan, BuildLargerThanTheBudgetHasABatchOfItsOwn) {
+    const std::vector<uint64_t> shares{10, 500, 10, 10};
+    const BatchPlan plan = PlanBatches(shares, 100);
+    EXPECT_EQ(plan.batches, (Batches{{0, 1}, {1, 2}, {2, 4}}));
+    EXPECT_EQ(plan.scratchBytes, 500u);
+}
+
+TEST(BatchPlan, BuildsOfABatchNeverOverlapAndEveryBuildIsInOneBatch) {
+    std::vector<uint64_t> shares(64);
+    std::iota(shares.begin(), shares.end(), 1u);
+    for (uint64_t budget : {0u, 1u, 64u, 100u, 1000u, 1000000u}) {
+        const BatchPlan plan = PlanBatches(shares, budget);
+        ASSERT_EQ(plan.offsets.size(), shares.size());
+        size_t next = 0;
+        for (const BatchPlan::Batch& batch : plan.batches) {
+            ASSERT_EQ(batch.first, next);
+            ASSERT_GT(batch.end, batch.first);
+            uint64_t end = 0;
+            for (size_t i = batch.first; i < batch.end; ++i) {
+                EXPECT_GE(plan.offsets[i], end);
+                end = plan.offsets[i] + shares[i];
+            }
+            EXPECT_LE(end, plan.scratchBytes);
+            EXPECT_TRUE(end <= budget || batch.end - batch.first == 1);
+            next = batch.end;
+        }
+        EXPECT_EQ(next, shares.size());
+    }
+}
+
+TEST(BatchPlan, NothingNeedsNothing) {
+    const BatchPlan plan = PlanBatches({}, 100);
+    EXPECT_TRUE(plan.batches.empty());
+    EXPECT_EQ(plan.scratchBytes, 0u);
+}
+
+}  // namespace
+}  // namespace raygraph::rhi::batch_plan_test
 
 namespace raygraph::rhi::shader_binding_table_test {
 namespace {
@@ -109,3 +166,57 @@ TEST(ShaderBindingTable, RecordLongerThanTheDevicesStrideIsRefused) {
 
 }  // namespace
 }  // namespace raygraph::rhi::shader_binding_table_test
+
+// Tests parts of textures: what they resolve to, what is missing, how they are written.
+namespace raygraph::rhi::subresources_test {
+namespace {
+
+TEST(Subresources, Default_IsAllOfTheTexture) {
+    EXPECT_EQ(Resolved({}, 5, 6), (Subresources{.level = 0, .levelCount = 5, .layer = 0, .layerCount = 6}));
+    EXPECT_EQ(PartText(Resolved({}, 5, 6), 5, 6), "");
+}
+
+TEST(Subresources, LevelsAreThoseOfAllLayers_LayersThoseOfAllLevels) {
+    EXPECT_EQ(Resolved(Level(2), 5, 6),
+              (Subresources{.level = 2, .levelCount = 1, .layer = 0, .layerCount = 6}));
+    EXPECT_EQ(Resolved(Layers(1, 3), 5, 6),
+              (Subresources{.level = 0, .levelCount = 5, .layer = 1, .layerCount = 3}));
+    EXPECT_EQ(Resolved({.level = 3}, 5, 6).levelCount, 2u) << "the rest from the third on";
+}
+
+TEST(Subresources, Text_NamesWhatIsNotAll) {
+    const auto text = [](const Subresources& part) { return PartText(Resolved(part, 5, 6), 5, 6); };
+    EXPECT_EQ(text(Level(2)), " level 2");
+    EXPECT_EQ(text(Levels(1, 3)), " levels 1-3");
+    EXPECT_EQ(text(Layers(2, 2)), " layers 2-3");
+    EXPECT_EQ(text(Subresource(4, 1)), " level 4 layer 1");
+    EXPECT_EQ(PartText(Resolved(Level(0), 1, 1), 1, 1), "") << "there is no other";
+}
+
+TEST(Subresources, WhatIsNotThere_IsNamedWithWhatIs) {
+    const auto missing = [](const Subresources& part) { return DescribeMissing(Resolved(part, 5, 1), 5, 1); };
+    EXPECT_EQ(missing(Level(4)), "");
+    EXPECT_EQ(missing({}), "");
+    EXPECT_EQ(missing(Level(5)), "level 5, there are 5");
+    EXPECT_EQ(missing({.level = 7}), "level 7, there are 5");
+    EXPECT_EQ(missing(Levels(3, 3)), "levels 3-5, there are 5");
+    EXPECT_EQ(missing(Levels(1, ~0u - 1)).substr(0, 9), "levels 1-") << "no overflow";
+    EXPECT_EQ(missing(Layer(1)), "layer 1, there is 1");
+    EXPECT_EQ(missing(Levels(0, 0)), "no level");
+}
+
+TEST(Subresources, PartsOverlap_WhereTheyShareALevelOfALayer) {
+    const auto overlap = [](const Subresources& a, const Subresources& b) {
+        const bool found = Overlap(Resolved(a, 5, 6), Resolved(b, 5, 6));
+        EXPECT_EQ(found, Overlap(Resolved(b, 5, 6), Resolved(a, 5, 6)));
+        return found;
+    };
+    EXPECT_TRUE(overlap({}, Subresource(4, 5)));
+    EXPECT_TRUE(overlap(Level(2), Layer(3)));
+    EXPECT_FALSE(overlap(Level(2), Levels(3, 2)));
+    EXPECT_FALSE(overlap(Layers(0, 3), Layer(3)));
+    EXPECT_FALSE(overlap(Subresource(1, 1), Subresource(1, 2)));
+}
+
+}  // namespace
+}  // namespace raygraph::rhi::subresources_test
