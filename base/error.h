@@ -1,4 +1,4 @@
-// raygraph::Error: every failure that leaves the module.
+// raygraph::Error: every failure that leaves the module. WithMemoryErrors makes exhausted memory one, too.
 //
 // Four kinds of failure, four answers:
 //   1. A mistake in the calling code that can be named (unbound name, stale id): Error{Usage}, when declared.
@@ -6,7 +6,7 @@
 //   3. An expected outcome (size not ready, swapchain out of date): a return value, never an Error.
 //   4. A broken invariant of ours: RG_CHECK_* (base/check.h), which aborts with both values.
 //
-// Threads: a plain value; what is thrown on a thread is caught there.
+// Threads: any. An Error is a plain value; what is thrown on a thread is caught there.
 #pragma once
 
 #include <cstdint>
@@ -45,13 +45,9 @@ class RAYGRAPH_API Error : public std::runtime_error {
     int32_t m_result;
 };
 
-// Converts std::bad_alloc: the standard library's exceptions for exhausted memory leave as an Error.
-//
-// Functions that allocate by the size of their input run within it, so that a host catches one type and can
-// free something. Threads: any.
-
 // Returns what `run` returns. std::bad_alloc and std::length_error become Error{OutOfMemory}, in which
-// `subject` names the object or the call. All other exceptions pass through.
+// `subject` names the object or the call; all other exceptions pass through. Functions that allocate by the
+// size of their input run within it, so that a host catches one type and can free something.
 template <typename Run>
 decltype(auto) WithMemoryErrors(std::string_view subject, Run&& run) {
     try {

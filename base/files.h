@@ -1,5 +1,7 @@
-// A file that is written as a whole or not at all. Threads: one object is for one thread at a time; different
-// ones share nothing.
+// Files on disk: AtomicFile writes one as a whole or not at all, ReadFile reads one into memory, CacheFolder
+// is where programs keep data that can be made again, LowerExtension tells formats apart. Threads: one
+// AtomicFile is for one thread at a time, and different ones share nothing; the functions may be called from
+// any thread.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +24,8 @@ namespace os {
 class NewFile;
 }
 
-// A write in place (AtomicFile::InPlaceReason) has failed in its midst: a part of the content has taken the
-// place of the old content.
+// A write in place (AtomicFile::InPlaceReason) has failed midway: part of the new content has overwritten the
+// old content.
 class RAYGRAPH_API IncompleteFile : public Error {
   public:
     using Error::Error;
@@ -33,11 +35,11 @@ class RAYGRAPH_API IncompleteFile : public Error {
 // is as it was, and nothing is left where the object ends, or the process is killed, before that. A target
 // that is a symbolic link is followed; an existing target's permissions are kept.
 //
-// The constructor fails where Commit() would, but for a disk that is full by then: one that only makes sure
-// of that leaves no trace. A target that cannot be replaced but written to (InPlaceReason) is written in
+// The constructor fails where Commit() would, unless the disk fills up in between; an object that is made only
+// to check this leaves no trace. A target that can be written but not replaced (InPlaceReason) is written in
 // place by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for
 // the reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the
-// target, the link to it if that was given, and the system's reason. One object is for one thread at a time.
+// target, the link to it if that was given, and the system's reason.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -47,8 +49,8 @@ class RAYGRAPH_API AtomicFile {
 
     // Returns the reason for which a regular file is not replaced as a whole, such as that it is mounted by
     // itself; "" means that it is. Commit() then overwrites it, once there is room for the whole: a full disk
-    // leaves the old content. A crash within that leaves a part, and so does a disk that fails, which is a
-    // IncompleteFile.
+    // leaves the old content. A crash while it does so leaves a part of the new content; so does a disk that
+    // fails, which is an IncompleteFile.
     const std::string& InPlaceReason() const { return m_inPlaceReason; }
 
     // Returns whether it is a device or a pipe, which gets content after content: it is never replaced, and
@@ -81,11 +83,9 @@ class RAYGRAPH_API AtomicFile {
     std::string m_inPlaceReason;
 };
 
-// Throws what the constructor of AtomicFile would for this target. Else, says of a file that would not be
-// replaced as a whole that it is "written in place", and why, or is "". Leaves no trace.
+// Throws what the constructor of AtomicFile would throw for this target. Otherwise returns a text that says
+// that the file will be written in place, and why; "" if it will be replaced as a whole. Leaves no trace.
 RAYGRAPH_API std::string InPlaceWarning(const std::filesystem::path& target);
-
-// A whole file in memory. Threads: any.
 
 // Reads a regular file (links are followed; folders, devices and pipes are refused) of at most
 // `maxBytes` bytes. Error{Io} naming the path and the system's reason; Error{BadInput} for a longer
@@ -93,14 +93,13 @@ RAYGRAPH_API std::string InPlaceWarning(const std::filesystem::path& target);
 RAYGRAPH_API std::vector<std::byte> ReadFile(const std::filesystem::path& path,
                                              uint64_t maxBytes = uint64_t{1} << 32);
 
-// The folder in which programs of this user keep data that can be made again. Threads: any.
-
-// $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph; empty if there is neither. It may not exist yet.
+// Returns the folder in which programs of this user keep data that can be made again:
+// $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph; empty if there is neither variable. It may not exist
+// yet.
 RAYGRAPH_API std::filesystem::path CacheFolder();
 
-// The extension of a file's name, by which formats are told apart. Threads: any.
-
-// Returns the extension with its dot, in lower case: ".png" for "A.PNG"; "" if there is none.
+// Returns the extension of a file's name with its dot, in lower case: ".png" for "A.PNG"; "" if there is
+// none.
 inline std::string LowerExtension(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
     std::ranges::transform(extension, extension.begin(),

@@ -1,5 +1,6 @@
-// Text that came out of a file or from a user, made fit for a one-line message: a terminal that shows it may
-// act on control characters. Threads: pure functions, for any thread.
+// Parts of one-line messages: text that came out of a file or from a user, made printable, because a
+// terminal that shows it may act on control characters; and counts with their nouns. Threads: pure
+// functions, for any thread.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +21,6 @@ RAYGRAPH_API std::string Printable(std::string_view text, size_t maxBytes = 120)
 
 // Returns the printable text in double quotes.
 RAYGRAPH_API std::string Quoted(std::string_view text, size_t maxBytes = 120);
-
-// Texts of counts, for messages. Threads: any.
 
 // Returns "1 key", "2 keys" or "0 keys"; or "1 vertex follows", "2 vertices follow" with the verb that agrees
 // with what is counted. The plural is the singular with an s, or the one given.

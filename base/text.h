@@ -46,9 +46,8 @@ std::string DurationText(double seconds);
 
 }  // namespace raygraph
 
-// Lets Text, MakeError and Say take paths: the text is Printable, so that no name of a file acts on a
-// terminal or ends the line, and has at most 1024 bytes. Not installed, as base/text.h is not. Threads: any.
-
+// Lets Text, MakeError and Say take paths. The text is Printable, so that no file name acts on a terminal or
+// ends the line, and has at most 1024 bytes.
 template <>
 struct fmt::formatter<std::filesystem::path> {
     template <typename Parsed>

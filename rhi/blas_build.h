@@ -1,5 +1,6 @@
-// Scratch memory of acceleration-structure builds: how builds share it in batches, and the barrier between
-// them. For rhi/ alone. Threads: those of its owner, one at a time.
+// The parts of BlasBuilder: scratch memory that builds share in batches, the Vulkan structures of a BlasDesc
+// with the checks of builds and updates, and compaction. For rhi/ alone. Threads: those of the BlasBuilder,
+// one at a time.
 #pragma once
 
 #include <atomic>
@@ -18,6 +19,7 @@ namespace raygraph::rhi {
 
 class CommandList;
 
+// Scratch memory of acceleration-structure builds.
 class BuildScratch {
   public:
     BuildScratch() = default;
@@ -45,8 +47,8 @@ struct BatchPlan {
         bool operator==(const Batch&) const = default;
     };
     std::vector<Batch> batches;
-    std::vector<uint64_t>
-        offsets;  // of each build's scratch in the shared memory; builds of a batch do not overlap
+    // Of each build's scratch in the shared memory, in bytes. Builds of a batch do not overlap.
+    std::vector<uint64_t> offsets;
     uint64_t scratchBytes = 0;  // bytes for the largest batch
 };
 
@@ -56,7 +58,7 @@ BatchPlan PlanBatches(std::span<const uint64_t> scratchSizes, uint64_t budget);
 // Orders builds, copies and size queries of acceleration structures after those recorded or submitted before.
 void BarrierBetweenBuilds(CommandList& commands);
 
-// The Vulkan structures of a BlasDesc, and the checks of builds and updates. For rhi/ alone.
+// --- The Vulkan structures of a BlasDesc, and the checks of builds and updates ---
 
 class Device;
 
@@ -83,9 +85,7 @@ class BlasGeometry {
     VkAccelerationStructureBuildGeometryInfoKHR m_info{};
 };
 
-// Compaction: queries the compacted sizes of built BLASes and detects, without waiting, when they have
-// arrived. For rhi/ alone.
-
+// Queries the compacted sizes of built BLASes, and detects, without waiting, when they have arrived.
 class Compaction {
   public:
     struct Ready {

@@ -389,7 +389,7 @@ void CommandList::WriteTimestamp(VkQueryPool pool, uint32_t query, VkPipelineSta
     Vk().vkCmdWriteTimestamp2(m_commands, stage, pool, query);
 }
 
-// CommandList: drawing.
+// --- Drawing ---
 
 namespace {
 

@@ -161,10 +161,8 @@ class RAYGRAPH_API CommandList {
     VkPipelineBindPoint m_bindPoint = VK_PIPELINE_BIND_POINT_COMPUTE;
 };
 
-// The common fields of an image barrier. For rhi/ and renderer/graph/ alone. Threads: any.
-
 // Returns a barrier for all levels and layers, without a transfer of queue family ownership. The caller sets
-// stages and accesses.
+// stages and accesses. For rhi/ and renderer/graph/ alone.
 inline VkImageMemoryBarrier2 ImageBarrier(const Texture& texture, VkImageLayout from, VkImageLayout to) {
     VkImageMemoryBarrier2 barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;

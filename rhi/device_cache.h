@@ -1,9 +1,6 @@
-// PipelineCacheFile: keeps a driver's pipeline cache on disk between runs.
-//
-// There is one file per device model and driver version, named by vendor, device and pipelineCacheUUID. The
-// driver's bytes are preceded by a header with their size and checksum, and the driver's own header is
-// compared with the device, so that a damaged or foreign file never reaches the driver. Never throws.
-// Threads: one at a time.
+// Files that rhi/ keeps on disk between runs: a driver's pipeline cache (PipelineCacheFile) and numbers that
+// were measured on a device (Measurements), with the checksum that guards such files. Threads: a
+// PipelineCacheFile: one at a time; all else: any.
 #pragma once
 
 #include <cstddef>
@@ -25,6 +22,11 @@ namespace raygraph::rhi {
 // neither variable is set.
 std::filesystem::path PipelineCacheFolder(const std::filesystem::path& configured);
 
+// PipelineCacheFile keeps a driver's pipeline cache on disk between runs.
+//
+// There is one file per device model and driver version, named by vendor, device and pipelineCacheUUID. The
+// driver's bytes are preceded by a header with their size and checksum, and the driver's own header is
+// compared with the device, so that a damaged or foreign file never reaches the driver. Never throws.
 class PipelineCacheFile {
   public:
     PipelineCacheFile() = default;  // without a file, Load returns nothing and Save fails
@@ -54,8 +56,7 @@ class PipelineCacheFile {
 // Measurements: numbers that are measured once on a device, and kept on disk for later processes.
 //
 // There is one text file per device model and driver version, named as that of the pipeline cache. Its lines
-// have a name, a tab and the number. Threads: any. Never throws except for lack of memory.
-
+// have a name, a tab and the number. Never throws except for lack of memory.
 class Measurements {
   public:
     // Numbers are kept in memory alone until a file is set.
@@ -72,7 +73,7 @@ class Measurements {
     std::map<std::string, double, std::less<>> m_values;
 };
 
-// A checksum of bytes in files that are read back, and of what they are found by. For rhi/ alone.
+// --- The checksum of files that are read back, and of the keys by which they are found ---
 
 inline constexpr uint64_t kChecksumStart = 0xcbf29ce484222325ull;
 

@@ -219,7 +219,7 @@ std::vector<DeviceReport> Device::Enumerate(PFN_vkGetInstanceProcAddr loader) {
     return ReportOnAll(PhysicalDevices(vk, instance.handle), loader, instance.handle);
 }
 
-// Device::Adopt: checks a host's device against the requirements, and wraps it.
+// --- Device::Adopt: checks the device of a host against the requirements, and wraps it ---
 
 namespace {
 

@@ -1,5 +1,5 @@
 // The requirements of Raygraph on a Vulkan device, as data: readable before any device exists, so that a host
-// engine can create its own VkDevice from it. Threads: any.
+// engine can create its own VkDevice from them. Threads: any.
 #pragma once
 
 #include <memory>
@@ -90,8 +90,7 @@ class RAYGRAPH_API FeatureChain {
     std::unique_ptr<Impl> m_impl;
 };
 
-// The functions below query a physical device; `loader` is the one by which `instance` was created.
-// Thread-safe.
+// --- Queries of a physical device; `loader` is the one by which `instance` was created ---
 
 // Returns the required features and the optional ones that `device` has.
 RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
@@ -115,7 +114,7 @@ RAYGRAPH_API std::vector<std::string> UnmetRequirements(VkPhysicalDevice device,
                                                         PFN_vkGetInstanceProcAddr loader,
                                                         VkInstance instance);
 
-// Properties of a physical device, queried in one call. For rhi/ alone. Threads: any.
+// --- Properties of a physical device, queried in one call. For rhi/ alone ---
 
 template <typename Properties>
 inline constexpr VkStructureType kTypeOf = VK_STRUCTURE_TYPE_MAX_ENUM;

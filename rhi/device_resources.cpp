@@ -392,7 +392,7 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     return block;
 }
 
-// Device's memory accounting: use, budget, limit.
+// --- Memory accounting: use, budget, limit ---
 
 namespace {
 

@@ -1,11 +1,11 @@
-// Pipeline: the common base of compute, raster and ray-tracing pipelines. The layout is derived from the
-// shaders:
+// Compute, raster and ray-tracing pipelines, their common base Pipeline, and the statistics of their
+// compiled programs. The layout is derived from the shaders:
 //   set 0  push descriptors (vkCmdPushDescriptorSetKHR) of every binding of any stage
 //   set 1  the bindless textures (rhi/texture_table.h), if a stage declares set 1
 //   push constants: one range from 0, visible to all stages
 // Pipelines are owners as in rhi/resources.h: move-only, freed once the timeline has passed every submission
-// made before. Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline may be
-// called from any.
+// made before. Threads: any, also for CreateComputePipeline, CreateRasterPipeline and
+// CreateRayTracingPipeline; a pipeline does not change once it is created.
 #pragma once
 
 #include <array>
@@ -27,9 +27,9 @@
 namespace raygraph::rhi {
 
 class Device;
-class ComputePipeline;     // rhi/pipeline.h
-class RasterPipeline;      // rhi/pipeline.h
-class RayTracingPipeline;  // rhi/pipeline.h
+class ComputePipeline;
+class RasterPipeline;
+class RayTracingPipeline;
 
 class RAYGRAPH_API Pipeline {
   public:
@@ -70,7 +70,7 @@ class RAYGRAPH_API Pipeline {
     void Release() noexcept;
 };
 
-// A compute pipeline. Threads: any.
+// --- Compute pipelines ---
 
 struct ComputePipelineDesc {
     std::string name = "compute pipeline";
@@ -95,9 +95,9 @@ class RAYGRAPH_API ComputePipeline : public Pipeline {
 // from the driver.
 RAYGRAPH_API ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc);
 
-// A raster pipeline for dynamic rendering. There is no vertex input: the vertex shader fetches its attributes
-// from storage buffers by gl_VertexIndex. Not supported: MSAA, stencil, tessellation, geometry and mesh
-// shaders. Threads: any.
+// --- Raster pipelines ---
+// They use dynamic rendering. There is no vertex input: the vertex shader fetches its attributes from
+// storage buffers by gl_VertexIndex. Not supported: MSAA, stencil, tessellation, geometry and mesh shaders.
 
 enum class Topology : uint8_t { TriangleList, TriangleStrip, LineList, PointList };
 enum class CullMode : uint8_t { None, Front, Back };
@@ -137,11 +137,11 @@ class RAYGRAPH_API RasterPipeline : public Pipeline {
 // Throws as CreateComputePipeline does. Viewport and scissor are dynamic.
 RAYGRAPH_API RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
 
-// A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
-//
-// Hit groups are given by hit set and, within it, by ray type. Ray types are numbers from 0 up that the
-// caller assigns and passes to traceRayEXT. TlasInstance::hitRecord selects an instance's hit set. A shader
-// calls a callable by its index in `callables`. Threads: any; a pipeline does not change once it is created.
+// --- Ray-tracing pipelines ---
+// They have shader groups and a shader binding table (rhi/shader_binding_table.h). Hit groups are given by
+// hit set and, within it, by ray type. Ray types are numbers from 0 up that the caller assigns and passes to
+// traceRayEXT. TlasInstance::hitRecord selects an instance's hit set. A shader calls a callable by its index
+// in `callables`.
 
 // A ray-generation, miss or callable shader with the data of its record (`shaderRecordEXT` in the shader).
 struct GeneralShader {
@@ -199,8 +199,9 @@ class RAYGRAPH_API RayTracingPipeline : public Pipeline {
 // limits; otherwise as CreateComputePipeline.
 RAYGRAPH_API RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
 
-// Statistics of the programs that a driver has compiled from a pipeline's shaders: registers, stack memory,
-// occupancy. Names and units are the driver's. Threads: any.
+// --- Statistics ---
+// Numbers about the programs that a driver has compiled from a pipeline's shaders: registers, stack memory,
+// occupancy. Names and units are the driver's.
 
 class Device;
 class Pipeline;

@@ -326,7 +326,7 @@ ShaderReflection ReflectionOf(const ShaderStage& stage) {
     return stage.reflection ? *stage.reflection : Reflect(stage.spirv, stage.name);
 }
 
-// Merges the reflections of a pipeline's stages (rhi/reflection.h).
+// --- The interface of a pipeline, merged from the reflections of its stages ---
 
 namespace {
 

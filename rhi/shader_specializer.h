@@ -1,10 +1,11 @@
-// Specializes SPIR-V for given values of its constants, without the code that they switch off.
+// Specializes SPIR-V for given values of its constants, without the code that they switch off, and keeps the
+// results on disk.
 //
-// A driver may inline every function before it looks at the constants: code that is off then takes as long to
-// compile as code that runs. With Mesa's CPU driver, that is most of the time to a first picture; NVIDIA's
-// compiles the shaders of the wavefront in 0.4 of the time without that code. This uses SPIRV-Tools; if the
-// library was built without it, nothing is specialized here and the driver does all of it. For rhi/ alone.
-// Threads: pure functions, for any thread.
+// A driver may inline every function before it looks at the constants: code that is off then takes as long
+// to compile as code that runs. With Mesa's CPU driver, that is most of the time to a first picture;
+// NVIDIA's compiles the shaders of the wavefront in 0.4 of the time without that code. This uses
+// SPIRV-Tools; if the library was built without it, nothing is specialized here and the driver does all of
+// it. For rhi/ alone. Threads: any.
 #pragma once
 
 #include <atomic>
@@ -36,15 +37,14 @@ std::vector<SpecializationValue> ValuesOf(std::span<const uint32_t> spirv,
 std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t> spirv,
                                       std::span<const SpecializationValue> values);
 
-// SpecializedShaders keeps the results of SpecializeSpirv (rhi/shader_specializer.h) on disk, because
-// specializing a large shader takes up to a second, and in memory only while a caller holds the words.
-// Without a folder, up to 64 MiB stay in memory.
+// SpecializedShaders keeps the results of SpecializeSpirv on disk, because specializing a large shader takes
+// up to a second, and in memory only while a caller holds the words. Without a folder, up to 64 MiB stay in
+// memory.
 //
 // There is one file per module and values, "shaders/<key>.spv" in the folder of the pipeline cache, named by
 // the first half of a 128-bit hash of the module, the values and the specializer's version. Its header holds
 // the hash, size and checksum; a file that is damaged or of another hash is made again. Beyond 64 MiB the
-// least recently used files are removed. Processes may share the folder. Threads: any. For rhi/ alone.
-
+// least recently used files are removed. Processes may share the folder.
 class SpecializedShaders {
   public:
     using Words = std::shared_ptr<const std::vector<uint32_t>>;

@@ -1,4 +1,5 @@
-// StageSet: the shader modules and specialization of one pipeline while it is being created. For rhi/ alone.
+// What creates the stages of a pipeline: StageSet has their shader modules and specialization, StaticUse
+// tells which resources a module uses. For rhi/ alone.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,7 @@ namespace raygraph::rhi {
 class Device;
 struct ShaderInterface;
 
+// The shader modules and the specialization of one pipeline while it is being created.
 class StageSet {
   public:
     // Throws Error{Usage} naming `pipeline` for a specialization id that no stage has.
@@ -49,9 +51,10 @@ class StageSet {
     std::vector<VkPipelineShaderStageCreateInfo> m_infos;
 };
 
+// --- Static use ---
 // Finds the resources that the entry point of a SPIR-V module uses statically: those that any function which
-// it calls names, in any branch. Reads the module once, while SPIRV-Cross reads a function again for each
-// call of it. Threads: pure functions. For rhi/ alone.
+// it calls names, in any branch. It reads the module once, whereas SPIRV-Cross reads a function again for
+// each call of it.
 
 struct UsedVariable {
     bool isWhole = false;                  // more than single members are used

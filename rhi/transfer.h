@@ -1,12 +1,14 @@
-// Uploader: copies data from the CPU into Device memory, through a bounded ring of staging memory.
+// Copies between the CPU and the device: Uploader writes Device memory through a bounded ring of staging
+// memory, Readback reads it. Threads: one object is for one thread at a time; ReadBuffer and ReadTexture may
+// be called from any.
 //
-// Data is copied before a call returns; the caller may free it. The copies are recorded into the uploader's
-// own lists, which are submitted whenever a chunk of staging memory is full and by Flush, so that the device
-// copies one chunk while the CPU fills the next. A chunk is reused once the timeline has passed its
-// submission; a call waits only when every chunk is in flight, for the oldest one. The device is never
+// Uploader: data is copied before a call returns; the caller may free it. The copies are recorded into the
+// uploader's own lists, which are submitted whenever a chunk of staging memory is full and by Flush, so that
+// the device copies one chunk while the CPU fills the next. A chunk is reused once the timeline has passed
+// its submission; a call waits only when every chunk is in flight, for the oldest one. The device is never
 // drained. Ordering on the one queue: uploads come after all work submitted before them, and all work
 // submitted after them sees their data. Waiting for the returned value only serves to know that the data has
-// arrived. Threads: one at a time. Flush must precede the submission of commands that need the data.
+// arrived. Flush must precede the submission of commands that need the data.
 #pragma once
 
 #include <cstddef>
@@ -130,11 +132,9 @@ class RAYGRAPH_API Uploader {
     std::future<std::vector<Chunk>> m_ahead;  // its thread reads the members above
 };
 
-// Readback: bytes that are copied from the device to the CPU, and blocking short forms for tests and
-// programs. Threads: one object for one thread at a time; the short forms may be called from any.
-
-// Copies are recorded into the caller's list, so that they run right after the commands that write the data.
-// The caller submits the list and passes its timeline value. One thread at a time.
+// Readback: bytes that are copied from the device to the CPU. Copies are recorded into the caller's list, so
+// that they run right after the commands that write the data. The caller submits the list and passes its
+// timeline value.
 class RAYGRAPH_API Readback {
   public:
     Readback() = default;
