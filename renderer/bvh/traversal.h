@@ -1,5 +1,5 @@
-// The two ways of tracing rays, by the driver or by Raygraph's own shaders, and which one is faster on a
-// device. Threads: that of the device's Renderers.
+// The two ways of tracing rays, by the driver or by Raygraph's own shaders; which one is faster on a device;
+// and scenes and passes that measure it. Threads: that of the device's Renderers.
 #pragma once
 
 #include <deque>
@@ -40,9 +40,9 @@ RAYGRAPH_API Traversal FasterTraversal(rhi::Device& device);
 // without timestamps.
 RAYGRAPH_API double MeasureSoftwareSpeed(rhi::Device& device);
 
+// --- Scenes for measuring one against the other ---
 // Placed meshes on a device twice, as the driver's acceleration structures and as wide trees that a compute
-// shader traverses, and passes that trace a buffer of rays by either: for measuring one against the other.
-// Threads: that of the Renderer.
+// shader traverses, and passes that trace a buffer of rays by either.
 
 // The driver's structures.
 class RAYGRAPH_API DriverScene {

@@ -1,4 +1,5 @@
-// The compressed wide tree (shaders/shared/wide_bvh.h) of a binary one. Threads: pure functions.
+// The compressed wide tree (shaders/shared/wide_bvh.h) of a binary one, and its refit. Threads: pure
+// functions; a WideRefit: one at a time.
 #pragma once
 
 #include <cstdint>
@@ -43,10 +44,8 @@ inline bool IsWideNode(const gpu::WideNode& node, uint32_t slot) {
     return (node.exponents >> (24 + slot) & 1u) != 0u;
 }
 
-// WideRefit adapts the boxes of a wide tree to primitives that have moved. Its nodes and leaves stay, so that
-// the tree becomes worse the farther primitives move relative to each other; Decay measures that. Threads:
-// one at a time.
-
+// WideRefit adapts the boxes of a wide tree to primitives that have moved. Its nodes and leaves stay, so
+// that the tree becomes worse the farther primitives move relative to each other; Decay measures that.
 class WideRefit {
   public:
     WideRefit() = default;

@@ -280,7 +280,7 @@ bool GpuScene::IsSettled() const {
            m_impl->streams.IsDone();
 }
 
-// The calls that add objects to a GpuScene and remove them: their checks, and their rollback on an Error.
+// --- Calls that add objects and remove them: their checks, and their rollback on an Error ---
 
 namespace {
 
@@ -462,7 +462,7 @@ void GpuScene::RemoveLight(uint32_t light) {
     WithMemoryErrors("RemoveLight", [&] { m_impl->scene->RemoveLight(light); });
 }
 
-// Poses of a GpuScene: applies everything that an animation has changed, as the setters of gpu_scene.cpp do.
+// --- Poses: everything that an animation has changed is applied as by the setters above ---
 
 void GpuScene::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
     m_impl->RequireNoFrame("SetJointMatrices");
@@ -555,7 +555,7 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
     m_impl->scene->RestartOrigin();
 }
 
-// SceneObjects: its creation, and its work in each frame.
+// --- SceneObjects: its creation, and its work in each frame ---
 
 SceneObjects::SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials> newMaterials,
                            std::unique_ptr<SceneGeometry> newGeometry, const scene::SceneData& data)

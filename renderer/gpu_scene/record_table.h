@@ -1,5 +1,6 @@
-// A table of records on the device, of which a frame changes none, few, many or all. The host and the device
-// write amounts in proportion to what has changed. Threads: that of the Renderer.
+// RecordTable: a table of records on the device, of which a frame changes none, few, many or all. The host
+// and the device write amounts in proportion to what has changed. SlotRanges allocates the slots of such
+// tables. Threads: a table: that of the Renderer; SlotRanges: as std::vector.
 #pragma once
 
 #include <array>
@@ -90,9 +91,8 @@ class RecordTable {
     ResourceState m_scatteredState;
 };
 
-// Allocates ranges of neighboring slots in a growing table: the instances of a scene, the groups of a mesh.
-// Freed slots are reused before the table grows. Threads: as std::vector.
-
+// SlotRanges allocates ranges of neighboring slots in a growing table: the instances of a scene, the groups
+// of a mesh. Freed slots are reused before the table grows.
 class SlotRanges {
   public:
     // Takes `count` neighboring slots and returns the first. They lie beyond End() only if no free range

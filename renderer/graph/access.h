@@ -83,8 +83,9 @@ struct ResourceState {
     bool operator==(const ResourceState&) const = default;
 };
 
-// The table of accesses, one row each. It is used by access.cpp, by the declaration of a frame (usage flags)
-// and by the compiler (what a write preserves). For renderer/graph/ alone. Threads: constants.
+// --- The table of accesses, one row each ---
+// It is used by access.cpp, by the declaration of a frame (usage flags) and by the compiler (what a write
+// preserves). For renderer/graph/ alone.
 
 // Returns a set of pass kinds or of resource kinds, as one bit each.
 template <typename Kind, typename... Kinds>

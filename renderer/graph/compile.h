@@ -23,10 +23,7 @@ namespace raygraph {
 // Throws Error{Usage} for a root that a later pass has overwritten.
 Plan Compile(const FrameGraph& graph);
 
-// Culling: finds the passes of a frame that lead to something that is needed (renderer/graph/compile.h).
-// Threads: pure functions of their arguments.
-
-// Returns, for each pass, 1 if it is kept.
+// Returns, for each pass, 1 if it is kept: if it leads to something that is needed.
 std::vector<uint8_t> LivePasses(const FrameGraph& graph);
 
 }  // namespace raygraph

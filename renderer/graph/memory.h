@@ -1,4 +1,6 @@
-// Memory planner: decides which transients share memory. Threads: a pure function of its arguments.
+// The memory of a frame's resources: the planner that decides which transients share memory, and the objects
+// that a Renderer keeps between frames, persistent ones and those behind transients. Threads: PlanMemory is
+// a pure function; the objects: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +25,7 @@ namespace raygraph {
 // common. Every occupant lies at the start of its block.
 void PlanMemory(const FrameGraph& graph, Plan& plan);
 
-// PersistentStore: the resources that a Renderer keeps between frames, by name. Threads: that of the
-// Renderer.
+// --- PersistentStore: the resources that a Renderer keeps between frames, by name ---
 
 // One persistent resource. The Vulkan object is created when an executed pass first uses it, so that a view
 // that is toggled off takes no memory.
@@ -73,12 +74,11 @@ class PersistentStore {
     Entries m_replacements;  // entries that the current frame has created
 };
 
-// TransientPool: the Vulkan objects behind transients, kept between frames. Threads: that of the Renderer.
+// TransientPool: the Vulkan objects behind transients, kept between frames.
 //
 // Block b of a plan is block b of the pool; textures and buffers in it are found by name, description and
-// usage. Objects that no frame has used for kKeepFrames frames are freed, as is a block that has been far too
-// large for that time. The Device keeps destroyed objects until the frames that use them have completed.
-
+// usage. Objects that no frame has used for kKeepFrames frames are freed, as is a block that has been far
+// too large for that time. The Device keeps destroyed objects until the frames that use them have completed.
 class TransientPool {
   public:
     static constexpr uint64_t kKeepFrames = 16;

@@ -1,5 +1,6 @@
 // PassDeclaration: what one setup function has declared, filled by PassBuilder. One object is reused for the
-// same position in every frame, so that its memory is allocated once. Threads: that of the Renderer.
+// same position in every frame, so that its memory is allocated once. PassMarks: which pass the device had
+// reached when it was lost. Threads: that of the Renderer, except for PassMarks::Report.
 #pragma once
 
 #include <cstddef>
@@ -102,13 +103,11 @@ void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
 // Sorts the targets of the last pass, checks that they fit together, and puts their formats into the request.
 void ResolveTargets(const FrameGraph& graph, PassDeclaration& pass);
 
-// PassMarks: tells which pass the device had reached when it was lost.
+// PassMarks tells which pass the device had reached when it was lost.
 //
-// Before a pass runs, and once its waits are over, the device writes the frame's number into that pass's word
-// of mapped memory. Every pass has one word for each frame in flight, so that no two writes conflict. A word
-// with the number tells that everything for which the pass waited has completed. Threads: that of the
-// Renderer, except for Report.
-
+// Before a pass runs, and once its waits are over, the device writes the frame's number into that pass's
+// word of mapped memory. Every pass has one word for each frame in flight, so that no two writes conflict. A
+// word with the number tells that everything for which the pass waited has completed.
 class PassMarks {
   public:
     static constexpr uint32_t kMaxPasses = 256;  // later passes of a frame leave no mark

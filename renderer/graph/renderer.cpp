@@ -225,7 +225,7 @@ void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv)
     throw MakeError(ErrorKind::Usage, "{}the one that was there stays, since {}", subject, problems.front());
 }
 
-// The declaration of a frame: resources, passes, roots.
+// --- The declaration of a frame: resources, passes, roots ---
 
 namespace {
 
@@ -569,8 +569,8 @@ void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dr
     m_impl->signals.Add(semaphore, dropPolicy);
 }
 
-// Readbacks: a transfer pass of the frame copies into mapped memory, which the host reads once the frame has
-// completed.
+// --- Readbacks ---
+// A transfer pass of the frame copies into mapped memory, which the host reads once the frame has completed.
 
 namespace {
 

@@ -1,5 +1,7 @@
-// ETC1S with BasisLZ, the small encoding of KHR_texture_basisu: blocks that share a palette of colors and one
-// of patterns. Private to renderer/image. Threads: any.
+// ETC1S with BasisLZ, the small encoding of KHR_texture_basisu: blocks that share a palette of colors and
+// one of patterns; and the reader of its bits, after the KTX File Format Specification 2.0, appendix
+// "BasisLZ/ETC1S Bitstream Specification". Private to renderer/image. Threads: any; a BasisBits: one at a
+// time.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +17,6 @@ namespace raygraph::image {
 // Returns the RGB of the first slice, and the alpha of the second one or 255, exact to the bit. Frames that
 // refer to others are refused: a texture has none.
 Image8 DecodeBasisLz(const Ktx2Header& header, std::string_view name);
-
-// The bits of BasisLZ, after the KTX File Format Specification 2.0, appendix "BasisLZ/ETC1S Bitstream
-// Specification". Private to renderer/image. Threads: one object for one thread at a time.
 
 // A reader of bits, from the lowest of the first byte upwards. Reading beyond the end is refused.
 class BasisBits {

@@ -13,8 +13,7 @@
 
 namespace raygraph::image::bc7 {
 
-// The division of BC7 blocks into parts that have their own colors: the tables of the Khronos Data Format
-// Specification 1.4, chapter BPTC. Private to renderer/image.
+// --- The division of BC7 blocks into parts that have their own colors: the tables of the specification ---
 
 // Indexed by the number in the block: the part of each texel, one bit each, the first texel's the lowest.
 inline constexpr std::array<uint16_t, 64> kTwoParts{
@@ -57,7 +56,7 @@ inline constexpr std::array<uint8_t, 64> kThirdAnchorOfThree{
 
 namespace raygraph::image {
 
-// A reader of the bits of block-compressed textures. Private to renderer/image.
+// --- The bits of block-compressed textures, and the decoders ---
 
 // A number of so many bytes, the lowest first. The caller has checked that they are there.
 inline uint64_t Little(std::span<const std::byte> bytes, size_t at, size_t count) {

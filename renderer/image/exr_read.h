@@ -1,4 +1,6 @@
-// Private to renderer/image: checks an OpenEXR header before the library reads it.
+// Parts of the OpenEXR reader: the check of a header before the library reads it, the threads that the
+// library uses, and the attributes of the format. Private to renderer/image, except ExrThreads, which is for
+// programs. Threads: any.
 #pragma once
 
 #include <algorithm>
@@ -17,11 +19,11 @@ namespace raygraph::image {
 // further on.
 void CheckExrHeader(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 
-// Threads that code OpenEXR files, for programs. Threads: any.
+// ExrThreads: threads that code OpenEXR files.
 //
 //   const image::ExrThreads threads;
 //   image::WriteExr(path, picture);
-
+//
 // While there is one, ReadExr and WriteExr use several threads of the OpenEXR library, which has one pool of
 // them for the whole process. The first object starts them and the last one ends them; where the process has
 // started some itself (Imf::setGlobalThreadCount), they are left alone. Files have the same bits with any
@@ -37,10 +39,8 @@ class RAYGRAPH_API ExrThreads {
     bool m_isCounted = false;
 };
 
-// Private to renderer/image: names for reading and writing OpenEXR.
-
-// Attributes that the format itself defines: never written as attributes of a render, and not metadata
-// when read.
+// Returns whether the format itself defines the attribute: it is never written as an attribute of a render,
+// and is not metadata when read.
 inline bool IsFormatAttribute(std::string_view name) {
     constexpr std::array<std::string_view, 16> kNames = {
         "channels",           "chunkCount", "compression",       "dataWindow", "displayWindow", "envmap",

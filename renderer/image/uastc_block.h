@@ -17,8 +17,7 @@ namespace raygraph::image {
 
 namespace raygraph::image::uastc {
 
-// The division of UASTC blocks into parts that have their own colors: the tables of the Khronos Data Format
-// Specification 1.4, chapter UASTC. Private to renderer/image.
+// --- The division of blocks into parts that have their own colors: the tables of the specification ---
 
 // Indexed by the number in the block: the part of each texel, one bit each, the first texel's the lowest. For
 // modes 2, 4, 9 and 16, and for mode 7.

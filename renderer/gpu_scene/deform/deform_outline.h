@@ -1,6 +1,6 @@
-// DeformOutline: the part of a deformed group's geometry that the host keeps. It has the vertices of the
-// triangles that emit and of a sample of all triangles (blas_set.h), with their joints, weights and
-// targets, and boxes that bound the positions of all other vertices. Threads: as std::vector.
+// What the host knows of deformed meshes: which deformed copies a scene needs (DeformPlan), and the part of
+// a deformed group's geometry that the host keeps (DeformOutline). Threads: pure functions; objects as
+// std::vector.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,8 @@ struct OutlinePose {
     bool isFlattened = false;
 };
 
+// DeformOutline has the vertices of the triangles that emit and of a sample of all triangles (blas_set.h),
+// with their joints, weights and targets, and boxes that bound the positions of all other vertices.
 class DeformOutline {
   public:
     DeformOutline() = default;
@@ -43,7 +45,7 @@ class DeformOutline {
     double m_fullness = 0.0;                      // fullness of the samples at rest
 };
 
-// Which deformed copies of its meshes a scene needs. Threads: pure functions of their arguments.
+// --- Which deformed copies of its meshes a scene needs ---
 
 // A mesh as it is deformed by a skin and by the weights of a node. Instances that agree in these share a
 // copy. With targets and without a node, an instance has a copy of its own.

@@ -1,6 +1,5 @@
-// DeformSet updates the deformed copies of a scene in each frame. It tracks which joints and weights have
-// changed, and declares the least work for them: none in a frame without a change, and none for a copy of
-// which no instance is visible until one is shown. Threads: that of the Renderer.
+// The deformed copies of a scene: the resources of skinned and morphed meshes, and DeformSet, which updates
+// the copies in each frame. Threads: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +19,10 @@
 
 namespace raygraph {
 
-// Resources of skinned and morphed meshes, created by SetScene. A group that may deform stores joints,
-// weights and morph targets beside its vertex streams. Each deformed copy of a mesh (deform_outline.h) has
-// groups with positions, normals and tangents of their own; all other streams are shared with the mesh.
+// --- Resources of skinned and morphed meshes, created by SetScene ---
+// A group that may deform stores joints, weights and morph targets beside its vertex streams. Each deformed
+// copy of a mesh (deform_outline.h) has groups with positions, normals and tangents of their own; all other
+// streams are shared with the mesh.
 
 struct SceneContext;
 
@@ -112,6 +112,8 @@ struct MeshUse {
 void AddDeformedCopies(SceneContext& context, const scene::SceneData& scene, const DeformPlan& plan,
                        SceneGeometry& geometry);
 
+// DeformSet tracks which joints and weights have changed, and declares the least work for them: none in a
+// frame without a change, and none for a copy of which no instance is visible until one is shown.
 class DeformSet {
   public:
     // `geometry` and `instances` outlive the set. At least one mesh of theirs deforms.

@@ -1,5 +1,6 @@
-// BlasSet builds, refits, rebuilds in place and compacts the BLASes of a scene in its frames. Threads: that
-// of the Renderer.
+// BlasSet builds, refits, rebuilds in place and compacts the BLASes of a scene in its frames. RefitQuality
+// measures when a deforming BLAS has to be rebuilt. Threads: BlasSet: that of the Renderer; RefitQuality: as
+// std::vector.
 #pragma once
 
 #include <cstdint>
@@ -54,14 +55,14 @@ class BlasSet {
     std::vector<uint32_t> m_rebuilt;  // meshes of the host whose BLAS has to be rebuilt in place
 };
 
-// Measures how much a tree over triangles has decayed by refits. A deforming BLAS is rebuilt by this measure.
+// RefitQuality measures how much a tree over triangles has decayed by refits. A deforming BLAS is rebuilt by
+// this measure.
 //
 // The driver's tree cannot be inspected, so a tree over a sample of the triangles models it: a balanced one
 // over their order along a space-filling curve. Its cost is the sum of the surface areas of its boxes, which
 // is proportional to how many boxes a random ray meets. The decay is the cost with the order of the last
 // build, divided by the cost with the order of the triangles as they are now, which a rebuild would restore.
-// It stays near 1 for a mesh that only moves, turns, stretches or bends as a whole. Threads: as std::vector.
-
+// It stays near 1 for a mesh that only moves, turns, stretches or bends as a whole.
 class RefitQuality {
   public:
     // A copy is rebuilt when its decay exceeds this.

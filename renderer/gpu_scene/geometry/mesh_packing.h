@@ -1,6 +1,7 @@
-// Prepares meshes for the device on the host (mesh_packing.h copies them): sorts triangles into groups and in
-// space, finds those that emit, and lays out the streams in memory. Threads: different objects may be used on
-// different threads at once.
+// Meshes on their way to the device: on the host, triangles are sorted into groups and in space, those that
+// emit are found, and the streams are laid out in memory; MeshUpload then copies them. For
+// renderer/gpu_scene alone. Threads: different objects may be used on different threads at once; MeshUpload:
+// that of its uploader.
 #pragma once
 
 #include <cstdint>
@@ -71,8 +72,8 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
 // Keeps the materials of the variant that is shown and drops all others.
 void DropVariants(PackedMesh& mesh);
 
-// Lower bounds of the values by which a material's alpha is multiplied. Where the product is opaque, no ray
-// needs an alpha test. Threads: pure functions.
+// --- Lower bounds of the values by which a material's alpha is multiplied ---
+// Where the product is opaque, no ray needs an alpha test.
 
 // Returns the lowest alpha of a primitive's vertex colors; 1 without colors.
 float LowestAlpha(std::span<const glm::vec4> colors);
@@ -81,7 +82,7 @@ float LowestAlpha(std::span<const glm::vec4> colors);
 // its texels or a known LowestAlpha(), which this call also makes known.
 std::vector<float> LowestTextureAlphas(scene::SceneData& scene);
 
-// The round primitives of a group in the layout of its BLAS. Threads: pure functions of their arguments.
+// --- The round primitives of a group in the layout of its BLAS ---
 
 struct GroupCapsules {
     std::vector<gpu::CapsuleRecord> records;
@@ -96,9 +97,9 @@ struct GroupCapsules {
 // out of the primitives.
 GroupCapsules MergeCapsules(std::span<scene::Primitive* const> primitives);
 
-// Orders for acceleration-structure builds. Some builders keep the order of their input (lavapipe's does), so
-// that neighbors in space have to be neighbors in the index buffer and in the instance buffer. Threads: pure
-// functions of their arguments.
+// --- Orders for acceleration-structure builds ---
+// Some builders keep the order of their input (lavapipe's does), so that neighbors in space have to be
+// neighbors in the index buffer and in the instance buffer.
 
 // Returns the order of the points along a Hilbert curve: order[k] is the index of the k-th point. The grid
 // has 2^21 steps per axis, since some points may be very far from the others. Points of one cell keep their
@@ -109,8 +110,7 @@ std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points);
 // order its index in the old one; empty when the order is unchanged.
 std::vector<uint32_t> SortTriangles(std::span<const glm::vec3> positions, std::vector<uint32_t>& indices);
 
-// Copies the packed meshes of a scene to the device when they are needed, whole or in pieces. For
-// renderer/gpu_scene. Threads: that of the uploader.
+// --- Copies of packed meshes to the device when they are needed, whole or in pieces ---
 
 // Cost of a triangle whose BLAS is built, in copied bytes of a frame's budget.
 inline constexpr uint64_t kTriangleCost = 64;

@@ -1,7 +1,7 @@
-// The wide BVHs of a scene on the device (shaders/shared/wide_bvh.h). In two levels, these are one BVH per
-// mesh, which does not change, and one over the instances; in one level, a single BVH is over all triangles.
-// For renderer/gpu_scene alone. Threads: that of the Renderer; a BVH that has decayed is rebuilt on another
-// thread.
+// WideSet: the wide BVHs of a scene on the device (shaders/shared/wide_bvh.h). In two levels, these are one
+// BVH per mesh, which does not change, and one over the instances; in one level, a single BVH is over all
+// triangles. BoxTree models the driver's TLAS. For renderer/gpu_scene alone. Threads: WideSet: that of the
+// Renderer, while a BVH that has decayed is rebuilt on another thread; BoxTree: as std::vector.
 #pragma once
 
 #include <array>
@@ -135,11 +135,9 @@ class WideSet {
     std::string m_unavailableReason;
 };
 
-// A balanced tree of boxes over leaves in a fixed order. It models the tree that a driver has built over the
-// instances of a TLAS and has only updated since then: the order is the same, and each box fits what is below
-// it now. The time of a change is in proportion to the number of leaves that have changed. Threads: as
-// std::vector.
-
+// BoxTree: a balanced tree of boxes over leaves in a fixed order. It models the tree that a driver has built
+// over the instances of a TLAS and has only updated since then: the order is the same, and each box fits
+// what is below it now. The time of a change is in proportion to the number of leaves that have changed.
 class BoxTree {
   public:
     static constexpr size_t kChildren = 8;

@@ -439,7 +439,7 @@ KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rh
     }
 }
 
-// InstanceSet: the work of each frame.
+// --- The work of each frame ---
 
 namespace {
 

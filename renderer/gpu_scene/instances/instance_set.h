@@ -251,8 +251,7 @@ void InstanceSet::ForEach(Visit&& visit) const {
         if (m_exists[i]) visit(i, m_instances[i]);
 }
 
-// The kinds of groups by which rays treat primitives, and their changes when materials change. For
-// renderer/gpu_scene alone. Threads: exclusive access to what is changed.
+// --- The kinds of groups by which rays treat primitives, and their changes when materials change ---
 
 // Tells whether rays ignore back faces of the material.
 bool IsBackCulled(const gpu::MaterialRecord& material);
@@ -278,8 +277,8 @@ KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, r
 KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
                           uint32_t variant);
 
-// PartOwners tells which part owns an object of a GpuScene, so that a new object at the index of a removed
-// one is not taken for it. Threads: as std::vector.
+// --- Owners: which part of the scene owns an object ---
+// So a new object at the index of a removed one is not taken for it.
 
 // Owners of the objects of one kind, by index. Parts are numbered from kOwnedByScene + 1 on.
 inline constexpr uint32_t kOwnedByNone = 0, kOwnedByScene = 1;

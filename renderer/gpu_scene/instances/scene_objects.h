@@ -1,6 +1,6 @@
 // SceneObjects: the geometry, instances, materials, textures and lights of one scene, with the calls that
-// add, remove and change them, and the work of a frame for them. For renderer/gpu_scene alone. Threads: that
-// of the Renderer.
+// add, remove and change them, and the work of a frame for them. Before it, the choice of the origin of the
+// device's coordinates. For renderer/gpu_scene alone. Threads: that of the Renderer.
 //
 // Callers check the arguments, except for AddMesh(scene::Mesh&&), which checks its mesh. An Add... that
 // throws leaves everything unchanged.
@@ -26,7 +26,7 @@
 
 namespace raygraph {
 
-// The origin of the device's coordinates. Threads: pure functions; an object is used by one thread at a time.
+// --- The origin of the device's coordinates ---
 
 // In meters. The origin lies on a grid of this size, and stays until the reference point is farther than this
 // along an axis: a camera that moves back and forth does not move it.
@@ -54,6 +54,8 @@ class OriginHysteresis {
     // Far viewpoints in a row; the first one moves the origin at once.
     uint32_t m_farCount = kFarViewpointsToMove;
 };
+
+// --- The objects of a scene ---
 
 class SceneObjects {
   public:

@@ -1,5 +1,7 @@
-// The importance of the environment: a table over the cells of its equirectangular map, from which directions
-// are sampled by inversion. Threads: pure functions.
+// The environment of a scene: the table over the cells of its equirectangular map, from which directions are
+// sampled by inversion; map and table on the device; and the choice between the environment that the host
+// has set, that of the scene, and the studio. Threads: the functions of the table are pure; uploads: that of
+// the Uploader; SceneEnvironment: that of the Renderer.
 #pragma once
 
 #include <cstddef>
@@ -44,8 +46,7 @@ EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCel
 // Returns the table of an environment without a map: one cell, uniform over all directions.
 EnvironmentTable ConstantEnvironmentTable();
 
-// The environment on the device: textures of one color, and the table from which its directions are sampled.
-// Threads: that of the Uploader.
+// --- Map and table on the device; textures of one color ---
 
 // Returns a texture of one white texel, for unused texture slots.
 rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader);
@@ -66,8 +67,7 @@ EnvironmentOnDevice UploadEnvironment(rhi::Device& device, rhi::Uploader& upload
 // Returns one black texel, for an environment without a map.
 EnvironmentOnDevice BlankEnvironment(rhi::Device& device, rhi::Uploader& uploader);
 
-// The environment of a GpuScene: the one that the host has set, that of the scene, or the studio. Threads:
-// that of the Renderer.
+// --- The environment of a GpuScene: that of the host, that of the scene, or the studio ---
 
 class LightSet;
 

@@ -1,5 +1,5 @@
-// LightMesh: the emitting triangles of a mesh that is placed often, stored once for all placements. Each
-// placement is one light. Threads: as std::vector.
+// Emitting triangles: each as a light of its own, or those of a mesh that is placed often as a LightMesh.
+// Threads: pure functions; LightMesh: as std::vector.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,6 @@
 #include "shaders/shared/light_records.h"
 
 namespace raygraph {
-
-// Triangles that may emit, and each of them as a light. Threads: pure functions.
 
 // A triangle that emits if its material does, in object space.
 struct Emitter {
@@ -42,6 +40,8 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, uint32_t record, const gl
 // Returns the power in luminance, W; `meanRadiance` is before the texture. 0 for a triangle without area.
 double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance);
 
+// LightMesh: the emitting triangles of a mesh that is placed often, stored once for all placements. Each
+// placement is one light.
 class LightMesh {
   public:
     // Both spans are by material: `emission` is radiance before the texture, `groups` are light groups

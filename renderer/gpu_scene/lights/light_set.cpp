@@ -376,7 +376,7 @@ void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm
     m_scene.environmentHeight = cells.y;
 }
 
-// The work of a LightSet in a frame: the tables follow the edits, and the device follows the tables.
+// --- The work of a frame: the tables follow the edits, and the device follows the tables ---
 
 namespace {
 

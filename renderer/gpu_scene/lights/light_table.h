@@ -1,5 +1,6 @@
-// All lights of a scene as the tables of shaders/shared/light_records.h, built on the host. Threads: as
-// std::vector.
+// All lights of a scene as the tables of shaders/shared/light_records.h, built on the host, and what they
+// are made of: records of punctual lights, lists of changes, alias tables. Threads: pure functions; objects
+// as std::vector.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +19,7 @@
 
 namespace raygraph {
 
-// Punctual lights, with a profile or without, as records. Threads: pure functions.
+// --- Punctual lights, with a profile or without, as records ---
 
 // The profiles of a scene's lights in the layout of shaders/lights/light_profile.glsl.
 struct ProfileTable {
@@ -188,7 +189,7 @@ inline constexpr double kPowerTolerance = 1e-3;
 // Builds the table of a scene in which the emitters are numbered. O(n log n).
 LightTable BuildLightTable(const LightScene& scene);
 
-// ChangeList: the indices of changed objects, each listed once. Threads: as std::vector.
+// --- ChangeList: the indices of changed objects, each listed once ---
 
 // Makes room for `count` more elements, at least doubling the capacity.
 template <typename Value>
@@ -222,7 +223,7 @@ class ChangeList {
     std::vector<bool> m_isListed;
 };
 
-// Alias tables: a choice by weight in constant time. The slots are gpu::AliasEntry. Threads: pure functions.
+// --- Alias tables: a choice by weight in constant time. The slots are gpu::AliasEntry ---
 
 // Fills one slot for each weight, in linear time (Vose 1991, "A Linear Algorithm for Generating Random
 // Numbers with a Given Distribution"). Weights are finite and not negative. An outcome with a weight of 0 is

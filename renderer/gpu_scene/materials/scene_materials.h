@@ -79,8 +79,7 @@ class SceneMaterials {
     uint64_t m_featureUpdates = 0;
 };
 
-// The trace features that the materials of a scene need: all others are compiled out of pipelines. For
-// renderer/gpu_scene alone. Threads: pure functions.
+// --- The trace features that the materials of a scene need: all others are compiled out of pipelines ---
 
 struct SceneGeometry;  // renderer/gpu_scene/geometry/scene_geometry.h
 
@@ -93,7 +92,7 @@ bool MayBeSmooth(float roughness, uint32_t texture);
 TraceFeatures MaterialFeatures(std::span<const gpu::MaterialRecord> materials, uint32_t textureCount,
                                const SceneGeometry& geometry);
 
-// Materials as the device reads them. For renderer/gpu_scene alone. Threads: pure functions.
+// --- Materials as the device reads them ---
 
 // Returns `values` as a record with the texture fields of `textures`.
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);

@@ -1,5 +1,6 @@
-// Chooses which levels of textures go to the device, so that all fit a budget. For renderer/gpu_scene alone.
-// Threads: pure functions.
+// What is decided about textures on the host: which levels go to the device, so that all fit a budget; for
+// what materials use a texture, which determines how its levels are made; and the color that a sampler would
+// read. For renderer/gpu_scene alone. Threads: pure functions.
 #pragma once
 
 #include <cstdint>
@@ -50,8 +51,7 @@ TexturePlan PlanTextures(std::span<const TextureSizes> textures, uint64_t budget
 // MiB: 2 of 4096x4096 texels are 1024x1024, ..."; empty if no texture is smaller.
 std::string ReductionText(std::span<const TextureSizes> textures, const TexturePlan& plan, uint64_t budget);
 
-// Finds for what the materials of a scene use its textures, which determines how levels are made. For
-// renderer/gpu_scene alone. Threads: pure functions.
+// --- For what the materials of a scene use its textures ---
 
 // The normal map at the same texture coordinates as a roughness texture.
 struct PairedNormals {
@@ -75,7 +75,7 @@ struct TextureUse {
 // data; color is weighted by alpha if no material shows it opaque.
 std::vector<TextureUse> TextureUses(const scene::SceneData& scene);
 
-// Reads the textures of a scene on the host as samplers do. Threads: pure functions.
+// --- Textures read on the host as samplers do ---
 
 // Returns which of the `size` texels in a row is at coordinate `x` of the endless texture.
 uint32_t WrapTexel(int64_t x, uint32_t size, scene::WrapMode mode);

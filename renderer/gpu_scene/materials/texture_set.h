@@ -1,5 +1,7 @@
-// TextureSet: the textures of a scene on the device, and the table by which shaders index them. Adding and
-// removing does not change the indices and slots of others. Threads: as rhi::Device says.
+// The textures of a scene on the device: TextureSet, with the table by which shaders index them;
+// TextureUpload, which copies them; and the passes that make their mip levels. In TextureSet, adding and
+// removing does not change the indices and slots of others. Threads: TextureSet: as rhi::Device says;
+// TextureUpload: that of its uploader; passes: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -75,8 +77,9 @@ class TextureSet {
     std::unique_ptr<rhi::TextureTable> m_table;  // destroyed before what it refers to
 };
 
-// Copies the textures of a scene to the device, with the levels that fit, which are made there; all at once,
-// or each when it is needed, in pieces. For renderer/gpu_scene. Threads: that of the uploader.
+// --- Uploads ---
+// They copy the textures of a scene with the levels that fit, and make those levels on the device: all at
+// once, or each when it is needed, in pieces.
 
 struct TextureUploadSettings {
     bool makesMipLevels = false;   // for textures whose samplers filter by levels
@@ -119,7 +122,7 @@ class TextureUpload {
 // it.
 uint64_t DefaultTextureBudget(const rhi::Device& device);
 
-// MakeTextureLevels: passes that make the mip levels of a material texture. Threads: that of the Renderer.
+// --- Passes that make the mip levels of a material texture ---
 
 // The kind of texels of a texture, which says how they are averaged.
 enum class TexelContent : uint8_t {

@@ -1,5 +1,5 @@
-// The pose of a scene at a time: a Pose is computed from the clips of animations, and PoseApplier
-// (pose.h) applies it.
+// The pose of a scene at a time: PoseEvaluator computes a Pose from the clips of animations, and PoseApplier
+// gives the scene its values.
 //
 //   scene::PoseEvaluator evaluator(data);                     // keeps the rest pose
 //   scene::PoseApplier applier(data);
@@ -8,7 +8,7 @@
 //       Upload(applier.Apply(data, pose));                    // what has changed, as lists of indices
 //   }
 //
-// Threads: exclusive access to an evaluator; it only reads the scene.
+// Threads: exclusive access to an evaluator, which only reads the scene, and to an applier with its scene.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@
 
 namespace raygraph::scene {
 
-// An animation that plays, at a time and with a weight. Before its first key a property has the value of
-// that, after its last key of the last. Who wants a loop, takes the time modulo Animation::duration.
+// An animation that plays, at a time and with a weight. Before its first key a property has the value of the
+// first key, after its last key that of the last. For a loop, take the time modulo Animation::duration.
 struct ClipState {
     uint32_t animation = 0;  // Into SceneData::animations.
     double seconds = 0.0;
@@ -93,8 +93,7 @@ class RAYGRAPH_API PoseEvaluator {
     std::vector<size_t> m_firstChannel;              // by animation, and the end
 };
 
-// Gives a scene the values of a Pose, and says what has changed, so that a copy of the scene elsewhere can
-// follow. Threads: exclusive access to an applier and to its scene.
+// --- Applying a pose, and saying what has changed, so that a copy of the scene elsewhere can follow ---
 
 // The changes of a call: indices, each once, ascending. The values are in the scene, or those of the applier.
 struct PoseChanges {

@@ -43,8 +43,7 @@ RAYGRAPH_API std::vector<PrimitivePiece> SplitPrimitive(Primitive&& primitive, c
 // Returns the host bytes of all streams.
 RAYGRAPH_API uint64_t StreamBytes(const Primitive& primitive);
 
-// A place in double as two floats. Threads: pure functions, for any thread.
-
+// A position in double precision as the sum of two floats.
 struct SplitPlace {
     glm::vec3 rounded{0.0f};  // to float
     glm::vec3 rest{0.0f};     // the remainder of the rounding

@@ -1,5 +1,6 @@
-// Tangents of a triangle list, as MikkTSpace defines them (Mikkelsen, "Simulation of Wrinkled Surfaces
-// Revisited", 2008): what normal maps are baked against. Internal to renderer/scene.
+// What normal maps need: tangents of a triangle list, as MikkTSpace defines them (Mikkelsen, "Simulation of
+// Wrinkled Surfaces Revisited", 2008), against which the maps are baked, and the third channel of maps that
+// are stored with two. Internal to renderer/scene.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +14,12 @@ namespace raygraph::scene {
 
 // The vertices that a mesh has once it has tangents: a vertex where several tangents meet is split.
 struct TangentMesh {
-    std::vector<uint32_t> sources;  // By new vertex: the old one, whose other attributes it takes. The first
-                                    // ones are the old vertices, in order.
+    // By new vertex: the old one, whose other attributes it takes. The first ones are the old vertices, in
+    // order.
+    std::vector<uint32_t> sources;
     std::vector<uint32_t> indices;  // in the order of the old ones, into the new vertices
-    std::vector<glm::vec4>
-        tangents;  // By new vertex: unit length, perpendicular to the normal; w = +1 or -1.
+    // By new vertex: unit length, perpendicular to the normal; w = +1 or -1.
+    std::vector<glm::vec4> tangents;
 };
 
 // Streams are of one length and finite, normals of unit length, every index is below their length. `uv` is
@@ -47,12 +49,10 @@ std::vector<glm::vec3> MoveTangents(const TangentShape& rest, const TangentShape
                                     std::span<const glm::vec4> tangents, std::span<const glm::vec2> uv,
                                     std::span<const uint32_t> indices);
 
-// Normal maps of two channels. Internal to renderer/scene.
-
 // Gives normal maps that are stored as x and y alone (BC5, red and green of KTX2), whose blue is 0 in all
-// texels, the third channel: z of a unit vector that points up. Their blocks go, but those of BC5, to which
-// shaders give it. Images that are used for anything else too stay as they are. Threads: exclusive access to
-// the scene.
+// texels, their third channel: z of a unit vector that points up. Their blocks are dropped, except those of
+// BC5, to which shaders give it. Images that have another use as well stay as they are. Threads: exclusive
+// access to the scene.
 void CompleteNormalMaps(SceneData& scene);
 
 }  // namespace raygraph::scene

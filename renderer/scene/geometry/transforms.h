@@ -1,19 +1,5 @@
-// Transforms that squeeze a mesh into a plane: a scale of 0 on one axis, in a node or in one above it, or so
-// little that float cannot tell it from 0. Devices invert the transforms of instances, so a flat one is shown
-// with a thickness, too small to be seen and large enough for rays.
-//
-// With the singular values s1 >= s2 >= s3 of the matrix M, the unit normal n of the plane and the unit
-// direction m of object space that M squeezes, the matrix becomes M + (s - s3) n m^T: only s3 is another one.
-// Normals are carried over by its inverse transpose and so become n, and areas stay.
-//
-// So does a transform that is almost flat if m is not along an axis and s3 is less than rays need, which
-// would hit the mesh elsewhere: it mirrors as before. Along an axis any s3 will do that float can tell
-// from 0.
-//
-// The front of the mesh is in front as it would be with a small positive scale in place of 0. A matrix by
-// itself does not tell that: it counts as not mirrored.
-//
-// Threads: pure functions, for any thread.
+// Transforms of instances: flat ones are given a thickness, and any is measured or taken apart into
+// translation, rotation and scale. Threads: pure functions, for any thread.
 #pragma once
 
 #include <algorithm>
@@ -27,14 +13,29 @@
 
 namespace raygraph::scene {
 
-// The thickness that a flattened mesh gets, of the square root of the area of its box in the plane: the
-// first one where it is squeezed along one of its axes, up to the second one along other directions. The
-// first one has to be several steps of float at the distance of a ray, or hits of the two sides come in
-// the wrong order: a box of 2 m gets half a millimetre, 32 steps at 200 m. Along other directions rays in
-// the mesh's space come from very far away along m, and all of their coordinates are rounded to a step of
-// float there.
-// Along no axis hits are off by 6e-5 of their distance at the second thickness (root mean square): a tenth of
-// a pixel of a view of 60 degrees that is 1920 pixels wide.
+// --- Flat transforms ---
+// They squeeze a mesh into a plane: a scale of 0 on one axis, in a node or in one above it, or so little
+// that float cannot tell it from 0. Devices invert the transforms of instances, so a flat one is shown with
+// a thickness, too small to be seen and large enough for rays.
+//
+// With the singular values s1 >= s2 >= s3 of the matrix M, the unit normal n of the plane and the unit
+// direction m of object space that M squeezes, the matrix becomes M + (s - s3) n m^T: only s3 is another
+// one. Normals are carried over by its inverse transpose and so become n, and areas stay.
+//
+// A transform that is almost flat is thickened, too, if m is not along an axis and s3 is less than rays need:
+// they would hit the mesh elsewhere. It mirrors as before. Along an axis any s3 will do that float can tell
+// from 0.
+//
+// The front of the mesh is in front as it would be with a small positive scale in place of 0. A matrix by
+// itself does not tell that: it counts as not mirrored.
+
+// The thickness that a flattened mesh gets, relative to the square root of the area of its box in the plane:
+// the first one if it is squeezed along one of its axes, up to the second one along other directions. The
+// first one has to be several steps of float at the distance of a ray, or hits of the two sides come in the
+// wrong order: a box of 2 m gets half a millimeter, 32 steps at 200 m. Along other directions rays in the
+// mesh's space come from very far away along m, where all of their coordinates are rounded to a step of
+// float: at the second thickness hits are off by 6e-5 of their distance (root mean square), a tenth of a
+// pixel of a view of 60 degrees that is 1920 pixels wide.
 inline constexpr double kFlatThickness = 1.0 / 4096.0, kObliqueThickness = 1.0 / 1024.0;
 
 // Returns true where s3 / s1 is below 2^-30, or where float cannot tell the sign of the determinant: where it
@@ -65,8 +66,7 @@ RAYGRAPH_API PlacedTransform WithDirections(const SceneData& scene, uint32_t nod
 // that the image of a unit square has.
 RAYGRAPH_API double MeanScale(const glm::mat4x3& transform);
 
-// Properties of the linear part of a transform, computed from its three columns. Threads: pure functions, for
-// any thread.
+// --- Properties of the linear part of a transform, computed from its three columns ---
 
 // The determinant times the inverse transpose, which is finite where there is no inverse: it carries normals
 // over, and the lengths of its columns are the areas of the faces of the unit cube's image.
@@ -104,9 +104,7 @@ inline double Flatness(const glm::mat4x3& transform) {
     return s2 > 0.0 ? std::abs(glm::determinant(linear)) / (area * s2) : 0.0;
 }
 
-// A local transform as translation, rotation and scale, as a node without a matrix has it. Threads: pure
-// functions, for any thread.
-
+// A local transform as translation, rotation and scale, as a node without a matrix has it.
 struct TransformParts {
     glm::vec3 translation{0.0f};
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // unit length

@@ -61,8 +61,7 @@ struct AccessorTables {
 // Reads and checks buffers' lengths, bufferViews and accessors; no buffer is opened.
 AccessorTables ReadAccessorTables(const GltfContext& context, const GltfDocument& document);
 
-// The bytes behind buffer views, opened when first asked for. Internal to renderer/scene.
-
+// The bytes behind buffer views, opened when first asked for.
 class GltfBuffers {
   public:
     // All arguments must outlive this object.

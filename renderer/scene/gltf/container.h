@@ -1,4 +1,4 @@
-// The outer shell of a glTF file: .glb chunks or plain JSON text, and the JSON tree. Internal to
+// The outer shell of a glTF file: .glb chunks or plain JSON text, the JSON tree, and URIs. Internal to
 // renderer/scene.
 #pragma once
 
@@ -45,7 +45,7 @@ std::optional<RepairedText> RepairStrings(std::string_view json);
 // text. Strings are repaired with a warning. Throws Error{BadInput}, "label: ...".
 nlohmann::json ParseJson(GltfContext& context, std::string_view text);
 
-// The three things glTF does with a URI: tell its scheme, undo percent-encoding, unpack a data URI.
+// --- What glTF does with a URI: tell its scheme, undo percent-encoding, unpack a data URI ---
 
 // Returns "data" for "data:...", by the grammar of RFC 3986; nullopt if the text has no scheme.
 std::optional<std::string_view> UriScheme(std::string_view uri);

@@ -1,4 +1,5 @@
-// A glTF document that has been checked, as tinygltf's model. Internal to renderer/scene.
+// A glTF document that has been checked, as tinygltf's model, and the list of known extensions. Internal to
+// renderer/scene, except KnownExtensions. Threads: KnownExtensions: any.
 #pragma once
 
 #include <cstdint>
@@ -75,9 +76,8 @@ struct GltfDocument {
 // Parses the text, checks all of it against the schema (gltf/schema.h) and makes the model. Opens nothing.
 GltfDocument ReadDocument(GltfContext& context, std::string_view json);
 
-// The glTF extensions that are known here: the one list of those that are read, and of others with the
-// reason. One that is not listed is unknown, which is treated as one that is not read. Threads: constants.
-
+// A glTF extension that is known here: one of those that are read, or another with the reason why it is not.
+// One that is not listed is unknown, and treated as one that is not read.
 struct GltfExtension {
     std::string_view name;
     bool isRead = false;

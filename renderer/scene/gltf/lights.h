@@ -1,7 +1,5 @@
-// The environment that a scene of a glTF file has: EXT_lights_image_based. Internal to renderer/scene.
-//
-// Only the first level of the cube map is read: the others and the irradiance are filtered from it for
-// rasterizers.
+// The lights of a glTF file that are made of images or tables: its environment, EXT_lights_image_based, and
+// lights with measured profiles, EXT_lights_ies. Internal to renderer/scene.
 #pragma once
 
 #include <array>
@@ -18,6 +16,10 @@
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {
+
+// --- The environment: EXT_lights_image_based ---
+// Only the first level of the cube map is read: the others and the irradiance are filtered from it for
+// rasterizers.
 
 inline constexpr const char* kImageLightExtension = "EXT_lights_image_based";
 
@@ -42,7 +44,7 @@ std::vector<uint32_t> ImagesOf(const ImageLight& light);
 EnvironmentLight MakeEnvironmentLight(GltfContext& context, const ImageLight& light,
                                       std::span<const ImageData> images);
 
-// Lights with measured profiles: EXT_lights_ies. Internal to renderer/scene.
+// --- Lights with measured profiles: EXT_lights_ies ---
 
 inline constexpr const char* kProfileExtension = "EXT_lights_ies";
 

@@ -1,4 +1,5 @@
-// scenes, nodes, cameras, lights: the graph. Internal to renderer/scene.
+// The graph of a glTF file: its scenes, nodes, cameras and lights, the instances of nodes, and the radii of
+// points and lines. Internal to renderer/scene.
 #pragma once
 
 #include <vector>
@@ -12,7 +13,7 @@
 
 namespace raygraph::scene {
 
-// EXT_mesh_gpu_instancing: a node's mesh placed many times. Internal to renderer/scene.
+// --- EXT_mesh_gpu_instancing: a node's mesh placed many times ---
 
 // The accessors of one node's instances, of fitting types and of one count; nothing is decoded yet.
 struct InstancingLayout {
@@ -29,6 +30,8 @@ std::vector<InstancingLayout> ReadInstancing(GltfContext& context, const gltf::M
 // The transforms from the mesh to its node. The caller has charged their memory.
 std::vector<glm::mat4x3> DecodeInstancing(GltfContext& context, AccessorReader& reader,
                                           const InstancingLayout& layout);
+
+// --- The graph ---
 
 // The file's indices of what the scene has.
 struct GraphIndices {
@@ -52,7 +55,7 @@ void PlaceInstances(GltfContext& context, AccessorReader& reader,
 std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);
 std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model);
 
-// The radii of points and lines of a file. Internal to renderer/scene.
+// --- The radii of points and lines of a file ---
 
 // Returns the value that a decoded primitive has as its radii until SetRadii replaces it.
 float RequestedRadius(const RoundRadius& asked);

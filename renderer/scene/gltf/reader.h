@@ -1,4 +1,5 @@
-// Decodes accessors to floats and indices. Internal to renderer/scene.
+// Readers of values in a glTF file: AccessorReader decodes accessors to floats and indices, ValueReader
+// reads the properties of extensions. Internal to renderer/scene.
 #pragma once
 
 #include <array>
@@ -77,8 +78,7 @@ class AccessorReader {
 };
 
 // Reads the properties of an object of an extension, which tinygltf keeps as a value of the types that the
-// schema has checked. Internal to renderer/scene. Threads: exclusive access to the model.
-
+// schema has checked. Threads: exclusive access to the model.
 class ValueReader {
   public:
     // A null object stands for an absent one, which has no members.

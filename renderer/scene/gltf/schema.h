@@ -1,10 +1,11 @@
 // The schema of a glTF document, as tables, and the check of a document against them. Internal to
 // renderer/scene.
 //
-// A row a property, made by gltf/schema.h: its type, its range or what it points at, and what becomes of
-// a value out of range. What has no row is not read, and taken out of the tree. An extension is a line of
-// document.cpp, and for each place that it stands in a table of its properties and a line of
-// kOtherExtensions; those of a material follow from shaders/shared/material_list.h.
+// Each property has a row, made by the builders below: its type, its range or what it points at, and what
+// becomes of a value out of range. A property without a row is not read, and is taken out of the tree. To
+// add an extension, add a line to document.cpp, and for each place in which it stands a table of its
+// properties and a line of kOtherExtensions. The tables of a material's extensions follow from
+// shaders/shared/material_list.h.
 #pragma once
 
 #include <array>
@@ -137,11 +138,10 @@ void CheckSchema(GltfContext& context, nlohmann::json& root);
 
 namespace raygraph::scene::schema {
 
-// Builders of the rows of gltf/schema_tables.cpp. Internal to renderer/scene.
-//
-// A class for each type of property, with what can be said of that type and nothing else; what contradicts
-// what has been said before is no constant expression. So a table that the checker would misunderstand does
-// not compile.
+// --- Builders of the rows of gltf/schema_tables.cpp ---
+// There is a class for each type of property, with what can be said of that type and nothing else. A
+// statement that contradicts an earlier one is no constant expression, so a table that the checker would
+// misunderstand does not compile.
 
 template <typename Self>
 struct RowOf : Property {

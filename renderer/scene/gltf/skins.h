@@ -1,4 +1,4 @@
-// Skins, and the joints and weights of vertices. Internal to renderer/scene.
+// Skins, the joints and weights of vertices, and morph targets. Internal to renderer/scene.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, c
                                  const ElementSelection& vertices, const JointLimit& limit,
                                  const std::array<std::vector<std::byte>, kAttributeCount>& packed);
 
-// Morph targets: displacements of vertices, and their weights. Internal to renderer/scene.
+// --- Morph targets: displacements of vertices, and their weights ---
 
 // The weights that a mesh or a node has: none, or one a target. Fails at `where` otherwise.
 std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<double>& file, size_t targetCount,

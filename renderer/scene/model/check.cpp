@@ -309,7 +309,7 @@ PlacedTransform CheckedPlacement(const PlacedTransform& transform, const Bounds&
     return PlacementOf(transform, mesh, {subject, kind});
 }
 
-// Check: what moves a scene.
+// --- What moves a scene: skins, animations, morph targets ---
 
 namespace {
 

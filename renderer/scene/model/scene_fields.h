@@ -14,8 +14,7 @@
 
 namespace raygraph::scene {
 
-// The fields of a Camera that an animation may change, as scene_fields.h those of a Material. Threads:
-// constants.
+// --- The fields of a Camera that an animation may change ---
 
 namespace camera_fields {
 
@@ -55,8 +54,8 @@ constexpr void ForEachCameraField(Projection projection, Visit&& visit) {
     std::apply([&](const auto&... field) { (look(field), ...); }, camera_fields::kAll);
 }
 
-// The fields of a Light that a file has of it and an editor may change, as scene_fields.h those of a
-// Material: for the importer, the saver, Check, comparisons and the editor's inspector. Threads: constants.
+// --- The fields of a Light that a file has and an editor may change ---
+// The importer, the saver, Check, comparisons and the editor's inspector go over this list.
 
 namespace light_fields {
 
@@ -132,9 +131,9 @@ inline bool HasCone(const Light& light) {
 }
 inline constexpr const char* kConeRule = "innerConeAngle must be below outerConeAngle";
 
-// The fields of a Material, made of shaders/shared/material_list.h. The importer and its tables, the saver,
-// the scene's hash, Check and the editor's inspector go over this list, so that none of them can leave one
-// out. Threads: constants.
+// --- The fields of a Material, made of shaders/shared/material_list.h ---
+// The importer and its tables, the saver, the scene's hash, Check and the editor's inspector go over this
+// list, so that none of them can leave one out.
 
 template <typename T>
 using MaterialField = Field<Material, T>;
@@ -300,6 +299,8 @@ void ForEachShownTexture(const Material& material, Visit&& visit) {
             if ((material.*field.member).IsPresent() && IsShown(field.member)) visit(material.*field.member);
     });
 }
+
+// --- The fields of all structs ---
 
 template <typename T>
 struct Fields;
