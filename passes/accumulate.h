@@ -1,5 +1,6 @@
-// Accumulate: mean, and variance if asked for, of samples that come frame by frame. Threads: that of
-// the Renderer.
+// Accumulate: mean, and variance if asked for, of samples that come frame by frame; ExactSums: the sums of
+// Accumulate on the host. Threads: that of the Renderer; ExactSums: any, as plain values and pure functions,
+// which with large pictures have other threads work for them until they return.
 #pragma once
 
 #include <array>
@@ -17,10 +18,9 @@
 
 namespace raygraph::passes {
 
-// ExactSums: the sums of Accumulate on the host: to be stored, restored, and added to the sums of other
-// samples. How a sample becomes an integer is in shaders/shared/exact_sums.h. Threads: plain values and pure
-// functions, for any thread; with large pictures they have other threads work for them, until they return.
-
+// ExactSums: sums to be stored, restored, and added to the sums of other samples. How a sample becomes an
+// integer is in shaders/shared/exact_sums.h.
+//
 // Texels of four words, rows from the top, as the device keeps them in textures of rgba32ui: component c of
 // plane k is word k of the sum of channel c. Squares are of the channels 0 to 2 and have a fifth word, which
 // is component 3 of plane c. Component 3 of the last plane of squares is unused.

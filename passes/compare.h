@@ -1,4 +1,5 @@
-// Combines two pictures of one scene into one, for comparison in a viewport. Threads: that of the Renderer.
+// Comparison of two pictures of one scene: both in one picture for a viewport, their difference as maps and
+// as numbers, and the difference that a viewer perceives. Threads: that of the Renderer.
 #pragma once
 
 #include "base/api.h"
@@ -6,8 +7,9 @@
 
 namespace raygraph::passes {
 
-// Both take rgba8 of one extent, display values as Tonemap gives them, and return the same. Error{Usage} for
-// other formats, and for pictures of two extents.
+// --- Two pictures in one ---
+// Both passes take rgba8 of one extent, display values as Tonemap gives them, and return the same.
+// Error{Usage} for other formats, and for pictures of two extents.
 
 // Shows `left` in the columns before position * width, `right` in those from there on, a line between them.
 // `position` is clamped to [0, 1]; at either end only one picture is shown, without a line.
@@ -17,15 +19,13 @@ namespace raygraph::passes {
 // Shows all of both pictures at half the size, as means of 2 x 2 pixels, each in the middle of its half.
 [[nodiscard]] RAYGRAPH_API TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right);
 
-// The difference of two pictures, as maps and as numbers.
+// --- The difference, as maps and as numbers ---
 //
 //   TextureId error = RelativeError(renderer, pathTraced, raster);
 //   Readback groups = renderer.ReadBack(SumGroups(renderer, error));
 //   renderer.Present(Heat(renderer, error, 1.0f));
 //   ... in a later frame, if groups.IsReady() ...
 //   MapNumbers numbers = NumbersOf(groups, extent);
-//
-// Threads: that of the Renderer.
 
 struct DifferenceIds {
     TextureId difference;  // |a - b| of each color channel, rgba32f as both are; alpha 1
@@ -53,8 +53,7 @@ struct MapNumbers {
 // Throws Error{Usage} while `groups` is not ready, or if it is not that of a texture of this extent.
 RAYGRAPH_API MapNumbers NumbersOf(const Readback& groups, Extent2D extent);
 
-// Flip: the difference that a viewer perceives when flipping between two pictures. Threads: that of
-// the Renderer.
+// --- The difference that a viewer perceives when flipping between two pictures ---
 
 struct FlipSettings {
     // The pixels per degree of the screen at the viewing distance: pi / 180 * distance * pixels / width, both
@@ -72,15 +71,14 @@ struct FlipSettings {
 [[nodiscard]] RAYGRAPH_API TextureId Flip(Renderer& renderer, TextureId reference, TextureId test,
                                           const FlipSettings& settings = {});
 
-// Subtract: the difference of two pictures. Threads: that of the Renderer.
+// --- The difference of linear pictures, and the check of all passes over two ---
 
 // Computes whole - part in each of the four channels. All three are rgba32f and of one extent; throws
 // Error{Usage} for others.
 [[nodiscard]] RAYGRAPH_API TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part);
 
-// Checks of passes over two pictures. Threads: that of the Renderer.
-
-// The extent of both. Error{Usage} naming the pass unless both have that format and one extent.
+// Returns the extent of both. Throws Error{Usage} naming the pass unless both have that format and one
+// extent.
 RAYGRAPH_API Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId a, TextureId b,
                                         Format format);
 

@@ -1,6 +1,5 @@
-// Limit and LimitPath: the cost of tracing on this device without a path tracer around it. Measured beside
-// Trace in one run they turn its time into an efficiency that can be compared between machines. Threads: that
-// of the Renderer.
+// Reference measurements of tracing: Limit, its cost on this device without a path tracer around it, and
+// LambertPath, one plain path traced in two forms. Threads: that of the Renderer.
 #pragma once
 
 #include "base/api.h"
@@ -15,21 +14,22 @@ enum class LimitKind : uint8_t {
     SoftwarePath,  // the same by the scene's own trees, which it must have: SceneIds::wideNodes
 };
 
-// Returns r32f, whose values have no meaning. `rayCounts` as in Trace.
+// Measured beside Trace in one run, its time turns that of Trace into an efficiency that can be compared
+// between machines. Returns r32f, whose values have no meaning. `rayCounts` as in Trace.
 [[nodiscard]] RAYGRAPH_API TextureId Limit(Renderer& renderer, const SceneIds& scene,
                                            const TraceSettings& settings, LimitKind kind,
                                            TextureId* rayCounts = nullptr);
 
-// LambertPath: one plain path traced in two forms, to measure what a loop in ray generation saves
-// compared with recursion from the closest hit. Both give the same picture, to rounding. Threads: that of
-// the Renderer.
+// --- LambertPath ---
+// One plain path is traced in two forms, to measure what a loop in ray generation saves compared with
+// recursion from the closest hit. Both give the same picture, to rounding.
 
 enum class PathForm : uint8_t {
     Loop,       // in ray generation, with the hit and miss shaders of Trace
     Recursive,  // each closest hit traces the next ray: a recursion of kLambertRecursion
 };
 
-// If the device traces from closest hits as deep as PathForm::Recursive needs.
+// Returns whether the device traces from closest hits as deep as PathForm::Recursive needs.
 [[nodiscard]] RAYGRAPH_API bool CanRecurse(const rhi::Device& device);
 
 // Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base color

@@ -1,5 +1,5 @@
-// Overlay: the finished part of a picture, over a coarser one of the same view. Threads: that of
-// the Renderer.
+// Pictures over pictures: Overlay puts the finished part of a picture over a coarser one of the same view;
+// the outline passes draw a line around the visible part of some instances. Threads: that of the Renderer.
 #pragma once
 
 #include <functional>
@@ -12,16 +12,15 @@
 
 namespace raygraph::passes {
 
-// The pixels that `done` has of `fine`, the others from `coarse`, of any extent, scaled bilinearly. All are
-// rgba32f; the picture has the extent of `fine`.
+// Takes the pixels that `done` has of `fine`, the others from `coarse`, of any extent, scaled bilinearly.
+// All are rgba32f; the picture has the extent of `fine`.
 [[nodiscard]] RAYGRAPH_API TextureId Overlay(Renderer& renderer, TextureId coarse, TextureId fine,
                                              const TileCursor& done);
 
 // Scales `coarse`, rgba32f, bilinearly to another extent.
 [[nodiscard]] RAYGRAPH_API TextureId Upscale(Renderer& renderer, TextureId coarse, Extent2D extent);
 
-// Outline: an outline around the visible part of some instances, over a picture.
-// Threads: that of the Renderer.
+// --- Outlines around the visible part of some instances ---
 
 // Writes to every texel of `line`, r32f of the picture's extent, its coverage by the line: 0 to 1, with
 // smooth edges. The line is `width` pixels wide (more than 0, at most 8) and lies outside of the outlined

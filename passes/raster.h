@@ -1,4 +1,6 @@
-// The raster view: the scene drawn, with the instances, materials and BSDFs of the path tracer.
+// The raster view: the scene drawn, with the instances, materials and BSDFs of the path tracer; the picture
+// behind glass and the occlusion of the environment, which it needs; and the hits of one frame projected
+// into another.
 //
 //   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
 //   renderer.Present(Tonemap(renderer, RasterShade(renderer, scene, settings, seen, environment)));
@@ -77,8 +79,8 @@ struct RasterSettings {
     // and 65,536 instances: 93 ms against 61 ms and 1.6 s for the maps at 320 x 180.
     RasterShadows shadows = RasterShadows::Rays;
     uint32_t shadowAtlasSize = 4096;  // texels a side
-    bool hasOcclusion = true;         // occlusion of the environment, in screen space (passes/raster.h)
-    // Glass shows what is behind it (passes/raster.h), else the environment.
+    bool hasOcclusion = true;         // occlusion of the environment, in screen space (Occlusion)
+    // Glass shows what is behind it (DrawBehindGlass), else the environment.
     bool hasTransmission = true;
     // Textures are read at the mip level that fits a pixel's footprint (shaders/raster/pixel_footprint.glsl),
     // else at level 0. Only where SceneIds::features has kTraceTextureLod.
@@ -106,8 +108,7 @@ struct RasterSettings {
                                                     FilteredEnvironment& environment,
                                                     const RasterSettings& raster);
 
-// The picture behind glass, for raster views: drawn without the glass, and blurred. Threads: that of
-// the Renderer.
+// --- The picture behind glass: drawn without the glass, and blurred ---
 
 // Draws `seen` without its transmissive surfaces, from its lists: the nearest surface behind them in each
 // pixel.
@@ -119,8 +120,7 @@ struct RasterSettings {
 // shaders/shared/blur_levels.h, level i for footprints of 2^i pixels.
 [[nodiscard]] RAYGRAPH_API TextureId BlurLevels(Renderer& renderer, TextureId picture);
 
-// Occlusion: the visible part of the environment at each surface, in screen space, for raster views. Threads:
-// that of the Renderer.
+// --- Occlusion: the visible part of the environment at each surface, in screen space ---
 
 // Returns, r32f, the share of the directions above each surface, weighted by the cosine, that no surface on
 // the screen within 0.4 of the picture's height occludes; 1 without a surface. Hidden surfaces and those
@@ -130,14 +130,12 @@ struct RasterSettings {
 [[nodiscard]] RAYGRAPH_API TextureId Occlusion(Renderer& renderer, const SceneIds& scene,
                                                const TraceSettings& settings, const RasterVisibility& seen);
 
-// ProjectHits: where on the picture surfaces are that were seen in another frame, for motion vectors.
+// --- ProjectHits: where surfaces that were seen in another frame are on the picture, for motion vectors ---
 //
 //   const auto hits = [&] { return renderer.Persist("hits", {extent, Format::Rgba32Uint}); };
 //   renderer.Present(TraceHits(renderer, scene, settings, hits()));
 //   ...in another frame, after the scene and the camera have moved...
 //   TextureId places = ProjectHits(renderer, scene, movedSettings, hits(), settings.camera);
-//
-// Threads: that of the Renderer.
 
 // Writes the hits of the rays through one point of each pixel, its center say, into `hits`, rgba32ui of the
 // size of settings.region: triangles or capsules and places on them (shaders/raster/visibility.glsl), which

@@ -1,5 +1,6 @@
-// Show: a picture drawn into a texture of another format or size, such as an image of a host or of a
-// swapchain. Threads: that of the Renderer.
+// What a window shows: Show draws a picture into a texture of another format or size, such as an image of a
+// host or of a swapchain; Preview is a picture for the time before the first sample. Threads: that of the
+// Renderer.
 #pragma once
 
 #include <functional>
@@ -16,12 +17,10 @@ namespace raygraph::passes {
 [[nodiscard]] RAYGRAPH_API TextureId Show(Renderer& renderer, TextureId picture, TextureId target,
                                           std::function<void()> onSubmitted = {});
 
-// Preview: a picture of the scene's surfaces that needs a small program only. Threads: that of the Renderer.
-
-// The base colors of what the camera sees, lit from the camera, times `gain`; dark gray where it sees no
-// surface. rgba32f of the settings' region. No light, no shadow and no refraction is in it; its programs
-// depend on whether the scene has alpha tests and round primitives, and on the sampler, on nothing else. For
-// a viewport that has nothing better yet.
+// Returns a picture of the scene's surfaces that needs a small program only, for a viewport that has nothing
+// better yet: the base colors of what the camera sees, lit from the camera, times `gain`; dark gray where it
+// sees no surface. rgba32f of the settings' region. It has no light, no shadow and no refraction; its
+// programs depend only on whether the scene has alpha tests and round primitives, and on the sampler.
 [[nodiscard]] RAYGRAPH_API TextureId Preview(Renderer& renderer, const SceneIds& scene,
                                              const TraceSettings& settings, float gain = 1.0f);
 

@@ -1,4 +1,6 @@
-// Tonemap: converts linear radiance to display values. Threads: that of the Renderer.
+// Tonemap: converts linear radiance to display values. White balance: the matrix with which it shows the
+// white of one light as the display's white. Threads: Tonemap: that of the Renderer; white balance: pure
+// functions, for any thread.
 #pragma once
 
 #include <functional>
@@ -18,7 +20,7 @@ struct TonemapSettings {
     // The color shown is that of what alpha covers: radiance, which is 0 for the rest of the pixel, is
     // divided by it. For formats whose alpha is not associated, as PNG.
     bool isUnassociated = false;
-    glm::mat3 whiteBalance{1.0f};  // on the radiance: passes/tonemap.h
+    glm::mat3 whiteBalance{1.0f};  // on the radiance: WhiteBalance
 
     bool operator==(const TonemapSettings&) const = default;
 };
@@ -36,8 +38,8 @@ struct TonemapSettings {
                                                  const Region& region, const TonemapSettings& settings = {},
                                                  std::function<void()> onSubmitted = {});
 
-// White balance: shows the white of one light as the display's white. Colors are linear, with Rec. 709
-// primaries, as everywhere. Threads: pure functions, for any thread.
+// --- White balance ---
+// Colors are linear, with Rec. 709 primaries, as everywhere.
 
 // The range of WhitePointAt, in kelvin.
 inline constexpr double kMinWhitePoint = 1000.0, kMaxWhitePoint = 25000.0;

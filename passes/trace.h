@@ -1,4 +1,5 @@
-// Trace: one path-traced sample per pixel of the scene's radiance. Threads: that of the Renderer.
+// Trace: one path-traced sample per pixel of the scene's radiance; its settings, and those of frames.
+// Threads: passes: that of the Renderer; settings: plain values and pure functions, for any thread.
 #pragma once
 
 #include <array>
@@ -212,8 +213,7 @@ enum class FilmPosition : uint8_t {
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,
                                                      const TraceSettings& settings, FilmPosition film);
 
-// The options from which a viewport and an offline render make the settings of their frames. Threads: plain
-// values and pure functions, for any thread.
+// --- The options from which a viewport and an offline render make the settings of their frames ---
 
 // A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
 struct LensSettings {

@@ -125,7 +125,7 @@ TextureId PaintView(Renderer& renderer, TextureId values, View view) {
     return display;
 }
 
-// Properties of views that need no drawing.
+// --- Properties of views that need no drawing ---
 
 bool ShowsLight(View view) {
     return view == View::PathTraced || view == View::Raster;

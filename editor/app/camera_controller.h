@@ -1,5 +1,5 @@
-// CameraController navigates: it orbits around a pivot, pans, dollies towards the pivot, or flies. It is
-// pure.
+// The user's input since the last frame, and CameraController, which navigates by it: it orbits around a
+// pivot, pans, dollies towards the pivot, or flies. Pure.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ class CameraController {
     float m_distance = 1.0f;
 };
 
-// FrameInput holds the user's input since the last frame, from a window or a script.
+// --- FrameInput: the input since the last frame, from a window or a script ---
 
 // Scripts use these names.
 // clang-format off

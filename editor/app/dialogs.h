@@ -1,4 +1,4 @@
-// Asks for the path of a file.
+// Dialogs: one asks for the path of a file, one whether to save or discard unsaved edits. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -9,6 +9,7 @@
 
 namespace raygraph::editor {
 
+// Asks for the path of a file.
 class PathDialog {
   public:
     enum class For : unsigned char { Reading, Writing };
@@ -26,7 +27,6 @@ class PathDialog {
 };
 
 // Asks whether to save or discard unsaved edits, before an action that would lose them.
-
 class UnsavedDialog {
   public:
     enum class Answer : unsigned char { Save, Discard, Cancel };

@@ -212,7 +212,7 @@ void Document::Redo(GpuScene& gpu) {
     ++m_done;
 }
 
-// Implements edits of a document: their effect on the rest values, and their consequences.
+// --- Edits: their effect on the rest values, and their consequences ---
 
 namespace {
 

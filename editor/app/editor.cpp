@@ -350,7 +350,7 @@ void Editor::StatusBar(float top, float width, float height) {
     ImGui::End();
 }
 
-// Handles keys and mouse of the editor.
+// --- Keys and mouse ---
 
 namespace {
 
@@ -560,8 +560,7 @@ void Editor::ApplyPick() {
     m_work.nodeToReveal = node;
 }
 
-// Reads and writes files for the editor: the dialogs that ask for a path, and pictures that are being
-// written.
+// --- Files: the dialogs that ask for a path, and pictures that are being written ---
 
 namespace {
 

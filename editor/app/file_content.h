@@ -1,4 +1,5 @@
-// Identifies a scene by its file: which one was read, and whether the file still has that content.
+// The file behind what the editor shows: which scene was read and whether the file still has that content,
+// and the render that a picture of it is saved as.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +36,7 @@ struct FileContent {
 // cannot be read. Threads: any.
 FileContent WithHash(FileContent content, const Log& log = {});
 
-// Makes a render of a viewport's picture: its .exr is as `render` writes it, and can be resumed.
+// --- A render of a viewport's picture: its .exr is as `render` writes it, and can be resumed ---
 
 // Names what a picture shows, in the terms of a render.
 struct ShownScene {

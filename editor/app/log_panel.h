@@ -1,4 +1,5 @@
-// LogHistory keeps the newest messages of the program's log for the log panel. Pure; LogHistory: any thread.
+// LogHistory keeps the newest messages of the program's log for the log panel. Threads: LogHistory: any; all
+// else: pure functions.
 #pragma once
 
 #include <array>

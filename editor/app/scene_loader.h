@@ -1,4 +1,5 @@
-// Loads scenes on another thread, one at a time.
+// Work on other threads: SceneLoader loads scenes, one at a time; Worker runs tasks one after another.
+// Threads: main thread only.
 #pragma once
 
 #include <atomic>
@@ -37,7 +38,7 @@ struct LoadFailure {
 };
 using LoadResult = std::variant<LoadedScene, LoadFailure>;
 
-// Threads: main thread only.
+// SceneLoader loads one scene at a time on another thread.
 class SceneLoader {
   public:
     // `buildsWideBvhs` is GpuScene::UsesWideBvhs of the GpuScene that will show the scene. `log` gets
@@ -74,8 +75,6 @@ class SceneLoader {
 };
 
 // Worker runs tasks one after another on a thread of its own, and their completions on the main thread.
-// Threads: main thread only.
-
 class Worker {
   public:
     // Completes a task on the main thread.

@@ -1,4 +1,5 @@
-// Lists the tree of nodes as rows, so that of tens of thousands of nodes only visible rows are drawn. Pure.
+// What the scene's panels compute, without drawing: rows of the tree of nodes, the inspector's fields, and a
+// transform as numbers to edit. Threads: pure functions; a Hierarchy: one at a time.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,8 @@
 
 namespace raygraph::editor {
 
+// Hierarchy lists the tree of nodes as rows, so that of tens of thousands of nodes only visible rows are
+// drawn.
 class Hierarchy {
   public:
     Hierarchy() = default;
@@ -39,8 +42,7 @@ class Hierarchy {
     mutable bool m_isStale = true;
 };
 
-// Decides how the inspector shows the fields of materials and lights, and which values edits give them.
-// Threads: pure functions.
+// --- How the inspector shows the fields of materials and lights, and which values edits give them ---
 
 // Returns the label of a field: "base color" for "baseColorFactor".
 std::string LabelOf(std::string_view name);
@@ -75,8 +77,7 @@ glm::vec<Length, float> Bounded(const glm::vec<Length, float>& before, const glm
     return glm::clamp(asked, Vector(range.min), max);
 }
 
-// Placement is a local transform as numbers that a user edits. Threads: pure functions, for any thread.
-
+// Placement is a local transform as numbers that a user edits.
 struct Placement {
     glm::vec3 translation{0.0f};
     glm::vec3 degrees{0.0f};  // rotations about x, then y, then z

@@ -37,8 +37,9 @@
 
 namespace raygraph::editor {
 
-// Parses a script's commands before any is run, so that a mistake in its last line is found before its first
-// frame. script.h lists the commands. Threads: plain values and pure functions, for any thread.
+// --- The commands of a script ---
+// They are parsed before any is run, so that a mistake in the last line is found before the first frame.
+// Threads: plain values and pure functions, for any thread.
 
 struct SetSize {
     rhi::Extent2D extent;  // pixels

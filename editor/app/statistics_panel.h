@@ -1,4 +1,5 @@
-// Formats the memory rows of the statistics panel. Threads: pure functions.
+// What the statistics panel shows, as numbers and texts: rows of memory, times of the last frames, samples
+// per second. Threads: pure functions; objects: one at a time. The caller provides the times.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +23,7 @@ struct MemoryRow {
 std::vector<MemoryRow> MemoryRows(const rhi::MemoryStatistics& memory,
                                   std::span<const rhi::MemoryHeap> heaps);
 
-// Keeps the times of the last frames, and measures samples per second. Pure: the caller provides the times.
-
+// FrameHistory keeps the times of the last frames.
 class FrameHistory {
   public:
     static constexpr size_t kLength = 240;  // frames

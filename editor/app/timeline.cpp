@@ -116,7 +116,7 @@ void Timeline::Refresh() {
             m_shown.push_back({static_cast<uint32_t>(i), m_seconds, m_clips[i].weight});
 }
 
-// Draws the timeline below the picture: the clips, the time, and playback.
+// --- Drawing the timeline below the picture: the clips, the time, and playback ---
 
 namespace {
 

@@ -1,4 +1,5 @@
-// Runs Dear ImGui in the render graph: input in, one raster pass out.
+// Runs Dear ImGui in the render graph, input in, one raster pass out, with the editor's style. Main thread
+// only.
 #pragma once
 
 #include <imgui.h>
@@ -14,7 +15,7 @@ inline ImTextureID PictureTexture() {
     return reinterpret_cast<ImTextureID>(uintptr_t{1});
 }
 
-// Owns the only ImGui context of the process, with the editor's fonts and style. Main thread only.
+// Owns the only ImGui context of the process, with the editor's fonts and style.
 class Ui {
   public:
     Ui();
@@ -37,7 +38,7 @@ class Ui {
     uint32_t m_atlas = 0;  // number of font atlases so far
 };
 
-// Styles the user interface, and feeds it keys.
+// --- Style, and keys ---
 
 // Sets a dark, neutral style with one accent, which does not bias the judgement of a picture's color. Sizes
 // are in points.

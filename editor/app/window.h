@@ -1,5 +1,5 @@
-// Opens a window of the desktop: its events become FrameInput, its surface is for a swapchain. Main thread
-// only.
+// The window of the desktop, whose events become FrameInput and whose surface is for a swapchain, and
+// Screen, the target of the editor's frames. Main thread only.
 #pragma once
 
 #include <memory>
@@ -42,8 +42,7 @@ class Window {
     std::unique_ptr<Impl> m_impl;
 };
 
-// The target of the editor's frames: a window's swapchain, or a picture without a window.
-
+// Screen is the target of the editor's frames: a window's swapchain, or a picture without a window.
 class Screen {
   public:
     Screen() = default;

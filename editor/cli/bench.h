@@ -1,4 +1,5 @@
-// Times the passes of a path-traced frame against the cost of tracing alone on this device.
+// Measurements of `bench`: the passes of a path-traced frame against the cost of tracing alone on this
+// device, and a host's viewport against the frames of a render.
 #pragma once
 
 #include <optional>
@@ -56,7 +57,7 @@ struct BenchResult {
 // Error{Vulkan} without them.
 BenchResult RunBench(session::DeviceScene& scene, const BenchPlan& plan, Progress& progress);
 
-// Compares a host's viewport with the frames of a render, by the cost of their samples.
+// --- A host's viewport against the frames of a render, by the cost of their samples ---
 
 // The cost of one sample of every pixel, with everything else in its frames, as means over all rounds.
 struct SampleCost {

@@ -1,4 +1,5 @@
 // ProgramText holds the commands and their options as plain texts, for suggestions and completion.
+// Suggestion finds the word that a misspelt one was meant to be.
 #pragma once
 
 #include <optional>
@@ -46,8 +47,6 @@ struct ProgramText {
 };
 
 ProgramText TextsOf(CLI::App& app);
-
-// Suggests the correct word for a misspelt one.
 
 // Returns how many letters must be inserted, removed, replaced or swapped with their neighbor to turn `a`
 // into `b`.

@@ -1,4 +1,5 @@
-// Declares the commands of the program. Each throws Error, or returns after its work is done.
+// The commands of the program, each of which throws Error or returns after its work is done, and RunCommand,
+// which runs one from its arguments to its exit status.
 #pragma once
 
 #include <cstdlib>
@@ -34,7 +35,7 @@ ExitCode MergeCommand(const MergeArguments& arguments, Console& console);
 // Throws Error{Usage} if the program was built without the editor.
 void EditCommand(const EditArguments& arguments, Console& console);
 
-// Runs a command from its arguments to its exit status.
+// --- Running a command from its arguments to its exit status ---
 
 // Returns the status of `body`; if it throws, the status of the error, whose message is passed to `sayIt`.
 template <typename SayIt, typename Body>

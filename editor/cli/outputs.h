@@ -1,4 +1,5 @@
-// Handles the output files of a command, which are checked to be writable before the work starts.
+// The output files of a command: they are checked to be writable before the work starts, and written
+// independently of each other (OutputWriter). Also what --aov asks for.
 #pragma once
 
 #include <cstdint>
@@ -48,7 +49,6 @@ void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesys
                   std::span<const std::filesystem::path> inputs);
 
 // OutputWriter writes the outputs of a command independently: a failure of one does not prevent the others.
-
 class OutputWriter {
   public:
     // Is called for each output that fails, with a line that names the output.
@@ -83,7 +83,6 @@ class OutputWriter {
 };
 
 // AovRequest is the parsed operand of --aov.
-
 struct AovRequest {
     session::AovSet named;
     bool isAll = false;  // every AOV that the picture can have

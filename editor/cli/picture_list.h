@@ -1,4 +1,5 @@
-// Lists the pictures of one `render`, one per frame and camera, with the files to which they are written.
+// The pictures of one `render`, one per frame and camera, with the files to which they are written; and its
+// frames (FrameRange) and parts (Shard).
 #pragma once
 
 #include <cstdint>
@@ -40,7 +41,6 @@ struct PlannedPicture {
 std::vector<PlannedPicture> PicturesToRender(const RenderArguments& arguments);
 
 // Shard is one of the equal parts into which a job array or a process launcher splits a render.
-
 struct Shard {
     uint32_t index = 0;
     uint32_t count = 1;
@@ -69,7 +69,6 @@ Shard ParseShard(std::string_view text, const Variables& variables = VariableOfP
 std::string Describe(const Shard& shard);
 
 // FrameRange gives the frames of an animation that one command renders.
-
 struct FrameRange {
     double first = 0.0, last = 0.0, step = 1.0;  // seconds
     std::optional<ShardPart> part = {};          // the shard's part of these frames; none: all
@@ -78,8 +77,8 @@ struct FrameRange {
 
     // `last` is included if it is a whole number of steps after `first`.
     uint32_t Count() const;
-    double TimeOf(
-        uint32_t frame) const;  // rounded to a billionth of a second; `frame` is relative to the part
+    // Returns the time in seconds, rounded to a billionth; `frame` is relative to the part.
+    double TimeOf(uint32_t frame) const;
     // Returns the number in file names, counted as if the animation began at 0, so that ranges that are
     // rendered separately fit together.
     int64_t NumberOf(uint32_t frame) const;

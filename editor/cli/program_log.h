@@ -54,7 +54,7 @@ class ProgramLog {
     std::unique_ptr<Impl> m_impl;
 };
 
-// LogLevels sets the minimal level of messages, overall and by category: RAYGRAPH_LOG and -v.
+// --- LogLevels: the minimal level of messages, overall and by category: RAYGRAPH_LOG and -v ---
 
 // Category of the program's own messages, beside kLogCategories.
 inline constexpr std::string_view kProgramCategory = "program";

@@ -1,4 +1,5 @@
-// Rendering renders the pictures of one session, and writes their files, also as checkpoints.
+// What `render` does: RenderJob is its plan, from the command line and a resumed file; Rendering renders the
+// pictures of one session and writes their files, also as checkpoints; DescribeRun makes the report.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,6 @@
 namespace raygraph::cli {
 
 // RenderJob is what `render` is to do, from the command line and a resumed file.
-
 struct RenderJob {
     PictureSettings settings;  // settings of the first picture
     AovSet aovs;
@@ -62,6 +62,7 @@ RenderJob JobFrom(const std::string& text);
 
 bool WritesKind(const RenderArguments& arguments, OutputKind kind);
 
+// Rendering renders the pictures of one session, and writes their files, also as checkpoints.
 class Rendering {
   public:
     // The arguments must outlive the object. `group` is the session's.
@@ -117,14 +118,13 @@ class Rendering {
     Stopwatch m_sinceSave;
     bool m_isInterrupted = false, m_isTerminated = false, m_isIncomplete = false;
     std::set<std::filesystem::path> m_saved;  // files for IsSaved()
-    std::map<std::filesystem::path, std::string>
-        m_notSaved;  // reason for which the last checkpoint lacks the file
+    // By file that the last checkpoint lacks: the reason.
+    std::map<std::filesystem::path, std::string> m_notSaved;
     ExitCode m_result = ExitCode::Done;
 };
 
-// Makes the report of a render.
-
-// Fills in everything but the settings. It renders one extra frame to count rays if paths are traced.
+// Makes the report of a render, with everything but the settings. It renders one extra frame to count rays
+// if paths are traced.
 Report DescribeRun(std::span<rhi::Device* const> devices, Session& session, const SessionResult& result,
                    const RunSummary& run);
 

@@ -1,5 +1,6 @@
-// Holds the --report of a render, schema 2. It counts non-finite samples where schema 1 counted pixels
-// (image.nonfinite_pixels). Times are in milliseconds, sizes in bytes.
+// The --report of a render, schema 2, and the texts about biases in it and in the summary. Schema 2 counts
+// non-finite samples where schema 1 counted pixels (image.nonfinite_pixels). Times are in milliseconds,
+// sizes in bytes.
 #pragma once
 
 #include <cstdint>
@@ -74,7 +75,7 @@ void WriteTextFile(const std::filesystem::path& path, std::string_view text);
 session::SettingTexts SettingsForReport(const RenderArguments& arguments, const session::RenderFile& render,
                                         const std::optional<uint32_t>& samplesWanted);
 
-// Names biases as the command line and its summary do.
+// --- Biases as the command line and its summary name them ---
 
 std::string Option(session::Bias bias);  // e.g. "--max-depth"
 

@@ -1,4 +1,4 @@
-// Describes the content of a scene as text for people.
+// The content of a scene as text for people, and as JSON for scripts.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ std::string DescribeExtensions();
 // Groups digits: "1,234,567".
 std::string GroupDigits(uint64_t number);
 
-// Writes the content of `info` as JSON for scripts (schema 1), pretty-printed, with a newline at the end.
+// --- JSON of `info` for scripts (schema 1), pretty-printed, with a newline at the end ---
 // Lists are complete, whereas the text is limited to their beginning.
 
 std::string SceneJson(const session::SceneInput& input);

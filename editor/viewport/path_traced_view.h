@@ -15,7 +15,7 @@
 namespace raygraph::viewport {
 
 // TracePrograms chooses the path tracer's program for a frame that does not wait for pipelines.
-
+//
 // A program has the features of a scene compiled in. One with more features gives the right picture, only
 // slower: it stays in use when the scene comes to need less, so that no pipeline is made for a light that is
 // off for a moment. Once the picture has kSettledSamples, the scene's own program is made on another thread,
@@ -38,10 +38,11 @@ class TracePrograms {
 
   private:
     TraceFeatures m_features;  // of the program that was used last
-    bool m_isUsed =
-        false;  // false: no program exists, and reading its shaders takes longer than reading a preview's
+    // false: no program exists, and reading its shaders takes longer than reading those of a preview.
+    bool m_isUsed = false;
 };
 
+// PathTracedView declares samples, tiles of a sample, and coarser pictures before the first sample.
 class PathTracedView {
   public:
     explicit PathTracedView(const std::string& name);

@@ -200,7 +200,7 @@ double Viewport::LastFrameMs() const {
     return m_impl->lastFrameMs;
 }
 
-// Declares the frames of a Viewport.
+// --- The frames of a Viewport ---
 
 namespace {
 

@@ -1,5 +1,6 @@
-// Names the channels and attributes in a render's file, for its reader and its writer. For editor/session/
-// alone. Threads: pure functions, for any thread.
+// What the reader and the writer of a render's file share: names of channels and attributes, flaws of a
+// render that was not read from a file, and sums. For editor/session/ alone. Threads: pure functions, for
+// any thread.
 #pragma once
 
 #include <algorithm>
@@ -34,10 +35,10 @@ inline constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHa
 inline constexpr const char* kAttributeSamples = "raygraph.samples";            // decimal: number of samples
 inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  // decimal: index of the first
 inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // e.g. "0-63 128-191"
-inline constexpr const char* kAttributeRemovedSamples =
-    "raygraph.removedSamples";  // decimal: samples that were traced twice
-inline constexpr const char* kAttributeMeasuredError =
-    "raygraph.measuredError";  // e.g. "64 0.021": samples, relative error
+// decimal: samples that were traced twice
+inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";
+// e.g. "64 0.021": samples, relative error
+inline constexpr const char* kAttributeMeasuredError = "raygraph.measuredError";
 inline constexpr const char* kAttributeSumsDigest = "raygraph.sumsDigest";  // hexadecimal: digest of all sums
 inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";    // "128 256": by color
 inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
@@ -122,8 +123,7 @@ inline void LogTransfer(const Log& log, const std::filesystem::path& path, const
         ToText(render.size), done, DurationText(watch.Seconds()));
 }
 
-// Finds flaws of a render that was not checked by reading a file. For editor/session/ alone. Threads: pure
-// functions.
+// --- Flaws of a render that was not checked by reading a file ---
 
 // Throws SettingError of kind Usage for settings whose texts could not be read back: no option takes their
 // values.
@@ -136,9 +136,9 @@ std::string FirstFlaw(const RenderFile& render);
 // Checks the sample counts of an adaptive render alone.
 std::string FlawOfCounts(const RenderFile& render);
 
-// Combines the sums of samples from several devices or files. Threads: pure functions.
+// --- Sums of samples from several devices or files ---
 
-// Adds to sums that may be empty.
+// Adds to `sums`, which may be empty.
 void Add(RenderSums& sums, RenderSums&& others);
 
 // Sets all means and variances from the sums; there must be samples.

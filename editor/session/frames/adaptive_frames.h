@@ -1,5 +1,6 @@
-// AdaptiveFrames chooses the pixels that a frame of an adaptive render samples, and what decides this. For
-// editor/session/ alone. Threads: that of the Renderer.
+// Adaptive renders: AdaptiveFrames chooses the pixels that a frame samples, as AdaptiveCounts decides from
+// an AdaptiveState. For editor/session/ alone. Threads: AdaptiveFrames: that of the Renderer; all else:
+// plain values and pure functions, one thread at a time for an object.
 #pragma once
 
 #include <array>
@@ -18,8 +19,8 @@
 
 namespace raygraph::session {
 
-// AdaptiveState is the part of an adaptive render that is needed to resume it: how many samples each pixel
-// has, and is to have. Threads: plain values.
+// --- AdaptiveState: what is needed to resume an adaptive render ---
+// It has how many samples each pixel has, and how many it is to have.
 
 // Pixels are colored like a chessboard: `color` 0 is white, the first pixel's, and 1 is black.
 inline constexpr uint32_t kColors = 2;
@@ -75,17 +76,16 @@ inline uint32_t FirstBaseToKeep(const AdaptiveState& state, uint32_t color) {
 // valid.
 RAYGRAPH_API std::string FlawOf(const AdaptiveState& state, rhi::Extent2D picture);
 
-// Allocates the samples of an adaptive render to its pixels. Threads: any.
-
-// Sets the wanted counts of one color's pixels from what was noted of the other color's. Each gets at least
-// `least`; the average is `average` or barely more; the rest is proportional to the relative deviation of the
-// samples around a pixel. Counts are powers of two if `least` and `average` are.
+// Allocates the samples of an adaptive render: sets the wanted counts of one color's pixels from what was
+// noted of the other color's. Each gets at least `least`; the average is `average` or barely more; the rest
+// is proportional to the relative deviation of the samples around a pixel. Counts are powers of two if
+// `least` and `average` are.
 RAYGRAPH_API void AllocateSamples(rhi::Extent2D picture, uint32_t color, const PixelVariances& noted,
                                   std::span<const uint32_t> least, uint32_t average,
                                   std::span<uint32_t> wanted);
 
-// AdaptiveCounts decides how many samples each pixel of an adaptive render gets, and which are next. It needs
-// no device. Threads: plain values, one thread at a time.
+// AdaptiveCounts decides how many samples each pixel of an adaptive render gets, and which are next. It
+// needs no device.
 //
 // At first all pixels get 16 samples. Then a render goes through stages whose average is 128, 256, 512, ...
 // samples per pixel. The start of each stage decides how many each pixel will have at its end, in proportion
@@ -99,7 +99,6 @@ RAYGRAPH_API void AllocateSamples(rhi::Extent2D picture, uint32_t color, const P
 //
 // The next step is a function of counts, wanted counts and stages alone, so a render may end after any step,
 // and be resumed.
-
 class RAYGRAPH_API AdaptiveCounts {
   public:
     explicit AdaptiveCounts(rhi::Extent2D picture);

@@ -1,5 +1,5 @@
-// DeviceScene is a scene on a device, with the renderer and the settings to trace it. For editor/session/ and
-// editor/cli/ alone.
+// DeviceScene is a scene on a device, with the renderer and the settings to trace it; SceneMotion shows its
+// animations. For editor/session/ and editor/cli/ alone.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,7 @@
 
 namespace raygraph::session {
 
-// SceneMotion shows the animations of a scene on a device at any time. For editor/session/ alone.
-
+// SceneMotion shows the animations of a scene on a device at any time.
 class SceneMotion {
   public:
     // Prepares `scene` for deformation (scene::DeformInstances). `clips` selects its animations

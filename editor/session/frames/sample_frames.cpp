@@ -365,7 +365,7 @@ const PassTimes& SampleFrames::Times() {
     return m_times;
 }
 
-// SampleFrames of an adaptive picture.
+// --- Adaptive pictures ---
 
 void SampleFrames::RenderAdaptive(uint32_t average, uint32_t most) {
     const uint32_t next = m_submitted + std::min(average - m_submitted, most);
@@ -438,7 +438,7 @@ passes::AccumulatedIds SampleFrames::Resolve(const passes::Accumulation& accumul
     return passes::Resolve(m_renderer, accumulation, extent, withVariance);
 }
 
-// Measures the error of the picture for SampleFrames.
+// --- Measuring the error of the picture ---
 
 void SampleFrames::MeasureError() {
     if (m_measurement || !m_plan.withVariance || !ShowsLight()) return;

@@ -1,4 +1,5 @@
-// Renders samples of one picture on one device, one or more a frame, and returns the accumulated result. For
+// SampleFrames renders samples of one picture on one device, one or more a frame, and returns the
+// accumulated result. Also the times of samples within a shutter, and the tiles of groups of lights. For
 // editor/session/ alone.
 #pragma once
 
@@ -190,20 +191,20 @@ class SampleFrames {
     PassTimes m_times;
 };
 
-// Chooses the time of a shutter at which a sample sees the scene. Threads: pure functions, for any thread.
+// --- The time of a shutter at which a sample sees the scene ---
 
 // Returns the position from 0, when the shutter opens, to below 1, when it closes. It is the same for all
 // pixels of the sample. Each aligned block of 2^k samples has one time in each of 2^k equal parts, at random
 // positions within them, so that any number of samples is unbiased, and their mean converges to the integral
 // over the shutter.
 //
-// The sequence of van der Corput, Owen-scrambled: each bit of the time is flipped by a hash of those above it
-// (Owen 1995, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences"). Dimensions of a pixel shuffle their
-// sample indices each by itself (shaders/core/rng.glsl), so that none is coupled to this one.
+// The positions are the sequence of van der Corput, Owen-scrambled: each bit of the time is flipped by a
+// hash of those above it (Owen 1995, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences"). The dimensions
+// of a pixel each shuffle their sample indices by themselves (shaders/core/rng.glsl), so that none is
+// coupled to this one. Threads: any.
 RAYGRAPH_API double ShutterPosition(uint32_t sampleIndex, uint32_t seed);
 
-// Converts the radiance by group of lights: one texture of tiles on the device, pictures in a file. See
-// passes/trace.h.
+// --- Radiance by group of lights: tiles of a texture on the device, pictures in a file ---
 
 // Return a picture, or the sums of one, for each group of the tiles.
 std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount);

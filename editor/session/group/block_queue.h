@@ -1,5 +1,6 @@
-// BlockQueue lets each device of a process wait for samples on a thread of its own, while one thread answers
-// them. Threads: any, but see BlockQueue.
+// The blocks of samples that the devices of a process, or of several, render: BlockDealer deals them, and
+// BlockQueue lets each device wait for its next one on a thread of its own, while one thread answers them
+// all. Threads: BlockDealer: one at a time; BlockQueue: any, but see there.
 #pragma once
 
 #include <chrono>
@@ -17,9 +18,6 @@
 
 namespace raygraph::session {
 
-// BlockDealer deals the samples of a picture to workers so that all are busy to the end. Threads: one at a
-// time.
-
 // Identifies a device that renders samples, by its process and its index there.
 struct BlockWorker {
     uint32_t process = 0, device = 0;
@@ -35,6 +33,8 @@ class RAYGRAPH_API BlockSource {
     virtual std::optional<SampleRange> Next(uint32_t device, double samplesPerSecond) = 0;
 };
 
+// BlockDealer deals the samples of a picture to workers so that all are busy to the end.
+//
 // Blocks are aligned: their size is a power of two, and their first index is a multiple of it. A block takes
 // its worker about `blockSeconds` by its measured speed, and towards the end only half of its share of the
 // rest; but it has `leastCount` samples, which a device renders at once, if so many are left and its worker

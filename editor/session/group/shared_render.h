@@ -1,5 +1,5 @@
-// SharedRender renders one picture on all devices of a session, and of the other processes if there are any.
-// For editor/session/ alone.
+// SharedRender renders one picture on all devices of a session, and of the other processes if there are any;
+// DeviceRender renders the part of one device. For editor/session/ alone.
 #pragma once
 
 #include <atomic>
@@ -18,8 +18,7 @@
 
 namespace raygraph::session {
 
-// DeviceRender renders one device's part of a picture. For editor/session/ alone.
-
+// DeviceRender renders one device's part of a picture.
 // Threads: one at a time, except where noted.
 class DeviceRender {
   public:

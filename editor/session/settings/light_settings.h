@@ -1,4 +1,5 @@
-// Computes the color of a scene's light, for a white balance. Threads: a pure function, for any thread.
+// What the settings of a picture say about its light: the color of all of it, for a white balance, and
+// whether the built-in studio lights the picture. Threads: pure functions, for any thread.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -22,13 +23,11 @@ namespace raygraph::session {
 // It is of the pose in `input`, before a session has taken it. None: nothing emits.
 RAYGRAPH_API std::optional<glm::dvec3> LightColor(const SceneInput& input, const PictureSettings& settings);
 
-// Decides whether the built-in studio lights a picture. Threads: a pure function, for any thread.
-
-// Returns PictureSettings::light for a picture with these settings, never Auto. The resumed render decides,
-// if there is one; else the scene in `input` before a session has taken it, which is the same for all times,
-// cameras, sizes and samples. A picture with a background or a map, or one that shows no light, has no
-// studio. In a group, each process makes the call, only the root has `resumed`, and all get its decision.
-// Throws Error{Usage} for what scene::Check refuses.
+// Decides whether the built-in studio lights a picture: returns PictureSettings::light for a picture with
+// these settings, never Auto. The resumed render decides, if there is one; else the scene in `input` before
+// a session has taken it, which is the same for all times, cameras, sizes and samples. A picture with a
+// background or a map, or one that shows no light, has no studio. In a group, each process makes the call,
+// only the root has `resumed`, and all get its decision. Throws Error{Usage} for what scene::Check refuses.
 RAYGRAPH_API DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& settings,
                                       const ResumedRender* resumed = nullptr, ProcessGroup* group = nullptr);
 
