@@ -13,10 +13,10 @@
 //   differ by the ratio of two such factors: for white metals and thin walls less than 1.4 at alpha 0.2, 1.8
 //   at 0.5 and 3.3 at 1, for dielectrics over diffuse less than 1.1. Factors of anisotropic surfaces are
 //   estimates that depend on `seed` (bxdf/anisotropy.glsl), their ratio less than 2.6.
-// - `walk` simulates a random walk (bxdf/gltf.glsl). f is then an unbiased estimate that depends
-//   on `seed`, and PDF, made of single scattering and a diffuse share, only approximates the density of
-//   Sample_f. It suffices for the weights of multiple importance sampling, which only need to sum to one; f
-//   |wi.z| / pdf of the sample is an unbiased estimate, but is not f(wo, wi) |wi.z| / PDF(wo, wi).
+// - `walk` simulates a random walk. f is then an unbiased estimate that depends on `seed`, and PDF, made of
+//   single scattering and a diffuse share, only approximates the density of Sample_f. It suffices for the
+//   weights of multiple importance sampling, which only need to sum to one; f |wi.z| / pdf of the sample is
+//   an unbiased estimate, but is not f(wo, wi) |wi.z| / PDF(wo, wi).
 //
 // wo.z > 0 always: the integrator turns the frame to the viewer's side and gives eta for it. Transmission
 // scales radiance by 1 / eta^2, and the sample returns eta.
@@ -27,9 +27,9 @@
 
 SHADING_BEGIN
 
-// Multiple scattering between the facets of a glTF material by random walks (bxdf/multiscatter_walk.glsl), in
-// place of the lobes that say so (IsWalked). f is an unbiased estimate that depends on `seed`. Lobes are
-// counted from 1 in the order of the list.
+// --- Multiple scattering by random walks between the facets (bxdf/multiscatter_walk.glsl) ---
+// They take the place of the lobes that say so (IsWalked). f is an unbiased estimate that depends on `seed`.
+// Lobes are counted from 1 in the order of the list.
 
 // The probability that Sample_f chooses one of the walked lobes; 0 where no walk takes place.
 INLINE float WalkProbability(GltfBSDF g) {
@@ -275,9 +275,7 @@ INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
     return result;
 }
 
-// ------------------------------------------------------------------------------------------ straight passage
-
-// At smooth thin walls, and between media of one index.
+// --- Straight passage, at smooth thin walls and between media of one index ---
 
 // The probability that Sample_f passes straight through, and the share of light that does.
 INLINE float PassThroughProbability(GltfBSDF g) {

@@ -1,4 +1,5 @@
-// Orthonormal frames. In the local frame of a surface the normal is +z.
+// Frames of a surface: orthonormal ones, in whose local coordinates the normal is +z; tangent frames of
+// maps; and shading normals that face the viewer.
 #ifndef RAYGRAPH_CORE_FRAME_GLSL
 #define RAYGRAPH_CORE_FRAME_GLSL
 
@@ -44,9 +45,9 @@ INLINE vec3 ToLocal(Frame frame, vec3 v) { return vec3(dot(v, frame.x), dot(v, f
 
 INLINE vec3 FromLocal(Frame frame, vec3 v) { return v.x * frame.x + v.y * frame.y + v.z * frame.z; }
 
-// Tangent frames in which maps whose texels are directions are read. A frame is a unit tangent along which
-// the map's u grows, perpendicular to the normal, and the sign w with which cross(normal, tangent) * w points
-// to the image's top, as in glTF's TANGENT.
+// --- Tangent frames in which maps whose texels are directions are read ---
+// A frame is a unit tangent along which the map's u grows, perpendicular to the normal, and the sign w with
+// which cross(normal, tangent) * w points to the image's top, as in glTF's TANGENT.
 
 // Returns the frame of a triangle with the edges e1 and e2 from its first vertex, along which the texture
 // coordinates change by uv1 and uv2: the derivative of the position by u, projected into the plane
@@ -80,12 +81,10 @@ INLINE vec4 TurnTangent(vec4 tangent, vec4 from, vec4 to, vec3 n) {
     return vec4(turned.x, turned.y, turned.z, tangent.w * from.w * to.w);
 }
 
-// Shading normals bent so that they always face the viewer.
-
-// A shading normal, bent just enough for wo to be above it and for the mirror direction of wo about it to be
-// above the surface; else a mirror or a normal map would reflect the inside of the body, which is black. ng
-// and wo are on one side; all directions of unit length. After Keller, Waechter, Raab et al. 2017, "The Iray
-// Light Transport Simulation and Rendering System", section A.3.
+// Returns a shading normal that faces the viewer: bent just enough for wo to be above it and for the mirror
+// direction of wo about it to be above the surface; else a mirror or a normal map would reflect the inside
+// of the body, which is black. ng and wo are on one side; all directions of unit length. After Keller,
+// Waechter, Raab et al. 2017, "The Iray Light Transport Simulation and Rendering System", section A.3.
 INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     // The least height of the mirror direction; a grazing viewer's own height, so that ng itself is legal
     float least = min(0.9f * dot(wo, ng), 0.01f);

@@ -105,7 +105,7 @@ bool OverlapsRectangle(PictureTriangle triangle, vec2 low, vec2 high, bool isCul
     return isFront || (isBack && !isCulled);
 }
 
-// Vertices of drawn triangles, fetched by address as in SurfaceAt.
+// --- Vertices of drawn triangles, fetched by address as in SurfaceAt ---
 
 struct Corner {
     vec3 position;  // world space

@@ -1,7 +1,8 @@
-// A choice is one of several things under one name. It is stated once, as a list of lines:
+// Choices: a choice is one of several things under one name, stated once, as a list of lines. This file has
+// the macros for such lists, and the choices that C++ and shaders share.
 //   #define RAYGRAPH_FRUITS(X, Of) X(Of, Apple, 0, "apple", "") X(Of, PlumTree, 1, "plum-tree", "sour")
-// An enumerator, its number (counted from 0), what users call it (options, files, reports, the editor), and a
-// note for the help. From the list follow
+// A line has an enumerator, its number (counted from 0), what users call it (options, files, reports, the
+// editor), and a note for the help. From the list follow
 //   RAYGRAPH_CHOICE(Fruit, RAYGRAPH_FRUITS)
 //       C++: enum class Fruit, Texts(Fruit{}), Notes(Fruit{}), Name(Fruit::Apple); Values<Fruit>()
 //   RAYGRAPH_CHOICE_CONSTANTS(Fruit, RAYGRAPH_FRUITS)
@@ -70,12 +71,10 @@ constexpr auto Values() {
 
 #endif
 
-// The meanings of a material's alpha (glTF 2.0, 3.9.4), in one list for all code.
-//
+// --- The meanings of a material's alpha (glTF 2.0, 3.9.4) ---
 //   Opaque: nothing
 //   Mask:   where it is below the cutoff there is a hole
 //   Blend:  the share of rays that the surface stops
-
 // The notes are glTF's names.
 #define RAYGRAPH_ALPHA_MODES(X, Of)      \
     X(Of, Opaque, 0, "opaque", "OPAQUE") \
@@ -95,13 +94,11 @@ RAYGRAPH_CHOICE_CONSTANTS(Alpha, RAYGRAPH_ALPHA_MODES)
 }  // namespace raygraph
 #endif
 
-// The ways of choosing a light (lights/lights.glsl), named once.
-//
+// --- The ways of choosing a light (lights/lights.glsl) ---
 //   Uniform: every light with power above 0 alike
 //   Power:   by power
 //   Bvh:     by what each may contribute to the point that is lit, through a tree over position and
 //            orientation
-
 #define RAYGRAPH_LIGHT_SAMPLERS(X, Of) \
     X(Of, Uniform, 0, "uniform", "")   \
     X(Of, Power, 1, "power", "")       \
@@ -118,9 +115,7 @@ RAYGRAPH_CHOICE_CONSTANTS(LightSampler, RAYGRAPH_LIGHT_SAMPLERS)
 }  // namespace raygraph
 #endif
 
-// The models that make up a microfacet lobe, named once. bxdf/microfacet.glsl and bxdf/fresnel.glsl say what
-// each is.
-
+// --- The models that make up a microfacet lobe (bxdf/microfacet.glsl, bxdf/fresnel.glsl) ---
 #define RAYGRAPH_MICROFACET_DISTRIBUTIONS(X, Of) \
     X(Of, Ggx, 0, "ggx", "")                     \
     X(Of, Beckmann, 1, "beckmann", "")           \
@@ -161,12 +156,10 @@ RAYGRAPH_CHOICE_CONSTANTS(Fresnel, RAYGRAPH_FRESNEL_MODELS)
 }  // namespace raygraph
 #endif
 
-// Treatment of multiple scattering between the facets of a rough surface, named once.
-//
+// --- Treatment of multiple scattering between the facets of a rough surface ---
 //   Off:  it is lost
 //   Lut:  single scattering, scaled up by tables to what the walk returns
 //   Walk: a random walk among the facets, the reference from which the tables are computed
-
 #define RAYGRAPH_MULTISCATTER_KINDS(X, Of)        \
     X(Of, Off, 0, "off", "lost")                  \
     X(Of, Lut, 1, "lut", "compensated by tables") \
@@ -183,8 +176,7 @@ RAYGRAPH_CHOICE_CONSTANTS(MultiscatterKind, RAYGRAPH_MULTISCATTER_KINDS)
 }  // namespace raygraph
 #endif
 
-// The samplers of core/rng.glsl, named once.
-
+// --- The samplers of core/rng.glsl ---
 #define RAYGRAPH_SAMPLER_KINDS(X, Of)          \
     X(Of, Sobol, 0, "sobol", "Owen-scrambled") \
     X(Of, Pcg, 1, "pcg", "")                   \
@@ -201,8 +193,7 @@ RAYGRAPH_CHOICE_CONSTANTS(SamplerKind, RAYGRAPH_SAMPLER_KINDS)
 }  // namespace raygraph
 #endif
 
-// The operators of core/tonemap.glsl, named once.
-
+// --- The operators of core/tonemap.glsl ---
 #define RAYGRAPH_TONEMAP_OPERATORS(X, Of) \
     X(Of, Linear, 0, "linear", "")        \
     X(Of, Srgb, 1, "srgb", "")            \
@@ -222,8 +213,9 @@ RAYGRAPH_CHOICE_CONSTANTS(Tonemap, RAYGRAPH_TONEMAP_OPERATORS)
 }  // namespace raygraph
 #endif
 
-// The views of a scene, named once. To add a view, add a line to the list: the command line, the passes of
-// passes/views.h and their tests take it from here.
+// --- The views of a scene ---
+// To add a view, add a line to the list: the command line, the passes of passes/views.h and their tests take
+// it from here.
 //   C++:  raygraph::passes::View::Normals, passes::Name(View::RayCost) == "ray-cost"
 //   GLSL: kViewNormals
 

@@ -1,8 +1,9 @@
-// Records for drawing the scene: one source for C++ and GLSL, scalar layout.
+// Records for drawing the scene by draws and by compute: one source for C++ and GLSL, scalar layout.
 //
 // A draw is one group of triangles, for all of its visible placements at once: instance i of it is the
-// placement, as the index of its InstanceRecord, that stands in slot firstInstance + i of the list of visible
-// placements. Draws are ordered by how their triangles are drawn (DrawKind of gpu_scene.h).
+// placement, as the index of its InstanceRecord, that stands in slot firstInstance + i of the list of
+// visible placements. Draws are ordered by how their triangles are drawn (DrawKind of
+// gpu_scene/scene_ids.h).
 #ifndef RAYGRAPH_SHARED_DRAW_RECORDS_H
 #define RAYGRAPH_SHARED_DRAW_RECORDS_H
 
@@ -38,7 +39,7 @@ static_assert(sizeof(DrawCommand) == 4 * 4);
 }  // namespace raygraph::gpu
 #endif
 
-// Drawing by compute: one source for C++ and GLSL.
+// --- Drawing by compute ---
 //
 // A chunk is kChunkTriangles triangles one after the other of one visible placement. Chunks are numbered
 // through the draws, and in a draw through its visible placements; a triangle's number is that of its chunk

@@ -15,7 +15,7 @@
 // and goes on, where LightMeshRecord::firstAlias says, with two tables a mesh, likewise of its triangles:
 //   power       triangleCount entries
 //   active      activeCount entries
-// The environment has a table of its own kind: shared/light_records.h.
+// The environment has a table of its own kind, EnvironmentEntry.
 #ifndef RAYGRAPH_SHARED_LIGHT_RECORDS_H
 #define RAYGRAPH_SHARED_LIGHT_RECORDS_H
 
@@ -144,9 +144,8 @@ static_assert(sizeof(LightSetRecord) == 9 * 4);
 }  // namespace raygraph::gpu
 #endif
 
-// The table by which directions to the environment are chosen, as the shaders read it: one source for C++ and
-// GLSL, scalar layout. The buffer holds an entry for each row of the map's cells, then those of each row's
-// cells.
+// --- The table by which directions to the environment are chosen ---
+// The buffer holds an entry for each row of the map's cells, then those of each row's cells.
 
 #ifdef __cplusplus
 
@@ -178,9 +177,9 @@ static_assert(sizeof(EnvironmentEntry) == 3 * 4);
 }  // namespace raygraph::gpu
 #endif
 
-// The environment map, prefiltered for rough surfaces: levels of equirectangular pictures, one below the
-// other. Level i is filtered for a roughness of (i + 1) kFilteredStep, the last one for diffuse surfaces.
-// Without rotation and scale, like the map.
+// --- The environment map, prefiltered for rough surfaces ---
+// It has levels of equirectangular pictures, one below the other. Level i is filtered for a roughness of (i
+// + 1) kFilteredStep, the last one for diffuse surfaces. Without rotation and scale, like the map.
 
 #ifdef __cplusplus
 #include <cstdint>

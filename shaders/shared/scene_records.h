@@ -188,7 +188,7 @@ static_assert(sizeof(TraceParameters) == 55 * 4);
 }  // namespace raygraph::gpu
 #endif
 
-// A pixel that Trace takes samples of, where pixels have different numbers of them (passes/pixel_list.h).
+// --- A pixel that Trace samples, where pixels have different numbers of samples (passes/pixel_list.h) ---
 
 #ifdef __cplusplus
 #include <cstdint>
