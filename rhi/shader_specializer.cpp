@@ -190,7 +190,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of these, the pipelines of a scene take a few hundred kilobytes to a megabyte.
+// Limits of the cache folder; the pipelines of one scene take a few hundred kilobytes to a megabyte.
 constexpr uint64_t kMaxFolderBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{16} << 20;

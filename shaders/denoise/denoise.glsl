@@ -1,4 +1,4 @@
-// What the passes of the denoiser share (passes/denoise.h): windows, and distances between surfaces.
+// Windows and distances between surfaces, for the passes of the denoiser (passes/denoise.h).
 #ifndef RAYGRAPH_DENOISE_DENOISE_GLSL
 #define RAYGRAPH_DENOISE_DENOISE_GLSL
 

@@ -353,7 +353,7 @@ uint64_t SamplesIn(const std::filesystem::path& path) {
     return session::SampleCount(session::ReadRenderFile(path).samples);
 }
 
-// What is quick to compile.
+// Settings that compile quickly.
 constexpr const char* kSmall = "render @cornell.gltf --brdf lambert --nee off --size 16x16 ";
 // This render would take hours.
 constexpr const char* kEndless =

@@ -1,4 +1,4 @@
-// What Check refuses, and the lists of a material's fields.
+// Check rejects scenes that break its contract; lists of a material's fields.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What lights bring: irradiance, profiles, and triangles at any distance.
+// Irradiance of lights, their profiles, and triangles at any distance.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -452,7 +452,7 @@ namespace {
 
 class Outline : public VulkanTest {
   protected:
-    // Of what each pixel shows, instance + 1: the line around some instances.
+    // Returns the outline of the given instances; `seen` holds instance + 1 of each pixel.
     Texels LineOf(const std::vector<float>& seen, Extent2D from, Extent2D extent,
                   const std::vector<uint32_t>& instances, float width) {
         std::vector<float> hits;

@@ -1,4 +1,4 @@
-// What stays the same however long a viewport is used: memory, and what a toggle costs.
+// Memory and the cost of a toggle stay the same however long a viewport is used.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -31,7 +31,7 @@ namespace {
 
 class ViewportEndurance : public VulkanTest {
   protected:
-    // Of all threads of the process, so that other processes do not count; a CPU device's work is in it.
+    // CPU time of all threads of the process: other processes do not count, and a CPU device's work does.
     static double ProcessSeconds() {
         timespec time{};
         clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);

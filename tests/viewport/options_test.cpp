@@ -120,7 +120,7 @@ TEST_F(ViewportOptions, EverySettingOfWhatIsShownShowsInItsViewsAlone) {
     }
     ExpectNothingElse();
 
-    // Of all surface views, those of light are refused
+    // Every surface view is accepted but those of light.
     std::map<Picture, std::string> pictures;
     for (size_t i = 0; i < passes::kViewCount; ++i) {
         ShowSettings show = Of(View::Surface);
@@ -206,7 +206,7 @@ TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
         uint32_t traced = 0, drawn = 0, coarseness = 1;
         bool operator==(const Counters&) const = default;
     };
-    // Of three frames, the camera having moved before the last one if `moves`
+    // Counts over three frames; if `moves`, the camera moves before the last one.
     const auto counters = [&](const char* name, const BudgetSettings& before, const BudgetSettings& after,
                               bool moves) {
         SCOPED_TRACE(name);
@@ -302,7 +302,7 @@ TEST(FrameBudgetTest, Costs_RiseAtOnceFallByHalvesAndBelongToARow) {
     EXPECT_NEAR(budget.Expect(320, bottom), 1.0, 1e-9);
     budget.LearnTile(320, top, 1.0);
     EXPECT_NEAR(budget.Expect(320, top), 10.5, 1e-9);
-    // The same height of the picture at another resolution
+    // A third of the picture's height takes as long at another resolution.
     EXPECT_NEAR(budget.Expect(32, {0, 0, 100, 1}), 1.05, 1e-9);
     TileCursor atBottom;
     atBottom.Advance({100, 320}, {0, 0, 100, 300});
@@ -466,8 +466,7 @@ TEST_F(ViewportBudget, FirstPictures_LookLikeTheLastOne) {
     EXPECT_LT(worst, 0.15);
 }
 
-// As the passes of a user interface do, and structures that are refitted: a coarser picture makes none of them
-// shorter.
+// Passes of a user interface and refits take as long for a coarser picture, so they must not cause one.
 TEST_F(ViewportBudget, RasterPictures_AreNotCoarseForWhatTheHostAdds) {
     if (Device().Info().timestampValidBits == 0) GTEST_SKIP() << "the device has no timestamps";
     viewed.viewport.SetShow({.view = View::Raster});

@@ -145,7 +145,7 @@ TEST_F(PreparedPipelines, FramesGoOnWithThePictureThatThereIs) {
     renderer.DropFrame();
 }
 
-// Those that are still being made when nobody wants them any more.
+// The renderer is destroyed while pipelines are still being compiled.
 TEST_F(PreparedPipelines, RendererMayGoMeanwhile) {
     Renderer other(Device());
     GpuScene otherScene(other);
@@ -269,7 +269,7 @@ TEST_F(Previewed, PipelinesThatWereLetGo_AreNotWaitedFor) {
     EXPECT_EQ(shown, Expected(std::move(data)));
 }
 
-// Those of the preview are not, but nothing needs it.
+// The preview's own pipelines are not compiled, but nothing needs them.
 TEST_F(Previewed, PipelinesThatAreThere_AreUsedFromTheFirstFrameOn) {
     viewport.SetBudget({});
     Frame();
@@ -301,7 +301,7 @@ TEST_F(Previewed, SettingsOfFramesNeedNoOtherPipeline) {
     EXPECT_EQ(Samples(), 1u);
     EXPECT_EQ(shown, Expected(scene::SceneData(data)));
     EXPECT_EQ(renderer.PipelineReports().size(), before) << "one is being made";
-    // Those that one does depend on have another one made
+    // A setting on which a pipeline depends has another one compiled.
     paths.sampler = SamplerKind::Pcg;
     viewport.SetPaths(paths);
     Frame();
@@ -323,7 +323,7 @@ TEST_F(Previewed, LightsThatAreNotSampledAnyMore_AreNotSeen) {
     EXPECT_EQ(shown, Expected(Boxes()));
 }
 
-// What is compared are samples: a frame waits for them.
+// A comparison needs samples, so its frame waits for their pipeline.
 TEST_F(Previewed, ComparisonsHaveNone) {
     viewport.SetView(View::SideBySide);
     Frame();

@@ -1,4 +1,4 @@
-// What restarts accumulation, with which cause, and what does not.
+// Which changes restart accumulation, with which cause, and which do not.
 #include <gmock/gmock.h>
 #include <array>
 #include <functional>
@@ -205,8 +205,8 @@ using viewport::PathSettings;
 
 namespace {
 
-// As OpenBoxes below, seen through a lens, in two colors of light. Several share a Renderer, and so its
-// pipelines.
+// A scene like OpenBoxes below, seen through a lens, in two colors of light. Several share a Renderer, and so
+// its pipelines.
 class Viewed {
   public:
     Viewed(Renderer& ofRenderer, const char* name, Extent2D size, scene::SceneData data);
@@ -254,7 +254,7 @@ image::ImageF TwoColoredMap(const glm::vec3& left, const glm::vec3& right) {
     return map;
 }
 
-// As Boxes, but the outer one is open to the environment, and the inner one has a morph target.
+// Like Boxes, but the outer box is open to the environment, and the inner one has a morph target.
 scene::SceneData OpenBoxes() {
     scene::SceneData data = Boxes();
     std::vector<uint32_t>& indices = data.meshes[0].primitives[0].indices;
@@ -318,7 +318,7 @@ void Viewed::Set(scene::SceneData data) {
     viewport.SetPaths(paths);
 }
 
-// What shows in a picture of Lambert surfaces and asks for no other pipeline.
+// Edits that change a picture of Lambert surfaces and need no other pipeline.
 std::vector<Edit> EditsThatShow() {
     using Camera = scene::CameraView;
     using Lens = viewport::LensSettings;
@@ -379,7 +379,7 @@ std::vector<Edit> EditsThatShow() {
     };
 }
 
-// What shows in other scenes alone. All of the settings of a viewport are below.
+// Edits that change pictures of other scenes only. All settings of a viewport are below.
 std::vector<Edit> OtherEdits() {
     return {
         OfMaterial("alpha", [](scene::Material& material) { material.baseColorFactor.a = 0.5f; }),

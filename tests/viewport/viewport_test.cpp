@@ -87,7 +87,7 @@ TEST_F(ViewportTest, TwoViewportsOfTwoScenes_ShareNothing) {
         pictureB = alone.Picture();
     }
 
-    // The same names, interleaved
+    // Two scenes with equal names render in turns.
     ViewedScene a(Device()), b = makeOther();
     for (int i = 0; i < 2; ++i) {
         a.RenderFrames(1);
@@ -333,7 +333,7 @@ TEST_F(Pixel, Capture_IsThePictureOfWholeSamplesWithWhatLiesBehindIt) {
     EXPECT_EQ(result.mean.size(), 4 * pixels);
     EXPECT_EQ(result.variance.size(), 4 * pixels);
     EXPECT_EQ(result.depth.size(), pixels);
-    // The same that a pick and an inspection of one pixel say
+    // A pick and an inspection of one pixel return the values of the whole picture.
     const viewport::Pick pick = viewed.viewport.RequestPick({13, 9});
     viewed.RenderFrames(1);
     Device().WaitIdle();
