@@ -151,6 +151,8 @@ std::string InPlaceWarning(const std::filesystem::path& target) {
     return Text("written in place, because it cannot be replaced: {}", probe.InPlaceReason());
 }
 
+// --- Reading a whole file, and the folder for data that can be made again ---
+
 namespace {
 
 void Check(const std::filesystem::path& path, const char* what, const std::error_code& error) {

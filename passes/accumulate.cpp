@@ -450,6 +450,8 @@ void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, ui
                          [step](CommandList& commands) { step.Commit(commands); });
 }
 
+// --- ExactSums, on the host ---
+
 namespace {
 
 static_assert(ExactSums::kPlanes == gpu::kSumWords && ExactSums::kPlanes + 1 == gpu::kSquareWords);

@@ -150,6 +150,8 @@ MapNumbers NumbersOf(const Readback& groups, Extent2D extent) {
     return numbers;
 }
 
+// --- Flip ---
+
 namespace {
 
 using Taps = std::vector<double>;  // from 0 to the radius

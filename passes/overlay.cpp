@@ -41,6 +41,8 @@ TextureId Upscale(Renderer& renderer, TextureId coarse, Extent2D extent) {
     return Compose(renderer, "Upscale", coarse, coarse, extent, {});
 }
 
+// --- Outlines ---
+
 namespace {
 
 constexpr float kWidest = 8.0f;  // pixels

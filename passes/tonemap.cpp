@@ -68,6 +68,8 @@ TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
     return TonemapTo(renderer, radiance, display, isKept, region, settings, std::move(onSubmitted));
 }
 
+// --- White balance ---
+
 namespace {
 
 // Returns the XYZ of unit luminance.

@@ -54,6 +54,8 @@ void BarrierBetweenBuilds(CommandList& commands) {
     commands.Barriers({&barrier, 1}, {});
 }
 
+// --- The Vulkan structures of a BlasDesc, and their checks ---
+
 namespace {
 
 // The count that every device supports: maxPrimitiveCount is at least this.

@@ -114,6 +114,8 @@ std::string PipelineCacheFile::Save(std::span<const std::byte> bytes) {
     return {};
 }
 
+// --- Measurements ---
+
 namespace {
 
 std::map<std::string, double, std::less<>> ReadLines(const std::filesystem::path& file) {

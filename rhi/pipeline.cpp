@@ -150,6 +150,8 @@ ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc&
     return {device, desc};
 }
 
+// --- Raster pipelines ---
+
 namespace {
 
 VkPrimitiveTopology ToVk(Topology topology) {
@@ -313,6 +315,8 @@ RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& de
     CheckDesc(device, desc);
     return {device, desc};
 }
+
+// --- Ray-tracing pipelines ---
 
 namespace {
 
@@ -505,6 +509,8 @@ RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipe
     for (HitGroupSet& set : whole.hitSets) set.resize(rayTypeCount);
     return {device, whole};
 }
+
+// --- Statistics ---
 
 namespace {
 

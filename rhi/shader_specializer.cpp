@@ -186,6 +186,8 @@ std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t> spirv,
 
 #endif
 
+// --- SpecializedShaders ---
+
 namespace {
 
 namespace fs = std::filesystem;

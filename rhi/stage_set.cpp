@@ -73,6 +73,8 @@ uint32_t StageSet::AddIfPresent(const ShaderStage& shader, StageKind expected, u
     return shader.IsEmpty() ? VK_SHADER_UNUSED_KHR : Add(shader, expected, partner);
 }
 
+// --- Static use ---
+
 namespace {
 
 constexpr size_t kHeaderWords = 5;

@@ -276,6 +276,8 @@ uint64_t Uploader::StagingBytes() const {
     return m_chunks.size() * m_chunkBytes;
 }
 
+// --- Readback ---
+
 namespace {
 
 [[noreturn]] void RejectCopy(const std::string& kind, const std::string& name, const std::string& reason) {

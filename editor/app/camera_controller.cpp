@@ -83,6 +83,8 @@ void CameraController::Frame(const scene::Bounds& bounds) {
     m_view.eye = glm::dvec3(middle) - glm::dvec3(m_distance * m_view.forward);
 }
 
+// --- Keys, and the input of a frame ---
+
 namespace {
 
 #define RAYGRAPH_NAME_KEY(name) #name,

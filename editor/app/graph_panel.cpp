@@ -241,6 +241,8 @@ void GraphPanel(Workspace& work) {
     ImGui::EndChild();
 }
 
+// --- The layout of the graph ---
+
 namespace {
 
 std::vector<GraphBox> BoxesOf(const Plan& plan, bool withCulled) {

@@ -120,6 +120,8 @@ void LogPanel(Workspace& work) {
     work.shownLogRevision = revision;
 }
 
+// --- The history of messages ---
+
 namespace {
 
 char Lower(char c) {

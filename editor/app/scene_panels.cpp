@@ -291,6 +291,8 @@ void InspectorPanel(Workspace& work) {
     ImGui::PopItemWidth();
 }
 
+// --- The tree of nodes as rows ---
+
 namespace {
 
 constexpr uint32_t kNoParent = ~0u;
@@ -335,6 +337,8 @@ size_t Hierarchy::Reveal(uint32_t node) {
     const auto row = std::ranges::find_if(rows, [&](const Row& of) { return of.node == node; });
     return static_cast<size_t>(row - rows.begin());
 }
+
+// --- Fields of the inspector ---
 
 namespace {
 
@@ -397,6 +401,8 @@ NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_vie
     if (style.isInfinite) style.format = "infinite";
     return style;
 }
+
+// --- A transform as numbers ---
 
 namespace {
 

@@ -276,6 +276,8 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
     }
 }
 
+// --- Parsing ---
+
 namespace {
 
 template <typename... Values>

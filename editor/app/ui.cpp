@@ -189,6 +189,8 @@ TextureId Ui::Draw(Renderer& renderer, TextureId target, TextureId picture) {
     return target;
 }
 
+// --- Style, and keys ---
+
 namespace {
 
 ImVec4 Gray(float value, float alpha = 1.0f) {

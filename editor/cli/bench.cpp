@@ -242,6 +242,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
 
 using namespace session;  // NOLINT
 
+// --- Measuring a path-traced frame against the cost of tracing alone ---
+
 namespace {
 
 constexpr uint32_t kWarmUpFrames = 3;
@@ -440,6 +442,8 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
 }
 
 using namespace session;  // NOLINT
+
+// --- Measuring a host's viewport against the frames of a render ---
 
 namespace {
 

@@ -81,6 +81,8 @@ ProgramText TextsOf(CLI::App& app) {
     return program;
 }
 
+// --- Suggestions ---
+
 namespace {
 
 // No option has longer words, and comparing them would take long.

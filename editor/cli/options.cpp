@@ -235,6 +235,8 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap) {
             Refuse(Text("--{} is of a map or the studio, which --background replaces", option));
 }
 
+// --- The options of `render` ---
+
 namespace {
 
 WhitePoint ParseWhitePoint(const std::string& text) {

@@ -134,6 +134,8 @@ bool OutputWriter::IsTorn(const std::filesystem::path& file) const {
 
 using namespace session;  // NOLINT
 
+// --- The operand of --aov ---
+
 namespace {
 
 // Returns why a picture with these settings lacks the AOV; "" if it can have it.

@@ -68,6 +68,8 @@ std::vector<PlannedPicture> PicturesToRender(const RenderArguments& arguments) {
     return pictures;
 }
 
+// --- Ranges of frames ---
+
 namespace {
 
 // Times with decimal digits have rounding errors of up to this fraction of a step.
@@ -131,6 +133,8 @@ std::filesystem::path Numbered(const std::filesystem::path& path, int64_t number
     name.replace(first, width, Text("{:0{}}", number, width));
     return path.parent_path() / name;
 }
+
+// --- Shards ---
 
 namespace {
 

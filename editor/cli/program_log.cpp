@@ -208,6 +208,8 @@ void ProgramLog::RequireValid() {
                     others > 0 ? Text(" (and {} more)", others) : "");
 }
 
+// --- Levels of messages ---
+
 namespace {
 
 LogLevel ParseLevel(std::string_view text) {

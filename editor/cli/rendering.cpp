@@ -291,6 +291,8 @@ void Rendering::Warn(const RunSummary& run, uint32_t samples, uint64_t nonFinite
                            " infinite or NaN, and counted as black");
 }
 
+// --- Planning a job ---
+
 namespace {
 
 // Returns the option of the first setting that differs; "" if none does.
@@ -502,6 +504,8 @@ RenderJob JobFrom(const std::string& text) {
         throw MakeError(ErrorKind::BadInput, "the render that is asked for cannot be read: {}", error.what());
     }
 }
+
+// --- The report of a render ---
 
 namespace {
 

@@ -142,6 +142,8 @@ session::SettingTexts SettingsForReport(const RenderArguments& arguments, const 
     return texts;
 }
 
+// --- Texts about biases ---
+
 namespace {
 
 std::string Percent(double share) {

@@ -158,6 +158,8 @@ std::string DescribeAnimations(std::span<const session::AnimationLength> animati
     return text;
 }
 
+// --- JSON ---
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -230,6 +230,8 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     return ids;
 }
 
+// --- TracePrograms ---
+
 namespace {
 
 // The passes of the program with those features more, declared in the open frame and culled. Others that

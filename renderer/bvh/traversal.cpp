@@ -105,6 +105,8 @@ Traversal FasterTraversal(rhi::Device& device) {
     return *speed >= kMinSpeedup ? Traversal::Own : Traversal::Driver;
 }
 
+// --- Scenes for measuring ---
+
 namespace {
 
 using rhi::BufferUsage;

@@ -275,6 +275,8 @@ WideBvh CollapseToWide(const BinaryBvh& tree) {
     return Collapse(tree).Emit();
 }
 
+// --- WideRefit ---
+
 namespace {
 
 using gpu::kWideChildren;

@@ -117,6 +117,8 @@ void RecordTable::MarkWritten(CommandList& commands, const Source& source) {
     });
 }
 
+// --- SlotRanges ---
+
 namespace {
 
 constexpr uint32_t kMaxSlots = 1u << 31;

@@ -377,6 +377,8 @@ Plan Compile(const FrameGraph& graph) {
     return Compiler(graph).Run();
 }
 
+// --- Culling ---
+
 namespace {
 
 class Culler {

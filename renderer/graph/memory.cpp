@@ -49,6 +49,8 @@ void PlanMemory(const FrameGraph& graph, Plan& plan) {
     }
 }
 
+// --- PersistentStore ---
+
 namespace {
 
 // Returns every usage that later frames may need, since recreating a persistent resource would lose its
@@ -136,6 +138,8 @@ void PersistentStore::Forget(std::string_view name) {
     const auto entry = m_entries.find(name);
     if (entry != m_entries.end()) m_entries.erase(entry);
 }
+
+// --- TransientPool ---
 
 namespace {
 

@@ -245,6 +245,8 @@ std::string DescribePlan(const FrameGraph& graph, const Plan& plan) {
     return PlanWriter(graph, plan).Write();
 }
 
+// --- The plan as a graph for Graphviz ---
+
 namespace {
 
 std::string Escaped(const std::string& text) {
@@ -332,6 +334,8 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
     }
     return dot + "}\n";
 }
+
+// --- The plan as JSON ---
 
 namespace {
 

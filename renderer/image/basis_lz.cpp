@@ -321,6 +321,8 @@ Image8 DecodeBasisLz(const Ktx2Header& header, std::string_view name) {
     }
 }
 
+// --- The bits of BasisLZ ---
+
 namespace {
 
 constexpr unsigned kLongestWord = 16;

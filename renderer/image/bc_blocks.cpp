@@ -89,6 +89,8 @@ void DecodeBc5(std::span<const std::byte, 16> block, BlockTexels& texels) {
     DecodeChannel(block.subspan(8), 1, texels);
 }
 
+// --- BC7 ---
+
 namespace {
 
 // The layout of a block of one mode: counts, and numbers of bits.

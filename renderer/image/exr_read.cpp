@@ -309,6 +309,8 @@ const std::vector<uint32_t>* ExrImage::UintChannel(std::string_view channelName)
     return FindSamples<uint32_t>(*this, channelName);
 }
 
+// --- The check of a header ---
+
 namespace {
 
 // Scan lines in a chunk (openexr.com, "OpenEXR File Layout"), by compression method: none, RLE, ZIPS, ZIP,
@@ -531,6 +533,8 @@ class ExrHeaderCheck {
 void CheckExrHeader(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
     ExrHeaderCheck(bytes, name, limits).Run();
 }
+
+// --- Threads ---
 
 namespace {
 

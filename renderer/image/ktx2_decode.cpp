@@ -149,6 +149,8 @@ Image8 DecodeKtx2(std::span<const std::byte> bytes, std::string_view name, const
     return image;
 }
 
+// --- The header ---
+
 namespace {
 
 constexpr size_t kHeaderBytes = 80, kLevelBytes = 24;

@@ -493,6 +493,8 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     LogTransfer(log, path, render, "written", watch);
 }
 
+// --- Flaws of a render that was not read from a file ---
+
 namespace {
 
 std::string FlawOf(const SampleRanges& samples) {
@@ -602,6 +604,8 @@ std::string FlawOfCounts(const RenderFile& render) {
     if (render.samples.size() == 1 && average == render.samples.front().count) return {};
     return Text("its pixels have {} samples on average, and it says {}", average, ToText(render.samples));
 }
+
+// --- Sums ---
 
 namespace {
 

@@ -171,6 +171,8 @@ AdaptiveState AdaptiveFrames::Take() const {
     return state;
 }
 
+// --- Allocation of samples ---
+
 namespace {
 
 constexpr int kReach = 3;  // pixels around one, to each side
@@ -307,6 +309,8 @@ void AllocateSamples(rhi::Extent2D picture, uint32_t color, const PixelVariances
     size_t next = 0;
     ForPixelsOfColor(picture, color, [&](size_t pixel) { wanted[pixel] = counts[next++]; });
 }
+
+// --- AdaptiveCounts ---
 
 namespace {
 
@@ -503,6 +507,8 @@ void AdaptiveCounts::Decide(uint32_t color, const PixelVariances& noted) {
     if (PixelsOfColor(m_picture, 1 - color) == 0) m_state.stages[1 - color] = stage;
     FindWalk(color);
 }
+
+// --- AdaptiveState ---
 
 namespace {
 

@@ -152,6 +152,8 @@ passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {
     return settings;
 }
 
+// --- SceneMotion ---
+
 namespace {
 
 scene::SceneData OutlineToPose(scene::SceneData& scene) {

@@ -490,6 +490,8 @@ double ShutterPosition(uint32_t sampleIndex, uint32_t seed) {
     return position;
 }
 
+// --- Tiles of groups of lights ---
+
 namespace {
 
 // Calls copy(row of the picture, the same row in the tiles) with where these begin, in floats.

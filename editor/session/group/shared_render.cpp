@@ -328,6 +328,8 @@ uint64_t SharedRender::NonFiniteSamples() {
     return IsAlone() ? First().Frames().NonFiniteSamples() : m_nonFiniteSamples;
 }
 
+// --- DeviceRender ---
+
 namespace {
 
 constexpr uint32_t kMostAtStep = 1u << 16;  // samples of a pixel, on average

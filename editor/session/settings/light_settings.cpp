@@ -147,6 +147,8 @@ std::optional<glm::dvec3> LightColor(const SceneInput& input, const PictureSetti
     return power;
 }
 
+// --- The choice of the default light ---
+
 namespace {
 
 DefaultLight Decide(const SceneInput& input, const PictureSettings& settings, const ResumedRender* resumed) {

@@ -233,6 +233,8 @@ void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilde
         });
 }
 
+// --- Resources of skinned and morphed meshes ---
+
 namespace {
 
 // Packs two joints into a word, the first in its lower half, whatever the byte order of the host.

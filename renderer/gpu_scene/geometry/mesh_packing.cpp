@@ -293,6 +293,8 @@ GroupCapsules MergeCapsules(std::span<scene::Primitive* const> primitives) {
     return sorted;
 }
 
+// --- Orders for builds ---
+
 namespace {
 
 constexpr uint32_t kAxisBits = 21;
@@ -426,6 +428,8 @@ std::vector<uint32_t> SortTriangles(std::span<const glm::vec3> positions, std::v
     indices = std::move(sorted);
     return order;
 }
+
+// --- Copies to the device ---
 
 namespace {
 

@@ -379,6 +379,8 @@ uint64_t WideSet::Bytes() const {
     return m_nodes.DeviceBytes() + m_triangles.DeviceBytes() + m_instances.DeviceBytes();
 }
 
+// --- BoxTree ---
+
 namespace {
 
 double Area(const scene::Bounds& bounds) {

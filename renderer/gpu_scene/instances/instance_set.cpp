@@ -294,6 +294,8 @@ void InstanceSet::MarkDeformed(uint32_t mesh, std::span<const uint32_t> instance
     }
 }
 
+// --- The kinds of groups, and their changes ---
+
 namespace {
 
 // Tells whether no ray needs an alpha test: the material has no alpha, or is opaque everywhere.

@@ -170,6 +170,8 @@ EnvironmentTable ConstantEnvironmentTable() {
     return result;
 }
 
+// --- Map and table on the device ---
+
 namespace {
 
 // `texel` is one texel of the format.

@@ -98,6 +98,8 @@ LightBounds LightMesh::Placed(const glm::mat4x3& objectToWorld) const {
     return bounds;
 }
 
+// --- Triangles as lights ---
+
 namespace {
 
 // Within these bounds, twice a triangle's area and its reciprocal are finite and normal floats.

@@ -351,6 +351,8 @@ LightTable BuildLightTable(const LightScene& scene) {
     return table;
 }
 
+// --- Punctual lights ---
+
 namespace {
 
 // Returns the direction of the node's -z, whatever its scale; a node scaled to zero has no direction of its
@@ -454,6 +456,8 @@ PoweredLight PunctualLight(const scene::Light& light, bool isHidden, const Profi
     }
     return result;
 }
+
+// --- Alias tables ---
 
 namespace {
 

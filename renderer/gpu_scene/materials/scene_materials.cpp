@@ -93,6 +93,8 @@ void SceneMaterials::Declare(Renderer& renderer, SceneIds& ids, const SceneGeome
     ids.features |= m_features;
 }
 
+// --- Trace features ---
+
 namespace {
 
 using MaterialList = std::vector<std::reference_wrapper<const gpu::MaterialRecord>>;
@@ -232,6 +234,8 @@ TraceFeatures MaterialFeatures(std::span<const gpu::MaterialRecord> materials, u
     }
     return features;
 }
+
+// --- Records ---
 
 namespace {
 

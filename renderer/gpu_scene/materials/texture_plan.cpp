@@ -99,6 +99,8 @@ std::string ReductionText(std::span<const TextureSizes> textures, const TextureP
                 textures.size(), count == 1 ? "is" : "are", BytesText(plan.bytes), BytesText(budget), text);
 }
 
+// --- For what materials use textures ---
+
 namespace {
 
 using scene::Material;
@@ -168,6 +170,8 @@ std::vector<TextureUse> TextureUses(const scene::SceneData& scene) {
     }
     return uses;
 }
+
+// --- Textures read on the host ---
 
 namespace {
 

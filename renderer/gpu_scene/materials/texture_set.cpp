@@ -108,6 +108,8 @@ uint32_t TextureSet::ReducedImages() const {
     return static_cast<uint32_t>(std::ranges::count_if(Images(), &SceneImage::isReduced));
 }
 
+// --- Uploads ---
+
 namespace {
 
 // Returns Undefined for sRGB if there are no such blocks: formats of one or two channels are data.
@@ -471,6 +473,8 @@ uint64_t DefaultTextureBudget(const rhi::Device& device) {
     }
     return std::min(whole / 2, left);
 }
+
+// --- Passes that make mip levels ---
 
 namespace {
 

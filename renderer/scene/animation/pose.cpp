@@ -156,6 +156,8 @@ void PoseEvaluator::Finish(const PosedProperty& property) {
     for (size_t i = 0; i < 4; ++i) sum[i] = length > 1e-9 ? sum[i] / length : rest[i];
 }
 
+// --- Applying a pose ---
+
 namespace {
 
 void MakeUnique(std::vector<uint32_t>& indices) {

@@ -318,6 +318,8 @@ std::vector<glm::vec3> MoveTangents(const TangentShape& rest, const TangentShape
     return moves;
 }
 
+// --- Normal maps of two channels ---
+
 namespace {
 
 constexpr size_t kBlue = 2, kTexelBytes = 4;

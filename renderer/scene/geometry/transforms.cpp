@@ -173,6 +173,8 @@ double MeanScale(const glm::mat4x3& transform) {
     return std::cbrt(std::abs(glm::determinant(linear)));
 }
 
+// --- Translation, rotation and scale ---
+
 namespace {
 
 glm::mat4x3 Matrix(const TransformParts& parts) {

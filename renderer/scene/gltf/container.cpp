@@ -196,6 +196,8 @@ nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
     }
 }
 
+// --- URIs ---
+
 namespace {
 
 bool IsLetter(char c) {

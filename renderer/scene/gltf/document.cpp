@@ -273,6 +273,8 @@ GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
     return document;
 }
 
+// --- Known extensions ---
+
 namespace {
 
 constexpr GltfExtension Read(std::string_view name, std::string_view note) {

@@ -13,6 +13,9 @@
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
+
+// --- Cameras and punctual lights (gltf/nodes.h) ---
+
 namespace {
 
 // Half the size of an orthographic view.
@@ -96,6 +99,8 @@ std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model) {
     return read;
 }
 
+// --- The environment: EXT_lights_image_based ---
+
 namespace {
 
 Place PlaceOf(uint32_t light) {
@@ -172,6 +177,8 @@ EnvironmentLight MakeEnvironmentLight(GltfContext& context, const ImageLight& li
     context.imageTexels += texels;
     return {light.name, size, ToEquirect(cube, context.ThreadCount())};
 }
+
+// --- Lights with measured profiles: EXT_lights_ies ---
 
 namespace {
 

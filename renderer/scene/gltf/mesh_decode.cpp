@@ -378,6 +378,8 @@ Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& 
     return mesh;
 }
 
+// --- The layout of meshes, which is checked before anything is decoded ---
+
 namespace {
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";

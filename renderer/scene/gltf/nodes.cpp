@@ -335,6 +335,8 @@ void PlaceInstances(GltfContext& context, AccessorReader& reader,
     if (!isFinite) context.Fail("", "the scene's bounds are not finite");
 }
 
+// --- EXT_mesh_gpu_instancing ---
+
 namespace {
 
 constexpr const char* kInstancingExtension = "EXT_mesh_gpu_instancing";
@@ -445,6 +447,8 @@ std::vector<glm::mat4x3> DecodeInstancing(GltfContext& context, AccessorReader& 
     }
     return transforms;
 }
+
+// --- The radii of points and lines ---
 
 namespace {
 
