@@ -35,8 +35,8 @@ class RAYGRAPH_API IncompleteFile : public Error {
 // is as it was, and nothing is left where the object ends, or the process is killed, before that. A target
 // that is a symbolic link is followed; an existing target's permissions are kept.
 //
-// The constructor fails where Commit() would, unless the disk fills up in between; an object that is made only
-// to check this leaves no trace. A target that can be written but not replaced (InPlaceReason) is written in
+// The constructor fails where Commit() would, unless the disk fills up in between; an object that is made
+// only to check this leaves no trace. A target that can be written but not replaced (InPlaceReason) is written in
 // place by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for
 // the reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the
 // target, the link to it if that was given, and the system's reason.
