@@ -36,10 +36,10 @@ class RAYGRAPH_API IncompleteFile : public Error {
 // that is a symbolic link is followed; an existing target's permissions are kept.
 //
 // The constructor fails where Commit() would, unless the disk fills up in between; an object that is made
-// only to check this leaves no trace. A target that can be written but not replaced (InPlaceReason) is written in
-// place by Commit(), and so are streams (IsStream), which the constructor does not open; Commit() waits for
-// the reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io} naming the
-// target, the link to it if that was given, and the system's reason.
+// only to check this leaves no trace. A target that can be written but not replaced (InPlaceReason) is
+// written in place by Commit(), and so are streams (IsStream), which the constructor does not open; Commit()
+// waits for the reader of a pipe (os::NewFile::CopyTo). A folder is refused. Every failure is Error{Io}
+// naming the target, the link to it if that was given, and the system's reason.
 class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
