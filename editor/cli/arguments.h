@@ -47,6 +47,7 @@ struct RenderArguments : OutputArguments {
     std::optional<WhitePoint> whitePoint;  // none: the white point of the display
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
+    bool isDenoised = false;
     std::string device;
     std::string devices;  // list; "": only `device`
     bool isValidating = false;

@@ -29,7 +29,7 @@ struct Group {
 const Group kGroups[] = {
     {"Output",
      {"output", "size", "crop", "view", "transparent", "exposure", "tonemap", "white-point", "exr-type",
-      "aov", "light-group", "resume", "checkpoint", "settings-from", "report"}},
+      "aov", "denoise", "light-group", "resume", "checkpoint", "settings-from", "report"}},
     {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
     {"Camera", {"camera", "aperture", "focus", "shutter"}},
     {"Light", {"env", "env-rotation", "env-tint", "background", "light", "shadows"}},
@@ -453,6 +453,9 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     std::vector<std::string_view> aovs{"all"};
     for (const Aov named : kAovs) aovs.push_back(Name(named));
     SetChoices(*aov, aovs, Operands::List);
+    render->add_flag("--denoise", arguments.isDenoised,
+                     Wrapped("Show a denoised picture in a .png, and add it to an .exr as denoised.R, "
+                             "denoised.G and denoised.B; the others stay as they are"));
     AddPath(*render, "--resume", "FILE.exr", "Resume a stored render, with its settings", arguments.resume);
     AddOption(
         *render, "--checkpoint", "MINUTES",
@@ -499,6 +502,10 @@ void CheckRender(const RenderArguments& arguments) {
     if (arguments.tonemap) requireKind(OutputKind::Png, "--tonemap");
     if (arguments.whitePoint) requireKind(OutputKind::Png, "--white-point");
     if (arguments.exrType) requireKind(OutputKind::Exr, "--exr-type");
+    if (arguments.isDenoised && std::ranges::all_of(PicturesOf(arguments), [](const OutputFile& o) {
+            return o.kind == OutputKind::Hdr;
+        }))
+        Refuse("--denoise is of a .png and an .exr, and none is written");
     if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
         for (const OutputFile& picture : PicturesOf(arguments))
             if (picture.path == arguments.resume)

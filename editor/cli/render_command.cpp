@@ -194,18 +194,19 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);
     const passes::TonemapSettings display = DisplayFor(arguments, settings, input);
     std::optional<Session> session;
-    session.emplace(
-        used, std::move(input),
-        SessionDesc{.settings = settings,
-                    .aovs = job.aovs,
-                    .firstSample = job.firstSample,
-                    .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
-                                    arguments.error.has_value() || group != nullptr || settings.isAdaptive,
-                    .withSums = hasExr && arguments.exrType != ExrType::Half,
-                    .tonemap = display,
-                    .resumed = pictures.Resumed(),
-                    .tracing = arguments.tracing,
-                    .group = group});
+    session.emplace(used, std::move(input),
+                    SessionDesc{.settings = settings,
+                                .aovs = job.aovs,
+                                .firstSample = job.firstSample,
+                                .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
+                                                arguments.error.has_value() || group != nullptr ||
+                                                settings.isAdaptive || arguments.isDenoised,
+                                .withSums = hasExr && arguments.exrType != ExrType::Half,
+                                .isDenoised = arguments.isDenoised,
+                                .tonemap = display,
+                                .resumed = pictures.Resumed(),
+                                .tracing = arguments.tracing,
+                                .group = group});
     // An hour of rendering must not end in a camera that is not there, either
     for (const std::string& camera : arguments.cameras) session->RequireCamera(camera);
     progress.ShowStep("building acceleration structures, compiling shaders");

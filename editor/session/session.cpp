@@ -31,6 +31,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .withVariance = desc.withVariance,
             .isAdaptive = desc.settings.isAdaptive,
             .withSums = desc.withSums,
+            .isDenoised = desc.isDenoised,
             .batchSize = desc.batchSize,
             .raster = desc.settings.raster,
             .tonemap = tonemap};
@@ -100,6 +101,7 @@ struct Session::Impl {
     SceneInput& RequireInput(const SessionDesc& desc, size_t deviceCount) {
         RequireValidDesc(desc);
         RequireAdaptive(desc, deviceCount);
+        RequireDenoisable(desc, deviceCount);
         if (desc.resumed != nullptr) RequireSame(*desc.resumed, described);
         RequireSameInput(desc.group);
         return input;

@@ -44,7 +44,7 @@ TEST(Arguments, RenderTakesEveryOption) {
         "box.gltf -o a.png -o b.EXR --output c.hdr --size 64x32 --spp 8 --seed 7 --sample-offset 16 "
         "--max-depth 5 --rr-start 2 --camera '0 1 5 0 0 0 0 1 0 40' --env sky.hdr --env-rotation -90 "
         "--exposure -1.5 --tonemap agx --view albedo --aov albedo,depth --sampler pcg --scene 1 --brdf "
-        "lambert --device llvm --validate --report r.json --quiet");
+        "lambert --device llvm --validate --denoise --report r.json --quiet");
     EXPECT_EQ(a.scene, "box.gltf");
     ASSERT_EQ(a.outputs.size(), 3u);
     EXPECT_EQ(a.outputs[0].path, "a.png");
@@ -59,7 +59,7 @@ TEST(Arguments, RenderTakesEveryOption) {
     EXPECT_EQ(a.aovs->named, (AovSet{Aov::Albedo, Aov::Depth}));
     EXPECT_FALSE(a.aovs->isAll);
     EXPECT_EQ(a.device, "llvm");
-    EXPECT_TRUE(a.isValidating && a.isQuiet);
+    EXPECT_TRUE(a.isValidating && a.isQuiet && a.isDenoised);
     EXPECT_EQ(a.report, "r.json");
 
     const PictureSettings settings = SettingsFrom(a.given);
@@ -72,6 +72,12 @@ TEST(Arguments, RenderTakesEveryOption) {
     EXPECT_EQ(settings.view, View::Albedo);
     EXPECT_EQ(settings.paths.sampler, SamplerKind::Pcg);
     EXPECT_EQ(settings.scene, "1");
+}
+
+TEST(Arguments, DenoisingIsOfPngAndExr) {
+    ExpectUsage("render box.gltf --denoise -o a.hdr", "--denoise");
+    EXPECT_TRUE(ParseRender("box.gltf --denoise -o a.hdr -o a.png").isDenoised);
+    EXPECT_TRUE(ParseRender("box.gltf --denoise").isDenoised);
 }
 
 TEST(Arguments, WhatIsNotGivenStaysOpen) {

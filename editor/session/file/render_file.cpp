@@ -420,6 +420,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     };
     for (size_t c = 0; c < 4; ++c) add(kRadianceNames[c], render.radiance, c);
     for (size_t c = 0; c < 3 && !render.variance.empty(); ++c) add(kVarianceNames[c], render.variance, c);
+    for (size_t c = 0; c < 3 && !render.denoised.empty(); ++c) add(kDenoisedNames[c], render.denoised, c);
     addSums(kRadianceNames, render.sums.radiance, render.radiance, render.variance, samples);
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
@@ -539,6 +540,7 @@ std::string FlawOfPlanes(const RenderFile& render) {
     check("radiance", render.radiance, texels);
     check("radiance", render.sums.radiance, texels);
     check("variance", render.variance, texels);
+    check("denoised picture", render.denoised, texels);
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
         if (mean == nullptr) continue;

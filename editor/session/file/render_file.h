@@ -55,6 +55,7 @@ struct RenderFile {
     Extent2D size;                                     // in pixels, of the rendered part (RenderedPart)
     Texels radiance;                                   // mean of the samples; alpha: coverage
     Texels variance;                                   // unbiased variance of one sample; w is undefined
+    Texels denoised;                                   // of the radiance; written, but not read
     Texels albedo;                                     // w: coverage; not stored
     Texels normal;                                     // w is undefined
     std::array<Texels, passes::kPathPartCount> parts;  // parts of the radiance by PathPart; w is not stored

@@ -45,6 +45,7 @@ inline constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 inline constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
 inline constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
+inline constexpr const char* kDenoisedNames[] = {"denoised.R", "denoised.G", "denoised.B"};
 inline constexpr const char* kMotionNames[] = {"motion.X", "motion.Y"};
 
 // Channels of an AOV that is a mean.

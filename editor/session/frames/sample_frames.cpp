@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "editor/session/settings/error_goal.h"
+#include "passes/denoise.h"
 #include "passes/raster.h"
 #include "passes/scene_bindings.h"
 #include "renderer/graph/readback_values.h"
@@ -37,8 +38,8 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
       m_secondTraces(plan.retraced),
-      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
-      m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || plan.isDenoised),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || plan.isDenoised),
       m_isKeepingCenter(plan.hasUnblurred && plan.aovs.NeedsCenterRay()),
       m_isKeepingMotion(plan.hasUnblurred && plan.aovs.Has(Aov::Motion)) {
     for (size_t i = 0; i < passes::kPathPartCount; ++i)
@@ -110,6 +111,8 @@ uint32_t SampleFrames::ChooseBatchSize() const {
     const uint32_t most =
         passes::PreferredBatchSize(m_renderer.Device(), settings,
                                    hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
+    // Frames end where half of few samples does, for the denoiser
+    if (m_plan.isDenoised) return std::min(most, 8u);
     // Albedo and normal have passes for each sample
     return m_isKeepingAlbedo || m_isKeepingNormal ? std::min(most, 16u) : most;
 }
@@ -199,6 +202,7 @@ Readback SampleFrames::ProjectAt(double shutterPosition, const gpu::CameraRecord
 
 void SampleFrames::RenderSamples(SampleRange samples) {
     RG_CHECK(samples.count > 0 && samples.count <= m_batchSize);
+    KeepFirstHalf();
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.Declare(samples.first);
     passes::TraceSettings settings = m_scene.SettingsFor(samples.first);
@@ -220,13 +224,42 @@ void SampleFrames::RenderSamples(SampleRange samples) {
     m_times.Add(m_renderer.TakeTimings());
 }
 
-TextureId SampleFrames::ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts,
-                                 bool withVariance) {
+passes::AccumulatedIds SampleFrames::ReadBack(Accumulated& from, Extent2D extent,
+                                              const std::optional<TextureId>& counts, bool withVariance) {
     const passes::AccumulatedIds ids = Resolve(from.accumulation, extent, withVariance, counts);
     from.mean = m_renderer.ReadBack(ids.mean);
     if (m_plan.withSums) from.sums = passes::SumsReadback(m_renderer, ids);
     if (withVariance) m_variance = m_renderer.ReadBack(ids.variance);
-    return ids.mean;
+    return ids;
+}
+
+void SampleFrames::KeepFirstHalf() {
+    constexpr uint32_t kLeast = 8;  // fewer say little
+    if (!m_plan.isDenoised || m_submitted < std::max(kLeast, 2 * m_firstHalves[1].count)) return;
+    m_firstHalves[0] = std::move(m_firstHalves[1]);
+    m_renderer.BeginFrame();
+    m_firstHalves[1] = {
+        m_submitted,
+        passes::SumsReadback(m_renderer, passes::Kept(m_renderer, m_radiance.accumulation, Size(), false))};
+    m_renderer.Execute();
+}
+
+void SampleFrames::RestoreFirstHalf(passes::Accumulation& into) {
+    const FirstSamples* half = nullptr;
+    for (const FirstSamples& kept : m_firstHalves)
+        if (kept.count > 0 && uint64_t{3} * kept.count <= uint64_t{2} * m_submitted) half = &kept;
+    if (half == nullptr) return;
+    m_renderer.BeginFrame();
+    passes::Restore(m_renderer, into, Size(), half->count, half->sums.Values());
+    m_renderer.Execute();
+}
+
+TextureId SampleFrames::DeclareDenoised(const passes::AccumulatedIds& radiance, TextureId albedo,
+                                        TextureId normal, const passes::Accumulation& firstHalf) {
+    passes::DenoiseInputs inputs{radiance.mean, radiance.variance, albedo, normal, {}};
+    if (firstHalf.SampleCount() > 0)
+        inputs.firstHalf = passes::Resolve(m_renderer, firstHalf, Size(), false).mean;
+    return passes::Denoise(m_renderer, inputs, {m_submitted, firstHalf.SampleCount()});
 }
 
 TextureId SampleFrames::DeclareDisplay(TextureId mean) {
@@ -240,13 +273,22 @@ void SampleFrames::FinishPicture() {
     if (m_submitted == 0) return;
     CatchUpUniformSamples();
     const Extent2D size = Size();
+    passes::Accumulation firstHalf("firstHalf");
+    if (m_plan.isDenoised) RestoreFirstHalf(firstHalf);
     m_renderer.BeginFrame();
     const std::optional<TextureId> counts = DeclareCounts();
     if (m_adaptive) m_adaptive->ReadBack();
-    const TextureId mean = ReadBack(m_radiance, size, counts, ShowsLight() && m_plan.withVariance);
-    m_display = m_renderer.ReadBack(DeclareDisplay(mean));
-    if (m_isKeepingAlbedo) ReadBack(m_albedo, size);
-    if (m_isKeepingNormal) ReadBack(m_normal, size);
+    const passes::AccumulatedIds radiance =
+        ReadBack(m_radiance, size, counts, ShowsLight() && m_plan.withVariance);
+    passes::AccumulatedIds albedo, normal;
+    if (m_isKeepingAlbedo) albedo = ReadBack(m_albedo, size);
+    if (m_isKeepingNormal) normal = ReadBack(m_normal, size);
+    TextureId shown = radiance.mean;
+    if (m_plan.isDenoised) {
+        shown = DeclareDenoised(radiance, albedo.mean, normal.mean, firstHalf);
+        m_denoised = m_renderer.ReadBack(shown);
+    }
+    m_display = m_renderer.ReadBack(DeclareDisplay(shown));
     for (KeptPart& part : m_parts) ReadBack(part.sum, size, counts);
     if (m_plan.lightGroupCount > 0) {
         const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
@@ -254,6 +296,9 @@ void SampleFrames::FinishPicture() {
     }
     if (ShowsLight()) m_secondTraces.ReadBack(m_renderer, size);
     m_renderer.Execute();
+    if (firstHalf.SampleCount() == 0) return;
+    firstHalf.Reset(passes::ResetCause::Start);
+    passes::Forget(m_renderer, firstHalf);
 }
 
 uint64_t SampleFrames::NonFiniteSamples() {
@@ -295,6 +340,7 @@ void SampleFrames::ZeroMeans(RenderFile& render) const {
 void SampleFrames::TakeMeans(RenderFile& render) const {
     Take(m_radiance, render.radiance, render.sums.radiance);
     if (ShowsLight() && m_plan.withVariance) render.variance = WaitForValues<float>(m_variance);
+    if (m_plan.isDenoised) render.denoised = WaitForValues<float>(m_denoised);
     if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
     if (m_isKeepingNormal) Take(m_normal, render.normal, render.sums.normal);
     for (const KeptPart& part : m_parts)
@@ -336,7 +382,7 @@ void SampleFrames::DropPicture() {
         part.sum.mean = {};
         part.sum.sums = {};
     }
-    m_variance = m_display = {};
+    m_variance = m_denoised = m_display = {};
     m_secondTraces.DropReadbacks();
 }
 

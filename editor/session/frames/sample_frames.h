@@ -3,6 +3,7 @@
 // editor/session/ alone.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -32,6 +33,7 @@ struct FramePlan {
     bool withVariance = false;              // variance of the radiance
     bool isAdaptive = false;                // see PictureSettings; with variance
     bool withSums = false;                  // returns the sums of everything accumulated
+    bool isDenoised = false;                // see SessionDesc
     uint32_t batchSize = 0;                 // see SessionDesc
     passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
@@ -144,11 +146,18 @@ class SampleFrames {
     std::optional<TextureId> DeclareCounts();
     passes::AccumulatedIds Resolve(const passes::Accumulation& accumulation, Extent2D extent,
                                    bool withVariance, const std::optional<TextureId>& counts);
-    // Returns the mean. Without counts, all pixels have equally many samples.
-    TextureId ReadBack(Accumulated& from, Extent2D extent, const std::optional<TextureId>& counts = {},
-                       bool withVariance = false);
+    // Without counts, all pixels have equally many samples.
+    passes::AccumulatedIds ReadBack(Accumulated& from, Extent2D extent,
+                                    const std::optional<TextureId>& counts = {}, bool withVariance = false);
     TextureId DeclareDisplay(TextureId mean);
     void TakeMeans(RenderFile& render) const;
+    // Keeps the sums of the samples so far, if half of all might be as many, for the denoiser.
+    void KeepFirstHalf();
+    // Restores the last sums that are of at most two thirds of the samples, if there are any.
+    void RestoreFirstHalf(passes::Accumulation& into);
+    // Declares the denoised picture; `firstHalf` has the first samples of the picture.
+    TextureId DeclareDenoised(const passes::AccumulatedIds& radiance, TextureId albedo, TextureId normal,
+                              const passes::Accumulation& firstHalf);
     void ZeroMeans(RenderFile& render) const;
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
 
@@ -179,7 +188,12 @@ class SampleFrames {
     passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
     Accumulated m_groups{"lightGroups"};
     std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
-    Readback m_variance, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
+    struct FirstSamples {
+        uint32_t count = 0;
+        passes::SumsReadback sums;
+    };
+    std::array<FirstSamples, 2> m_firstHalves;  // the older ones first
+    Readback m_variance, m_denoised, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
     struct CountsOfFrame {
         Readback counts;  // TraceCounts
         uint64_t paths;

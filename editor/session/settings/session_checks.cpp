@@ -100,6 +100,18 @@ void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
     if (!desc.withVariance) refuse("what pixels need is told by their variance, and none is kept");
 }
 
+void RequireDenoisable(const SessionDesc& desc, size_t deviceCount) {
+    if (!desc.isDenoised) return;
+    const auto refuse = [](const std::string& why) {
+        throw SettingError(ErrorKind::Usage, "denoise: " + why);
+    };
+    if (const View view = desc.settings.view; view != View::PathTraced)
+        refuse(Text("the view {} is not denoised", Name(view)));
+    if (desc.settings.isAdaptive) refuse("an adaptive picture has other numbers of samples in each pixel");
+    if (deviceCount > 1 || desc.group != nullptr) refuse("several devices or processes share the samples");
+    if (!desc.withVariance) refuse("what is noise is told by the variance, and none is kept");
+}
+
 void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
     const std::string mismatch = FirstMismatch(resumed.render, described);
     if (!mismatch.empty())

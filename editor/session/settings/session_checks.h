@@ -15,6 +15,8 @@ void RequireValidDesc(const SessionDesc& desc);
 
 // Does so for an adaptive picture on so many devices.
 void RequireAdaptive(const SessionDesc& desc, size_t deviceCount);
+// Refuses what the denoiser cannot do.
+void RequireDenoisable(const SessionDesc& desc, size_t deviceCount);
 
 // Does so for a resumed render in a session whose render is `described`.
 void RequireSame(const ResumedRender& resumed, const RenderFile& described);
