@@ -48,8 +48,9 @@ struct SessionDesc {
     uint32_t firstSample = 0;  // index; renders of disjoint ranges can be merged
     bool withVariance = true;  // variance of the radiance
     bool withSums = true;      // without them the render can be neither resumed nor merged
-    // A denoised picture, which Session::Display shows and the file has beside the radiance (docs/denoise.md).
-    // For path-traced pictures with variance that are not adaptive, on one device without a group.
+    // A denoised picture, which Session::Display shows and the file has beside the radiance
+    // (docs/denoise.md). For path-traced pictures with variance that are not adaptive, on one device without
+    // a group.
     bool isDenoised = false;
     // Samples that a frame traces at once if the picture allows several: a power of two up to 64; 0: as many
     // as fill the device. It does not affect the bits.
