@@ -67,20 +67,20 @@ void AtomicFile::FollowLinks() {
 void AtomicFile::OpenReplacement() {
     std::error_code error;
     const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
-    const bool isThere = std::filesystem::exists(existing);
+    const bool exists = std::filesystem::exists(existing);
     if (std::filesystem::is_directory(existing))
         throw MakeError(ErrorKind::Io, "{}: cannot write: it is a folder", Name());
-    if (isThere && !std::filesystem::is_regular_file(existing))
+    if (exists && !std::filesystem::is_regular_file(existing))
         throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", Name());
     // The reason may be a name that is too long.
-    if (!isThere && existing.type() != std::filesystem::file_type::not_found) Fail("cannot write", error);
-    const auto permissions = isThere ? std::optional(existing.permissions()) : std::nullopt;
+    if (!exists && existing.type() != std::filesystem::file_type::not_found) Fail("cannot write", error);
+    const auto permissions = exists ? std::optional(existing.permissions()) : std::nullopt;
     auto file = std::make_unique<os::NewFile>(m_target.parent_path(), permissions, error);
     const char* const what = error ? "cannot create a file in its folder" : "cannot replace";
-    const std::error_code refusal = error || !isThere ? error : os::CheckReplaceable(m_target);
+    const std::error_code refusal = error || !exists ? error : os::CheckReplaceable(m_target);
     if (!error) m_file = std::move(file);
     if (!refusal) return;
-    if (!isThere || !IsNameError(refusal) || os::CheckOverwritable(m_target)) Fail(what, refusal);
+    if (!exists || !IsNameError(refusal) || os::CheckOverwritable(m_target)) Fail(what, refusal);
     m_isInPlace = true;
     m_inPlaceReason = refusal.message();
 }

@@ -162,11 +162,11 @@ void RemoveAbandoned(int folder, const std::string& path) {
 // asked to end and being killed, a process has little time.
 class Patience {
   public:
-    // Returns whether to stop waiting: at the deadline, or soon after a request to end. If `isPatient`, there
+    // Returns whether to stop waiting: at the deadline, or soon after a request to end. If `waits`, there
     // is no deadline.
-    bool IsOver(bool isPatient) {
+    bool IsOver(bool waits) {
         const Clock::time_point now = Clock::now();
-        if (!IsStopRequested()) return !isPatient && now >= m_start + kReaderTimeout;
+        if (!IsStopRequested()) return !waits && now >= m_start + kReaderTimeout;
         m_asked = std::min(m_asked, now);
         return now >= m_asked + kStopTimeout;
     }
@@ -383,19 +383,19 @@ OldContent NewFile::CopyTo(const std::filesystem::path& target, std::error_code&
 std::error_code CheckReplaceable(const std::filesystem::path& file) {
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     constexpr unsigned kWanted = STATX_TYPE | STATX_MODE | STATX_UID;
-    struct statx its {
+    struct statx info {
     }, ofFolder{};
-    if (statx(AT_FDCWD, file.c_str(), AT_SYMLINK_NOFOLLOW, kWanted, &its) != 0 ||
+    if (statx(AT_FDCWD, file.c_str(), AT_SYMLINK_NOFOLLOW, kWanted, &info) != 0 ||
         statx(AT_FDCWD, folder.c_str(), 0, kWanted, &ofFolder) != 0)
         return errno == ENOENT ? std::error_code() : LastError();
-    if (S_ISDIR(its.stx_mode)) return std::make_error_code(std::errc::is_a_directory);
-    if ((its.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
+    if (S_ISDIR(info.stx_mode)) return std::make_error_code(std::errc::is_a_directory);
+    if ((info.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
         return std::make_error_code(std::errc::device_or_resource_busy);
     constexpr uint64_t kFixed = STATX_ATTR_IMMUTABLE | STATX_ATTR_APPEND;
-    const bool isFixed = ((its.stx_attributes | ofFolder.stx_attributes) & kFixed) != 0;
+    const bool isFixed = ((info.stx_attributes | ofFolder.stx_attributes) & kFixed) != 0;
     const uid_t user = geteuid();
     const bool isForeign =
-        (ofFolder.stx_mode & S_ISVTX) != 0 && its.stx_uid != user && ofFolder.stx_uid != user;
+        (ofFolder.stx_mode & S_ISVTX) != 0 && info.stx_uid != user && ofFolder.stx_uid != user;
     if (isFixed || (isForeign && !MayActAsOwner()))
         return std::make_error_code(std::errc::operation_not_permitted);
     if (faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return LastError();
@@ -566,7 +566,7 @@ struct SignalWatch::Before {
     }
 
     std::vector<std::pair<int, struct sigaction>> handled;
-    bool isNotingInterrupts = false;
+    bool isDeferringInterrupts = false;
 };
 
 SignalWatch::SignalWatch(void (*onTermination)()) : m_before(std::make_unique<Before>()) {
@@ -578,7 +578,7 @@ SignalWatch::SignalWatch(void (*onTermination)()) : m_before(std::make_unique<Be
 
 void SignalWatch::StartDeferring() {
     isDeferring = true;
-    if (std::exchange(m_before->isNotingInterrupts, true)) return;
+    if (std::exchange(m_before->isDeferringInterrupts, true)) return;
     m_before->Handle(SIGINT, HandleInterrupt, static_cast<int>(SA_RESETHAND));
 }
 

@@ -29,8 +29,8 @@ Error MakeError(ErrorKind kind, fmt::format_string<Values...> format, Values&&..
 // Sends a message; its text is made only if somebody listens at that level. A text for which there is no
 // memory is not sent.
 template <typename... Values>
-void Say(const Log& log, LogLevel level, std::string_view category, fmt::format_string<Values...> format,
-         Values&&... values) noexcept {
+void WriteLog(const Log& log, LogLevel level, std::string_view category, fmt::format_string<Values...> format,
+              Values&&... values) noexcept {
     if (!log.IsEnabled(level)) return;
     try {
         log.Send(level, category, fmt::format(format, std::forward<Values>(values)...));

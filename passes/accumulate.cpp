@@ -197,8 +197,8 @@ void ReadSums(PassBuilder& pass, const AccumulatedIds& accumulated, bool withSqu
         pass.Reads(kSquareNames[k], accumulated.squares[k]);
 }
 
-AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
-                    bool withVariance) {
+AccumulatedIds StoredAccumulation(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
+                                  bool withVariance) {
     const GraphTextureDesc words{extent, Format::Rgba32Uint};
     AccumulatedIds ids;
     ids.mean = renderer.Persist(NameOf(accumulation, "mean"), {extent, Format::Rgba32Float});
@@ -213,7 +213,7 @@ namespace {
 
 AccumulatedIds PersistWithVariance(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
                                    bool withVariance) {
-    AccumulatedIds ids = Kept(renderer, accumulation, extent, withVariance);
+    AccumulatedIds ids = StoredAccumulation(renderer, accumulation, extent, withVariance);
     if (withVariance)
         ids.variance =
             renderer.CreateTexture(NameOf(accumulation, "variance"), {extent, Format::Rgba32Float});
@@ -280,17 +280,17 @@ ExactSums SumsReadback::Values() const {
     return values;
 }
 
-void Forget(Renderer& renderer, const Accumulation& accumulation) {
-    renderer.Forget(NameOf(accumulation, "mean"));
-    for (const char* what : kSumNames) renderer.Forget(NameOf(accumulation, what));
-    for (const char* what : kSquareNames) renderer.Forget(NameOf(accumulation, what));
+void Release(Renderer& renderer, const Accumulation& accumulation) {
+    renderer.Release(NameOf(accumulation, "mean"));
+    for (const char* what : kSumNames) renderer.Release(NameOf(accumulation, what));
+    for (const char* what : kSquareNames) renderer.Release(NameOf(accumulation, what));
 }
 
 namespace {
 
 AccumulatedIds AccumulateRows(Renderer& renderer, TextureId tile, const SampleRows& rows, Extent2D picture,
                               const Region& region, Accumulation& accumulation, bool withVariance) {
-    AccumulatedIds ids = Kept(renderer, accumulation, picture, withVariance);
+    AccumulatedIds ids = StoredAccumulation(renderer, accumulation, picture, withVariance);
     AccumulationStep step(renderer, accumulation, picture, withVariance);
     step.ResetIfNeeded(renderer.IsFresh(ids.sums[0]) || (withVariance && renderer.IsFresh(ids.squares[0])));
     step.TakeTile(region, rows.count);
@@ -340,7 +340,7 @@ AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples, uint32_t 
     const Extent2D tiles{texels.width / pixels.extent.width, texels.height / pixels.extent.height};
     const Extent2D whole{tiles.width * picture.width, tiles.height * picture.height};
     const bool isAll = pixels.count == uint64_t{picture.width} * picture.height;
-    AccumulatedIds ids = Kept(renderer, accumulation, whole, withVariance);
+    AccumulatedIds ids = StoredAccumulation(renderer, accumulation, whole, withVariance);
     AccumulationStep step(renderer, accumulation, whole, withVariance);
     step.ResetIfNeeded(renderer.IsFresh(ids.sums[0]));
     const bool isFirst = step.TakeListed(isAll ? count : 0);
@@ -382,7 +382,8 @@ AccumulatedIds AccumulateListed(Renderer& renderer, TextureId samples, uint32_t 
 
 VarianceIds RecordVariance(Renderer& renderer, const Accumulation& accumulation, const ListedPixels& pixels,
                            uint32_t sampleIndex, uint32_t sampleCount, VarianceIds noted) {
-    const AccumulatedIds ids = Kept(renderer, accumulation, renderer.Desc(noted.variance).extent, true);
+    const AccumulatedIds ids =
+        StoredAccumulation(renderer, accumulation, renderer.Desc(noted.variance).extent, true);
     struct Constants {
         uint32_t list[2];
         uint32_t listCount, sampleIndex, sampleCount;
@@ -440,7 +441,7 @@ void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, ui
              const ExactSums& sums) {
     AccumulationStep step(renderer, accumulation, extent, sums.HasSquares());
     step.TakeSamples(sampleCount);
-    AccumulatedIds ids = Kept(renderer, accumulation, extent, sums.HasSquares());
+    AccumulatedIds ids = StoredAccumulation(renderer, accumulation, extent, sums.HasSquares());
     for (size_t k = 0; k < ExactSums::kPlanes && sums.HasSquares(); ++k)
         ids.squares[k] =
             Upload(renderer, NameOf(accumulation, kSquareNames[k]), ids.squares[k], sums.squares[k], {});

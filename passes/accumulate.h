@@ -177,8 +177,9 @@ struct VarianceIds {
                                                          bool withVariance = false);
 
 // The stored state without a new sample: the mean as of the last frame that used it, and the sums.
-[[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
-                                               Extent2D extent, bool withVariance);
+[[nodiscard]] RAYGRAPH_API AccumulatedIds StoredAccumulation(Renderer& renderer,
+                                                             const Accumulation& accumulation,
+                                                             Extent2D extent, bool withVariance);
 
 // The stored state without a new sample, with mean and variance of all samples in it, including what the open
 // frame has declared so far. There must be at least one complete sample and no partial one.
@@ -209,7 +210,7 @@ class RAYGRAPH_API SumsReadback {
 };
 
 // Releases the memory. Called between frames; the accumulation must be reset.
-RAYGRAPH_API void Forget(Renderer& renderer, const Accumulation& accumulation);
+RAYGRAPH_API void Release(Renderer& renderer, const Accumulation& accumulation);
 
 // Continues from stored sums of `sampleCount` samples, with squares if their variance is to be accumulated.
 // Declares an upload into the persistent textures: in a frame of its own, executed before the first

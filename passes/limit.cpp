@@ -6,24 +6,25 @@ namespace raygraph::passes {
 
 TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, LimitKind kind,
                 TextureId* rayCounts) {
-    const bool isPath = kind != LimitKind::CameraRays, isOwn = kind == LimitKind::SoftwarePath;
+    const bool isPath = kind != LimitKind::CameraRays, isSoftware = kind == LimitKind::SoftwarePath;
     TextureId result = renderer.CreateTexture("limit", {settings.extent, Format::R32Float});
     if (rayCounts)
         *rayCounts = renderer.CreateTexture("limit.rayCounts", {settings.extent, Format::R32Float});
     renderer.AddPass(
-        isOwn    ? "LimitPathOwn"
-        : isPath ? "LimitPath"
-                 : "Limit",
-        isOwn ? PassKind::Compute : PassKind::RayTracing,
+        isSoftware ? "LimitPathSoftware"
+        : isPath   ? "LimitPath"
+                   : "Limit",
+        isSoftware ? PassKind::Compute : PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            if (isOwn)
-                pass.Compute(rayCounts ? "bench/limit_path_own_counted.comp" : "bench/limit_path_own.comp");
+            if (isSoftware)
+                pass.Compute(rayCounts ? "bench/limit_path_software_counted.comp"
+                                       : "bench/limit_path_software.comp");
             else if (isPath)
                 pass.RayGen(rayCounts ? "bench/limit_path_counted.rgen" : "bench/limit_path.rgen");
             else
                 pass.RayGen(rayCounts ? "bench/limit_counted.rgen" : "bench/limit.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            if (isOwn) {
+            if (isSoftware) {
                 SpecializeFeatures(pass, {});
                 BindSoftwareTracing(pass, scene, ParametersFor(scene, settings));
                 pass.Reads("geometries", scene.geometries);  // by the text of alpha tests, which never runs
@@ -35,8 +36,8 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             result = pass.Writes("result", result);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },
-        [extent = settings.extent, isOwn](CommandList& commands) {
-            isOwn ? commands.DispatchOver(extent) : commands.TraceRays(extent);
+        [extent = settings.extent, isSoftware](CommandList& commands) {
+            isSoftware ? commands.DispatchOver(extent) : commands.TraceRays(extent);
         });
     return result;
 }

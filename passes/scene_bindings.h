@@ -31,7 +31,7 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Returns whether Trace's rays traverse the scene's own trees.
 RAYGRAPH_API bool UsesSoftwareTraversal(const SceneIds& scene, const TraceSettings& settings);
-// Binds trees and parameters in place of both, for a compute pass that defines OWN_TRAVERSAL
+// Binds trees and parameters in place of both, for a compute pass that defines SOFTWARE_TRAVERSAL
 // (shaders/scene/trace_rays.glsl). Needs BindGeometry and BindMaterials.
 RAYGRAPH_API void BindSoftwareTracing(PassBuilder& pass, const SceneIds& scene,
                                       const gpu::TraceParameters& parameters);

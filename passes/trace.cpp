@@ -98,21 +98,21 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         const Extent2D extent{tiles.width * traced.width, tiles.height * traced.height};
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
-    const bool isOwn = UsesSoftwareTraversal(scene, settings);
+    const bool isSoftware = UsesSoftwareTraversal(scene, settings);
     ids.counts = PixelQueue(renderer);
     const IntegratorForm form =
         settings.form == IntegratorForm::Auto ? DefaultForm(renderer.Device()) : settings.form;
     if (form == IntegratorForm::Wavefront && !outputs.rayCounts)
         return TraceWavefront(renderer, scene, settings, outputs, ids);
     renderer.AddPass(
-        "Trace", isOwn ? PassKind::Compute : PassKind::RayTracing,
+        "Trace", isSoftware ? PassKind::Compute : PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            if (isOwn)
+            if (isSoftware)
                 pass.Compute(LoopOf(outputs, ".comp"));
             else
                 pass.RayGen(LoopOf(outputs, ".rgen"));
             SpecializeTrace(pass, scene, settings);
-            if (isOwn)
+            if (isSoftware)
                 BindSoftwareTracing(pass, scene, ParametersFor(scene, settings));
             else
                 BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
@@ -129,8 +129,8 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                 ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);
             if (outputs.lightGroups) ids.lightGroups = pass.Writes("lightGroups", ids.lightGroups);
         },
-        [extent = InvocationsFor(traced), isOwn](CommandList& commands) {
-            if (isOwn)
+        [extent = InvocationsFor(traced), isSoftware](CommandList& commands) {
+            if (isSoftware)
                 commands.DispatchOver(extent);
             else
                 commands.TraceRays(extent);

@@ -112,8 +112,8 @@ struct TraceSettings : PathSettings {
     // Only for Trace: samples these pixels instead of all, each from its own index + sampleIndex on. The
     // outputs have the extent of the list.
     ListedPixels pixels{};
-    // Only for Trace, for measurements: the picture is the same up to rounding. Traversal::Own is ignored if
-    // the scene has no trees (GpuSceneDesc::traversal); Auto takes them if it has.
+    // Only for Trace, for measurements: the picture is the same up to rounding. Traversal::Software is
+    // ignored if the scene has no trees (GpuSceneDesc::traversal); Auto takes them if it has.
     Traversal traversal = Traversal::Auto;
     IntegratorForm form = IntegratorForm::Auto;
 

@@ -9,7 +9,7 @@ namespace raygraph::passes {
 
 namespace {
 
-void Refuse(const char* pass, View view) {
+void Reject(const char* pass, View view) {
     throw MakeError(ErrorKind::Usage, "{}: the view {} is none of its views", pass, Name(view));
 }
 
@@ -36,7 +36,7 @@ BufferId ValueRange(Renderer& renderer, TextureId values) {
 
 TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       const RasterVisibility& seen, View view) {
-    if (!ShowsSurface(view)) Refuse("SurfaceView", view);
+    if (!ShowsSurface(view)) Reject("SurfaceView", view);
     const Extent2D visibleExtent = RegionOf(settings).Extent();
     TextureId values = renderer.CreateTexture("surfaceView", {visibleExtent, Format::Rgba32Float});
     renderer.AddPass(
@@ -102,13 +102,13 @@ TextureId ViewValues(Renderer& renderer, const SceneIds& scene, const TraceSetti
     if (view == View::RayCost)
         return SpreadCounts(renderer, Trace(renderer, scene, settings, {.rayCounts = true}).rayCounts);
     if (view == View::Overdraw) return Overdraw(renderer, scene, settings, film);
-    if (!ShowsSurface(view)) Refuse("ViewValues", view);
+    if (!ShowsSurface(view)) Reject("ViewValues", view);
     const auto visibility = surfaces == SurfaceSource::Rays ? TraceVisibility : AnyVisibility;
     return SurfaceView(renderer, scene, settings, visibility(renderer, scene, settings, film), view);
 }
 
 TextureId PaintView(Renderer& renderer, TextureId values, View view) {
-    if (ShowsLight(view)) Refuse("PaintView", view);
+    if (ShowsLight(view)) Reject("PaintView", view);
     const Extent2D extent = renderer.Desc(values).extent;
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
     const BufferId range = ValueRange(renderer, values);

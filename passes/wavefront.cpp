@@ -42,7 +42,7 @@ class Wavefront {
           m_outputs(outputs),
           m_features(ProgramFeatures(scene, settings)),
           m_rows{m_features, outputs.parts},
-          m_isOwn(UsesSoftwareTraversal(scene, settings)),
+          m_isSoftware(UsesSoftwareTraversal(scene, settings)),
           m_extent(renderer.Desc(ids.radiance).extent),
           m_ids(ids) {
         const uint64_t pixels = uint64_t{m_extent.width} * m_extent.height;
@@ -94,16 +94,17 @@ class Wavefront {
         return {static_cast<uint32_t>(std::min<uint64_t>(launch.width, most)), 1};
     }
     // The kind of the kernels that trace.
-    PassKind TracingKind() const { return m_isOwn ? PassKind::Compute : PassKind::RayTracing; }
+    PassKind TracingKind() const { return m_isSoftware ? PassKind::Compute : PassKind::RayTracing; }
     void UseTracing(PassBuilder& pass, const std::string& kernel) const {
-        if (m_isOwn)
+        if (m_isSoftware)
             pass.Compute(kernel + ".comp");
         else
             pass.RayGen(kernel + ".rgen");
     }
     auto Launching(Extent2D launch) const {
-        return [extent = m_isOwn ? Dispatched(launch) : launch, isOwn = m_isOwn](CommandList& commands) {
-            if (isOwn)
+        return [extent = m_isSoftware ? Dispatched(launch) : launch,
+                isSoftware = m_isSoftware](CommandList& commands) {
+            if (isSoftware)
                 commands.DispatchOver(extent);
             else
                 commands.TraceRays(extent);
@@ -121,11 +122,11 @@ class Wavefront {
         BindLights(pass, m_scene);
         pass.Reads("energyTables", m_scene.energyTables);
     }
-    void BindRays(PassBuilder& pass, bool areShadowRaysToo) const {
+    void BindRays(PassBuilder& pass, bool bindsShadowRays) const {
         const gpu::TraceParameters parameters = ParametersFor(m_scene, m_settings);
-        if (m_isOwn) return BindSoftwareTracing(pass, m_scene, parameters);
+        if (m_isSoftware) return BindSoftwareTracing(pass, m_scene, parameters);
         BindTracing(pass, m_scene, parameters, AlphaTest::On);
-        if (areShadowRaysToo) BindShadowRays(pass, m_scene);
+        if (bindsShadowRays) BindShadowRays(pass, m_scene);
     }
     void SetConstants(PassBuilder& pass, uint32_t step, uint32_t traces = 0) const {
         const gpu::CameraRecord& camera = m_settings.camera;
@@ -250,7 +251,7 @@ class Wavefront {
     TraceOutputs m_outputs;
     TraceFeatures m_features;
     RecordRows m_rows;
-    bool m_isOwn;  // kernels that trace are compute shaders
+    bool m_isSoftware;  // kernels that trace are compute shaders
     Extent2D m_extent;
     uint32_t m_pixels = 0;
     TraceIds m_ids;

@@ -247,7 +247,7 @@ bool Compaction::Poll() {
             ++i;
             continue;
         }
-        Judge(batch);
+        EvaluateSavings(batch);
         if (!IsOff())
             std::copy_if(batch.entries.begin(), batch.entries.end(), std::back_inserter(m_ready),
                          [&](const Entry& entry) { return IsWorthCompacting(entry); });
@@ -292,8 +292,8 @@ void Compaction::ReserveSlice() {
         if (error.Kind() != ErrorKind::OutOfMemory) throw;
         m_pollsToRetry = BlasBuilder::kRetryPolls - 1;
         if (!m_hasRunOut)
-            Say(m_device.Log(), LogLevel::Info, log_category::kGeometry,
-                "BLAS compaction waits for memory: {}", error.what());
+            WriteLog(m_device.Log(), LogLevel::Info, log_category::kGeometry,
+                     "BLAS compaction waits for memory: {}", error.what());
         m_hasRunOut = true;
         // The structures with memory are kept: each of them frees some of its own when it has been copied
         taken = done;
@@ -314,7 +314,7 @@ bool Compaction::ReadSizes(Batch& batch) {
 }
 
 // The first batch shows whether compaction saves anything with this driver.
-void Compaction::Judge(const Batch& batch) {
+void Compaction::EvaluateSavings(const Batch& batch) {
     if (m_isJudged || IsOff()) return;
     uint64_t built = 0;
     uint64_t compacted = 0;
@@ -329,8 +329,8 @@ void Compaction::Judge(const Batch& batch) {
     if (compacted < built - built / 2000) return;  // below 1.000 when written with three decimals
     m_disabledReason =
         Text("{} gains nothing by it: {} bytes after, {} before", m_device.Info().name, compacted, built);
-    Say(m_device.Log(), LogLevel::Info, log_category::kGeometry, "BLAS compaction is off: {}",
-        m_disabledReason);
+    WriteLog(m_device.Log(), LogLevel::Info, log_category::kGeometry, "BLAS compaction is off: {}",
+             m_disabledReason);
 }
 
 std::vector<Compaction::Ready> Compaction::TakeSlice() {

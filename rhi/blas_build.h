@@ -139,7 +139,7 @@ class Compaction {
         AccelerationStructure structure;
     };
     bool ReadSizes(Batch& batch);
-    void Judge(const Batch& batch);
+    void EvaluateSavings(const Batch& batch);
     bool IsWorthCompacting(const Entry& entry) const;
     void ReserveSlice();
     void Release(Batch& batch);

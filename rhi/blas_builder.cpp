@@ -206,8 +206,8 @@ void BlasBuilder::Impl::MarkBuilt(const std::vector<std::weak_ptr<Blas>>& blases
     uint64_t bytes = 0;
     for (const std::weak_ptr<Blas>& entry : blases)
         if (const std::shared_ptr<Blas> blas = entry.lock()) bytes += blas->BytesBuilt();
-    Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "BLASes built: {}, batches: {}, memory: {}",
-        blases.size(), newBatchCount, BytesText(bytes));
+    WriteLog(device.Log(), LogLevel::Debug, log_category::kGeometry,
+             "BLASes built: {}, batches: {}, memory: {}", blases.size(), newBatchCount, BytesText(bytes));
 }
 
 bool BlasBuilder::Poll() {
@@ -238,8 +238,8 @@ void BlasBuilder::RecordCompaction(CommandList& commands) {
             before += ready.structure.Bytes();
             after += ready.blas->Bytes();
         }
-        Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "BLASes compacted: {}, from {} to {}",
-            slice->size(), BytesText(before), BytesText(after));
+        WriteLog(device.Log(), LogLevel::Debug, log_category::kGeometry,
+                 "BLASes compacted: {}, from {} to {}", slice->size(), BytesText(before), BytesText(after));
     });
     commands.OnDropped([owner = std::weak_ptr<Impl>(m_impl), slice] {
         for (Compaction::Ready& ready : *slice) {

@@ -66,7 +66,7 @@ void OnSecondDevice(const Device& device, const Pipeline& made, Run&& run) {
     if (!device.Info().isLavapipe) return;
     const Stopwatch watch;
     const auto say = [&](std::string_view outcome) {
-        Say(device.Log(), LogLevel::Debug, log_category::kShaders, "{}: {}", made.Name(), outcome);
+        WriteLog(device.Log(), LogLevel::Debug, log_category::kShaders, "{}: {}", made.Name(), outcome);
     };
     try {
         const std::unique_ptr<Device> ahead = Device::Create(

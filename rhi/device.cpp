@@ -59,10 +59,10 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     timeline = semaphore;
 
     const raygraph::Log& log = messages.Messages();
-    Say(log, LogLevel::Info, log_category::kDevice, "device '{}': {}, {}, Vulkan {}.{}", name, info.name,
-        info.driver, VK_API_VERSION_MAJOR(info.apiVersion), VK_API_VERSION_MINOR(info.apiVersion));
+    WriteLog(log, LogLevel::Info, log_category::kDevice, "device '{}': {}, {}, Vulkan {}.{}", name, info.name,
+             info.driver, VK_API_VERSION_MAJOR(info.apiVersion), VK_API_VERSION_MINOR(info.apiVersion));
     if (const std::string lacks = MissingFeatures(info.optional); !lacks.empty())
-        Say(log, LogLevel::Debug, log_category::kDevice, "device '{}' lacks {}", name, lacks);
+        WriteLog(log, LogLevel::Debug, log_category::kDevice, "device '{}' lacks {}", name, lacks);
     PipelineCacheFile::Loaded cached;
     if (savesPipelineCache) {
         VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
@@ -74,11 +74,11 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
         if (!cached.problem.empty())
             log.Send(LogLevel::Warning, log_category::kCache, cached.problem);
         else if (cached.bytes.empty())
-            Say(log, LogLevel::Info, log_category::kCache, "no pipeline cache yet: {}",
-                pipelineCacheFile.Path());
+            WriteLog(log, LogLevel::Info, log_category::kCache, "no pipeline cache yet: {}",
+                     pipelineCacheFile.Path());
         else
-            Say(log, LogLevel::Info, log_category::kCache, "pipeline cache of {} read from {}",
-                BytesText(cached.bytes.size()), pipelineCacheFile.Path());
+            WriteLog(log, LogLevel::Info, log_category::kCache, "pipeline cache of {} read from {}",
+                     BytesText(cached.bytes.size()), pipelineCacheFile.Path());
     }
     VkPipelineCacheCreateInfo cacheInfo{};
     cacheInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
@@ -141,8 +141,8 @@ void Device::Impl::Close() noexcept {
         vk.vkDestroySemaphore(device, timeline, allocation);
         if (allocator) {
             if (const uint64_t left = memory.Statistics().usedBytes; left != 0)
-                Say(messages.Messages(), LogLevel::Error, log_category::kMemory,
-                    "device '{}' is destroyed before {} bytes of its resources", name, left);
+                WriteLog(messages.Messages(), LogLevel::Error, log_category::kMemory,
+                         "device '{}' is destroyed before {} bytes of its resources", name, left);
             vmaDestroyAllocator(allocator);
         }
     }
@@ -178,8 +178,8 @@ Device::~Device() {
         return;
     }
     // Objects that the device may still use cannot be freed, nor can the loader and retired objects.
-    Say(Log(), LogLevel::Error, log_category::kDevice, "device '{}' hangs: nothing of it is freed",
-        m_impl->name);
+    WriteLog(Log(), LogLevel::Error, log_category::kDevice, "device '{}' hangs: nothing of it is freed",
+             m_impl->name);
     m_impl->Silence();
     std::ignore = m_impl.release();
 }
@@ -293,10 +293,10 @@ bool Device::SavePipelineCache() {
         problem = "the driver does not give it";
     }
     if (!problem.empty())
-        Say(Log(), LogLevel::Warning, log_category::kCache, "pipeline cache is not saved: {}", problem);
+        WriteLog(Log(), LogLevel::Warning, log_category::kCache, "pipeline cache is not saved: {}", problem);
     else
-        Say(Log(), LogLevel::Debug, log_category::kCache, "pipeline cache of {} is saved",
-            BytesText(savedBytes));
+        WriteLog(Log(), LogLevel::Debug, log_category::kCache, "pipeline cache of {} is saved",
+                 BytesText(savedBytes));
     return problem.empty();
 }
 
@@ -305,7 +305,7 @@ std::optional<double> Device::Measured(std::string_view name) const {
 }
 
 void Device::StoreMeasurement(std::string_view name, double value) {
-    m_impl->measurements.Remember(name, value);
+    m_impl->measurements.Set(name, value);
 }
 
 std::shared_ptr<const std::vector<uint32_t>> Device::Specialized(

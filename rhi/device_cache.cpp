@@ -146,7 +146,7 @@ std::optional<double> Measurements::Find(std::string_view name) const {
     return found != m_values.end() ? std::optional(found->second) : std::nullopt;
 }
 
-void Measurements::Remember(std::string_view name, double value) {
+void Measurements::Set(std::string_view name, double value) {
     const std::lock_guard lock(m_mutex);
     m_values.insert_or_assign(std::string(name), value);
     if (m_file.empty()) return;

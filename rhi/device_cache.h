@@ -65,7 +65,7 @@ class Measurements {
     std::optional<double> Find(std::string_view name) const;
     // The name has neither a tab nor a line break. If processes write at the same time, the numbers of the
     // last one stay. A failure to write is ignored: the number is measured again next time.
-    void Remember(std::string_view name, double value);
+    void Set(std::string_view name, double value);
 
   private:
     mutable std::mutex m_mutex;

@@ -34,8 +34,8 @@ std::string DriverText(const VkPhysicalDeviceDriverProperties& driver) {
 
 std::string MissingFeatures(const OptionalFeatures& features) {
     std::string text;
-    const auto add = [&](bool isThere, const char* name) {
-        if (!isThere) text += (text.empty() ? "" : ", ") + std::string(name);
+    const auto add = [&](bool isPresent, const char* name) {
+        if (!isPresent) text += (text.empty() ? "" : ", ") + std::string(name);
     };
     add(features.rayQuery, "ray query");
     add(features.positionFetch, "position fetch");

@@ -99,13 +99,13 @@ std::string Describe(const TextureDesc& desc) {
                 Name(desc.format));
 }
 
-[[noreturn]] void Refuse(const std::string& subject, const std::string& reason) {
+[[noreturn]] void Reject(const std::string& subject, const std::string& reason) {
     throw MakeError(ErrorKind::Usage, "{}: {}", subject, reason);
 }
 
 void CheckDesc(const Device& device, const BufferDesc& desc) {
-    if (desc.size == 0) Refuse(Describe(desc), "its size is zero");
-    if (desc.usage == BufferUsage::None) Refuse(Describe(desc), "it has no usage");
+    if (desc.size == 0) Reject(Describe(desc), "its size is zero");
+    if (desc.usage == BufferUsage::None) Reject(Describe(desc), "it has no usage");
     if (desc.size > device.Info().maxBufferBytes)
         throw MakeError(ErrorKind::OutOfMemory, "{}: the device's largest buffer has {} bytes",
                         Describe(desc), device.Info().maxBufferBytes);
@@ -115,16 +115,16 @@ void CheckDesc(const Device& device, const BufferDesc& desc) {
 void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const DeviceInfo& info,
                const TextureDesc& desc) {
     const std::string subject = Describe(desc);
-    if (desc.extent.IsEmpty()) Refuse(subject, "its extent is empty");
-    if (desc.format == Format::Undefined) Refuse(subject, "it has no format");
-    if (desc.usage == TextureUsage::None) Refuse(subject, "it has no usage");
+    if (desc.extent.IsEmpty()) Reject(subject, "its extent is empty");
+    if (desc.format == Format::Undefined) Reject(subject, "it has no format");
+    if (desc.usage == TextureUsage::None) Reject(subject, "it has no usage");
     if (BlockSide(desc.format) > 1 && !info.optional.textureCompressionBc)
-        Refuse(subject, info.name + " has no compressed textures (textureCompressionBC)");
+        Reject(subject, info.name + " has no compressed textures (textureCompressionBC)");
     if (desc.mipLevels == 0 || desc.mipLevels > FullMipCount(desc.extent))
-        Refuse(subject,
+        Reject(subject,
                Text("{} mip levels, possible are 1 to {}", desc.mipLevels, FullMipCount(desc.extent)));
     if (desc.layers == 0 || desc.layers > info.maxTextureLayers)
-        Refuse(subject, Text("{} layers, possible are 1 to {}", desc.layers, info.maxTextureLayers));
+        Reject(subject, Text("{} layers, possible are 1 to {}", desc.layers, info.maxTextureLayers));
     const VkImageCreateInfo image = CreateInfo(desc);
     VkPhysicalDeviceImageFormatInfo2 ask{};
     ask.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_IMAGE_FORMAT_INFO_2;
@@ -135,23 +135,23 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
     ask.flags = image.flags;
     VkImageFormatProperties2 answer{VK_STRUCTURE_TYPE_IMAGE_FORMAT_PROPERTIES_2, nullptr, {}};
     if (vk.vkGetPhysicalDeviceImageFormatProperties2(device, &ask, &answer) != VK_SUCCESS)
-        Refuse(subject, info.name + " has no such format for this usage");
+        Reject(subject, info.name + " has no such format for this usage");
     const VkExtent3D largest = answer.imageFormatProperties.maxExtent;
     if (desc.extent.width > largest.width || desc.extent.height > largest.height)
-        Refuse(subject, Text("the device's largest texture is {}x{}", largest.width, largest.height));
+        Reject(subject, Text("the device's largest texture is {}x{}", largest.width, largest.height));
     if (desc.layers > answer.imageFormatProperties.maxArrayLayers)
-        Refuse(subject, Text("{} layers, {} allows {} for this usage", desc.layers, info.name,
+        Reject(subject, Text("{} layers, {} allows {} for this usage", desc.layers, info.name,
                              answer.imageFormatProperties.maxArrayLayers));
 }
 
 void CheckFits(const std::string& subject, const MemoryRequirements& needed,
                const MemoryRequirements& given) {
     if (needed.size > given.size)
-        Refuse(subject, Text("needs {} bytes, its memory block has {}", needed.size, given.size));
+        Reject(subject, Text("needs {} bytes, its memory block has {}", needed.size, given.size));
     if ((needed.memoryTypeBits & given.memoryTypeBits) != given.memoryTypeBits)
-        Refuse(subject, "its memory block is of a memory type that it cannot use");
+        Reject(subject, "its memory block is of a memory type that it cannot use");
     if (needed.alignment > given.alignment)
-        Refuse(subject,
+        Reject(subject,
                Text("needs alignment {}, its memory block has {}", needed.alignment, given.alignment));
 }
 
@@ -208,7 +208,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
 
 Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
     if (desc.memory != MemoryKind::Device)
-        Refuse(Describe(desc), "a buffer in a memory block is Device memory");
+        Reject(Describe(desc), "a buffer in a memory block is Device memory");
     CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
     const VkBufferCreateInfo info = CreateInfo(desc);
     VkBuffer handle = VK_NULL_HANDLE;
@@ -222,9 +222,9 @@ Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
 }
 
 Buffer Device::WrapBuffer(const BufferDesc& desc, VkBuffer buffer) {
-    if (!buffer) Refuse(Describe(desc), "the host's buffer is null");
+    if (!buffer) Reject(Describe(desc), "the host's buffer is null");
     CheckDesc(*this, desc);
-    if (desc.memory != MemoryKind::Device) Refuse(Describe(desc), "a host's buffer is Device memory");
+    if (desc.memory != MemoryKind::Device) Reject(Describe(desc), "a host's buffer is Device memory");
     Buffer wrapped;
     wrapped.m_desc = desc;
     wrapped.m_buffer = buffer;
@@ -304,7 +304,7 @@ Texture Device::CreateTexture(const TextureDesc& desc, const MemoryBlock& memory
 }
 
 Texture Device::WrapTexture(const TextureDesc& desc, VkImage image) {
-    if (!image) Refuse(Describe(desc), "the host's image is null");
+    if (!image) Reject(Describe(desc), "the host's image is null");
     CheckDesc(m_impl->instanceFunctions, PhysicalDevice(), Info(), desc);
     Texture texture;
     texture.m_desc = desc;
@@ -358,7 +358,7 @@ Sampler Device::CreateSampler(const SamplerDesc& desc) {
     info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
     info.maxLod = VK_LOD_CLAMP_NONE;
     if (!(desc.maxAnisotropy >= 1.0f))
-        Refuse(Text("sampler '{}'", desc.name),
+        Reject(Text("sampler '{}'", desc.name),
                Text("maxAnisotropy {}, must be at least 1", desc.maxAnisotropy));
     info.maxAnisotropy = std::min(desc.maxAnisotropy, Info().maxAnisotropy);
     info.anisotropyEnable = info.maxAnisotropy > 1.0f ? VK_TRUE : VK_FALSE;
@@ -374,7 +374,7 @@ Sampler Device::CreateSampler(const SamplerDesc& desc) {
 
 MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements) {
     const std::string subject = Text("memory block '{}' ({} bytes)", name, requirements.size);
-    if (requirements.size == 0) Refuse(subject, "its size is zero");
+    if (requirements.size == 0) Reject(subject, "its size is zero");
     RequireMemory(subject, requirements.size);
     const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};
     VmaAllocationCreateInfo allocate{};
@@ -465,8 +465,8 @@ void Device::TrackMemory(VmaAllocation allocation, const std::string& subject, b
     if ((flags & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0) return;
     vmaSetAllocationUserData(Allocator(), allocation, &fallbackMark);
     if (m_impl->memory.AddFallback(allocated.size))
-        Say(Log(), LogLevel::Warning, log_category::kMemory,
-            "device memory is full: {} lies in the memory of the host, which is slow", subject);
+        WriteLog(Log(), LogLevel::Warning, log_category::kMemory,
+                 "device memory is full: {} lies in the memory of the host, which is slow", subject);
 }
 
 void Device::FreeMemory(VmaAllocation allocation) noexcept {

@@ -27,7 +27,7 @@ void MessageSink::SendValidation(LogLevel level, std::string_view id, std::strin
     if (id.empty() || text.find(id) != std::string_view::npos)
         m_log.Send(level, log_category::kValidation, text);
     else
-        Say(m_log, level, log_category::kValidation, "{}: {}", id, text);
+        WriteLog(m_log, level, log_category::kValidation, "{}: {}", id, text);
 }
 
 VkDebugUtilsMessengerCreateInfoEXT MessageSink::MessengerInfo() {

@@ -78,10 +78,10 @@ class Reflector {
     ShaderReflection Run() {
         ReadEntryPoint();
         const spirv_cross::ShaderResources resources = m_compiler.get_shader_resources();
-        Refuse(resources.separate_images, "a separate image or texel buffer (write sampler2D)");
-        Refuse(resources.separate_samplers, "a separate sampler (write sampler2D)");
-        Refuse(resources.subpass_inputs, "a subpass input");
-        Refuse(resources.atomic_counters, "an atomic counter");
+        Reject(resources.separate_images, "a separate image or texel buffer (write sampler2D)");
+        Reject(resources.separate_samplers, "a separate sampler (write sampler2D)");
+        Reject(resources.subpass_inputs, "a subpass input");
+        Reject(resources.atomic_counters, "an atomic counter");
         for (const auto& resource : resources.storage_images) AddImage(resource, BindingKind::StorageImage);
         for (const auto& resource : resources.sampled_images) AddImage(resource, BindingKind::SampledImage);
         for (const auto& resource : resources.storage_buffers)
@@ -116,7 +116,7 @@ class Reflector {
         m_result.entryPoint = entries[0].name;
     }
 
-    void Refuse(const spirv_cross::SmallVector<Resource>& resources, const char* what) const {
+    void Reject(const spirv_cross::SmallVector<Resource>& resources, const char* what) const {
         if (!resources.empty()) Fail("'{}' is {}, which cannot be bound", resources[0].name, what);
     }
 

@@ -49,8 +49,8 @@ VkImageSubresourceRange Texture::WholeRange() const {
     return RangeOf(Resolved({}, m_desc.mipLevels, m_desc.layers));
 }
 
-VkImageView Texture::View(const Subresources& asked, ImageShape shape) const {
-    const Subresources part = Resolved(asked, m_desc.mipLevels, m_desc.layers);
+VkImageView Texture::View(const Subresources& requested, ImageShape shape) const {
+    const Subresources part = Resolved(requested, m_desc.mipLevels, m_desc.layers);
     const ImageShape own = m_desc.layers == 1 ? ImageShape::Plain : ImageShape::Array;
     if (shape == own && part == Resolved({}, m_desc.mipLevels, m_desc.layers)) return m_view;
     for (const PartView& known : m_partViews)

@@ -283,8 +283,8 @@ SpecializedShaders::Words SpecializedShaders::Load(const Key& key) const {
     } catch (const Error& error) {
         problem = error.what();
     }
-    Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made again: {}", path,
-        problem);
+    WriteLog(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made again: {}", path,
+             problem);
     return nullptr;
 }
 
@@ -304,7 +304,8 @@ void SpecializedShaders::Save(const Key& key, const std::vector<uint32_t>& words
         file.Commit();
     } catch (const Error& error) {
         // The pipeline cache warns once about the same folder.
-        Say(m_log, LogLevel::Info, log_category::kCache, "specialized shader is not saved: {}", error.what());
+        WriteLog(m_log, LogLevel::Info, log_category::kCache, "specialized shader is not saved: {}",
+                 error.what());
         return;
     }
     RemoveOldFiles();

@@ -32,8 +32,8 @@ const char* Name(ImageShape shape) {
 
 Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers) {
     // A first one that does not exist stays a range of one, for the message.
-    const auto count = [](uint32_t first, uint32_t asked, uint32_t available) {
-        if (asked != Subresources::kRest) return asked;
+    const auto count = [](uint32_t first, uint32_t requested, uint32_t available) {
+        if (requested != Subresources::kRest) return requested;
         return first < available ? available - first : 1;
     };
     return {.level = part.level,

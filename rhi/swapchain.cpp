@@ -61,7 +61,7 @@ Swapchain::Swapchain(Device& device, const SwapchainDesc& desc) : m_device(devic
                             device.Info().name);
         for (uint32_t i = 0; i <= device.FramesInFlight(); ++i)
             m_slots.push_back({MakeSemaphore(Text("{} acquired {}", desc.name, i))});
-        Make(desc.extent);
+        CreateImages(desc.extent);
     } catch (...) {
         Clear();
         throw;
@@ -105,7 +105,7 @@ void Swapchain::Clear() {
     m_surface = VK_NULL_HANDLE;
 }
 
-void Swapchain::Make(Extent2D extent) {
+void Swapchain::CreateImages(Extent2D extent) {
     const DeviceFunctions& vk = m_device.Vk();
     const InstanceFunctions& instance = m_device.InstanceVk();
     const VkPhysicalDevice physical = m_device.PhysicalDevice();
@@ -206,7 +206,7 @@ void Swapchain::Resize(Extent2D extent) {
         m_open.reset();
     }
     m_device.WaitQueueIdle();
-    Make(extent);
+    CreateImages(extent);
 }
 
 }  // namespace raygraph::rhi

@@ -62,7 +62,7 @@ class Swapchain {
         uint64_t until = 0;  // timeline value of a submission that waits for it
     };
 
-    void Make(Extent2D extent);
+    void CreateImages(Extent2D extent);
     void Clear();
     VkSemaphore MakeSemaphore(const std::string& name);
 

@@ -14,7 +14,7 @@ struct RAYGRAPH_API EmbeddedShader {
     std::string_view name;      // the name by which passes ask for it, such as
                                 // "pathtrace/pathtrace.rgen"
     std::string_view source;    // Path relative to shaders/: the name, or what it is a variant of.
-    std::string_view preamble;  // "#define OWN_TRAVERSAL\n": what goes before the text of the source.
+    std::string_view preamble;  // "#define SOFTWARE_TRAVERSAL\n": what goes before the text of the source.
     std::span<const std::byte> compressed;  // the SPIR-V module, a frame of zstd
 
     // Returns the module, which is decompressed by the first call and lives as long as the program.

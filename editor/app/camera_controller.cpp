@@ -15,7 +15,7 @@ constexpr float kSteepest = 1.553f;  // radians above or below the horizon: 89 d
 constexpr float kNearest = 1e-3f;    // meters from the pivot
 
 // Returns the direction turned by an angle about +y, and tilted up; in radians.
-glm::vec3 Turned(const glm::vec3& forward, glm::vec2 angles) {
+glm::vec3 Rotated(const glm::vec3& forward, glm::vec2 angles) {
     const float heading = std::atan2(forward.x, -forward.z) + angles.x;
     const float tilt =
         std::clamp(std::asin(std::clamp(forward.y, -1.0f, 1.0f)) + angles.y, -kSteepest, kSteepest);
@@ -40,13 +40,13 @@ void CameraController::Face(glm::vec3 forward) {
 void CameraController::Orbit(glm::vec2 angles) {
     const glm::dvec3 pivot = Pivot();
     // The camera goes to the right about the pivot, so that the scene turns to the left
-    const glm::vec3 forward = Turned(m_view.forward, {-angles.x, -angles.y});
+    const glm::vec3 forward = Rotated(m_view.forward, {-angles.x, -angles.y});
     m_view.eye = pivot - glm::dvec3(m_distance * forward);
     Face(forward);
 }
 
 void CameraController::Turn(glm::vec2 angles) {
-    Face(Turned(m_view.forward, angles));
+    Face(Rotated(m_view.forward, angles));
 }
 
 void CameraController::Pan(glm::vec2 shares) {

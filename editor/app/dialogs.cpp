@@ -15,14 +15,14 @@ void PathDialog::Ask(std::string title, std::string hint, For purpose,
     m_hint = std::move(hint);
     m_purpose = purpose;
     m_use = std::move(use);
-    m_isAsked = true;
+    m_isRequested = true;
     const std::string text = suggestion.string();
     m_path[text.copy(m_path, sizeof m_path - 1)] = '\0';
 }
 
 void PathDialog::Draw() {
     if (m_title.empty()) return;
-    if (std::exchange(m_isAsked, false)) ImGui::OpenPopup(m_title.c_str());
+    if (std::exchange(m_isRequested, false)) ImGui::OpenPopup(m_title.c_str());
     if (!ImGui::BeginPopupModal(m_title.c_str(), nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return;
     ImGui::TextUnformatted(m_hint.c_str());
     ImGui::SetNextItemWidth(480.0f);
@@ -30,9 +30,9 @@ void PathDialog::Draw() {
     const bool isEntered =
         ImGui::InputText("##path", m_path, sizeof m_path, ImGuiInputTextFlags_EnterReturnsTrue);
     std::error_code error;
-    const bool isThere = m_path[0] != '\0' && std::filesystem::exists(m_path, error);
+    const bool exists = m_path[0] != '\0' && std::filesystem::exists(m_path, error);
     if (m_purpose == For::Writing)
-        ImGui::TextDisabled("%s", isThere ? "It is there already, and is replaced." : "");
+        ImGui::TextDisabled("%s", exists ? "It is there already, and is replaced." : "");
     const bool isConfirmed = ImGui::Button(m_purpose == For::Reading ? "Open" : "Save");
     ImGui::SameLine();
     const bool isCancelled =

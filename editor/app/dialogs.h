@@ -22,7 +22,7 @@ class PathDialog {
     std::string m_title, m_hint;
     For m_purpose = For::Reading;
     std::function<void(const std::filesystem::path&)> m_use;
-    bool m_isAsked = false;  // Ask was called since the last Draw
+    bool m_isRequested = false;  // Ask was called since the last Draw
     char m_path[1024] = {};
 };
 

@@ -167,13 +167,13 @@ void Document::Save(const std::filesystem::path& to) {
 
 std::filesystem::path Document::SaveRecoveryCopy() const {
     const std::string name = m_file.stem().string() + "-recovered", extension = m_file.extension().string();
-    const auto isThere = [](const std::filesystem::path& file) {
+    const auto exists = [](const std::filesystem::path& file) {
         std::error_code unknown;
         return std::filesystem::exists(std::filesystem::symlink_status(file, unknown));
     };
     std::filesystem::path to = m_file;
     to.replace_filename(name + extension);
-    for (int number = 2; isThere(to); ++number) to.replace_filename(Text("{}-{}{}", name, number, extension));
+    for (int number = 2; exists(to); ++number) to.replace_filename(Text("{}-{}{}", name, number, extension));
     scene::SaveGltf(m_file, Rest(), to, {.root = m_root});
     return to;
 }
@@ -188,7 +188,7 @@ FileContent Document::Content() const {
             .hash = known == m_hashes.end() ? "" : known->second};
 }
 
-void Document::Know(const FileContent& content) {
+void Document::RecordContent(const FileContent& content) {
     if (!content.hash.empty() && content.file == m_file && content.stamp == m_stamp)
         m_hashes[content.variant] = content.hash;
 }
@@ -243,11 +243,12 @@ void CopyChanges(const T& shown, const T& wanted, T& rest) {
 }  // namespace
 
 bool Document::IsAnimated(scene::AnimatedProperty property, uint32_t object) const {
-    const auto isIt = [&](const scene::AnimationChannel& channel) {
+    const auto isMatch = [&](const scene::AnimationChannel& channel) {
         return channel.target.property == property && channel.target.object == object;
     };
     return std::ranges::any_of(m_clips, [&](const scene::ClipState& clip) {
-        return clip.weight > 0.0f && std::ranges::any_of(m_scene.animations[clip.animation].channels, isIt);
+        return clip.weight > 0.0f &&
+               std::ranges::any_of(m_scene.animations[clip.animation].channels, isMatch);
     });
 }
 

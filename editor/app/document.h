@@ -115,7 +115,7 @@ class Document {
     // Identifies the content of the file, if the open scene equals it. The hash is unknown after edits were
     // saved. Know stores the hash, unless the file has changed since.
     FileContent Content() const;
-    void Know(const FileContent& content);
+    void RecordContent(const FileContent& content);
 
   private:
     struct Step {

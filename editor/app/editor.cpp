@@ -75,7 +75,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     ignored.extent = given.extent;
     ignored.scale = given.scale;
     const FrameInput& input = m_isQuitting ? ignored : given;
-    m_work.renderer.ForgetPipelines(kPipelineLifetime);
+    m_work.renderer.ReleasePipelines(kPipelineLifetime);
     if (m_isReloading && !m_isQuitting && !m_work.renderer.IsPreparingPipelines()) ReloadShaders();
     FinishLoading();
     for (const std::filesystem::path& file : input.dropped) Open(file);
@@ -177,7 +177,7 @@ void Editor::MenuEntries(Menu menu) {
         if (row.menu != menu) continue;
         if (row.beginsGroup) ImGui::Separator();
         const std::string key = row.keys[0] ? KeyText(*row.keys[0]) : "";
-        if (ImGui::MenuItem(row.label, key.c_str(), IsOn(row.action), CanDo(row.action))) Do(row.action);
+        if (ImGui::MenuItem(row.label, key.c_str(), IsOn(row.action), CanDo(row.action))) Perform(row.action);
         if (row.action == Action::Open && ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
             for (const std::filesystem::path& file : std::vector(m_work.recent))
                 if (ImGui::MenuItem(file.c_str())) Open(file);
@@ -365,13 +365,13 @@ void Editor::UseBookmark(size_t slot, bool isKept) {
     std::optional<Bookmark>& bookmark = m_work.bookmarks.at(slot);
     if (isKept) {
         bookmark = {m_work.camera.View(), m_work.camera.Distance()};
-        m_work.Say(Text("camera kept under {}", slot + 1));
+        m_work.ShowMessage(Text("camera kept under {}", slot + 1));
     } else if (bookmark) {
         m_work.camera.Set(bookmark->view, bookmark->distance);
     }
 }
 
-void Editor::Do(Action action) {
+void Editor::Perform(Action action) {
     const viewport::View view = m_work.view.Show().view;
     const auto toggle = [&](viewport::View to) {
         m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
@@ -448,21 +448,22 @@ void Editor::Do(Action action) {
 
 void Editor::ReloadShaders() {
     if (!m_work.hasShaderSources) {
-        m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
+        m_work.ShowMessage("no shader sources to reload from: start with --shaders FOLDER");
         return;
     }
     Renderer& renderer = m_work.renderer;
     m_isReloading = renderer.IsPreparingPipelines();
     if (m_isReloading) {
-        m_work.Say("shaders are reloaded once the pipelines are there");
+        m_work.ShowMessage("shaders are reloaded once the pipelines are there");
         return;
     }
     const double before = renderer.PipelineCreationMs();  // grows with each pipeline that is made
     const std::vector<std::string> messages = renderer.ReloadShaders();
     if (!messages.empty())
-        m_work.Say(messages.front());
+        m_work.ShowMessage(messages.front());
     else
-        m_work.Say(renderer.PipelineCreationMs() > before ? "shaders reloaded" : "no shader has changed");
+        m_work.ShowMessage(renderer.PipelineCreationMs() > before ? "shaders reloaded"
+                                                                  : "no shader has changed");
 }
 
 bool Editor::CanDo(Action action) const {
@@ -489,7 +490,7 @@ void Editor::Keys(const FrameInput& input) {
         if (key >= Key::Digit1 && key <= Key::Digit9)
             UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);
         else if (const std::optional<Action> action = ActionOf({key, input.isControl, input.isShift}))
-            Do(*action);
+            Perform(*action);
     }
 }
 
@@ -654,19 +655,19 @@ void Editor::SetConfigFolder(const std::filesystem::path& folder) {
     std::string message;
     m_kept = ReadSettings(folder, message);
     m_work.Take(m_kept);
-    if (!message.empty()) m_work.Refuse(message);
+    if (!message.empty()) m_work.ReportError(message);
 }
 
 void Editor::StoreSettings() {
     if (m_config.empty()) return;
-    Settings settings = m_work.Kept();
+    Settings settings = m_work.SettingsToSave();
     settings.window = m_windowSize.IsEmpty() ? m_kept.window : m_windowSize;
     if (settings == m_kept) return;
     try {
         WriteSettings(m_config, settings);
         m_kept = settings;
     } catch (const Error& error) {
-        m_work.Refuse(error.what());
+        m_work.ReportError(error.what());
     }
 }
 
@@ -674,18 +675,18 @@ void Editor::SavePicture(const std::filesystem::path& file) {
     const std::string extension = LowerExtension(file);
     if (extension != ".exr") {
         if (extension != ".png")
-            m_work.Refuse(Text("{}: must end in .png or .exr", file));
+            m_work.ReportError(Text("{}: must end in .png or .exr", file));
         else
             m_pictureFile = file;
         return;
     }
     if (m_work.view.Show().view == viewport::View::Surface) {
-        m_work.Refuse(
+        m_work.ReportError(
             Text("{}: this view shows no light; an .exr holds the path-traced or the raster view", file));
     } else if (m_work.view.Size().IsEmpty()) {
-        m_work.Refuse(Text("{}: there is no picture", file));
+        m_work.ReportError(Text("{}: there is no picture", file));
     } else {
-        m_work.Say(Text("saving {} ...", file));
+        m_work.ShowMessage(Text("saving {} ...", file));
         m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture()});
     }
 }
@@ -693,7 +694,7 @@ void Editor::SavePicture(const std::filesystem::path& file) {
 bool Editor::IsSaving(bool hasDrawn) {
     const auto giveUp = [&](const std::filesystem::path& file) {
         if (!file.empty())
-            m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file));
+            m_work.ReportError(Text("{}: not saved, the editor was closed without a picture", file));
     };
     // A drawn frame has taken these files unless there was no picture
     giveUp(std::exchange(m_pictureFile, {}));
@@ -718,12 +719,12 @@ void Editor::HandleCaptures() {
 }
 
 void Editor::WriteBeside(Worker::Task write) {
-    m_worker.Add(std::move(write), [this](const std::string& why) { m_work.Refuse(why); });
+    m_worker.Add(std::move(write), [this](const std::string& why) { m_work.ReportError(why); });
 }
 
 void Editor::ReportSaved(std::string text) {
     ++m_savedCount;
-    m_work.Say(std::move(text));
+    m_work.ShowMessage(std::move(text));
 }
 
 void Editor::FinishSaving() {
@@ -752,7 +753,7 @@ void Editor::FinishSaving() {
                 return [this, content,
                         text = Text("saved {}, {}{}", saving.file,
                                     Counted(SampleCount(render.samples), "sample"), note)] {
-                    m_work.document.Know(content);
+                    m_work.document.RecordContent(content);
                     ReportSaved(text);
                 };
             });

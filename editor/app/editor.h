@@ -75,7 +75,7 @@ class Editor {
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);
-    void Do(Action action);
+    void Perform(Action action);
     void ReloadShaders();
     bool CanDo(Action action) const;
     bool IsOn(Action action) const;

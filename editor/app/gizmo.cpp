@@ -266,7 +266,7 @@ glm::mat4 GizmoDrag::Moved(const Ray& ray, bool isSnapping) const {
     return glm::translate(glm::mat4(1.0f), way);
 }
 
-glm::mat4 GizmoDrag::Turned(const Ray& ray, bool isSnapping) const {
+glm::mat4 GizmoDrag::Rotated(const Ray& ray, bool isSnapping) const {
     const glm::vec3 axis = Axis();
     float angle = 0.0f;
     if (m_tangent) {
@@ -314,7 +314,7 @@ glm::mat4 GizmoDrag::Change(const Ray& ray, bool isSnapping) const {
         case GizmoTool::Move:
             return Moved(ray, isSnapping);
         case GizmoTool::Rotate:
-            return Turned(ray, isSnapping);
+            return Rotated(ray, isSnapping);
         case GizmoTool::Scale:
             return Scaled(ray, isSnapping);
     }

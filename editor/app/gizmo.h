@@ -99,7 +99,7 @@ class GizmoDrag {
 
   private:
     glm::mat4 Moved(const Ray& ray, bool isSnapping) const;
-    glm::mat4 Turned(const Ray& ray, bool isSnapping) const;
+    glm::mat4 Rotated(const Ray& ray, bool isSnapping) const;
     glm::mat4 Scaled(const Ray& ray, bool isSnapping) const;
     glm::vec3 Axis() const;
     std::optional<glm::vec3> GrabPoint(const Ray& ray) const;

@@ -114,7 +114,7 @@ void LogPanel(Workspace& work) {
     work.log->Read([&](const std::deque<LogEntry>& entries) {
         std::vector<const LogEntry*> shown;
         for (const LogEntry& entry : entries)
-            if (filter.Lets(entry)) shown.push_back(&entry);
+            if (filter.Accepts(entry)) shown.push_back(&entry);
         Rows(shown, revision != work.shownLogRevision);
     });
     work.shownLogRevision = revision;
@@ -137,7 +137,7 @@ bool Has(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-bool LogFilter::Lets(const LogEntry& entry) const {
+bool LogFilter::Accepts(const LogEntry& entry) const {
     if (entry.level < minLevel || (!category.empty() && entry.category != category)) return false;
     return Has(entry.text, text) || Has(entry.category, text);
 }
@@ -184,7 +184,7 @@ std::string LogHistory::Text(const LogFilter& filter) const {
     std::string text;
     Read([&](const std::deque<LogEntry>& entries) {
         for (const LogEntry& entry : entries)
-            if (filter.Lets(entry)) text += LineOf(entry) + "\n";
+            if (filter.Accepts(entry)) text += LineOf(entry) + "\n";
     });
     return text;
 }

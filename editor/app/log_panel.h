@@ -26,7 +26,7 @@ struct LogFilter {
     std::string category;  // "": all
     std::string text;      // substring of category or text, in any case; "": all
 
-    bool Lets(const LogEntry& entry) const;
+    bool Accepts(const LogEntry& entry) const;
 };
 
 // Returns the message as text: "14:03:59 warning scene: cornell.gltf: ..."

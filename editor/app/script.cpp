@@ -281,7 +281,7 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
 namespace {
 
 template <typename... Values>
-[[noreturn]] void Refuse(fmt::format_string<Values...> format, Values&&... values) {
+[[noreturn]] void Reject(fmt::format_string<Values...> format, Values&&... values) {
     throw MakeError(ErrorKind::Usage, format, std::forward<Values>(values)...);
 }
 
@@ -290,16 +290,16 @@ float Number(const std::string& word, float minimum, float maximum) {
     float value = 0.0f;
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (failure != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
-        Refuse("{} is not a number", Quoted(word));
+        Reject("{} is not a number", Quoted(word));
     if (value < minimum || value > maximum)
-        Refuse("{} is not from {:g} to {:g}", Quoted(word), minimum, maximum);
+        Reject("{} is not from {:g} to {:g}", Quoted(word), minimum, maximum);
     return value;
 }
 
 uint32_t Count(const std::string& word) {
     constexpr float kMax = 1e6f;
     const float value = Number(word, 0.0f, kMax);
-    if (value != std::floor(value)) Refuse("{} is no whole number", Quoted(word));
+    if (value != std::floor(value)) Reject("{} is no whole number", Quoted(word));
     return static_cast<uint32_t>(value);
 }
 
@@ -312,7 +312,7 @@ glm::vec2 Place(const std::string& x, const std::string& y) {
 rhi::Extent2D Size(const std::string& word) {
     constexpr float kMax = 16384.0f;
     const size_t x = word.find('x');
-    if (x == std::string::npos) Refuse("a size is WxH");
+    if (x == std::string::npos) Reject("a size is WxH");
     return {static_cast<uint32_t>(Number(word.substr(0, x), 0.0f, kMax)),
             static_cast<uint32_t>(Number(word.substr(x + 1), 0.0f, kMax))};
 }
@@ -321,13 +321,13 @@ MouseButton ButtonOf(const std::string& word) {
     if (word == "left") return MouseButton::Left;
     if (word == "right") return MouseButton::Right;
     if (word == "middle") return MouseButton::Middle;
-    Refuse("there is no mouse button {}", Quoted(word));
+    Reject("there is no mouse button {}", Quoted(word));
 }
 
 viewport::View ViewOf(const std::string& name) {
     for (const viewport::View view : Values<viewport::View>())
         if (name == Name(view)) return view;
-    Refuse("there is no view {}", Quoted(name));
+    Reject("there is no view {}", Quoted(name));
 }
 
 // Parses a key with modifiers: "ctrl+shift+z".
@@ -335,7 +335,7 @@ PressKey KeyOf(std::string name) {
     PressKey press{};
     for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
         const std::string modifier = name.substr(0, plus);
-        if (modifier != "ctrl" && modifier != "shift") Refuse("there is no modifier {}", Quoted(modifier));
+        if (modifier != "ctrl" && modifier != "shift") Reject("there is no modifier {}", Quoted(modifier));
         (modifier == "ctrl" ? press.isControl : press.isShift) = true;
         name = name.substr(plus + 1);
     }
@@ -390,7 +390,7 @@ class LineReader {
         if (verb == "clips") return ChooseClips{Rest(1)};
         if (verb == "material" && Word(1) == "base") return SetBaseColor{{Share(2), Share(3), Share(4)}};
         if (verb == "expect") return Expected();
-        Refuse("there is no such command");
+        Reject("there is no such command");
     }
 
     std::string Rest(size_t from) const {
@@ -402,7 +402,7 @@ class LineReader {
 
   private:
     const std::string& Word(size_t i) const {
-        if (i >= m_words.size()) Refuse("a word is missing");
+        if (i >= m_words.size()) Reject("a word is missing");
         return m_words[i];
     }
     // Reads a channel of a color.
@@ -421,8 +421,8 @@ class LineReader {
         if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};
         if (what == "samples-above") return {Of::SamplesAbove, "", Count(value)};
         const Of answer = what == "asking" ? Of::Asking : what == "leaving" ? Of::Leaving : Of::Playing;
-        if (answer == Of::Playing && what != "playing") Refuse("there is nothing of that name to expect");
-        if (value != "yes" && value != "no") Refuse("it is yes or no, not {}", Quoted(value));
+        if (answer == Of::Playing && what != "playing") Reject("there is nothing of that name to expect");
+        if (value != "yes" && value != "no") Reject("it is yes or no, not {}", Quoted(value));
         return {answer, "", value == "yes"};
     }
 

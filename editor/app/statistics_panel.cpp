@@ -219,7 +219,7 @@ std::vector<FrameHistory::Pass> FrameHistory::Passes() const {
     return passes;
 }
 
-void SampleRate::Note(double seconds, double samples) {
+void SampleRate::Add(double seconds, double samples) {
     if (!m_points.empty() && samples < m_points.back().samples) m_points.clear();
     m_points.push_back({seconds, samples});
     // Keep one point just before the span

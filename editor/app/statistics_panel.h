@@ -57,7 +57,7 @@ class SampleRate {
 
     // `samples` counts samples per pixel, with the fraction of the next one. A smaller number than before
     // means that accumulation was restarted.
-    void Note(double seconds, double samples);
+    void Add(double seconds, double samples);
     // Returns nothing before a quarter of a second has been measured.
     std::optional<double> PerSecond() const;
 

@@ -56,7 +56,7 @@ std::optional<Key> KeyOf(int key) {
     }
 }
 
-std::string WhyNot() {
+std::string GlfwErrorText() {
     const char* text = nullptr;
     glfwGetError(&text);
     return text ? text : "no reason given";
@@ -80,7 +80,7 @@ struct Window::Impl {
 };
 
 Window::Window(const std::string& title, rhi::Extent2D size) {
-    if (!glfwInit()) throw MakeError(ErrorKind::NoDevice, "no window can be opened: {}", WhyNot());
+    if (!glfwInit()) throw MakeError(ErrorKind::NoDevice, "no window can be opened: {}", GlfwErrorText());
     m_impl = std::make_unique<Impl>();
     if (!glfwVulkanSupported())
         throw Error(ErrorKind::NoDevice,
@@ -89,7 +89,7 @@ Window::Window(const std::string& title, rhi::Extent2D size) {
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     GLFWwindow* window = glfwCreateWindow(static_cast<int>(size.width), static_cast<int>(size.height),
                                           title.c_str(), nullptr, nullptr);
-    if (!window) throw MakeError(ErrorKind::NoDevice, "no window can be opened: {}", WhyNot());
+    if (!window) throw MakeError(ErrorKind::NoDevice, "no window can be opened: {}", GlfwErrorText());
     m_impl->window = window;
     m_impl->lastTime = glfwGetTime();
     glfwSetWindowUserPointer(window, m_impl.get());

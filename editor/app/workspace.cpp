@@ -24,7 +24,8 @@ void Workspace::Open(const std::filesystem::path& file, const std::string& varia
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file, variant, pointsAndLines, choice, root)) Say("another scene is being loaded");
+    if (!loader.Start(file, variant, pointsAndLines, choice, root))
+        ShowMessage("another scene is being loaded");
 }
 
 template <typename Change>
@@ -34,21 +35,21 @@ bool Workspace::Try(Change&& change) {
         return true;
     } catch (
         const std::exception& error) {  // Error, or an exception of a library: neither closes the open scene
-        Refuse(error.what());
+        ReportError(error.what());
         return false;
     }
 }
 
-void Workspace::Refuse(const std::string& why, std::string_view category) {
-    Say(why);
+void Workspace::ReportError(const std::string& why, std::string_view category) {
+    ShowMessage(why);
     device.Log().Send(LogLevel::Warning, category, why);
 }
 
 void Workspace::ReportErrorOnce(const std::string& why, std::string& last, std::string_view category) {
     if (why == last)
-        Say(why);
+        ShowMessage(why);
     else
-        Refuse(last = why, category);
+        ReportError(last = why, category);
 }
 
 void Workspace::Apply(const Edit& edit) {
@@ -82,7 +83,7 @@ bool Workspace::SaveScene(const std::filesystem::path& file) {
     return Try([&] {
         document.Save(file);
         AddRecentFile(file);
-        Say(Text("saved {}", file));
+        ShowMessage(Text("saved {}", file));
     });
 }
 
@@ -98,7 +99,7 @@ void Workspace::Observe() {
     const double now =
         std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     const viewport::ViewportProgress progress = view.Progress();
-    sampleRate.Note(now, progress.pathTracedSamples + progress.pathTracedFraction);
+    sampleRate.Add(now, progress.pathTracedSamples + progress.pathTracedFraction);
     if (estimate.sampleCount > progress.pathTracedSamples + 1)
         estimate = {};  // the estimate is of a picture that is gone
     if (m_errorRequest && m_errorRequest->IsReady()) {
@@ -120,7 +121,7 @@ void Workspace::Take(const Settings& settings) {
     view.SetShow(settings.show);
 }
 
-Settings Workspace::Kept() const {
+Settings Workspace::SettingsToSave() const {
     Settings settings;
     settings.panels = panels;
     settings.tool = tool;
@@ -138,11 +139,11 @@ Settings Workspace::Kept() const {
 
 void Workspace::OpenEnvironment(const std::filesystem::path& file) {
     if (m_environment.valid()) {
-        Say("another environment is being loaded");
+        ShowMessage("another environment is being loaded");
         return;
     }
     m_loadingEnvironment = file;
-    Say(Text("loading {} ...", file));
+    ShowMessage(Text("loading {} ...", file));
     m_environment = std::async(std::launch::async, [file] {
         LoadedEnvironment loaded{.map = image::ReadEnvironment(file), .hash = {}};
         loaded.hash = session::HashOf(loaded.map.image);
@@ -163,7 +164,7 @@ void Workspace::FinishLoadingEnvironment() {
         m_environmentHash = environment.hash;
         for (const std::string& warning : loaded.warnings)
             device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
-        Say(loaded.warnings.empty() ? "" : loaded.warnings.front());
+        ShowMessage(loaded.warnings.empty() ? "" : loaded.warnings.front());
     });
 }
 
@@ -200,7 +201,7 @@ std::optional<LoadedScene> Workspace::FinishLoading() {
     FinishLoadingEnvironment();
     if (std::optional<LoadResult> result = loader.Take()) {
         if (const LoadFailure* failure = std::get_if<LoadFailure>(&*result)) {
-            Refuse(failure->message);
+            ReportError(failure->message);
         } else {
             m_arriving = std::get<LoadedScene>(std::move(*result));
             if (!TryWithDocument(m_arriving->document,
@@ -219,7 +220,7 @@ bool Workspace::TryWithDocument(const Document& of, const std::function<void()>&
         run();
         return true;
     } catch (const Error& error) {
-        Refuse(Text("{}: {}", of.File(), error.what()));
+        ReportError(Text("{}: {}", of.File(), error.what()));
         return false;
     }
 }
@@ -236,7 +237,7 @@ bool Workspace::Show(LoadedScene loaded) {
     const scene::SceneData& scene = document.Scene();
     if (m_environmentFile.empty()) gpu.SetEnvironment(SceneEnvironment());
     UseCamera(loaded.camera);
-    Say(scene.warnings.empty() ? "" : scene.warnings.front());
+    ShowMessage(scene.warnings.empty() ? "" : scene.warnings.front());
     return true;
 }
 

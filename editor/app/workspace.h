@@ -110,10 +110,10 @@ class Workspace {
     void Observe();
     // Applies the stored settings, except the window's.
     void Take(const Settings& settings);
-    Settings Kept() const;
-    void Say(std::string text) { message = std::move(text); }
+    Settings SettingsToSave() const;
+    void ShowMessage(std::string text) { message = std::move(text); }
     // Shows the reason in the message, and logs it as a warning.
-    void Refuse(const std::string& why, std::string_view category = log_category::kScene);
+    void ReportError(const std::string& why, std::string_view category = log_category::kScene);
     // Refuses what may recur every frame: it is logged only if it differs from `last`, the previous reason.
     // The owner of `last` clears it when all is well.
     void ReportErrorOnce(const std::string& why, std::string& last,

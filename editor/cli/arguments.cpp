@@ -159,35 +159,35 @@ void CheckBench(const BenchArguments& arguments) {
     CheckProgress(arguments);
     CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (arguments.tolerance && arguments.compare.empty())
-        Refuse("--tolerance is of a comparison: it needs --compare");
+        Reject("--tolerance is of a comparison: it needs --compare");
 }
 
 void CheckMerge(const MergeArguments& arguments) {
-    if (arguments.output.empty()) Refuse("merge needs -o OUT.exr");
+    if (arguments.output.empty()) Reject("merge needs -o OUT.exr");
     if (ParseOutput(arguments.output).kind != OutputKind::Exr)
-        Refuse(Text("-o: \"{}\" does not end in .exr", arguments.output));
+        Reject(Text("-o: \"{}\" does not end in .exr", arguments.output));
 }
 
 void CheckInfo(const InfoArguments& arguments) {
     const int wanted =
         int{!arguments.scene.empty()} + arguments.isListingDevices + arguments.isListingExtensions;
-    if (wanted != 1) Refuse("info needs either a scene file, --devices or --extensions");
+    if (wanted != 1) Reject("info needs either a scene file, --devices or --extensions");
     if (!arguments.scene.empty()) return;
     const char* lists = arguments.isListingDevices ? "--devices" : "--extensions";
     if (!arguments.sceneChoice.empty())
-        Refuse(Text("--scene is one of a scene file, and {} lists none", lists));
+        Reject(Text("--scene is one of a scene file, and {} lists none", lists));
     if (!arguments.variant.empty())
-        Refuse(Text("--variant is one of a scene file, and {} lists none", lists));
+        Reject(Text("--variant is one of a scene file, and {} lists none", lists));
     if (arguments.pointsAndLines != scene::PointsAndLines{})
-        Refuse(Text("--points and --lines are of a scene file, and {} lists none", lists));
-    if (!arguments.root.empty()) Refuse(Text("--root is of a scene file, and {} lists none", lists));
+        Reject(Text("--points and --lines are of a scene file, and {} lists none", lists));
+    if (!arguments.root.empty()) Reject(Text("--root is of a scene file, and {} lists none", lists));
 }
 
 void CheckEdit(const EditArguments& arguments) {
     if (arguments.scene.empty() && !arguments.variant.empty())
-        Refuse("--variant is one of a scene: it needs a FILE");
+        Reject("--variant is one of a scene: it needs a FILE");
     if (arguments.scene.empty() && arguments.given.contains("camera"))
-        Refuse("--camera looks at a scene: it needs a FILE");
+        Reject("--camera looks at a scene: it needs a FILE");
     CheckEnvironment(arguments.given, !arguments.environment.empty());
 }
 
@@ -210,8 +210,8 @@ std::string DescribeUsageError(CLI::App& app, const CLI::ParseError& error) {
         help += " " + chosen.front()->get_name();
     }
     const CommandText* command = nullptr;
-    for (const CommandText& its : program.commands)
-        if (!chosen.empty() && its.name == chosen.front()->get_name()) command = &its;
+    for (const CommandText& candidate : program.commands)
+        if (!chosen.empty() && candidate.name == chosen.front()->get_name()) command = &candidate;
     for (const OptionText& option : command ? command->options : program.options)
         known.insert(known.end(), option.names.begin(), option.names.end());
     help = " (see " + help + " --help)";
@@ -298,7 +298,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion&) {
         return ShowText{app.version() + "\n"};
     } catch (const CLI::ParseError& error) {
-        Refuse(DescribeUsageError(app, error));
+        Reject(DescribeUsageError(app, error));
     }
     if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
     if (*render) {
@@ -320,7 +320,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return editArguments;
     }
     if (!*merge)
-        Refuse("a command is needed: render, edit, bench, info, graph or merge (see raygraph --help)");
+        Reject("a command is needed: render, edit, bench, info, graph or merge (see raygraph --help)");
     CheckMerge(mergeArguments);
     return mergeArguments;
 }

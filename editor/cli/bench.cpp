@@ -200,14 +200,14 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     scene::SceneData shown;
     if (arguments.hasViewport) shown = input.data;
     DeviceScene scene(*device, input, settings, tracing);
-    if (arguments.tracing.traversal == Traversal::Own && !scene.NoOwnTraversalReason().empty())
-        WarnDriverTraversal(log, scene.NoOwnTraversalReason());
+    if (arguments.tracing.traversal == Traversal::Software && !scene.NoSoftwareTraversalReason().empty())
+        WarnDriverTraversal(log, scene.NoSoftwareTraversalReason());
     const BenchResult result =
         RunBench(scene, {arguments.frames, arguments.rounds, arguments.batchSize}, console.progress);
     console.progress.Clear();
 
     TracingChoice used = tracing;
-    if (!scene.NoOwnTraversalReason().empty()) used.traversal = Traversal::Driver;
+    if (!scene.NoSoftwareTraversalReason().empty()) used.traversal = Traversal::Driver;
     Json json = ResultJson(result, settings, used, input, device->Info());
     if (!arguments.isQuiet) PrintText(result, device->Info());
     if (arguments.hasViewport) {
@@ -224,9 +224,9 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         json["pipelines"] = PipelinesJson(pipelines);
         if (!arguments.isQuiet) PrintPipelines(pipelines);
         if (!device->Info().optional.pipelineStatistics)
-            Say(log, LogLevel::Warning, log_category::kShaders,
-                "{} says nothing of its programs: it lacks VK_KHR_pipeline_executable_properties",
-                device->Info().name);
+            WriteLog(log, LogLevel::Warning, log_category::kShaders,
+                     "{} says nothing of its programs: it lacks VK_KHR_pipeline_executable_properties",
+                     device->Info().name);
     }
     const ExitCode delivered = WriteResult(arguments, json, console.log);
     if (arguments.compare.empty()) return delivered;
@@ -428,7 +428,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         SpeedOf(yardstickTimes.MedianMs("LimitPath"), limitRays(passes::LimitKind::Path), pixels);
     if (result.limitPath.raysPerSecond > 0.0)
         result.traceEfficiency = result.trace.raysPerSecond / result.limitPath.raysPerSecond;
-    if (const double ms = yardstickTimes.MedianMs("LimitPathOwn"); ms > 0.0) {
+    if (const double ms = yardstickTimes.MedianMs("LimitPathSoftware"); ms > 0.0) {
         result.limitPathOwn = SpeedOf(ms, limitRays(passes::LimitKind::SoftwarePath), pixels);
         result.traceEfficiencyOwn = result.trace.raysPerSecond / result.limitPathOwn->raysPerSecond;
     }

@@ -41,7 +41,7 @@ struct BenchResult {
     TracingSpeed limit;                     // camera rays alone
     TracingSpeed limitPath;                 // four more cosine bounces, without shading
     double traceEfficiency = 0.0;           // rays per second of trace, relative to limitPath
-    // Uses own traversal; none: the scene has no trees for it, or the driver was chosen.
+    // Uses software traversal; none: the scene has no trees for it, or the driver was chosen.
     std::optional<TracingSpeed> limitPathOwn;
     std::optional<double> traceEfficiencyOwn;
     RelativeCost cost;  // cost of whole path-traced frames relative to frames of limitPath

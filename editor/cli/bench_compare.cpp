@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-[[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& scene,
+[[noreturn]] void Reject(const std::filesystem::path& file, const std::string& scene,
                          const std::string& why) {
     throw MakeError(ErrorKind::BadInput, "{}: {}{}", file, (scene.empty() ? "" : scene + ": "), why);
 }
@@ -33,16 +33,16 @@ Json FindScene(const std::filesystem::path& file, const std::string& stored, con
             Json result = Json::parse(line);
             if (SceneName(result) == scene) return result;
         } catch (const Json::exception&) {
-            Refuse(file, "", "a line that is no result of raygraph bench");
+            Reject(file, "", "a line that is no result of raygraph bench");
         }
     }
-    Refuse(file, scene, "no stored run of this scene");
+    Reject(file, scene, "no stored run of this scene");
 }
 
 void RequireComparable(const std::filesystem::path& file, const std::string& scene, const std::string& what,
                        const Json& stored, const Json& now) {
     if (stored != now)
-        Refuse(file, scene, "stored with the " + what + " " + stored.dump() + ", this run has " + now.dump());
+        Reject(file, scene, "stored with the " + what + " " + stored.dump() + ", this run has " + now.dump());
 }
 
 }  // namespace
@@ -79,7 +79,7 @@ std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const s
         for (const char* key : {"limit_path_version", "measure"})
             RequireComparable(file, scene, key, costBefore.at(key), cost.at(key));
         const double was = costBefore.at("median"), is = cost.at("median");
-        if (!(was > 0.0) || !(is > 0.0)) Refuse(file, scene, "a cost that is not above 0");
+        if (!(was > 0.0) || !(is > 0.0)) Reject(file, scene, "a cost that is not above 0");
         const double wasError = StandardErrorOf(costBefore), isError = StandardErrorOf(cost);
         return BenchChange{.what = what,
                            .now = is,
@@ -102,7 +102,7 @@ std::vector<BenchChange> CompareBench(const std::filesystem::path& file, const s
             changes.push_back(change(what, viewBefore.at(key).at("cost"), view.at(key).at("cost")));
         return changes;
     } catch (const Json::exception&) {
-        Refuse(file, scene, "stored by a program without costs relative to limit_path");
+        Reject(file, scene, "stored by a program without costs relative to limit_path");
     }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 using Paths = std::vector<std::filesystem::path>;
 
-Paths Given(Paths paths) {
+Paths NonEmpty(Paths paths) {
     std::erase(paths, std::filesystem::path());
     return paths;
 }
@@ -22,11 +22,11 @@ CommandFiles FilesOf(const RenderArguments& arguments) {
     CommandFiles files;
     const auto append = [](Paths& to, const Paths& from) { to.insert(to.end(), from.begin(), from.end()); };
     for (const PlannedPicture& picture : PicturesToRender(arguments)) {
-        const CommandFiles its = FilesOf(arguments, picture.name);
-        files.inputs = its.inputs;
-        append(files.updated, its.updated);
-        append(files.outputs, its.outputs);
-        append(files.replacing, its.replacing);
+        const CommandFiles pictureFiles = FilesOf(arguments, picture.name);
+        files.inputs = pictureFiles.inputs;
+        append(files.updated, pictureFiles.updated);
+        append(files.outputs, pictureFiles.outputs);
+        append(files.replacing, pictureFiles.replacing);
     }
     return files;
 }
@@ -41,21 +41,21 @@ CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name) 
         if (picture.kind == OutputKind::Exr) renders.push_back(picture.path);
     }
     return {
-        .inputs = Given({arguments.scene, arguments.environment, arguments.settingsFrom}),
-        .updated = Given({arguments.resume.empty() ? Paths::value_type() : Named(arguments.resume, name)}),
+        .inputs = NonEmpty({arguments.scene, arguments.environment, arguments.settingsFrom}),
+        .updated = NonEmpty({arguments.resume.empty() ? Paths::value_type() : Named(arguments.resume, name)}),
         .outputs = std::move(outputs),
         .replacing = std::move(renders)};
 }
 
 CommandFiles FilesOf(const BenchArguments& arguments) {
-    return {.inputs = Given({arguments.scene, arguments.environment}),
-            .updated = Given({arguments.compare}),
-            .outputs = Given({arguments.json}),
+    return {.inputs = NonEmpty({arguments.scene, arguments.environment}),
+            .updated = NonEmpty({arguments.compare}),
+            .outputs = NonEmpty({arguments.json}),
             .replacing = {}};
 }
 
 CommandFiles FilesOf(const InfoArguments& arguments) {
-    return {.inputs = Given({arguments.scene}), .updated = {}, .outputs = {}, .replacing = {}};
+    return {.inputs = NonEmpty({arguments.scene}), .updated = {}, .outputs = {}, .replacing = {}};
 }
 
 CommandFiles FilesOf(const GraphArguments& arguments) {
@@ -65,12 +65,12 @@ CommandFiles FilesOf(const GraphArguments& arguments) {
 CommandFiles FilesOf(const MergeArguments& arguments) {
     return {.inputs = {},
             .updated = arguments.inputs,
-            .outputs = Given({arguments.output, arguments.report}),
+            .outputs = NonEmpty({arguments.output, arguments.report}),
             .replacing = {arguments.output}};
 }
 
 CommandFiles FilesOf(const EditArguments& arguments) {
-    return {.inputs = Given({arguments.scene, arguments.environment, arguments.script}),
+    return {.inputs = NonEmpty({arguments.scene, arguments.environment, arguments.script}),
             .updated = {},
             .outputs = {},
             .replacing = {}};

@@ -13,8 +13,8 @@ namespace {
 template <typename CommandArguments>
 auto Plain(void (*command)(CommandArguments, Console&)) {
     return [command](const auto& arguments) {
-        return RunCommand(arguments, [command](const auto& its, Console& console) {
-            command(its, console);
+        return RunCommand(arguments, [command](const auto& parsed, Console& console) {
+            command(parsed, console);
             return ExitCode::Done;
         });
     };
@@ -23,8 +23,8 @@ auto Plain(void (*command)(CommandArguments, Console&)) {
 ExitCode Run(int argc, const char* const* argv) {
     return std::visit(Overloaded{
                           [](const RenderArguments& arguments) {
-                              return RunCommand(arguments, [](const auto& its, Console& console) {
-                                  return RenderCommand(its, console);
+                              return RunCommand(arguments, [](const auto& parsed, Console& console) {
+                                  return RenderCommand(parsed, console);
                               });
                           },
                           [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },

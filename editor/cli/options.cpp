@@ -163,7 +163,8 @@ void AddTracing(CLI::App& app, TracingChoice& tracing) {
         SetChoices(*option, {kTexts.begin(), kTexts.end()});
     };
     add("--traversal", "TRAVERSAL",
-        "Ray traversal: driver (the device's ray tracing), own (Raygraph's shaders, for triangles that do "
+        "Ray traversal: driver (the device's ray tracing), software (Raygraph's shaders, for triangles that "
+        "do "
         "not "
         "deform) or auto, the faster one (auto)",
         tracing.traversal);
@@ -212,7 +213,7 @@ void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
     AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
 }
 
-void Refuse(const std::string& message) {
+void Reject(const std::string& message) {
     throw Error(ErrorKind::Usage, message);
 }
 
@@ -220,19 +221,19 @@ void CheckProgress(const OutputArguments& arguments) {
     const bool isShown =
         arguments.progress == ProgressStyle::Plain || arguments.progress == ProgressStyle::Json;
     if (arguments.isQuiet && isShown)
-        Refuse(Text("--quiet and --progress {} exclude each other", Name(arguments.progress)));
+        Reject(Text("--quiet and --progress {} exclude each other", Name(arguments.progress)));
 }
 
 void CheckEnvironment(const SettingTexts& given, bool hasMap) {
-    if (given.contains("background") && hasMap) Refuse("--background and --env exclude each other");
+    if (given.contains("background") && hasMap) Reject("--background and --env exclude each other");
     const auto light = given.find(kLightSetting);
     if (light != given.end() && light->second == Name(DefaultLight::Studio))
         for (const auto& [option, isGiven] :
              {std::pair("--background", given.contains("background")), std::pair("--env", hasMap)})
-            if (isGiven) Refuse(Text("{} and --light studio exclude each other", option));
+            if (isGiven) Reject(Text("{} and --light studio exclude each other", option));
     for (const char* option : {"env-rotation", "env-tint"})
         if (given.contains(option) && given.contains("background"))
-            Refuse(Text("--{} is of a map or the studio, which --background replaces", option));
+            Reject(Text("--{} is of a map or the studio, which --background replaces", option));
 }
 
 // --- The options of `render` ---
@@ -265,42 +266,42 @@ std::vector<std::filesystem::path> PatternsOf(const RenderArguments& arguments) 
 }
 
 void CheckFrames(const RenderArguments& arguments) {
-    if (arguments.given.contains("at")) Refuse("--frames and --at exclude each other");
+    if (arguments.given.contains("at")) Reject("--frames and --at exclude each other");
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasNumberPlaceholder(path))
-            Refuse(Text("\"{}\" has no single run of # for the numbers of --frames, as name.####.exr", path));
+            Reject(Text("\"{}\" has no single run of # for the numbers of --frames, as name.####.exr", path));
 }
 
 void CheckCameras(const RenderArguments& arguments) {
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasCameraPlaceholder(path))
-            Refuse(Text("\"{}\" has no {{camera}} to tell the pictures of several --camera apart", path));
+            Reject(Text("\"{}\" has no {{camera}} to tell the pictures of several --camera apart", path));
 }
 
 void CheckCheckpoints(const RenderArguments& arguments) {
     const bool rendersSeveral = arguments.frames || !arguments.cameras.empty();
     if (!arguments.checkpointMinutes) {
         if (rendersSeveral && !arguments.resume.empty())
-            Refuse(
+            Reject(
                 Text("{} begins each picture; --resume goes on with one, and with several only with "
                      "--checkpoint",
                      arguments.frames ? "--frames" : "--camera"));
         return;
     }
     if (arguments.seconds && rendersSeveral)
-        Refuse("--checkpoint: with --time, no picture of several is ever complete; give --spp or --error");
+        Reject("--checkpoint: with --time, no picture of several is ever complete; give --spp or --error");
     if (arguments.seconds && !arguments.samples && !arguments.error && !arguments.resume.empty())
-        Refuse("--checkpoint: with --time, a render that goes on is never complete; give --spp or --error");
+        Reject("--checkpoint: with --time, a render that goes on is never complete; give --spp or --error");
     if (arguments.exrType == ExrType::Half)
-        Refuse("--checkpoint saves renders that can be resumed, and --exr-type half leaves out their sums");
+        Reject("--checkpoint saves renders that can be resumed, and --exr-type half leaves out their sums");
     const std::vector<OutputFile> pictures = PicturesOf(arguments);
     if (!arguments.resume.empty() &&
         std::ranges::none_of(pictures, [&](const OutputFile& p) { return p.path == arguments.resume; }))
-        Refuse(Text("--checkpoint: \"{0}\" would never get further, as no -o writes it; give -o \"{0}\"",
+        Reject(Text("--checkpoint: \"{0}\" would never get further, as no -o writes it; give -o \"{0}\"",
                     arguments.resume));
     for (const OutputFile& picture : pictures)
         if (picture.kind == OutputKind::Exr) return;
-    Refuse("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
+    Reject("--checkpoint saves renders that can be resumed: it needs -o OUT.exr");
 }
 
 // Every camera is the text of a picture setting; the first one is given as that setting.
@@ -342,20 +343,20 @@ std::vector<std::filesystem::path> NamesWithShard(const RenderArguments& argumen
 // Refuses options with which the samples of a shard could not be merged.
 void CheckShard(const RenderArguments& arguments) {
     if (arguments.seconds || arguments.error)
-        Refuse(
+        Reject(
             Text("--shard is a part of a known number of samples, and {} knows none beforehand; give --spp",
                  arguments.seconds ? "--time" : "--error"));
     std::vector<OutputFile> pictures = arguments.outputs;
     if (!arguments.resume.empty()) pictures = PicturesOf(arguments);
     if (std::ranges::none_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Exr; }))
-        Refuse(
+        Reject(
             "--shard: a part of the samples is written to an .exr, for merge, and there is no -o "
             "OUT.####.exr");
     if (!arguments.resume.empty() && !arguments.samples)
-        Refuse("--resume with --shard needs --spp, the samples of all shards together");
+        Reject("--resume with --shard needs --spp, the samples of all shards together");
     for (const std::filesystem::path& path : NamesWithShard(arguments))
         if (path.filename().string().find('#') != std::string::npos && !HasNumberPlaceholder(path))
-            Refuse(Text("\"{}\" has more than one run of # for the shard", path));
+            Reject(Text("\"{}\" has more than one run of # for the shard", path));
 }
 
 }  // namespace
@@ -486,16 +487,16 @@ void CheckRender(const RenderArguments& arguments) {
     if (!arguments.cameras.empty()) CheckCameras(arguments);
     CheckCheckpoints(arguments);
     if (arguments.shard && !arguments.frames) CheckShard(arguments);
-    if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
+    if (arguments.samples && arguments.seconds) Reject("--spp and --time exclude each other");
     // A resumed render may have a map, which is not checked here
     if (arguments.resume.empty() || !arguments.environment.empty())
         CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (!arguments.settingsFrom.empty() && !arguments.resume.empty())
-        Refuse("--settings-from begins a render; --resume goes on with one");
+        Reject("--settings-from begins a render; --resume goes on with one");
     const auto requireKind = [&](OutputKind kind, const char* option) {
         for (const OutputFile& picture : PicturesOf(arguments))
             if (picture.kind == kind) return;
-        Refuse(Text("{} is of {} {}, and none is written", option, kind == OutputKind::Png ? "a" : "an",
+        Reject(Text("{} is of {} {}, and none is written", option, kind == OutputKind::Png ? "a" : "an",
                     Name(kind)));
     };
     if (arguments.exposureEv) requireKind(OutputKind::Png, "--exposure");
@@ -505,11 +506,11 @@ void CheckRender(const RenderArguments& arguments) {
     if (arguments.isDenoised && std::ranges::all_of(PicturesOf(arguments), [](const OutputFile& o) {
             return o.kind == OutputKind::Hdr;
         }))
-        Refuse("--denoise is of a .png and an .exr, and none is written");
+        Reject("--denoise is of a .png and an .exr, and none is written");
     if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
         for (const OutputFile& picture : PicturesOf(arguments))
             if (picture.path == arguments.resume)
-                Refuse(
+                Reject(
                     Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
                          "another -o",
                          picture.path));
@@ -525,7 +526,7 @@ void ApplyShard(RenderArguments& arguments) {
     const ShardPart part = PartOf(shard, arguments.samples.value_or(RenderArguments::kDefaultSamples));
     const uint64_t first = uint64_t{arguments.sampleOffset.value_or(0)} + part.begin;
     if (first > std::numeric_limits<uint32_t>::max())
-        Refuse(Text("--sample-offset {}: {} begins with sample {}, beyond the last, 4294967295",
+        Reject(Text("--sample-offset {}: {} begins with sample {}, beyond the last, 4294967295",
                     arguments.sampleOffset.value_or(0), Describe(shard), first));
     arguments.sampleOffset = static_cast<uint32_t>(first);
     arguments.samples = part.end - part.begin;

@@ -54,7 +54,7 @@ void AddProgress(CLI::App& app, OutputArguments& arguments);
 void SetGroups(CLI::App& command, bool showsStudy);
 
 // Throws Error{Usage}.
-[[noreturn]] void Refuse(const std::string& message);
+[[noreturn]] void Reject(const std::string& message);
 void CheckProgress(const OutputArguments& arguments);
 void CheckEnvironment(const SettingTexts& given, bool hasMap);
 

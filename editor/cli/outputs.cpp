@@ -26,7 +26,7 @@ class CanonicalNames {
         // canonical folder of the file; "": unknown, or the path is no regular file
         std::string folder;
         // the file exists in that folder
-        bool isThere = false;
+        bool exists = false;
     };
     Name Of(const std::filesystem::path& path) {
         const std::filesystem::path folder = path.parent_path(), name = path.filename();
@@ -34,11 +34,11 @@ class CanonicalNames {
         std::error_code error;
         if (isNew) known->second = std::filesystem::canonical(folder.empty() ? "." : folder, error);
         const std::filesystem::file_type type = std::filesystem::symlink_status(path, error).type();
-        const bool isThere = type == std::filesystem::file_type::regular;
+        const bool exists = type == std::filesystem::file_type::regular;
         // It is no link, folder or pipe, so its folder has no other name for it.
-        const bool isPlain = isThere || type == std::filesystem::file_type::not_found;
+        const bool isPlain = exists || type == std::filesystem::file_type::not_found;
         if (!known->second.empty() && !name.empty() && isPlain)
-            return {(known->second / name).native(), known->second.native(), isThere};
+            return {(known->second / name).native(), known->second.native(), exists};
         const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
         return {(error ? path.lexically_normal() : canonical).native(), {}};
     }
@@ -79,7 +79,7 @@ std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> pat
         if (read.contains(name.text))
             throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path);
         // If one file can be created in a folder, the next one can, too.
-        if (!name.isThere && foldersForNewFiles.contains(name.folder)) continue;
+        if (!name.exists && foldersForNewFiles.contains(name.folder)) continue;
         CheckFolder(path);
         const std::string note = InPlaceWarning(path);
         if (!note.empty())

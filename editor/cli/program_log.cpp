@@ -117,7 +117,7 @@ std::shared_ptr<spdlog::sinks::sink> OpenFile(const std::filesystem::path& path)
 }  // namespace
 
 struct ProgramLog::Impl {
-    Impl(Progress& shownOn, LogLevels asked) : progress(shownOn), levels(std::move(asked)) {}
+    Impl(Progress& shownOn, LogLevels requested) : progress(shownOn), levels(std::move(requested)) {}
 
     spdlog::logger& LoggerOf(std::string_view category) {
         const auto known = loggers.find(category);

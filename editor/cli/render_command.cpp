@@ -80,7 +80,7 @@ class Pictures {
     }
     const PlannedPicture& Current() const { return m_planned[m_next]; }
     const ResumedRender* Resumed() const { return m_resumed ? &*m_resumed : nullptr; }
-    void ForgetResumed() { m_resumed.reset(); }
+    void ReleaseResumed() { m_resumed.reset(); }
     void Take() { ++m_next; }
     size_t Left() const { return m_planned.size() - m_next; }
     size_t Count() const { return m_planned.size(); }
@@ -184,7 +184,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     threads.reset();
     settings.light = ChooseLight(input, settings, pictures.Resumed(), group);
     if (settings.light == DefaultLight::Studio)
-        Say(log, LogLevel::Info, log_category::kScene, "{} is lit by the studio", input.file);
+        WriteLog(log, LogLevel::Info, log_category::kScene, "{} is lit by the studio", input.file);
     if (pictures.Resumed() == nullptr)
         RequireMapFor(arguments.given, input, settings.light, "--env or --light studio");
     WarnIfUnlit(console.log, job, input);
@@ -210,7 +210,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     // An hour of rendering must not end in a camera that is not there, either
     for (const std::string& camera : arguments.cameras) session->RequireCamera(camera);
     progress.ShowStep("building acceleration structures, compiling shaders");
-    pictures.ForgetResumed();
+    pictures.ReleaseResumed();
 
     Rendering rendering(arguments, job, used, *session, signals, console, group);
     const auto renderCurrent = [&] {
@@ -226,7 +226,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     for (pictures.Take(); !rendering.IsStopRequested() && pictures.FindNext(); pictures.Take()) {
         const PlannedPicture& picture = pictures.Current();
         session->StartPicture({.at = picture.at, .camera = picture.camera, .resumed = pictures.Resumed()});
-        pictures.ForgetResumed();
+        pictures.ReleaseResumed();
         renderCurrent();
     }
     if (rendering.IsStopped() && pictures.Left() > 0)

@@ -258,8 +258,8 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     if (!files.empty()) progress.ShowWritten(planned.label, files);
     if (!isEnd) {
         if (!saved.empty())
-            Say(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "{}, {}", saved,
-                Counted(samples, "sample"));
+            WriteLog(m_console.log.ForLibraries(), LogLevel::Info, kProgramCategory, "{}, {}", saved,
+                     Counted(samples, "sample"));
         return;
     }
     if (m_result == ExitCode::Done) m_result = outputs.Result();
@@ -367,9 +367,9 @@ PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
     PictureSettings settings = SettingsFrom(render.settings);
     const bool replacesLighting = !arguments.environment.empty() || arguments.given.contains("background");
     if (!render.environmentFile.empty() && !replacesLighting)
-        Say(log, LogLevel::Warning, log_category::kScene,
-            "{} was lit by the map {}, which is no setting: --env gives one again", arguments.settingsFrom,
-            Printable(render.environmentFile));
+        WriteLog(log, LogLevel::Warning, log_category::kScene,
+                 "{} was lit by the map {}, which is no setting: --env gives one again",
+                 arguments.settingsFrom, Printable(render.environmentFile));
     // A given light replaces the stored one
     const auto light = arguments.given.find(kLightSetting);
     const bool isStudio = light != arguments.given.end() && light->second == Name(DefaultLight::Studio);
@@ -456,8 +456,8 @@ std::optional<ResumedRender> ResumedFor(const RenderArguments& arguments, const 
 void RequireSameRequest(const ResumedRender& complete, const RenderArguments& arguments, const RenderJob& job,
                         const PlannedPicture& picture) {
     const RenderFile& render = complete.render;
-    const auto require = [&](bool isAsked, const std::string& difference) {
-        if (!isAsked)
+    const auto require = [&](bool isRequested, const std::string& difference) {
+        if (!isRequested)
             throw MakeError(ErrorKind::BadInput,
                             "{} is complete, but another picture than the one that is asked for: {}",
                             complete.path, Printable(difference, 1024));

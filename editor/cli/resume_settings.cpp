@@ -29,8 +29,9 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
         refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
     const PictureSettings settings = SettingsFrom(inFile);
     if (arguments.aovs)
-        if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
-            refuse("aov", ListOf(asked), ListOf(has));
+        if (const AovSet requested = AovsFor(*arguments.aovs, settings), has = AovsOf(render);
+            requested != has)
+            refuse("aov", ListOf(requested), ListOf(has));
     if (arguments.checkpointMinutes) return settings;  // the same command may start a render and complete it
     if (arguments.samples && *arguments.samples <= range.count)
         throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {}; give the total to reach",

@@ -29,9 +29,9 @@ RenderArguments ArgumentsOf(const MpiGroup& group, RenderArguments arguments) {
 }
 
 ExitCode Render(MpiGroup& group, const RenderArguments& arguments) {
-    return RunCommand(ArgumentsOf(group, arguments), [&](const RenderArguments& its, Console& console) {
+    return RunCommand(ArgumentsOf(group, arguments), [&](const RenderArguments& parsed, Console& console) {
         try {
-            return RenderCommand(its, console, &group);
+            return RenderCommand(parsed, console, &group);
         } catch (...) {
             if (!group.IsRoot()) std::this_thread::sleep_for(kRootGoesFirst);
             throw;

@@ -88,10 +88,10 @@ MpiGroup::MpiGroup() {
     Require(MPI_Comm_dup(MPI_COMM_WORLD, &m_world), "MPI_Comm_dup");
     Require(MPI_Comm_set_errhandler(m_world, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
     const auto rankAndSize = [](MPI_Comm of, uint32_t& rank, uint32_t& size) {
-        int its = 0, count = 1;
-        Require(MPI_Comm_rank(of, &its), "MPI_Comm_rank");
+        int index = 0, count = 1;
+        Require(MPI_Comm_rank(of, &index), "MPI_Comm_rank");
         Require(MPI_Comm_size(of, &count), "MPI_Comm_size");
-        rank = static_cast<uint32_t>(its);
+        rank = static_cast<uint32_t>(index);
         size = static_cast<uint32_t>(count);
     };
     rankAndSize(m_world, m_rank, m_size);
@@ -133,7 +133,7 @@ uint64_t MpiGroup::Sum(uint64_t value) {
     return Reduced(value, MPI_SUM);
 }
 
-uint64_t MpiGroup::Least(uint64_t value) {
+uint64_t MpiGroup::Minimum(uint64_t value) {
     return Reduced(value, MPI_MIN);
 }
 
@@ -225,8 +225,8 @@ void MpiGroup::RequestFromRoot(session::BlockQueue& queue, const Tick& tick) {
             patience.Reset();
         }
         const auto wait = hasMessage != 0 ? std::chrono::microseconds(0) : patience.Next();
-        if (const auto asked = queue.TakeRequest(wait)) {
-            const Request request{asked->device, isStopRequested ? 1u : 0u, asked->samplesPerSecond};
+        if (const auto requested = queue.TakeRequest(wait)) {
+            const Request request{requested->device, isStopRequested ? 1u : 0u, requested->samplesPerSecond};
             Require(MPI_Send(&request, sizeof(request), MPI_BYTE, 0, kTagRequest, m_world), "MPI_Send");
             patience.Reset();
         }

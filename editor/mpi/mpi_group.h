@@ -26,7 +26,7 @@ class MpiGroup final : public session::ProcessGroup {
 
     void Broadcast(std::span<std::byte> bytes) override;
     uint64_t Sum(uint64_t value) override;
-    uint64_t Least(uint64_t value) override;
+    uint64_t Minimum(uint64_t value) override;
     void AddAtRoot(passes::ExactSums& sums) override;
     void Deal(session::BlockDealer* dealer, session::BlockQueue& queue, const Tick& tick) override;
 

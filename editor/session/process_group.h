@@ -31,7 +31,7 @@ class RAYGRAPH_API ProcessGroup {
     virtual void Broadcast(std::span<std::byte> bytes) = 0;
     // Return the sum or the minimum over all processes to each of them.
     virtual uint64_t Sum(uint64_t value) = 0;
-    virtual uint64_t Least(uint64_t value) = 0;
+    virtual uint64_t Minimum(uint64_t value) = 0;
     // Adds the sums of all processes, with the same layout, to those of the root; elsewhere they become
     // undefined.
     virtual void AddAtRoot(passes::ExactSums& sums) = 0;

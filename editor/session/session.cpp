@@ -77,7 +77,7 @@ struct Session::Impl {
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
           shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.tracing, desc.group) {
-        if (desc.tracing.traversal == Traversal::Own && !shared.DriverTraversalReason().empty())
+        if (desc.tracing.traversal == Traversal::Software && !shared.DriverTraversalReason().empty())
             WarnDriverTraversal(devices.front()->Log(), shared.DriverTraversalReason());
         Begin(desc.resumed);
     }
@@ -88,9 +88,9 @@ struct Session::Impl {
         const std::string content = input.hash + input.environmentHash + described.version;
         std::string ofRoot = content;
         ofRoot.resize(128);
-        std::string ours = ofRoot;
+        std::string own = ofRoot;
         group->Broadcast(std::as_writable_bytes(std::span(ofRoot)));
-        if (ours != ofRoot)
+        if (own != ofRoot)
             throw MakeError(
                 ErrorKind::BadInput,
                 "{}: process {} has another scene, environment or program version than the first one",
@@ -107,9 +107,9 @@ struct Session::Impl {
         return input;
     }
     void Begin(const ResumedRender* resumed) {
-        FramePlan its = plan;
-        if (resumed != nullptr) its.continues = &resumed->render;
-        described.measuredError = shared.Begin(its);
+        FramePlan begun = plan;
+        if (resumed != nullptr) begun.continues = &resumed->render;
+        described.measuredError = shared.Begin(begun);
     }
     bool RestoreSurfaces(const StopRule& rule, const std::function<void(const ProgressState&)>& progress) {
         const auto show = [&](uint32_t restored) {
@@ -225,15 +225,16 @@ Session::Session(rhi::Device& device, SceneInput input, const SessionDesc& desc)
 }
 
 Session::Session(std::span<rhi::Device* const> devices, SceneInput input, const SessionDesc& desc) {
-    if (devices.empty()) Refuse("there is no device");
+    if (devices.empty()) Reject("there is no device");
     const SessionDesc decided = WithLight(desc, input);
     m_impl = std::make_unique<Impl>(devices, std::move(input), decided);
 }
 
 Session::~Session() = default;
 
-RunSummary Session::Run(const StopRule& asked, const std::function<void(const ProgressState&)>& progress) {
-    StopRule rule = asked;
+RunSummary Session::Run(const StopRule& requested,
+                        const std::function<void(const ProgressState&)>& progress) {
+    StopRule rule = requested;
     if (m_impl->isSingle) rule.samples = 1;
     RequireValidRule(rule, m_impl->firstSample, m_impl->shared.SampleCount(), m_impl->canEstimateError);
     return m_impl->Run(rule, progress);
@@ -242,7 +243,7 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
 void Session::StartPicture(const NextPicture& next) {
     RenderFile described = m_impl->described;
     if (next.at) {
-        if (!m_impl->input.isAnimated) Refuse("a picture at another time, of a scene without one");
+        if (!m_impl->input.isAnimated) Reject("a picture at another time, of a scene without one");
         PictureSettings checked;
         checked.at = next.at;
         RequireReadable(checked);
@@ -257,7 +258,7 @@ void Session::StartPicture(const NextPicture& next) {
         RequireSame(*next.resumed, described);
         const RenderFile& render = next.resumed->render;
         if (render.samples.front().first != m_impl->firstSample || AovsOf(render) != m_impl->aovs)
-            Refuse(Text("first sample and AOVs are not those of {}", next.resumed->path));
+            Reject(Text("first sample and AOVs are not those of {}", next.resumed->path));
     }
     m_impl->described = std::move(described);
     if (next.camera) m_impl->shared.SetCamera(*next.camera);
@@ -274,7 +275,7 @@ bool Session::HasResult() const {
 }
 
 SessionResult Session::Result() const {
-    if (!m_impl->shared.HasPicture()) Refuse("there is no result before a run");
+    if (!m_impl->shared.HasPicture()) Reject("there is no result before a run");
     SessionResult result{.render = m_impl->shared.Picture(m_impl->described)};
     RenderFile& render = result.render;
     result.statistics = render.adaptive
@@ -288,7 +289,7 @@ SessionResult Session::Result() const {
 }
 
 image::Image8 Session::Display() const {
-    if (!m_impl->shared.HasPicture()) Refuse("there is no picture before a run");
+    if (!m_impl->shared.HasPicture()) Reject("there is no picture before a run");
     return m_impl->shared.Display();
 }
 

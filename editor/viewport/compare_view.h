@@ -25,7 +25,7 @@ class CompareView {
     // been completed or a setting has changed, and reused until then.
     TextureId Declare(Renderer& renderer, const ShowSettings& show, const Pictures& pictures);
     std::optional<CompareNumbers> Numbers();
-    void Forget(Renderer& renderer) { renderer.Forget(MapName()); }
+    void Release(Renderer& renderer) { renderer.Release(MapName()); }
 
   private:
     // Holds the inputs of a map.

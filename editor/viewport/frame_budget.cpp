@@ -16,14 +16,14 @@ constexpr uint64_t kGrowth = 4;
 
 }  // namespace
 
-void FrameBudget::Forget() {
+void FrameBudget::Reset() {
     m_msPerPixel.fill(0.0);
     m_mostPixels = 0;
     m_overheadMs = 0.0;
     m_rasterMsPerPixel = 0.0;
 }
 
-void FrameBudget::LearnTile(uint32_t height, const passes::Region& tile, double milliseconds) {
+void FrameBudget::AddTileTiming(uint32_t height, const passes::Region& tile, double milliseconds) {
     const uint64_t pixels = tile.PixelCount();
     if (pixels == 0 || height == 0 || !(milliseconds > 0.0)) return;
     const double cost = milliseconds / static_cast<double>(pixels);
@@ -35,11 +35,11 @@ void FrameBudget::LearnTile(uint32_t height, const passes::Region& tile, double 
     m_mostPixels = std::max(m_mostPixels, pixels);
 }
 
-void FrameBudget::LearnOverhead(double milliseconds) {
+void FrameBudget::AddOverheadTiming(double milliseconds) {
     m_overheadMs = m_overheadMs == 0.0 ? milliseconds : 0.5 * (m_overheadMs + milliseconds);
 }
 
-void FrameBudget::LearnRaster(uint64_t pixels, double milliseconds) {
+void FrameBudget::AddRasterTiming(uint64_t pixels, double milliseconds) {
     const double cost = milliseconds / static_cast<double>(std::max<uint64_t>(1, pixels));
     m_rasterMsPerPixel = cost > m_rasterMsPerPixel ? cost : 0.5 * (cost + m_rasterMsPerPixel);
 }
@@ -74,7 +74,7 @@ double FrameBudget::Expect(uint32_t height, const passes::Region& tile) const {
 uint64_t FrameBudget::PixelsWithin(rhi::Extent2D picture, const passes::TileCursor& cursor,
                                    double milliseconds) const {
     if (!IsLimited()) return uint64_t{picture.width} * picture.height;
-    if (!HasLearned()) return kFirstPixels;
+    if (!HasTimings()) return kFirstPixels;
     uint64_t pixels = 0;
     double left = milliseconds;
     uint32_t row = cursor.Y();

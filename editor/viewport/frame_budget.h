@@ -20,14 +20,14 @@ class FrameBudget {
     bool IsLimited() const { return m_limitMs > 0.0; }
 
     // Discards all estimates, for another scene or other settings.
-    void Forget();
+    void Reset();
     // Records that tracing this tile of a picture with `height` rows took `milliseconds`.
-    void LearnTile(uint32_t height, const passes::Region& tile, double milliseconds);
+    void AddTileTiming(uint32_t height, const passes::Region& tile, double milliseconds);
     // Records the time of everything else in a submission.
-    void LearnOverhead(double milliseconds);
+    void AddOverheadTiming(double milliseconds);
     // Records the time to draw so many pixels of a raster view, without the rest of that frame: a coarser
     // picture would not make that shorter.
-    void LearnRaster(uint64_t pixels, double milliseconds);
+    void AddRasterTiming(uint64_t pixels, double milliseconds);
 
     // Returns the milliseconds of a frame that are available for tracing.
     double TracingMs() const;
@@ -36,7 +36,7 @@ class FrameBudget {
     // Returns how many pixels from the cursor on take about `milliseconds`, at least one; without a limit,
     // all. It is at most four times the largest measured number, and kFirstPixels if there is none.
     uint64_t PixelsWithin(rhi::Extent2D picture, const passes::TileCursor& cursor, double milliseconds) const;
-    bool HasLearned() const { return m_mostPixels > 0; }
+    bool HasTimings() const { return m_mostPixels > 0; }
     // Returns the power of two by which a raster picture must be coarser to stay within the limit, at most
     // 16; 1: full resolution, or no estimate yet.
     uint32_t RasterScale(uint64_t pixels) const;

@@ -36,7 +36,7 @@ class CachedDisplay {
     bool HasLast(Renderer& renderer, Extent2D extent) const;
     // Returns the picture of the last submitted frame; an invalid id if there is none.
     TextureId DeclareLast(Renderer& renderer) const;
-    void Forget(Renderer& renderer) { renderer.Forget(m_name); }
+    void Release(Renderer& renderer) { renderer.Release(m_name); }
 
   private:
     // Holds the inputs of the texture.

@@ -26,8 +26,8 @@ TextureId OutlineView::Declare(Renderer& renderer, const SceneIds& scene, const 
     // No outline depends on lights and environment, nor, without alpha, on materials
     now.revisions.lights = now.revisions.environment = 0;
     if (!scene.features.Has(kTraceAnyHit)) now.revisions.materials = 0;
-    const bool isThere = m_made && m_made->key == now && (!m_made->isCoarse || isMoving);
-    if (!isThere || renderer.IsFresh(line)) {
+    const bool isCurrent = m_made && m_made->key == now && (!m_made->isCoarse || isMoving);
+    if (!isCurrent || renderer.IsFresh(line)) {
         if (isMoving)
             settings.extent = {(extent.width + kCoarse - 1) / kCoarse,
                                (extent.height + kCoarse - 1) / kCoarse};

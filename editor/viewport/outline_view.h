@@ -24,7 +24,7 @@ class OutlineView {
                       const OutlineSettings& look, bool isMoving, TextureId picture);
     // Discards the stored outline, which belongs to another scene.
     void Invalidate() { m_made.reset(); }
-    void Forget(Renderer& renderer) { renderer.Forget(m_name); }
+    void Release(Renderer& renderer) { renderer.Release(m_name); }
 
   private:
     // Holds the inputs of the outline.

@@ -52,9 +52,9 @@ void PathTracedView::Reset(passes::ResetCause cause) {
     for (Level& level : m_levels) level.sample.Reset(cause);
 }
 
-void PathTracedView::Forget(Renderer& renderer) {
-    passes::Forget(renderer, m_full);
-    for (const Level& level : m_levels) passes::Forget(renderer, level.sample);
+void PathTracedView::Release(Renderer& renderer) {
+    passes::Release(renderer, m_full);
+    for (const Level& level : m_levels) passes::Release(renderer, level.sample);
 }
 
 uint32_t PathTracedView::Coarseness() const {
@@ -123,7 +123,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
     if (preview.isOn) {
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewReady);
-        if (!program.isThere) return DeclarePreview(renderer, scene, settings, preview);
+        if (!program.isReady) return DeclarePreview(renderer, scene, settings, preview);
         m_isPreviewReady = false;  // for the scene of now, as far as anybody knows
         if (program.more != TraceFeatures{}) {
             const SceneIds wide = passes::WithFeatures(scene, program.more);
@@ -148,7 +148,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
                                                    const passes::TraceSettings& settings,
                                                    const FrameBudget& budget, uint32_t mostSamples,
                                                    uint32_t endSample) {
-    passes::AccumulatedIds ids = passes::Kept(renderer, m_full, settings.extent, true);
+    passes::AccumulatedIds ids = passes::StoredAccumulation(renderer, m_full, settings.extent, true);
     const uint32_t atOnce = passes::PreferredBatchSize(renderer.Device(), settings);
     double left = budget.TracingMs();
     for (uint32_t taken = 0; taken < mostSamples;) {
@@ -164,7 +164,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
             count = std::min({atOnce, mostSamples - taken, endSample - progress.sampleCount});
             if (budget.IsLimited())
                 count =
-                    budget.HasLearned() && expected > 0.0
+                    budget.HasTimings() && expected > 0.0
                         ? static_cast<uint32_t>(std::clamp(left / expected, 1.0, static_cast<double>(count)))
                         : 1;
         }
@@ -180,7 +180,7 @@ PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const Sce
                                                    const passes::TraceSettings& settings,
                                                    const PreviewSettings& preview) {
     const Extent2D extent = settings.extent;
-    Ids ids{.samples = passes::Kept(renderer, m_full, extent, true), .isPreview = true};
+    Ids ids{.samples = passes::StoredAccumulation(renderer, m_full, extent, true), .isPreview = true};
     passes::TraceSettings coarse = settings;
     while (PixelsOf(coarse.extent) > kPreviewPixels) coarse.extent = ExtentAt(extent, ids.baseScale *= 2);
     const PassId first = renderer.NextPass();
@@ -215,7 +215,8 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
             .base = traced.mean,
             .baseScale = next != nullptr ? next->scale : 1};
     if (into.Declared().sampleCount == 0) {
-        ids.base = passes::Kept(renderer, shown->sample, ExtentAt(extent, shown->scale), false).mean;
+        ids.base =
+            passes::StoredAccumulation(renderer, shown->sample, ExtentAt(extent, shown->scale), false).mean;
         ids.baseScale = shown->scale;
         ids.radiance = passes::Overlay(renderer, ids.base, traced.mean, into.Declared().cursor);
     }
@@ -225,7 +226,7 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     }
     if (next != nullptr) {
         ids.radiance = passes::Upscale(renderer, ids.radiance, extent);
-        ids.samples = passes::Kept(renderer, m_full, extent, true);
+        ids.samples = passes::StoredAccumulation(renderer, m_full, extent, true);
     }
     return ids;
 }
@@ -244,7 +245,7 @@ class DeclaredProgram {
         static_cast<void>(passes::Trace(renderer, passes::WithFeatures(scene, more), settings));
         m_end = renderer.NextPass();
     }
-    bool IsThere() const { return m_renderer.HasPipelines(m_first, m_end); }
+    bool IsReady() const { return m_renderer.HasPipelines(m_first, m_end); }
     bool Prepare() const { return m_renderer.PreparePipelines(m_first, m_end); }
 
   private:
@@ -261,13 +262,13 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
     const TraceFeatures wanted = passes::ProgramFeatures(scene, settings);
     const TraceFeatures more = m_features & ~wanted;
     const DeclaredProgram own(renderer, scene, settings, {});
-    if (!own.IsThere()) {
+    if (!own.IsReady()) {
         const bool supportsAll = more != TraceFeatures{} && (wanted & ~m_features) == TraceFeatures{};
         const bool isFallbackReady =
-            supportsAll && DeclaredProgram(renderer, scene, settings, more).IsThere();
+            supportsAll && DeclaredProgram(renderer, scene, settings, more).IsReady();
         const bool makes = isFallbackReady ? samples >= kSettledSamples : mayMake;
         // A failure counts only where there is no other
-        const bool isReady = makes && own.Prepare() && (own.IsThere() || !isFallbackReady);
+        const bool isReady = makes && own.Prepare() && (own.IsReady() || !isFallbackReady);
         if (!isReady) return {isFallbackReady, isFallbackReady ? more : TraceFeatures{}};
     }
     m_features = wanted;

@@ -25,7 +25,7 @@ class TracePrograms {
     static constexpr uint32_t kSettledSamples = 64;
 
     struct Choice {
-        bool isThere = false;  // false: it is being made, and no other program fits
+        bool isReady = false;  // false: it is being made, and no other program fits
         TraceFeatures more;    // further features of the program (passes::WithFeatures)
     };
     // Chooses the program of the open frame. `samples` is the picture's count so far. Without `mayMake` none
@@ -72,7 +72,7 @@ class PathTracedView {
                 const PreviewSettings& preview);
     void Reset(passes::ResetCause cause);
     // Releases the memory; between frames.
-    void Forget(Renderer& renderer);
+    void Release(Renderer& renderer);
 
     const passes::Accumulation& Samples() const { return m_full; }
     // Returns the factor by which the shown picture of submitted frames is coarser. 1: every pixel has a

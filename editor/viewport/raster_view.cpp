@@ -25,7 +25,7 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     const PassId firstDrawing = renderer.NextPass();
     PassId endDrawing = firstDrawing;
     if (count > 0 && ((maxSamples > 0 && count >= maxSamples) || scale > 1)) {
-        const passes::AccumulatedIds kept = passes::Kept(renderer, m_samples, extent, true);
+        const passes::AccumulatedIds kept = passes::StoredAccumulation(renderer, m_samples, extent, true);
         ids = {.radiance = kept.mean, .samples = kept, .base = kept.mean};
     } else if (scale > 1) {
         settings.extent = {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
@@ -34,7 +34,7 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
         endDrawing = renderer.NextPass();
         ids.baseScale = scale;
         ids.radiance = passes::Upscale(renderer, ids.base, extent);
-        ids.samples = passes::Kept(renderer, m_samples, extent, true);
+        ids.samples = passes::StoredAccumulation(renderer, m_samples, extent, true);
     } else {
         const TextureId sample = declareSample(count);
         const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, m_samples, true);
@@ -46,15 +46,15 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     return ids;
 }
 
-void RasterView::ForgetEnvironment(Renderer& renderer) {
-    renderer.Forget(m_name + ".environment");
+void RasterView::ReleaseEnvironment(Renderer& renderer) {
+    renderer.Release(m_name + ".environment");
     m_environment = passes::FilteredEnvironment(m_name + ".environment");
 }
 
-void RasterView::Forget(Renderer& renderer) {
-    passes::Forget(renderer, m_samples);
-    passes::Forget(renderer, m_coarse);
-    renderer.Forget(m_name + ".environment");
+void RasterView::Release(Renderer& renderer) {
+    passes::Release(renderer, m_samples);
+    passes::Release(renderer, m_coarse);
+    renderer.Release(m_name + ".environment");
 }
 
 }  // namespace raygraph::viewport

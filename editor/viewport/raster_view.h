@@ -32,8 +32,8 @@ class RasterView {
         m_coarse.Reset(cause);
     }
     // Discards the filtered environment, since the next frame shows another scene. Call it between frames.
-    void ForgetEnvironment(Renderer& renderer);
-    void Forget(Renderer& renderer);
+    void ReleaseEnvironment(Renderer& renderer);
+    void Release(Renderer& renderer);
 
     const passes::Accumulation& Samples() const { return m_samples; }
     uint32_t TargetSamples() const { return m_targetSamples; }

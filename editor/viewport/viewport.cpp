@@ -27,12 +27,12 @@ Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc
 Viewport::~Viewport() {
     // It would refer to destroyed objects
     if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
-    m_impl->pathTraced.Forget(m_impl->renderer);
-    m_impl->raster.Forget(m_impl->renderer);
-    m_impl->pathTracedDisplay.Forget(m_impl->renderer);
-    m_impl->rasterDisplay.Forget(m_impl->renderer);
-    m_impl->compare.Forget(m_impl->renderer);
-    m_impl->outline.Forget(m_impl->renderer);
+    m_impl->pathTraced.Release(m_impl->renderer);
+    m_impl->raster.Release(m_impl->renderer);
+    m_impl->pathTracedDisplay.Release(m_impl->renderer);
+    m_impl->rasterDisplay.Release(m_impl->renderer);
+    m_impl->compare.Release(m_impl->renderer);
+    m_impl->outline.Release(m_impl->renderer);
 }
 
 void Viewport::SetSize(Extent2D size) {
@@ -217,7 +217,7 @@ void Viewport::Impl::Restart(ResetCause cause) {
     changedAt = Clock::now();
 }
 
-void Viewport::Impl::NoteChanges() {
+void Viewport::Impl::DetectChanges() {
     DrawnInputs now{.scene = scene,
                     .revisions = scene->Revisions(),
                     .camera = camera,
@@ -228,36 +228,37 @@ void Viewport::Impl::NoteChanges() {
     now.camera.aspect = 1.0f;  // the aspect ratio of the size applies
     if (drawnInputs) {
         const DrawnInputs& before = *drawnInputs;
-        const bool isOther = before.scene != now.scene;
+        const bool isNewScene = before.scene != now.scene;
         const auto note = [&](bool hasChanged, ResetCause cause) {
             if (hasChanged) Restart(cause);
             return hasChanged;
         };
         const SceneRevisions &old = before.revisions, &current = now.revisions;
-        const bool isOtherGeometry = note(isOther || old.geometry != current.geometry, ResetCause::Geometry);
-        if (!isOther) {
+        const bool hasNewGeometry =
+            note(isNewScene || old.geometry != current.geometry, ResetCause::Geometry);
+        if (!isNewScene) {
             note(old.transforms != current.transforms || old.shapes != current.shapes, ResetCause::Transform);
             note(old.materials != current.materials, ResetCause::Material);
             note(old.lights != current.lights, ResetCause::Light);
             note(old.environment != current.environment, ResetCause::Environment);
         }
-        if (isOther) raster.ForgetEnvironment(renderer);
-        if (isOther) outline.Invalidate();
+        if (isNewScene) raster.ReleaseEnvironment(renderer);
+        if (isNewScene) outline.Invalidate();
         const bool hasMoved =
             note(!(before.camera == now.camera && before.lens == now.lens), ResetCause::Camera);
         if (hasMoved) movedAt = Clock::now();
         note(!(before.size == now.size), ResetCause::Resize);
-        const bool isOtherWork = note(!(before.paths == now.paths), ResetCause::Settings);
+        const bool hasNewPaths = note(!(before.paths == now.paths), ResetCause::Settings);
         if (!(before.rasterSettings == now.rasterSettings)) raster.Reset(ResetCause::Settings);
-        if (isOtherGeometry || isOtherWork) {
-            budget.Forget();
+        if (hasNewGeometry || hasNewPaths) {
+            budget.Reset();
             timedFrames.clear();
         }
     }
     drawnInputs = std::move(now);
 }
 
-void Viewport::Impl::LearnFromTimings() {
+void Viewport::Impl::UpdateBudgets() {
     const FrameTiming& timing = renderer.Timing();
     while (!timedFrames.empty() && timedFrames.front().frame < timing.frame) timedFrames.pop_front();
     if (timedFrames.empty() || timedFrames.front().frame != timing.frame) return;
@@ -272,15 +273,15 @@ void Viewport::Impl::LearnFromTimings() {
     lastFrameMs = 0.0;
     for (const PassTiming& pass : timing.passes) lastFrameMs += pass.gpuMs;
     if (timed.rasterPixels > 0)
-        budget.LearnRaster(timed.rasterPixels, between(timed.firstDrawing, timed.endDrawing));
+        budget.AddRasterTiming(timed.rasterPixels, between(timed.firstDrawing, timed.endDrawing));
     double tracing = 0.0;
     for (const PathTracedView::Tile& tile : timed.tiles) {
         const double ms = between(tile.first, tile.end);
         tracing += ms;
-        budget.LearnTile(tile.height, tile.region, ms / tile.sampleCount);
+        budget.AddTileTiming(tile.height, tile.region, ms / tile.sampleCount);
     }
     // Without tracing time, the view was culled
-    if (tracing > 0.0) budget.LearnOverhead(lastFrameMs - tracing);
+    if (tracing > 0.0) budget.AddOverheadTiming(lastFrameMs - tracing);
 }
 
 bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
@@ -304,8 +305,8 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (!declaredIn.expired())
         throw MakeError(ErrorKind::Usage, "Viewport \"{}\": declared twice in one frame", name);
     declaredIn = renderer.OpenFrame();
-    NoteChanges();
-    LearnFromTimings();
+    DetectChanges();
+    UpdateBudgets();
     const passes::TraceSettings settings = passes::FrameSettings(size, camera, lens, paths);
     declaredScene = ids;
     declaredSettings = settings;

@@ -22,10 +22,10 @@ struct Viewport::Impl {
     TextureId Declare(const SceneIds& ids);
     TextureId DeclareOutline(TextureId picture);
     // Restarts accumulation for each cause since the last declared frame.
-    void NoteChanges();
+    void DetectChanges();
     void Restart(passes::ResetCause cause);
     // Updates the budget's estimates with the times of earlier frames.
-    void LearnFromTimings();
+    void UpdateBudgets();
     // Returns the view of this frame, which is not the requested one while the camera moves.
     View ShownView() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;

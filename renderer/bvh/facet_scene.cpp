@@ -30,7 +30,7 @@ glm::vec3 Inverse(const glm::vec3& direction) {
     return inverse;
 }
 
-bool Meets(const Box& box, const glm::vec3& origin, const glm::vec3& inverse, float tMax) {
+bool IntersectsBox(const Box& box, const glm::vec3& origin, const glm::vec3& inverse, float tMax) {
     const glm::vec3 a = (box.min - origin) * inverse, b = (box.max - origin) * inverse;
     const glm::vec3 low = glm::min(a, b), high = glm::max(a, b);
     // The margin keeps hits in flat boxes, and on edges that facets share, in spite of rounding
@@ -49,7 +49,7 @@ void Walk(const BinaryBvh& tree, const glm::vec3& origin, const glm::vec3& direc
     uint32_t stack[kMaxDepth + 1] = {0};
     for (uint32_t count = 1; count > 0;) {
         const BinaryNode& node = tree.nodes[stack[--count]];
-        if (!Meets(node.box, origin, inverse, tMax)) continue;
+        if (!IntersectsBox(node.box, origin, inverse, tMax)) continue;
         if (node.IsLeaf()) {
             onLeaf(tree.order[node.left]);
             continue;

@@ -19,7 +19,7 @@ constexpr uint32_t kSide = 96;  // squares of the terrain
 constexpr uint32_t kRays = 1u << 19;
 constexpr uint32_t kWarmUpRounds = 2, kTimedRounds = 9;
 constexpr double kMinSpeedup = 1.1;
-constexpr std::string_view kName = "speed of own traversal over the driver's, 1";
+constexpr std::string_view kName = "speed of software traversal over the driver's, 1";
 
 // Returns a hash in [0, 1).
 float Uniform(uint32_t index) {
@@ -92,17 +92,17 @@ double MeasureSoftwareSpeed(rhi::Device& device) {
 }
 
 Traversal FasterTraversal(rhi::Device& device) {
-    if (device.Info().type == rhi::DeviceType::Cpu) return Traversal::Own;
+    if (device.Info().type == rhi::DeviceType::Cpu) return Traversal::Software;
     std::optional<double> speed = device.Measured(kName);
     if (!speed) {
         const Stopwatch watch;
         speed = MeasureSoftwareSpeed(device);
         device.StoreMeasurement(kName, *speed);
-        Say(device.Log(), LogLevel::Info, log_category::kShaders,
-            "own traversal is {:.2f} times as fast as the driver's (measured in {:.2f} s)", *speed,
-            watch.Seconds());
+        WriteLog(device.Log(), LogLevel::Info, log_category::kShaders,
+                 "software traversal is {:.2f} times as fast as the driver's (measured in {:.2f} s)", *speed,
+                 watch.Seconds());
     }
-    return *speed >= kMinSpeedup ? Traversal::Own : Traversal::Driver;
+    return *speed >= kMinSpeedup ? Traversal::Software : Traversal::Driver;
 }
 
 // --- Scenes for measuring ---

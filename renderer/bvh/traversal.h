@@ -21,12 +21,12 @@ class Device;
 
 // The choice is one of speed: hits are the same, but at edges.
 //   Auto:   the faster one on the device (FasterTraversal)
-//   Driver: the device's acceleration structures, by its own traversal
-//   Own:    trees of triangles, by shaders (shaders/scene/own_traversal.glsl)
+//   Driver: the device's acceleration structures, by its software traversal
+//   Own:    trees of triangles, by shaders (shaders/scene/software_traversal.glsl)
 #define RAYGRAPH_TRAVERSALS(X, Of) \
     X(Of, Auto, 0, "auto", "")     \
     X(Of, Driver, 1, "driver", "") \
-    X(Of, Own, 2, "own", "")
+    X(Of, Software, 2, "software", "")
 RAYGRAPH_CHOICE(Traversal, RAYGRAPH_TRAVERSALS)
 
 // Returns Driver or Own, a property of the device and its driver, whatever the scene. On a CPU it is Own,

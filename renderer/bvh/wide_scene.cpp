@@ -104,13 +104,13 @@ std::optional<std::vector<gpu::WideTriangle>> PlaceTriangles(const PlacedTriangl
     std::vector<gpu::WideTriangle> triangles;
     triangles.reserve(placed.triangles.size());
     for (const gpu::WideTriangle& triangle : placed.triangles) {
-        gpu::WideTriangle& there = triangles.emplace_back(gpu::WideTriangle{.p0 = place(triangle.p0),
-                                                                            .primitive = triangle.primitive,
-                                                                            .p1 = place(triangle.p1),
-                                                                            .instance = placed.number,
-                                                                            .p2 = place(triangle.p2),
-                                                                            .flags = flags});
-        if (!HasArea(there)) there.p1 = there.p2 = there.p0;
+        gpu::WideTriangle& record = triangles.emplace_back(gpu::WideTriangle{.p0 = place(triangle.p0),
+                                                                             .primitive = triangle.primitive,
+                                                                             .p1 = place(triangle.p1),
+                                                                             .instance = placed.number,
+                                                                             .p2 = place(triangle.p2),
+                                                                             .flags = flags});
+        if (!HasArea(record)) record.p1 = record.p2 = record.p0;
     }
     if (!triangles.empty() && !IsNearEnough(BoxOf(triangles))) return std::nullopt;
     return triangles;
@@ -143,10 +143,10 @@ WideInstances BuildWideInstances(std::span<const WidePlacement> placements) {
     std::vector<gpu::WideInstance> placed;
     std::vector<uint32_t> numbers;
     for (uint32_t i = 0; i < placements.size(); ++i) {
-        const std::optional<PlacedInstance> there = PlaceInstance(placements[i]);
-        if (!there) continue;
-        boxes.push_back(there->box);
-        placed.push_back(there->instance);
+        const std::optional<PlacedInstance> record = PlaceInstance(placements[i]);
+        if (!record) continue;
+        boxes.push_back(record->box);
+        placed.push_back(record->instance);
         numbers.push_back(i);
     }
     WideBvh tree = CollapseToWide(BuildBinaryBvh(boxes));

@@ -113,9 +113,9 @@ void GpuScene::Impl::Replace(PreparedContent& content, SceneUpload::Impl& upload
         log.Send(LogLevel::Warning, log_category::kScene, warning);
     scene->RefreshStatistics();
     if (context.statistics.instanceCount > 0)
-        Say(log, LogLevel::Info, log_category::kScene, "uploaded in {}: {} in {}",
-            DurationText(watch.Seconds()), Counted(context.statistics.trianglesPlaced, "triangle"),
-            Counted(context.statistics.instanceCount, "instance"));
+        WriteLog(log, LogLevel::Info, log_category::kScene, "uploaded in {}: {} in {}",
+                 DurationText(watch.Seconds()), Counted(context.statistics.trianglesPlaced, "triangle"),
+                 Counted(context.statistics.instanceCount, "instance"));
 }
 
 void GpuScene::SetTransforms(std::span<const uint32_t> instances,
@@ -154,7 +154,7 @@ const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
 }
 
 bool GpuScene::UsesWideBvhs() const {
-    return m_impl->context.traversal == Traversal::Own;
+    return m_impl->context.traversal == Traversal::Software;
 }
 
 void GpuScene::SetViewpoint(const glm::dvec3& eye) {
@@ -284,7 +284,7 @@ bool GpuScene::IsSettled() const {
 
 namespace {
 
-[[noreturn]] void RefuseRemoval(const char* what, uint32_t index, uint32_t count, const char* users) {
+[[noreturn]] void RejectRemoval(const char* what, uint32_t index, uint32_t count, const char* users) {
     throw MakeError(ErrorKind::Usage, "GpuScene: {} {} cannot be removed: {} {} use it", what, index, count,
                     users);
 }
@@ -432,9 +432,9 @@ void GpuScene::RemoveMesh(uint32_t mesh) {
     if (removed.isDeformed)
         throw MakeError(ErrorKind::Usage, "GpuScene: mesh {} is deformed: it goes with the scene alone",
                         mesh);
-    if (removed.instanceCount > 0) RefuseRemoval("mesh", mesh, removed.instanceCount, "instances");
+    if (removed.instanceCount > 0) RejectRemoval("mesh", mesh, removed.instanceCount, "instances");
     m_impl->streams.RequireComplete("mesh", mesh, m_impl->scene->owners.meshes);
-    m_impl->scene->ForgetMesh(mesh);
+    m_impl->scene->ReleaseMesh(mesh);
     ++m_impl->context.revisions.geometry;
 }
 
@@ -442,7 +442,7 @@ void GpuScene::RemoveMaterial(uint32_t material) {
     m_impl->RequireNoFrame("RemoveMaterial");
     m_impl->scene->RequireMaterial(material);
     if (const uint32_t count = m_impl->scene->materials->PartCount(material); count > 0)
-        RefuseRemoval("material", material, count, "primitives");
+        RejectRemoval("material", material, count, "primitives");
     m_impl->streams.RequireComplete("material", material, m_impl->scene->owners.materials);
     m_impl->scene->RemoveMaterial(material);
 }
@@ -451,7 +451,7 @@ void GpuScene::RemoveTexture(uint32_t texture) {
     m_impl->RequireNoFrame("RemoveTexture");
     m_impl->scene->RequireTexture(texture);
     if (const uint32_t count = m_impl->scene->materials->MaterialCount(texture); count > 0)
-        RefuseRemoval("texture", texture, count, "materials");
+        RejectRemoval("texture", texture, count, "materials");
     m_impl->streams.RequireComplete("texture", texture, m_impl->scene->owners.textures);
     WithMemoryErrors("RemoveTexture", [&] { m_impl->scene->RemoveTexture(texture); });
 }
@@ -578,11 +578,12 @@ SceneObjects::SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials
     owners.materials.Reset(data.materials.size());
     owners.lights.Reset(data.lights.size());
     MoveOrigin(ChooseSceneOrigin({}, glm::dvec3(0.0), instances.Reach()));
-    if (context.traversal != Traversal::Own) return;
+    if (context.traversal != Traversal::Software) return;
     trees.emplace(context.device, context.desc.lightRule == LightRule::Decay);
     trees->Follow(*geometry, instances);
-    Say(context.device.Log(), LogLevel::Debug, log_category::kGeometry, "trees for own traversal: {}",
-        trees->UnavailableReason().empty() ? BytesText(trees->Bytes()) : trees->UnavailableReason());
+    WriteLog(context.device.Log(), LogLevel::Debug, log_category::kGeometry,
+             "trees for software traversal: {}",
+             trees->UnavailableReason().empty() ? BytesText(trees->Bytes()) : trees->UnavailableReason());
 }
 
 void SceneObjects::Declare(Renderer& renderer, SceneIds& ids) {

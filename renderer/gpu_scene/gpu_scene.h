@@ -94,7 +94,7 @@ struct GpuSceneDesc {
     // Own: keeps trees of triangles beside the device's acceleration structures, which Trace then takes
     // (docs/performance.md). They need as much memory on the host as on the device. There are none while the
     // scene places round primitives, meshes that deform or are the host's, or more than a shader can bind:
-    // then Trace takes the driver's structures. Auto: where own traversal is faster on the device.
+    // then Trace takes the driver's structures. Auto: where software traversal is faster on the device.
     //
     // A scene begins with one tree over the triangles of all instances, if there are at most
     // kMaxLevelTriangles; else there are two levels, a tree over the instances above those of meshes. In

@@ -19,7 +19,7 @@ struct GpuScene::Impl {
     void SetContent(PreparedContent& content);
     void Replace(PreparedContent& content, SceneUpload::Impl& upload, const Stopwatch& watch);
     PrepareSettings Preparing() const {
-        return {.buildsWideBvhs = context.traversal == Traversal::Own,
+        return {.buildsWideBvhs = context.traversal == Traversal::Software,
                 .measuresLight = context.desc.measuresLight};
     }
     // Throws Error{Usage} while a frame is open, since an edit would change or destroy the data from which it

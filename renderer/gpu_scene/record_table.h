@@ -50,8 +50,8 @@ class RecordTable {
     struct Source {
         std::function<void()> prepare = [] {};  // called before everything else
         size_t changed = 0;                     // number of changed records
-        // Writes the changed records, each once; or all of them, from the first to the last, if `areAll`.
-        std::function<void(bool areAll, Writer& writer)> write;
+        // Writes the changed records, each once; or all of them, from the first to the last, if `writesAll`.
+        std::function<void(bool writesAll, Writer& writer)> write;
         std::function<void()> done = [] {};  // called when the pass has been submitted
     };
 

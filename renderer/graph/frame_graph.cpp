@@ -167,7 +167,7 @@ uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
                     Quoted(resource.name), (writer ? PassText(*writer) : std::string("a pass")));
 }
 
-uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& asked) {
+uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& requested) {
     GraphPass& pass = passes.back();
     const auto sentence = [&] { return PassText(pass) + " " + VerbFor(access); };
     // The text is built only for an error, since frames declare this often.
@@ -180,8 +180,8 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& as
         throw MakeError(ErrorKind::Usage, "{} uses {} as {}, which a pass of kind {} cannot do",
                         PassText(pass), Quoted(resource.name), Name(access), Name(pass.kind));
     Subresources part = resource.Whole();
-    if (asked != Subresources{}) {
-        part = rhi::Resolved(asked, resource.levels, resource.layers);
+    if (requested != Subresources{}) {
+        part = rhi::Resolved(requested, resource.levels, resource.layers);
         const std::string missing = rhi::DescribeMissing(part, resource.levels, resource.layers);
         if (!missing.empty())
             throw MakeError(ErrorKind::Usage, "{} {}: {}", sentence(), Quoted(resource.name), missing);
@@ -216,10 +216,10 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& as
 void FrameGraph::CheckWithinPass(const GraphPass& pass, const GraphResource& resource,
                                  const ResourceUse& earlier, Access access, const Subresources& part) const {
     const bool isTexture = resource.kind == ResourceKind::Texture;
-    const bool areSameLayout =
+    const bool hasSameLayout =
         !isTexture || MasksFor(pass.kind, earlier.access).layout == MasksFor(pass.kind, access).layout;
     const bool isReadOnly = !Writes(earlier.access) && !Writes(access);
-    if (areSameLayout && (isReadOnly || MayCombine(pass.kind, resource.kind))) return;
+    if (hasSameLayout && (isReadOnly || MayCombine(pass.kind, resource.kind))) return;
     std::string why;
     if (isReadOnly)
         why = "a pass sees a texture in one way only";

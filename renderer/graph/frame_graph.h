@@ -190,7 +190,7 @@ struct RAYGRAPH_API FrameGraph {
 
   private:
     uint32_t AddResource(GraphResource resource);
-    uint32_t UseResource(AnyId id, Access access, const Subresources& asked);
+    uint32_t UseResource(AnyId id, Access access, const Subresources& requested);
     void ExportResource(uint32_t index, VkImageLayout layout, uint32_t toQueueFamily);
     void CheckWithinPass(const GraphPass& pass, const GraphResource& resource, const ResourceUse& earlier,
                          Access access, const Subresources& part) const;

@@ -38,8 +38,8 @@ void FrameTimer::EndFrame(uint64_t submitted, FrameTiming timing) {
 void FrameTimer::StoreTiming(FrameTiming timing) {
     for (const PassTiming& pass : timing.passes)
         if (pass.kind == PassKind::AccelerationStructure && pass.gpuMs > 0.0)
-            Say(m_device.Log(), LogLevel::Debug, log_category::kGeometry, "{} of frame {} took {}", pass.name,
-                timing.frame, DurationText(1e-3 * pass.gpuMs));
+            WriteLog(m_device.Log(), LogLevel::Debug, log_category::kGeometry, "{} of frame {} took {}",
+                     pass.name, timing.frame, DurationText(1e-3 * pass.gpuMs));
     m_latest = timing;
     m_arrived.push_back(std::move(timing));
     if (m_arrived.size() > kMaxArrived) m_arrived.pop_front();

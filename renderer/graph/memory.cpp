@@ -134,7 +134,7 @@ void PersistentStore::Ensure(rhi::Device& device, Persistent& persistent) {
                                                  .memory = persistent.bufferDesc.memory});
 }
 
-void PersistentStore::Forget(std::string_view name) {
+void PersistentStore::Release(std::string_view name) {
     const auto entry = m_entries.find(name);
     if (entry != m_entries.end()) m_entries.erase(entry);
 }
@@ -213,8 +213,8 @@ void TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uin
     if (m_blocks.size() < blocks.size()) m_blocks.resize(blocks.size());
     for (size_t b = 0; b < blocks.size(); ++b) {
         Block& block = m_blocks[b];
-        const bool isRoomy = block.memory && blocks[b].size < block.memory.Requirements().size / 4;
-        if (!isRoomy) block.lastFitting = frame;
+        const bool isOversized = block.memory && blocks[b].size < block.memory.Requirements().size / 4;
+        if (!isOversized) block.lastFitting = frame;
         const bool isTooLarge = block.lastFitting + kKeepFrames < frame;
         if (!block.memory || isTooLarge || !Fits(blocks[b], block.memory.Requirements())) {
             block.textures.clear();

@@ -61,7 +61,7 @@ class PersistentStore {
     Persistent* Declared(std::string_view name, uint64_t frame);
     // Creates the Vulkan object if there is none.
     void Ensure(rhi::Device& device, Persistent& persistent);
-    void Forget(std::string_view name);
+    void Release(std::string_view name);
     // Must be called when the frame was submitted, or dropped. Entries keep their addresses.
     void CommitReplacements();
     void DropReplacements() { m_replacements.clear(); }

@@ -357,7 +357,7 @@ class PlanJson {
   public:
     PlanJson(const FrameGraph& graph, const Plan& plan) : m_graph(graph), m_plan(plan) {}
 
-    Json Make() const {
+    Json Build() const {
         Json json;
         json["schema"] = 1;
         json["acquire"] = {{"barriers", Barriers(m_plan.acquire)}};
@@ -503,7 +503,7 @@ class PlanJson {
 }  // namespace
 
 std::string DescribePlanJson(const FrameGraph& graph, const Plan& plan) {
-    return PlanJson(graph, plan).Make().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return PlanJson(graph, plan).Build().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace raygraph

@@ -72,7 +72,7 @@ Program* ProgramCache::Find(const ProgramRequest& request) {
     const auto known =
         std::ranges::find_if(m_programs, [&](const auto& program) { return program->m_request == request; });
     if (known == m_programs.end()) return nullptr;
-    (*known)->m_isAsked = true;
+    (*known)->m_isRequested = true;
     return known->get();
 }
 
@@ -175,14 +175,14 @@ void ProgramCache::TakeCompiled(Program& program) {
 void ProgramCache::EndFrame() {
     m_frameEnd = std::chrono::steady_clock::now();
     for (const auto& program : m_programs)
-        if (std::exchange(program->m_isAsked, false)) program->m_lastRequested = m_frameEnd;
+        if (std::exchange(program->m_isRequested, false)) program->m_lastRequested = m_frameEnd;
 }
 
 void ProgramCache::Trim(double lifetime) {
     std::erase_if(m_programs, [&](const auto& known) {
         const Program& program = *known;
         const std::chrono::duration<double> unused = m_frameEnd - program.m_lastRequested;
-        return !program.m_isAsked && unused.count() > lifetime && !program.IsCompiling();
+        return !program.m_isRequested && unused.count() > lifetime && !program.IsCompiling();
     });
 }
 
@@ -264,8 +264,8 @@ void ProgramCache::Take(Program& program, ProgramPipeline&& made) {
     const double ms = program.m_pipeline.creationMs;
     m_creationMs += ms;
     constexpr double kLongMs = 1000.0;  // somebody is waiting for longer than this
-    Say(m_device.Log(), ms < kLongMs ? LogLevel::Debug : LogLevel::Info, log_category::kShaders,
-        "pipeline of {} is made in {}", program.m_name, DurationText(1e-3 * ms));
+    WriteLog(m_device.Log(), ms < kLongMs ? LogLevel::Debug : LogLevel::Info, log_category::kShaders,
+             "pipeline of {} is made in {}", program.m_name, DurationText(1e-3 * ms));
     m_pipelineCount += program.m_hasPipeline ? 0 : 1;
     program.m_hasPipeline = true;
 }

@@ -96,7 +96,7 @@ class Program {
     rhi::ShaderInterface m_interface;
     std::vector<rhi::SpecializationValue> m_specialization;
     // A frame has requested it since the last one ended.
-    bool m_isAsked = true;
+    bool m_isRequested = true;
     std::chrono::steady_clock::time_point m_lastRequested;  // when a frame that requested it ended
     bool m_hasPipeline = false;
     ProgramPipeline m_pipeline;

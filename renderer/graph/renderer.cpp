@@ -118,8 +118,8 @@ void Renderer::Impl::ForwardSemaphores() noexcept {
     try {
         lastSubmitted = device.Forward(waits.forwarded, signals.forwarded);
     } catch (const std::exception& failure) {
-        Say(device.Log(), LogLevel::Warning, log_category::kGraph,
-            "the semaphores of a dropped frame are not signalled: {}", failure.what());
+        WriteLog(device.Log(), LogLevel::Warning, log_category::kGraph,
+                 "the semaphores of a dropped frame are not signalled: {}", failure.what());
     }
 }
 
@@ -195,15 +195,16 @@ std::vector<std::string> Renderer::ReloadShaders() {
         for (const std::string& message : messages)
             log.Send(LogLevel::Warning, log_category::kShaders, message);
         if (const size_t count = reloaded.changed.size(); count > 0)
-            Say(log, LogLevel::Info, log_category::kShaders, "{} reloaded in {}",
-                Counted(count, "changed shader is", "changed shaders are"), DurationText(watch.Seconds()));
+            WriteLog(log, LogLevel::Info, log_category::kShaders, "{} reloaded in {}",
+                     Counted(count, "changed shader is", "changed shaders are"),
+                     DurationText(watch.Seconds()));
         return messages;
     });
 }
 
 void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv) {
     Impl& impl = *m_impl;
-    const Shader* known = impl.shaders.Known(name);
+    const Shader* known = impl.shaders.FindLoaded(name);
     if (!known) {
         impl.shaders.Add(name, spirv);
         return;
@@ -342,13 +343,13 @@ BufferId Renderer::PersistBuffer(std::string_view name, const GraphBufferDesc& d
                                                          BufferInfo(name, Origin::Persistent, desc.size));
 }
 
-bool Renderer::Impl::HasNoContents(AnyId id, const Subresources& asked) const {
+bool Renderer::Impl::HasNoContents(AnyId id, const Subresources& requested) const {
     RequireOpen("IsFresh");
     const uint32_t index = graph.ResolveAnyVersion(id, "IsFresh asks about");
     const Persistent* persistent = resources[index].persistent;
     if (!persistent) return false;
     const GraphResource& resource = graph.resources[index];
-    const Subresources part = rhi::Resolved(asked, resource.levels, resource.layers);
+    const Subresources part = rhi::Resolved(requested, resource.levels, resource.layers);
     if (const std::string missing = rhi::DescribeMissing(part, resource.levels, resource.layers);
         !missing.empty())
         throw MakeError(ErrorKind::Usage, "IsFresh asks about {}: {}", Quoted(resource.name), missing);
@@ -373,10 +374,10 @@ bool Renderer::IsFresh(BufferId buffer) const {
     return m_impl->HasNoContents(buffer, {});
 }
 
-void Renderer::Forget(std::string_view name) {
+void Renderer::Release(std::string_view name) {
     if (m_impl->isOpen && m_impl->persistents.Declared(name, m_impl->frameNumber))
         throw MakeError(ErrorKind::Usage, "Forget {}: the current frame uses it", Quoted(name));
-    m_impl->persistents.Forget(name);
+    m_impl->persistents.Release(name);
 }
 
 template <ResourceKind Kind, typename Object>

@@ -167,7 +167,7 @@ class RAYGRAPH_API Renderer {
     bool IsFresh(TextureId texture, const Subresources& part = {}) const;
     bool IsFresh(BufferId buffer) const;
     // Releases a persistent resource.
-    void Forget(std::string_view name);
+    void Release(std::string_view name);
     // Imported: the resource is owned by the caller, and must live until the frame has completed. `state` is
     // read when the frame is compiled and written back when it is submitted; it must outlive Execute. A
     // resource that is imported twice in a frame is one resource: the id of its newest version is returned. A
@@ -237,7 +237,7 @@ class RAYGRAPH_API Renderer {
     // Destroys the pipelines for which no frame of the last `lifetime` seconds has declared a pass, culled or
     // not. Must be called between frames; does nothing while a frame is open. A pipeline that is needed again
     // is created again, and one that is being created stays. Without this call all are kept.
-    void ForgetPipelines(double lifetime);
+    void ReleasePipelines(double lifetime);
 
     // --- Reports ---
     bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled

@@ -75,11 +75,11 @@ void Renderer::Compile() {
 bool Renderer::PreparePipelines() {
     Compile();
     Impl& impl = *m_impl;
-    bool areAllReady = true;
+    bool isReady = true;
     for (const PlannedPass& planned : impl.plan.passes)
         if (Program* program = impl.passes[planned.pass].program)
-            areAllReady &= impl.programs.BeginPipeline(*program);
-    return areAllReady;
+            isReady &= impl.programs.BeginPipeline(*program);
+    return isReady;
 }
 
 std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, PassId end,
@@ -92,15 +92,15 @@ std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, Pas
 }
 
 bool Renderer::PreparePipelines(PassId first, PassId end) {
-    bool areAllReady = true;
+    bool isReady = true;
     for (const PassDeclaration& pass : m_impl->PassesBetween(first, end, "PreparePipelines"))
-        if (pass.program) areAllReady &= m_impl->programs.BeginPipeline(*pass.program);
-    return areAllReady;
+        if (pass.program) isReady &= m_impl->programs.BeginPipeline(*pass.program);
+    return isReady;
 }
 
 bool Renderer::HasPipelines(PassId first, PassId end) const {
-    const std::span<const PassDeclaration> asked = m_impl->PassesBetween(first, end, "HasPipelines");
-    return std::ranges::all_of(asked, [&](const PassDeclaration& pass) {
+    const std::span<const PassDeclaration> requested = m_impl->PassesBetween(first, end, "HasPipelines");
+    return std::ranges::all_of(requested, [&](const PassDeclaration& pass) {
         return !pass.program || m_impl->programs.HasPipeline(*pass.program);
     });
 }
@@ -109,7 +109,7 @@ bool Renderer::IsPreparingPipelines() const {
     return m_impl->programs.IsCompilingPipelines();
 }
 
-void Renderer::ForgetPipelines(double lifetime) {
+void Renderer::ReleasePipelines(double lifetime) {
     if (!m_impl->isOpen) m_impl->programs.Trim(lifetime);
 }
 
@@ -413,8 +413,8 @@ uint32_t Renderer::Impl::DeclaredBy(uint32_t pass, AnyId id) const {
     const std::string asks = "pass " + Quoted(info.name) + " asks for";
     const uint32_t resource = graph.ResolveAnyVersion(id, asks);
     const auto begin = graph.uses.begin() + info.firstUse;
-    const auto isIt = [&](const ResourceUse& use) { return use.resource == resource; };
-    if (std::none_of(begin, begin + info.useCount, isIt))
+    const auto isMatch = [&](const ResourceUse& use) { return use.resource == resource; };
+    if (std::none_of(begin, begin + info.useCount, isMatch))
         throw MakeError(ErrorKind::Usage, "{} {}, which it did not declare in its setup", asks,
                         Quoted(graph.resources[resource].name));
     return resource;

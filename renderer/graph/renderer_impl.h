@@ -81,7 +81,7 @@ struct Renderer::Impl {
     template <ResourceKind Kind, typename ResourceDesc>
     ResourceId<Kind> PersistResource(std::string_view name, const ResourceDesc& desc, Persistence persistence,
                                      GraphResource resource);
-    bool HasNoContents(AnyId id, const Subresources& asked) const;
+    bool HasNoContents(AnyId id, const Subresources& requested) const;
     void CheckTexture(std::string_view name, const GraphTextureDesc& desc) const;
     const rhi::Sampler* FindSampler(const rhi::SamplerDesc& desc);
     PassDeclaration& StartPass(std::string_view name, PassKind kind);

@@ -51,7 +51,7 @@ Shader& ShaderLibrary::Insert(Shader shader) {
     return inserted;
 }
 
-const Shader* ShaderLibrary::Known(std::string_view name) const {
+const Shader* ShaderLibrary::FindLoaded(std::string_view name) const {
     const auto known = m_shaders.find(name);
     return known == m_shaders.end() ? nullptr : known->second.get();
 }
@@ -81,18 +81,18 @@ const Shader& ShaderLibrary::Find(std::string_view name) {
 
 std::optional<rhi::GlslSource> ShaderLibrary::FindInRoot(const std::string& name) const {
     rhi::GlslSource source{.name = name, .includeRoot = m_root, .moreIncludes = m_includes};
-    const auto isThere = [&] {
+    const auto exists = [&] {
         std::error_code failure;
         return std::filesystem::is_regular_file(m_root / source.name, failure);
     };
-    if (isThere()) return source;
+    if (exists()) return source;
     const auto shaders = EmbeddedShaders();
     const auto variant = std::ranges::find(shaders, name, &EmbeddedShader::name);
     if (variant == shaders.end()) return std::nullopt;
     source.name = variant->source;
     source.preamble = variant->preamble;
     source.stage = rhi::StageOfFile(name);
-    return isThere() ? std::optional(source) : std::nullopt;
+    return exists() ? std::optional(source) : std::nullopt;
 }
 
 Shader* ShaderLibrary::LoadFromRoot(const std::string& name) {

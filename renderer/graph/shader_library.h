@@ -47,7 +47,7 @@ class ShaderLibrary {
     // Copies the words. A shader with that name gets the new words.
     const Shader& Add(std::string_view name, std::span<const uint32_t> spirv);
     // Returns the shader with that name if it has been requested or added; null otherwise.
-    const Shader* Known(std::string_view name) const;
+    const Shader* FindLoaded(std::string_view name) const;
     // Throws Error{Usage} naming shaders of similar names if there is none with that name. Throws as
     // rhi::CompileGlsl does for a source that does not compile and has never done so.
     const Shader& Find(std::string_view name);

@@ -297,7 +297,7 @@ class BasisLzReader {
     }
 
   private:
-    [[noreturn]] void Fail(const std::string& what) const { Refuse(m_name, "BasisLZ: " + what); }
+    [[noreturn]] void Fail(const std::string& what) const { Reject(m_name, "BasisLZ: " + what); }
 
     BasisBits Slice(std::span<const std::byte> description, size_t at, const char* what) const {
         const size_t offset = Little32(description, at), length = Little32(description, at + 4);
@@ -317,7 +317,7 @@ Image8 DecodeBasisLz(const Ktx2Header& header, std::string_view name) {
     try {
         return BasisLzReader(header, name).Decode();
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, header.width, header.height);
+        RejectMemory(name, header.width, header.height);
     }
 }
 
@@ -335,7 +335,7 @@ constexpr std::array<uint8_t, kLengthSymbols> kOrder{17, 18, 19, 20, 0,  8, 7,  
 }  // namespace
 
 void BasisBits::Fail(const char* what) const {
-    Refuse(m_name, Text("BasisLZ: {} {}", m_part, what));
+    Reject(m_name, Text("BasisLZ: {} {}", m_part, what));
 }
 
 uint32_t BasisBits::TakeChunks(unsigned chunkBits) {

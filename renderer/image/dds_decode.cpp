@@ -122,7 +122,7 @@ class DdsReader {
         return blocks;
     }
 
-    [[noreturn]] void Fail(const std::string& what) const { Refuse(m_name, "DDS: " + what); }
+    [[noreturn]] void Fail(const std::string& what) const { Reject(m_name, "DDS: " + what); }
     void Require(size_t bytes) const {
         if (m_bytes.size() < bytes) Fail("the file is truncated");
     }

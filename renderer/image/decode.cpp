@@ -49,7 +49,7 @@ void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string
     for (size_t i = 0; i < image.rgba.size(); ++i) {
         float& value = image.rgba[i];
         if (!std::isfinite(value)) {
-            Refuse(name, Text("pixel {} is {}", pixel(i), std::isnan(value) ? "NaN" : "infinite"));
+            Reject(name, Text("pixel {} is {}", pixel(i), std::isnan(value) ? "NaN" : "infinite"));
         }
         if (value < 0.0f) {
             if (negativeCount++ == 0) firstNegative = i;
@@ -64,7 +64,7 @@ void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string
 
 }  // namespace
 
-void Refuse(std::string_view name, std::string_view what) {
+void Reject(std::string_view name, std::string_view what) {
     while (!what.empty() && (what.back() == '\n' || what.back() == '.')) what.remove_suffix(1);
     const std::string message = Printable(Text("{}: {}", name, what), 1024);
     throw Error(ErrorKind::BadInput, message);
@@ -74,21 +74,21 @@ std::string TruncationWarning(std::string_view name) {
     return Text("{}: the file is cut off behind its last pixel", name);
 }
 
-void RefuseMemory(std::string_view name, uint64_t width, uint64_t height) {
+void RejectMemory(std::string_view name, uint64_t width, uint64_t height) {
     throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} x {} pixels", name, width, height);
 }
 
 void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits) {
     const std::string size = Text("{} x {} pixels", width, height);
-    if (width == 0 || height == 0) Refuse(name, Text("{}: the picture is empty", size));
+    if (width == 0 || height == 0) Reject(name, Text("{}: the picture is empty", size));
     if (width > limits.maxWidth || height > limits.maxHeight) {
-        Refuse(name, Text("{} exceed the limit of {} x {}", size, limits.maxWidth, limits.maxHeight));
+        Reject(name, Text("{} exceed the limit of {} x {}", size, limits.maxWidth, limits.maxHeight));
     }
     if (width * height > limits.maxPixels) {
-        Refuse(name, Text("{} exceed the limit of {} pixels", size, limits.maxPixels));
+        Reject(name, Text("{} exceed the limit of {} pixels", size, limits.maxPixels));
     }
     if (limits.share && !limits.share->Take(width * height))
-        Refuse(name, Text("{} exceed what is left for all pictures", size));
+        Reject(name, Text("{} exceed what is left for all pictures", size));
 }
 
 void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height,
@@ -111,7 +111,7 @@ FileFormat SniffFormat(std::span<const std::byte> bytes) {
 }
 
 Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
-    if (bytes.empty()) Refuse(name, "the file is empty");
+    if (bytes.empty()) Reject(name, "the file is empty");
     const FileFormat format = SniffFormat(bytes);
     switch (format) {
         case FileFormat::Png:
@@ -129,12 +129,12 @@ Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, con
         case FileFormat::Unknown:
             break;
     }
-    Refuse(name, Text("is {}, not PNG, JPEG, WebP, DDS or KTX2", FormatName(format)));
+    Reject(name, Text("is {}, not PNG, JPEG, WebP, DDS or KTX2", FormatName(format)));
 }
 
 Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
                               const DecodeLimits& limits) {
-    if (bytes.empty()) Refuse(name, "the file is empty");
+    if (bytes.empty()) Reject(name, "the file is empty");
     const FileFormat format = SniffFormat(bytes);
     Environment environment;
     if (format == FileFormat::Hdr) {
@@ -142,7 +142,7 @@ Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view
     } else if (format == FileFormat::Exr) {
         environment.image = DecodeExrColor(bytes, name, limits);
     } else {
-        Refuse(name, Text("is {}; an environment is Radiance HDR or OpenEXR", FormatName(format)));
+        Reject(name, Text("is {}; an environment is Radiance HDR or OpenEXR", FormatName(format)));
     }
     CheckRadiance(environment.image, name, environment.warnings);
     return environment;

@@ -9,13 +9,13 @@
 namespace raygraph::image {
 
 // Throws Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
-[[noreturn]] void Refuse(std::string_view name, std::string_view what);
+[[noreturn]] void Reject(std::string_view name, std::string_view what);
 
 // The warning for a file that has the whole picture but lacks its end.
 std::string TruncationWarning(std::string_view name);
 
 // Throws Error{OutOfMemory} for a picture within the limits that does not fit the machine.
-[[noreturn]] void RefuseMemory(std::string_view name, uint64_t width, uint64_t height);
+[[noreturn]] void RejectMemory(std::string_view name, uint64_t width, uint64_t height);
 
 // Refuses an empty picture and one beyond the limits.
 void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits);

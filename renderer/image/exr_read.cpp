@@ -118,7 +118,7 @@ auto WithReader(std::span<const std::byte> bytes, std::string_view name, const D
     } catch (const std::bad_alloc&) {
         throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for the picture", name);
     } catch (const std::exception& error) {
-        Refuse(name, std::string("EXR: ") + error.what());
+        Reject(name, std::string("EXR: ") + error.what());
     }
 }
 
@@ -182,7 +182,7 @@ void ConvertToRec709(ImageF& image, const Imf::Header& header, std::string_view 
     constexpr float kMaxElement = 1e4f;  // beyond it the chromaticities are degenerate
     for (int i = 0; i < 9; ++i)
         if (!(std::abs(matrix[i / 3][i % 3]) <= kMaxElement))
-            Refuse(name,
+            Reject(name,
                    Text("EXR: chromaticities red {} {}, green {} {}, blue {} {}, white {} {} span no colors",
                         from.red.x, from.red.y, from.green.x, from.green.y, from.blue.x, from.blue.y,
                         from.white.x, from.white.y));
@@ -202,13 +202,13 @@ ImageF Placed(ImageF&& part, const ExrWindow& window, std::string_view name, con
     const int64_t right = std::min(window.x + int64_t{part.width}, width);
     const int64_t bottom = std::min(window.y + int64_t{part.height}, height);
     if (left >= right || top >= bottom)
-        Refuse(name, Text("EXR: {} x {} pixels from {}, {} on are outside of its picture of {} x {}",
+        Reject(name, Text("EXR: {} x {} pixels from {}, {} on are outside of its picture of {} x {}",
                           part.width, part.height, window.x, window.y, width, height));
     // The limit keeps a file of a few bytes from taking gigabytes of memory
     constexpr uint64_t kAlways = uint64_t{1} << 24, kPerPixel = 64;
     const uint64_t wanted = static_cast<uint64_t>(width * height);
     if (wanted > std::max(kAlways, kPerPixel * part.width * part.height))
-        Refuse(name, Text("EXR: {} x {} pixels are too few for a picture of {} x {}", part.width, part.height,
+        Reject(name, Text("EXR: {} x {} pixels are too few for a picture of {} x {}", part.width, part.height,
                           width, height));
     ImageF whole{window.pictureWidth, window.pictureHeight, std::vector<float>(4 * wanted)};
     for (int64_t y = top; y < bottom; ++y) {
@@ -227,14 +227,14 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
         const auto has = [&](const char* channel) { return channels.findChannel(channel) != nullptr; };
         const bool isRgb = has("R") && has("G") && has("B");
         if (!isRgb && has("Y") && (has("RY") || has("BY")))
-            Refuse(name, "EXR: luminance with chroma (Y, RY, BY) is not supported, only R, G, B or Y alone");
+            Reject(name, "EXR: luminance with chroma (Y, RY, BY) is not supported, only R, G, B or Y alone");
         const bool isGray = has("Y");
         if (!isRgb && !isGray) {
-            Refuse(name, "EXR: no R, G, B and no Y among its channels: " + ChannelNames(channels));
+            Reject(name, "EXR: no R, G, B and no Y among its channels: " + ChannelNames(channels));
         }
         const bool isEnvmap = Imf::hasEnvmap(header);
         if (isEnvmap && Imf::envmap(header) != Imf::ENVMAP_LATLONG)
-            Refuse(name,
+            Reject(name,
                    Text("EXR: is {} by its envmap attribute; an environment is a latitude-longitude map",
                         Imf::envmap(header) == Imf::ENVMAP_CUBE ? "a cube map" : "of an unknown kind"));
         ImageF image{reader.Width(), reader.Height(), {}};
@@ -259,7 +259,7 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
 }
 
 ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
-    if (SniffFormat(bytes) != FileFormat::Exr) Refuse(name, "is not an OpenEXR file");
+    if (SniffFormat(bytes) != FileFormat::Exr) Reject(name, "is not an OpenEXR file");
     return WithReader(bytes, name, limits, [&](ExrReader& reader) {
         ExrImage image{
             reader.Width(), reader.Height(), {}, ReadAttributes(reader.Header()), reader.WindowInPicture()};
@@ -374,7 +374,7 @@ class ExrHeaderCheck {
   private:
     template <typename... Values>
     [[noreturn]] void Fail(fmt::format_string<Values...> format, Values&&... values) const {
-        Refuse(m_name, Text("EXR: {}", Text(format, std::forward<Values>(values)...)));
+        Reject(m_name, Text("EXR: {}", Text(format, std::forward<Values>(values)...)));
     }
 
     std::span<const std::byte> Take(size_t count, const std::string& what) {

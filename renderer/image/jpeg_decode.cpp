@@ -139,7 +139,7 @@ class JpegReader {
 Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
     JpegReader reader;
     const auto check = [&](bool isDone) {
-        if (!isDone) Refuse(name, std::string("JPEG: ") + reader.Message());
+        if (!isDone) Reject(name, std::string("JPEG: ") + reader.Message());
     };
     check(reader.ReadHeader(bytes));
     const uint32_t width = reader.Width(), height = reader.Height();
@@ -158,7 +158,7 @@ Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const
         if (reader.IsTruncated()) image.warnings.push_back(TruncationWarning(name));
         return image;
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, width, height);
+        RejectMemory(name, width, height);
     }
 }
 

@@ -58,7 +58,7 @@ TexelLayout LayoutOf(const Ktx2Header& header, std::string_view name) {
         return {.coding = header.basis.isSrgb ? TexelCoding::UastcSrgb : TexelCoding::Uastc};
     const auto found = std::ranges::find(kLayouts, header.vkFormat, &NumberedLayout::format);
     if (found == kLayouts.end())
-        Refuse(name, Text("KTX2: the Vulkan format {} is not supported", header.vkFormat));
+        Reject(name, Text("KTX2: the Vulkan format {} is not supported", header.vkFormat));
     return found->layout;
 }
 
@@ -73,19 +73,19 @@ Inflated Inflate(const Ktx2Header& header, std::span<const std::byte> stored, ui
     // A block of Zstandard has 4 bytes or more, and becomes 128 KiB at most.
     constexpr uint64_t kMaxRatio = (uint64_t{128} << 10) / 4;
     if (bytes > stored.size() * kMaxRatio) {
-        Refuse(name, Text("KTX2: {} bytes of Zstandard cannot hold {} x {} pixels", stored.size(),
+        Reject(name, Text("KTX2: {} bytes of Zstandard cannot hold {} x {} pixels", stored.size(),
                           header.width, header.height));
     }
     Inflated inflated;
     try {
         inflated = {std::unique_ptr<std::byte[]>(new std::byte[bytes]), bytes};
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, header.width, header.height);
+        RejectMemory(name, header.width, header.height);
     }
     const size_t done = ZSTD_decompress(inflated.memory.get(), bytes, stored.data(), stored.size());
-    if (ZSTD_isError(done) != 0) Refuse(name, Text("KTX2: Zstandard: {}", ZSTD_getErrorName(done)));
+    if (ZSTD_isError(done) != 0) Reject(name, Text("KTX2: Zstandard: {}", ZSTD_getErrorName(done)));
     if (done != bytes)
-        Refuse(name, Text("KTX2: Zstandard: {} bytes came out, {} were expected", done, bytes));
+        Reject(name, Text("KTX2: Zstandard: {} bytes came out, {} were expected", done, bytes));
     return inflated;
 }
 
@@ -120,10 +120,10 @@ Image8 DecodeStored(const Ktx2Header& header, std::string_view name) {
     const TexelLayout layout = LayoutOf(header, name);
     const uint64_t stored = StoredBytes(layout, header.width, header.height);
     const bool isInflated = header.supercompression == Supercompression::Zstd;
-    const uint64_t there = isInflated ? header.inflatedBytes : header.level.size();
-    if (there != stored) {
-        Refuse(name, Text("KTX2: {} x {} pixels need {} bytes, and the largest level has {}", header.width,
-                          header.height, stored, there));
+    const uint64_t storedSize = isInflated ? header.inflatedBytes : header.level.size();
+    if (storedSize != stored) {
+        Reject(name, Text("KTX2: {} x {} pixels need {} bytes, and the largest level has {}", header.width,
+                          header.height, stored, storedSize));
     }
     Inflated inflated;
     std::span<const std::byte> texels = header.level;
@@ -142,7 +142,7 @@ Image8 DecodeKtx2(std::span<const std::byte> bytes, std::string_view name, const
     const Ktx2Header header = ReadKtx2Header(bytes, name, limits);
     const bool isEtc1s = header.vkFormat == 0 && !header.basis.isUastc;
     if (isEtc1s != (header.supercompression == Supercompression::BasisLz))
-        Refuse(name, "KTX2: ETC1S and BasisLZ go together, and this file has one of them");
+        Reject(name, "KTX2: ETC1S and BasisLZ go together, and this file has one of them");
     Image8 image = isEtc1s ? DecodeBasisLz(header, name) : DecodeStored(header, name);
     const Swizzle channels = header.vkFormat == 0 ? header.basis.channels : kIdentity;
     Apply(header.swizzle.value_or(channels), image);
@@ -197,7 +197,7 @@ class HeaderReader {
     }
 
   private:
-    [[noreturn]] void Fail(const std::string& what) const { Refuse(m_name, "KTX2: " + what); }
+    [[noreturn]] void Fail(const std::string& what) const { Reject(m_name, "KTX2: " + what); }
     uint32_t At(size_t offset) const { return Little32(m_bytes, offset); }
 
     std::span<const std::byte> Slice(uint64_t offset, uint64_t length, const char* what) const {

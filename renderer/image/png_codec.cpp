@@ -110,22 +110,22 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
     constexpr uint64_t kMaxDeflateRatio = 1032;
     PngReader reader(bytes);
     if (!reader.IsReady()) throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for libpng", name);
-    if (!reader.ReadHeader()) Refuse(name, std::string("PNG: ") + reader.Message());
+    if (!reader.ReadHeader()) Reject(name, std::string("PNG: ") + reader.Message());
     const uint32_t width = reader.Width(), height = reader.Height();
     CheckSize(name, width, height, limits);
     if (reader.FileRowBytes() * height > bytes.size() * kMaxDeflateRatio) {
-        Refuse(name, Text("PNG: {} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
+        Reject(name, Text("PNG: {} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
     }
     try {
         Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
         std::vector<png_bytep> rows(height);
         for (size_t y = 0; y < height; ++y) rows[y] = image.rgba.data() + y * 4 * width;
         if (!reader.ReadRows(rows.data()) || (!reader.IsTruncated() && !reader.ReadEnd()))
-            Refuse(name, std::string("PNG: ") + reader.Message());
+            Reject(name, std::string("PNG: ") + reader.Message());
         if (reader.IsTruncated()) image.warnings.push_back(TruncationWarning(name));
         return image;
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, width, height);
+        RejectMemory(name, width, height);
     }
 }
 

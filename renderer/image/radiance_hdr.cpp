@@ -24,7 +24,7 @@ struct HdrReader {
     std::span<const std::byte> rest;
     std::string_view name;
 
-    [[noreturn]] void Fail(const std::string& what) const { Refuse(name, "HDR: " + what); }
+    [[noreturn]] void Fail(const std::string& what) const { Reject(name, "HDR: " + what); }
 
     uint8_t Byte() {
         if (rest.empty()) Fail("the file is truncated");
@@ -222,7 +222,7 @@ ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const 
         }
         return image;
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, width, height);
+        RejectMemory(name, width, height);
     }
 }
 

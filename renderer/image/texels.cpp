@@ -77,7 +77,7 @@ void DecodeBlocks(TexelCoding coding, std::span<const std::byte> bytes, Image8& 
     for (uint32_t y = 0; y < image.height; y += 4) {
         for (uint32_t x = 0; x < image.width; x += 4, bytes = bytes.subspan(blockBytes)) {
             if (!DecodeBlock(coding, bytes, texels))
-                Refuse(name, Text("the block at ({}, {}) is invalid", x, y));
+                Reject(name, Text("the block at ({}, {}) is invalid", x, y));
             const size_t rowBytes = 4 * std::min<size_t>(4, image.width - x);
             for (uint32_t row = 0; row < std::min(4u, image.height - y); ++row)
                 std::memcpy(image.rgba.data() + 4 * ((size_t{y} + row) * image.width + x),
@@ -134,7 +134,7 @@ Image8 DecodeTexels(const TexelLayout& layout, std::span<const std::byte> bytes,
         }
         return image;
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, width, height);
+        RejectMemory(name, width, height);
     }
 }
 

@@ -33,14 +33,14 @@ bool HasMemoryFor(uint32_t width, uint32_t height) {
 Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
     const auto* data = reinterpret_cast<const uint8_t*>(bytes.data());
     const auto check = [&](VP8StatusCode status) {
-        if (status != VP8_STATUS_OK) Refuse(name, std::string("WebP: ") + Reason(status));
+        if (status != VP8_STATUS_OK) Reject(name, std::string("WebP: ") + Reason(status));
     };
     WebPDecoderConfig config;
     if (WebPInitDecoderConfig(&config) == 0) {
         throw MakeError(ErrorKind::Usage, "{}: libwebp at run time is not the one compiled for", name);
     }
     check(WebPGetFeatures(data, bytes.size(), &config.input));
-    if (config.input.has_animation != 0) Refuse(name, "WebP: animations are not supported");
+    if (config.input.has_animation != 0) Reject(name, "WebP: animations are not supported");
     const auto width = static_cast<uint32_t>(config.input.width);
     const auto height = static_cast<uint32_t>(config.input.height);
     CheckSize(name, width, height, limits);
@@ -50,7 +50,7 @@ Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const
     const std::unique_ptr<WebPDecBuffer, decltype(&WebPFreeDecBuffer)> output(&config.output,
                                                                               WebPFreeDecBuffer);
     const VP8StatusCode status = WebPDecode(data, bytes.size(), &config);
-    if (status == VP8_STATUS_OUT_OF_MEMORY && !HasMemoryFor(width, height)) RefuseMemory(name, width, height);
+    if (status == VP8_STATUS_OUT_OF_MEMORY && !HasMemoryFor(width, height)) RejectMemory(name, width, height);
     check(status);
     try {
         const WebPRGBABuffer& texels = config.output.u.RGBA;
@@ -62,7 +62,7 @@ Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const
         }
         return image;
     } catch (const std::bad_alloc&) {
-        RefuseMemory(name, width, height);
+        RejectMemory(name, width, height);
     }
 }
 

@@ -1,10 +1,10 @@
 // An upper bound for a path tracer on this device, in this scene: the same camera rays, and no shading.
-// LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
-// Variants define LIMIT_BOUNCES, COUNT_RAYS, and OWN_TRAVERSAL (a compute shader, by the scene's own trees).
-// Round primitives are not hit.
+// LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept. Variants define
+// LIMIT_BOUNCES, COUNT_RAYS, and SOFTWARE_TRAVERSAL (a compute shader, by the scene's own trees). Round
+// primitives are not hit.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#ifdef OWN_TRAVERSAL
+#ifdef SOFTWARE_TRAVERSAL
 #define NO_TLAS
 layout(local_size_x = 8, local_size_y = 8) in;
 #define LAUNCH_ID   gl_GlobalInvocationID
@@ -33,7 +33,7 @@ const float kLimitAlbedo = 0.5f;
 
 void main() {
     uvec2 pixel = LAUNCH_ID.xy;
-#ifdef OWN_TRAVERSAL
+#ifdef SOFTWARE_TRAVERSAL
     if (any(greaterThanEqual(pixel, uvec2(imageSize(result))))) return;
 #endif
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
@@ -44,7 +44,7 @@ void main() {
     float rayCount = 1.0f;
 #if LIMIT_BOUNCES > 0
     for (uint bounce = 0u; bounce < LIMIT_BOUNCES && IsHit(hit); ++bounce) {
-#ifdef OWN_TRAVERSAL
+#ifdef SOFTWARE_TRAVERSAL
         InstanceRecord instance = InstanceAt(hit.instance);
 #else
         InstanceRecord instance = instances.at[hit.instance];

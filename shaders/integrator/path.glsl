@@ -215,7 +215,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         // A share that is not finite is chosen, too, so that the check of samples finds it.
         if (!(share > 0.0f && share < kInfinity)) share = 1.0f;
         sum += share;
-        if (candidates == 1u || Decide(choice, share / sum)) {
+        if (candidates == 1u || SampleBernoulli(choice, share / sum)) {
             chosen = light;
             chosenRadiance = radiance;
             chosenWeight = share;

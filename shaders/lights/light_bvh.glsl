@@ -31,7 +31,7 @@ INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOU
     uint slot = ChooseUniformly(u, count);
     AliasEntry entry = LightAliasAt(first + slot);
     float share = entry.keep;
-    if (!Decide(choice, entry.keep)) {
+    if (!SampleBernoulli(choice, entry.keep)) {
         share = 1.0f - entry.keep;
         slot = entry.alias;
         entry = LightAliasAt(first + slot);
@@ -111,7 +111,7 @@ INLINE ChosenLight SampleLightTree(uint root, LightContext context, INOUT(float)
         uint first = node.link & kLightNodeIndex;
         float p = FirstChildProbability(first, context);
         if (p < 0.0f) return result;
-        bool isFirst = Decide(u, p);
+        bool isFirst = SampleBernoulli(u, p);
         probability *= isFirst ? p : 1.0f - p;
         node = LightNodeAt(isFirst ? first : first + 1u);
     }

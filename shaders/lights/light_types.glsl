@@ -78,7 +78,7 @@ INLINE LightSample NoLightSample() {
 
 // Returns true with probability `p`. The remainder of u is uniform again, so that it can be reused; each
 // decision costs log2(1 / probability of the outcome) of its 24 bits.
-INLINE bool Decide(INOUT(float) u, float p) {
+INLINE bool SampleBernoulli(INOUT(float) u, float p) {
     bool isSuccess = u < p;
     u = min(isSuccess ? u / p : (u - p) / (1.0f - p), kOneMinusEpsilon);
     return isSuccess;

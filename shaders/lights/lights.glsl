@@ -51,7 +51,7 @@ INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOU
     }
     if (ActiveLightSampler() == kLightSamplerPower)
         return SampleLightAlias(0u, lights.lightCount + 1u, uc, ux);
-    if (!HasBoundedLights() || (HasUnboundedLights() && Decide(uc, lights.unboundedProbability))) {
+    if (!HasBoundedLights() || (HasUnboundedLights() && SampleBernoulli(uc, lights.unboundedProbability))) {
         ChosenLight result = SampleLightAlias(unboundedFirst, unboundedCount, uc, ux);
         result.light += lights.boundedCount;
         result.probability *= lights.unboundedProbability;

@@ -1,9 +1,9 @@
-// The stage of kernels that trace: ray generation or, where OWN_TRAVERSAL is defined, compute
+// The stage of kernels that trace: ray generation or, where SOFTWARE_TRAVERSAL is defined, compute
 // (scene/trace_rays.glsl). Included before all else.
 #ifndef RAYGRAPH_PATHTRACE_LAUNCH_GLSL
 #define RAYGRAPH_PATHTRACE_LAUNCH_GLSL
 
-#ifdef OWN_TRAVERSAL
+#ifdef SOFTWARE_TRAVERSAL
 #define NO_TLAS
 layout(local_size_x = 64) in;
 

@@ -1,4 +1,4 @@
-// Trace as a loop, in ray generation or, where OWN_TRAVERSAL is defined, in a compute shader: one sample
+// Trace as a loop, in ray generation or, where SOFTWARE_TRAVERSAL is defined, in a compute shader: one sample
 // of every pixel of a region of the picture. Variants define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS.
 // Images have the region's size; `texel` is a position in them, `pixel` one in the picture.
 //

@@ -8,7 +8,7 @@
 bool PassesAlphaTest(uvec2 triangle, vec2 barycentrics, bool isBack) {
     TraceParameters settings = parameters.value;
     Sampler rng = StartPixelSample(uvec2(gl_FragCoord.xy), settings.sampleIndex, settings.seed);
-    return IsThere(AlphaSeed(rng, 1u), triangle.x, triangle.y, barycentrics, isBack);
+    return StopsRay(AlphaSeed(rng, 1u), triangle.x, triangle.y, barycentrics, isBack);
 }
 
 #endif

@@ -52,7 +52,7 @@ void DrawPixel(Drawing drawing, ivec2 pixel) {
         if (nearest.at[place] >= key) return;
         TraceParameters settings = parameters.value;
         Sampler rng = StartPixelSample(uvec2(pixel), settings.sampleIndex, settings.seed);
-        if (!IsThere(AlphaSeed(rng, 1u), drawing.source.placement, drawing.source.primitive,
+        if (!StopsRay(AlphaSeed(rng, 1u), drawing.source.placement, drawing.source.primitive,
                      BarycentricsOf(edges), max(max(edges.x, edges.y), edges.z) > 0.0f))
             return;
     }

@@ -17,7 +17,7 @@ bool IsBackFaceHit(uint hitKind) { return (hitKind & 1u) != 0u; }
 
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however
 // often the device runs any-hit. `isBack`: the ray hits the back face.
-bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
+bool StopsRay(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
     InstanceRecord instance = InstanceAt(instanceIndex);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, primitive)];
     MaterialRecord material = materials.at[geometry.material];

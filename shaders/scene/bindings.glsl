@@ -39,7 +39,7 @@ layout(set = 0, binding = 1, scalar) uniform SceneTables {
     LightProfiles lightProfiles;
     LightMeshes lightMeshes;
 };
-// 6: scene/own_traversal.glsl; 2, 3 and 7 to 15 are free; 16 and up are the pass's own.
+// 6: scene/software_traversal.glsl; 2, 3 and 7 to 15 are free; 16 and up are the pass's own.
 
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 

@@ -70,13 +70,13 @@ Triangle TriangleAt(InstanceRecord instance, uint primitive, vec2 barycentrics) 
     return triangle;
 }
 
-vec2 WeighVec2(Vec2Stream values, uvec3 vertices, vec3 weights) {
+vec2 WeightedSumVec2(Vec2Stream values, uvec3 vertices, vec3 weights) {
     return weights.x * values.at[vertices.x] + weights.y * values.at[vertices.y] +
            weights.z * values.at[vertices.z];
 }
 
 vec2 InterpolateVec2(Vec2Stream values, Triangle triangle) {
-    return WeighVec2(values, triangle.vertices, triangle.weights);
+    return WeightedSumVec2(values, triangle.vertices, triangle.weights);
 }
 
 vec3 InterpolateVec3(Vec3Stream values, Triangle triangle) {
@@ -111,8 +111,8 @@ vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle tr
 #ifdef PIXEL_FOOTPRINT
     vec2 across = vec2(0.0f), down = vec2(0.0f);
     if (IsPresent(stream)) {
-        across = WeighVec2(Vec2Stream(stream), triangle.vertices, triangle.weightsAcross);
-        down = WeighVec2(Vec2Stream(stream), triangle.vertices, triangle.weightsDown);
+        across = WeightedSumVec2(Vec2Stream(stream), triangle.vertices, triangle.weightsAcross);
+        down = WeightedSumVec2(Vec2Stream(stream), triangle.vertices, triangle.weightsDown);
     }
     if (HasTraceFeature(kTraceTextureTransforms)) {
         across = transform * vec3(across, 0.0f);

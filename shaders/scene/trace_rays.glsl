@@ -4,8 +4,8 @@
 // beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays have a payload of their own declares
 // it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
 //
-// Where OWN_TRAVERSAL is defined, and NO_TLAS, Intersect and ShadowTransmittance traverse the scene's own
-// trees in place of the driver's (scene/own_traversal.glsl): with the same answers, but at edges.
+// Where SOFTWARE_TRAVERSAL is defined, and NO_TLAS, Intersect and ShadowTransmittance traverse the scene's
+// own trees in place of the driver's (scene/software_traversal.glsl): with the same answers, but at edges.
 #ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 #define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 
@@ -16,8 +16,8 @@
 
 const float kFarthest = 3.0e38f;
 
-#ifdef OWN_TRAVERSAL
-#include "scene/own_traversal.glsl"
+#ifdef SOFTWARE_TRAVERSAL
+#include "scene/software_traversal.glsl"
 
 Hit Intersect(Ray ray, uint alphaSeed) { return HitWithin(ray, kFarthest, false, alphaSeed); }
 #ifdef SINGLE_TRACE_CALL
@@ -93,6 +93,6 @@ vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint alphaSeed) {
 }
 #endif
 
-#endif  // OWN_TRAVERSAL
+#endif  // SOFTWARE_TRAVERSAL
 
 #endif

@@ -23,7 +23,7 @@ bool IsDuplicateEdgeHit(Hit hit, float lastDistance) {
 
 // Returns false if the ray goes on. `isBack`: it hits the back face.
 bool OccludesShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
-    if (!IsThere(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
+    if (!StopsRay(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
     // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures
     // needlessly.
     GeometryRecord geometry = geometries.at[GeometryIndex(InstanceAt(hit.instance), hit.primitive)];

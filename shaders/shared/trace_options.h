@@ -103,7 +103,7 @@ constexpr TraceFeatures FeaturesOfKind(TraceFeatureKind kind) {
     return features;
 }
 
-constexpr bool HaveOwnBits() {
+constexpr bool HasDistinctBits() {
     TraceFeatures taken;
     for (const TraceFeatureRow& row : kTraceFeatureRows) {
         if (taken.Has(row.feature)) return false;
@@ -111,7 +111,7 @@ constexpr bool HaveOwnBits() {
     }
     return true;
 }
-static_assert(HaveOwnBits(), "two rows of the list share a line, or there are more than 64");
+static_assert(HasDistinctBits(), "two rows of the list share a line, or there are more than 64");
 
 }  // namespace raygraph
 #endif

@@ -48,7 +48,7 @@ inline void RunTo(AdaptiveCounts& counts, uint32_t average, uint32_t atOnce, con
         const AdaptiveCounts::Next next = counts.NextTo(average);
         if (next.kind == Kind::Nothing) return;
         if (next.kind == Kind::Decision)
-            counts.Decide(next.color, noted);
+            counts.AllocateStage(next.color, noted);
         else
             counts.Advance(next, std::min(next.length, atOnce));
     }
@@ -518,8 +518,8 @@ TEST(AdaptiveCounts, StagesHaveTheirBaseAndTheirAverage) {
         RunTo(counts, stage, 1000, Noted());
         const AdaptiveState state = counts.State();
         EXPECT_EQ(state.stages, (std::array<uint32_t, 2>{stage, stage}));
-        EXPECT_EQ(counts.Least(), std::ranges::min(state.counts));
-        EXPECT_GE(counts.Least(), stage / 4) << "the base of the next one";
+        EXPECT_EQ(counts.MinimumCount(), std::ranges::min(state.counts));
+        EXPECT_GE(counts.MinimumCount(), stage / 4) << "the base of the next one";
         EXPECT_NEAR(AverageOf(state.counts), stage, 0.02 * stage);
         EXPECT_LE(std::ranges::max(state.counts), 16 * stage);
     }
@@ -547,7 +547,7 @@ TEST(AdaptiveCounts, NoStepCrossesABaseAndEachIsNoted) {
                     EXPECT_TRUE(state.counts[i] == base || (state.counts[i] > base && noted[base].at(i)))
                         << i << " has " << state.counts[i] << ", base " << base;
                 });
-                counts.Decide(next.color, AnyNoted(7));
+                counts.AllocateStage(next.color, AnyNoted(7));
                 continue;
             }
             const std::vector<AdaptiveCounts::WalkPixel>& pixels = counts.WalkPixels(next.color);
@@ -564,7 +564,7 @@ TEST(AdaptiveCounts, NoStepCrossesABaseAndEachIsNoted) {
             counts.Advance(next, next.length);
         }
         const std::vector<uint32_t> now = counts.State().counts;
-        EXPECT_EQ(counts.Least(), std::ranges::min(now));
+        EXPECT_EQ(counts.MinimumCount(), std::ranges::min(now));
         EXPECT_EQ(counts.Average(), average);
     }
 }
@@ -584,7 +584,7 @@ TEST(AdaptiveCounts, NeitherStepsNorStopsChangeWhatComesNext) {
         EXPECT_EQ(stopped.Average(), average);
         EXPECT_EQ(stopped.Average(), stopped.State().Average());
         stopped = AdaptiveCounts(kPicture, stopped.State());
-        EXPECT_EQ(stopped.Least(), std::ranges::min(stopped.State().counts));
+        EXPECT_EQ(stopped.MinimumCount(), std::ranges::min(stopped.State().counts));
     }
     EXPECT_EQ(one.State(), stopped.State());
 }
@@ -599,7 +599,7 @@ TEST(AdaptiveCounts, AStageHasFewWalksAndSteps) {
         const AdaptiveCounts::Next next = counts.NextTo(256);
         if (next.kind == AdaptiveCounts::Next::Kind::Nothing) break;
         if (next.kind == AdaptiveCounts::Next::Kind::Decision) {
-            counts.Decide(next.color, AnyNoted(3));
+            counts.AllocateStage(next.color, AnyNoted(3));
             continue;
         }
         walks += std::exchange(last, counts.WalkId(next.color)) != last ? 1 : 0;
@@ -658,7 +658,7 @@ double DeviationOfMean(uint32_t average, uint32_t renders, uint32_t shared) {
                 noted.variance.push_back(values.VarianceOf(i, base));
                 noted.mean.push_back(static_cast<float>(values.MeanOf(i, base)));
             }
-            counts.Decide(next.color, noted);
+            counts.AllocateStage(next.color, noted);
         }
         const std::vector<uint32_t> taken = counts.State().counts;
         double mean = 0.0;
@@ -801,7 +801,7 @@ TEST(AdaptiveState, ThereIsALastStage) {
     test::ExpectError(
         ErrorKind::Usage,
         [&] {
-            counts.Decide(next.color, {{1.0f, 1.0f}, {1.0f, 1.0f}});
+            counts.AllocateStage(next.color, {{1.0f, 1.0f}, {1.0f, 1.0f}});
         },
         "the most samples");
 }

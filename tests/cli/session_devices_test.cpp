@@ -89,7 +89,7 @@ class SecondProcess : public ProcessGroup {
         m_hasAgreed = true;
     }
     uint64_t Sum(uint64_t) override { throw Ended(); }
-    uint64_t Least(uint64_t) override { throw Ended(); }
+    uint64_t Minimum(uint64_t) override { throw Ended(); }
     void AddAtRoot(passes::ExactSums&) override { throw Ended(); }
     void Deal(BlockDealer*, BlockQueue&, const Tick&) override { throw Ended(); }
 

@@ -608,7 +608,7 @@ TEST_P(SessionFormsTest, OwnTraversalGivesThePictureOfTheDriver) {
         EXPECT_LT(unlike, own.size() / 5) << what;
         EXPECT_NEAR(MeanOfColors(own), MeanOfColors(driver), 0.03 * MeanOfColors(driver) + 1e-6) << what;
     };
-    const RenderFile own = Render(GetParam(), {.traversal = Traversal::Own}, 16),
+    const RenderFile own = Render(GetParam(), {.traversal = Traversal::Software}, 16),
                      driver = Render(GetParam(), {.traversal = Traversal::Driver}, 16);
     expectAlike(own.radiance, driver.radiance, "radiance");
     ASSERT_EQ(AovsOf(own), AovsOf(driver));

@@ -104,14 +104,14 @@ LogEntry Entry(LogLevel level, const char* category, const char* text) {
 
 TEST(LogFilter, LetsThroughByLevelCategoryAndText) {
     const LogEntry entry = Entry(LogLevel::Warning, "shaders", "Tonemap.comp:12: 'lumi'");
-    EXPECT_TRUE(LogFilter{}.Lets(entry));
-    EXPECT_TRUE(LogFilter{.minLevel = LogLevel::Warning}.Lets(entry));
-    EXPECT_FALSE(LogFilter{.minLevel = LogLevel::Error}.Lets(entry));
-    EXPECT_TRUE(LogFilter{.category = "shaders"}.Lets(entry));
-    EXPECT_FALSE(LogFilter{.category = "shader"}.Lets(entry)) << "categories are whole";
-    EXPECT_TRUE(LogFilter{.text = "tonemap.COMP"}.Lets(entry)) << "case does not matter";
-    EXPECT_TRUE(LogFilter{.text = "shad"}.Lets(entry)) << "the category is text, too";
-    EXPECT_FALSE(LogFilter{.text = "Tonemap.frag"}.Lets(entry));
+    EXPECT_TRUE(LogFilter{}.Accepts(entry));
+    EXPECT_TRUE(LogFilter{.minLevel = LogLevel::Warning}.Accepts(entry));
+    EXPECT_FALSE(LogFilter{.minLevel = LogLevel::Error}.Accepts(entry));
+    EXPECT_TRUE(LogFilter{.category = "shaders"}.Accepts(entry));
+    EXPECT_FALSE(LogFilter{.category = "shader"}.Accepts(entry)) << "categories are whole";
+    EXPECT_TRUE(LogFilter{.text = "tonemap.COMP"}.Accepts(entry)) << "case does not matter";
+    EXPECT_TRUE(LogFilter{.text = "shad"}.Accepts(entry)) << "the category is text, too";
+    EXPECT_FALSE(LogFilter{.text = "Tonemap.frag"}.Accepts(entry));
 }
 
 TEST(LogHistory, KeepsTheNewestAndCountsByLevel) {
@@ -199,11 +199,11 @@ TEST(FrameHistory, ForgetsTheOldest) {
 TEST(SampleRate, IsThatOfTheLastSeconds) {
     SampleRate rate;
     EXPECT_FALSE(rate.PerSecond());
-    for (int i = 0; i <= 100; ++i) rate.Note(0.1 * i, 0.5 * i);  // 5 per second
+    for (int i = 0; i <= 100; ++i) rate.Add(0.1 * i, 0.5 * i);  // 5 per second
     EXPECT_NEAR(*rate.PerSecond(), 5.0, 1e-9);
-    for (int i = 1; i <= 100; ++i) rate.Note(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20 per second
+    for (int i = 1; i <= 100; ++i) rate.Add(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20 per second
     EXPECT_NEAR(*rate.PerSecond(), 20.0, 1e-6) << "what was before is forgotten";
-    rate.Note(20.1, 0.0);
+    rate.Add(20.1, 0.0);
     EXPECT_FALSE(rate.PerSecond()) << "accumulation restarted";
 }
 

@@ -163,7 +163,7 @@ void GoOn(const session::RenderFile& render) {
     uint64_t before = counts.Total();
     for (auto next = counts.NextTo(average); next.kind != NextKind::Nothing; next = counts.NextTo(average)) {
         if (next.kind == NextKind::Decision) {
-            counts.Decide(next.color, noted);
+            counts.AllocateStage(next.color, noted);
             continue;
         }
         counts.Advance(next, next.length);

@@ -143,7 +143,7 @@ TEST_F(Frame, IsFresh_UntilASubmittedFrameWrote) {
     m_renderer.BeginFrame();
     EXPECT_FALSE(m_renderer.IsFresh(m_renderer.Persist("sum", desc)));
     m_renderer.Execute();
-    m_renderer.Forget("sum");
+    m_renderer.Release("sum");
     m_renderer.BeginFrame();
     EXPECT_TRUE(m_renderer.IsFresh(m_renderer.Persist("sum", desc)));
     m_renderer.Execute();
@@ -153,7 +153,7 @@ TEST_F(Frame, IsFresh_OutsideOfAFrameIsRefused) {
     m_renderer.BeginFrame();
     const TextureId sum = m_renderer.Persist("sum", {.extent = kExtent, .format = Format::R32Float});
     m_renderer.Execute();
-    m_renderer.Forget("sum");
+    m_renderer.Release("sum");
     EXPECT_THROW(std::ignore = m_renderer.IsFresh(sum), Error) << "what it asks about may be gone";
 }
 

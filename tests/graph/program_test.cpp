@@ -158,13 +158,13 @@ TEST_F(ProgramRequests, OneThatIsCleared_IsAsANewOne) {
 
 TEST_F(ProgramLife, OneThatNoFrameDeclares_IsLetGoAfterItsTime) {
     EXPECT_EQ(Frame(m_renderer, true), 2u);
-    m_renderer.ForgetPipelines(0.0);
+    m_renderer.ReleasePipelines(0.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u) << "the last frame declared both";
     EXPECT_EQ(Frame(m_renderer, false), 2u);
-    m_renderer.ForgetPipelines(300.0);
+    m_renderer.ReleasePipelines(300.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u) << "too early";
     EXPECT_EQ(Frame(m_renderer, false), 2u);
-    m_renderer.ForgetPipelines(0.0);
+    m_renderer.ReleasePipelines(0.0);
     EXPECT_EQ(Frame(m_renderer, true), 3u);
     EXPECT_EQ(Frame(m_renderer, true), 3u);
 }
@@ -176,7 +176,7 @@ TEST_F(ProgramLife, ACulledPass_KeepsIts) {
     static_cast<void>(Scale(m_renderer, "unseen", filled, 2.0f));
     m_renderer.Present(filled);
     m_renderer.Execute();
-    m_renderer.ForgetPipelines(0.0);
+    m_renderer.ReleasePipelines(0.0);
     EXPECT_EQ(Frame(m_renderer, true), 2u);
 }
 

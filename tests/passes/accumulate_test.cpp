@@ -53,7 +53,7 @@ class AccumulateTest : public VulkanTest {
     Both AddForBoth(const std::vector<float>& sample) {
         Texels variance = Add(sample, true);
         return {harness.Run([&](PassHarness& h) {
-                    return passes::Kept(h.Graph(), accumulation, kExtent, true).mean;
+                    return passes::StoredAccumulation(h.Graph(), accumulation, kExtent, true).mean;
                 }),
                 std::move(variance)};
     }
@@ -63,7 +63,8 @@ class AccumulateTest : public VulkanTest {
             for (size_t k = 0; k < ExactSums::kPlanes; ++k) {
                 Readback readback;
                 harness.Run([&](PassHarness& h) {
-                    const passes::AccumulatedIds ids = passes::Kept(h.Graph(), accumulation, kExtent, true);
+                    const passes::AccumulatedIds ids =
+                        passes::StoredAccumulation(h.Graph(), accumulation, kExtent, true);
                     readback = h.Graph().ReadBack(isSquares ? ids.squares[k] : ids.sums[k]);
                     return ids.mean;
                 });

@@ -40,7 +40,7 @@ class FlatNodes : public VulkanTest {
   protected:
     explicit FlatNodes(uint32_t levelCount = 0)
         : levels(levelCount),
-          render(Device(), {.traversal = levelCount == 0 ? Traversal::Driver : Traversal::Own}) {}
+          render(Device(), {.traversal = levelCount == 0 ? Traversal::Driver : Traversal::Software}) {}
 
     // Shows 3 m around the origin, seen along a direction.
     TraceSettings Along(const vec3& direction) const {
@@ -55,7 +55,7 @@ class FlatNodes : public VulkanTest {
         return Traced(settings);
     }
     TraceSettings Traced(TraceSettings settings) const {
-        settings.traversal = levels == 0 ? Traversal::Driver : Traversal::Own;
+        settings.traversal = levels == 0 ? Traversal::Driver : Traversal::Software;
         return settings;
     }
     // Pixels that are not black; all numbers are finite.

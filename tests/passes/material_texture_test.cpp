@@ -879,7 +879,7 @@ TEST_F(SceneTextures, MakingLevelsTakesTheMemoryOfTwoImages) {
         TextureUpload upload(Device(), uploader, scene, {.makesMipLevels = true});
         for (uint32_t i = 0; i < scene.textures.size(); ++i) {
             uint64_t budget = UINT64_MAX;
-            EXPECT_TRUE(upload.Make(i, budget));
+            EXPECT_TRUE(upload.Continue(i, budget));
             textures.push_back(upload.Get(i));
         }
     }));

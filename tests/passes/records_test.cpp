@@ -55,10 +55,10 @@ class RecordTableTest : public VulkanTest {
                                    {.prepare = [this] { ++prepared; },
                                     .changed = 2 * changed.size(),
                                     .write =
-                                        [this](bool areAll, RecordTable::Writer& writer) {
-                                            for (uint32_t i = 0; areAll && i < kCount / 2; ++i)
+                                        [this](bool writesAll, RecordTable::Writer& writer) {
+                                            for (uint32_t i = 0; writesAll && i < kCount / 2; ++i)
                                                 Write(i, writer);
-                                            for (size_t i = 0; !areAll && i < changed.size(); ++i)
+                                            for (size_t i = 0; !writesAll && i < changed.size(); ++i)
                                                 Write(changed[i], writer);
                                         },
                                     .done = [this] { changed.clear(); }});
@@ -156,8 +156,8 @@ TEST_F(RecordTableTest, MoreThanOneDispatchScattersAreCopied) {
         renderer.BeginFrame();
         const BufferId words =
             large.DeclareUpload(renderer, large.Import(renderer),
-                                {.changed = due, .write = [&](bool areAll, RecordTable::Writer& writer) {
-                                     for (uint32_t i = 0; i < (areAll ? 2 * kMany : kMany); ++i) {
+                                {.changed = due, .write = [&](bool writesAll, RecordTable::Writer& writer) {
+                                     for (uint32_t i = 0; i < (writesAll ? 2 * kMany : kMany); ++i) {
                                          const uint32_t value = i + due;
                                          std::memcpy(writer.At(i).data(), &value, 4);
                                      }

@@ -94,10 +94,10 @@ TEST_F(TraversalTest, WideTreesFindTheSameInOneLevelAndInTwo) {
 }
 
 TEST_F(TraversalTest, TheFasterOneIsMeasuredOnceAndNotAtAllOnACpu) {
-    constexpr const char* kName = "speed of own traversal over the driver's, 1";
+    constexpr const char* kName = "speed of software traversal over the driver's, 1";
     const Traversal chosen = FasterTraversal(Device());
     if (Device().Info().type == rhi::DeviceType::Cpu) {
-        EXPECT_EQ(chosen, Traversal::Own);
+        EXPECT_EQ(chosen, Traversal::Software);
         EXPECT_EQ(Device().Measured(kName), std::nullopt);
         return;
     }
@@ -107,7 +107,7 @@ TEST_F(TraversalTest, TheFasterOneIsMeasuredOnceAndNotAtAllOnACpu) {
     // A stored speed is believed, and decides
     for (const double speed : {0.5, 1.05, 1.2, 3.0}) {
         Device().StoreMeasurement(kName, speed);
-        EXPECT_EQ(FasterTraversal(Device()), speed > 1.1 ? Traversal::Own : Traversal::Driver);
+        EXPECT_EQ(FasterTraversal(Device()), speed > 1.1 ? Traversal::Software : Traversal::Driver);
     }
     Device().StoreMeasurement(kName, *measured);
 }
@@ -116,7 +116,7 @@ TEST_F(TraversalTest, TheFasterOneIsMeasuredOnceAndNotAtAllOnACpu) {
 }  // namespace raygraph::testing::traversal_test
 
 // Trace by the scene's own trees: sees what the driver sees, after every change of the scene.
-namespace raygraph::testing::own_traversal_test {
+namespace raygraph::testing::software_traversal_test {
 
 using passes::TraceSettings;
 
@@ -149,7 +149,7 @@ glm::mat4x3 Placed(const glm::vec3& at, const glm::vec3& scale) {
 }
 
 // By trees of two levels and of one.
-class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uint32_t> {
+class SoftwareTraversal : public VulkanTest, public ::testing::WithParamInterface<uint32_t> {
   protected:
     // Above a floor: what is mirrored, stretched, culled and seen through in part.
     static scene::SceneData Things() {
@@ -200,7 +200,8 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
         size_t unlike = 0;
         double sum = 0.0, sumOfOwn = 0.0;
         for (uint32_t sample = 0; sample < 4; ++sample) {
-            const FloatImage own = Traced(Traversal::Own, sample), driver = Traced(Traversal::Driver, sample);
+            const FloatImage own = Traced(Traversal::Software, sample),
+                             driver = Traced(Traversal::Driver, sample);
             ASSERT_EQ(own.values.size(), driver.values.size());
             for (size_t i = 0; i < own.values.size(); ++i) {
                 const glm::vec4 difference = glm::abs(own.values[i] - driver.values[i]);
@@ -221,13 +222,13 @@ class OwnTraversal : public VulkanTest, public ::testing::WithParamInterface<uin
         if (GetParam() == 2) ForceTwoLevelTree(render);
     }
 
-    SceneRender render{Device(), {.traversal = Traversal::Own}};
+    SceneRender render{Device(), {.traversal = Traversal::Software}};
 };
-INSTANTIATE_TEST_SUITE_P(Levels, OwnTraversal, ::testing::Values(1u, 2u));
+INSTANTIATE_TEST_SUITE_P(Levels, SoftwareTraversal, ::testing::Values(1u, 2u));
 
 }  // namespace
 
-TEST_P(OwnTraversal, FollowsEveryChange) {
+TEST_P(SoftwareTraversal, FollowsEveryChange) {
     SetScene(Things());
     ExpectAlike("as it is set");
     render.scene.SetTransform(2, Placed({-0.6f, 0.2f, 0.9f}, {0.5f, 1, 1}));
@@ -256,9 +257,9 @@ TEST_P(OwnTraversal, FollowsEveryChange) {
     ExpectAlike("set again");
 }
 
-TEST_P(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
+TEST_P(SoftwareTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
     render.scene.SetScene({});
-    EXPECT_EQ(Traced(Traversal::Own).Mean(), Traced(Traversal::Driver).Mean());
+    EXPECT_EQ(Traced(Traversal::Software).Mean(), Traced(Traversal::Driver).Mean());
     scene::SceneData data = PlainThings();
     data.meshes.push_back(RoundSphere(0.3f, 1, {0, 0, 1}));
     data.instances.push_back(
@@ -266,15 +267,15 @@ TEST_P(OwnTraversal, AnEmptySceneIsBlackAndRoundPrimitivesAreTheDrivers) {
     const uint32_t round = static_cast<uint32_t>(data.instances.size() - 1);
     SetScene(std::move(data));
     EXPECT_NE(render.scene.Statistics().noWideBvhReason, "");
-    EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values) << "by the driver";
+    EXPECT_EQ(Traced(Traversal::Software).values, Traced(Traversal::Driver).values) << "by the driver";
     render.scene.SetVisible(round, false);
     if (GetParam() == 2) ForceTwoLevelTree(render);
     ExpectAlike("without what is round");
 }
 
-TEST_P(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
+TEST_P(SoftwareTraversal, TheWavefrontSeesWhatTheLoopSees) {
     SetScene(PlainThings());
-    TraceSettings settings = View(Traversal::Own);
+    TraceSettings settings = View(Traversal::Software);
     settings.form = passes::IntegratorForm::Loop;
     const FloatImage loop = render.TraceOnce(settings);
     settings.form = passes::IntegratorForm::Wavefront;
@@ -286,7 +287,7 @@ TEST_P(OwnTraversal, TheWavefrontSeesWhatTheLoopSees) {
 
 // A ball that goes through a crowd, step by step: boxes follow, and the tree is built again when it has become
 // bad, on another thread.
-TEST_P(OwnTraversal, ATreeThatMotionHasMadeWorseIsBuiltAgain) {
+TEST_P(SoftwareTraversal, ATreeThatMotionHasMadeWorseIsBuiltAgain) {
     scene::SceneData data = PlainThings();
     data.meshes.push_back(BoxMesh(0.05f, 1));
     for (uint32_t i = 0; i < 60; ++i)
@@ -305,15 +306,15 @@ TEST_P(OwnTraversal, ATreeThatMotionHasMadeWorseIsBuiltAgain) {
                 i,
                 Placed({1.2f * std::cos(angle), 1.2f * std::sin(angle), 0.1f * float(i % 9)}, glm::vec3(1)));
         }
-        Traced(Traversal::Own);
+        Traced(Traversal::Software);
     }
     ExpectAlike("moved");
-    for (int frame = 0; frame < 50; ++frame) Traced(Traversal::Own);
+    for (int frame = 0; frame < 50; ++frame) Traced(Traversal::Software);
     ExpectAlike("at rest");
 }
 
 // Rays in the space of the mesh would overflow. In the scene's space all is near.
-TEST_P(OwnTraversal, AMeshThatReachesTooFarIsPlacedOrTheDrivers) {
+TEST_P(SoftwareTraversal, AMeshThatReachesTooFarIsPlacedOrTheDrivers) {
     // A sky would light the far mesh, and show that float rounds the points where rays leave it to 1e6 m.
     render.scene.SetEnvironment({});
     scene::SceneData data = PlainThings();
@@ -321,12 +322,12 @@ TEST_P(OwnTraversal, AMeshThatReachesTooFarIsPlacedOrTheDrivers) {
     data.instances.push_back({.mesh = 2, .objectToWorld = Placed({1e13f, 1e13f, 0.0f}, glm::vec3(1e-6f))});
     SetScene(std::move(data));
     if (GetParam() == 1) return ExpectAlike("in one level");
-    EXPECT_EQ(Traced(Traversal::Own).values, Traced(Traversal::Driver).values);
+    EXPECT_EQ(Traced(Traversal::Software).values, Traced(Traversal::Driver).values);
     EXPECT_EQ(render.scene.Statistics().noWideBvhReason, "a mesh reaches too far for a tree");
 }
 
 // A tree over all of their triangles would take too long to build.
-TEST_P(OwnTraversal, ManyTrianglesAreInTwoLevels) {
+TEST_P(SoftwareTraversal, ManyTrianglesAreInTwoLevels) {
     scene::SceneData data = PlainThings();
     data.meshes.push_back(SphereMesh(0.1f, 64, 1));
     const uint64_t each = data.meshes.back().primitives[0].TriangleCount();
@@ -343,9 +344,9 @@ TEST_P(OwnTraversal, ManyTrianglesAreInTwoLevels) {
 }
 
 // Nobody reads the driver's structures then, and none are built.
-TEST_P(OwnTraversal, BuildsNothingForTheDriver) {
+TEST_P(SoftwareTraversal, BuildsNothingForTheDriver) {
     SetScene(PlainThings());
-    Traced(Traversal::Own);
+    Traced(Traversal::Software);
     Traced(Traversal::Auto);
     EXPECT_EQ(render.scene.Statistics().blasBuilds, 0u);
     EXPECT_EQ(render.scene.Statistics().tlasRebuilds, 0u);
@@ -354,7 +355,7 @@ TEST_P(OwnTraversal, BuildsNothingForTheDriver) {
     EXPECT_GT(render.scene.Statistics().tlasRebuilds, 0u);
 }
 
-}  // namespace raygraph::testing::own_traversal_test
+}  // namespace raygraph::testing::software_traversal_test
 
 // Round primitives on the device: hits against closed forms, pictures against triangle meshes and furnaces.
 namespace raygraph::testing::trace_capsules_test {

@@ -475,7 +475,7 @@ TEST_F(DeviceLogTest, CallbackThatThrowsEndsNothing) {
     commands.Fill(buffer, 1);
     commands.Fill(buffer, 2);
     // OnSubmitted and OnDropped run where nothing may be thrown
-    commands.OnSubmitted([&] { Say(throwing, LogLevel::Info, log_category::kGraph, "submitted"); });
+    commands.OnSubmitted([&] { WriteLog(throwing, LogLevel::Info, log_category::kGraph, "submitted"); });
     device->Submit(std::move(commands));
     device->WaitIdle();
     EXPECT_GE(calls, 3u) << "the hazard and the outcome";

@@ -447,7 +447,7 @@ TEST(Log, WhatTheCallbackThrowsIsDropped) {
         },
         LogLevel::Info);
     EXPECT_NO_THROW(log.Send(LogLevel::Info, log_category::kScene, "text"));
-    EXPECT_NO_THROW(Say(log, LogLevel::Info, log_category::kScene, "number {}", 3));
+    EXPECT_NO_THROW(WriteLog(log, LogLevel::Info, log_category::kScene, "number {}", 3));
     EXPECT_EQ(calls, 2);
 }
 
@@ -476,9 +476,9 @@ TEST(Log, TextsAreFormattedOnlyForWhoListens) {
         },
         LogLevel::Info);
     int formatted = 0;
-    Say(log, LogLevel::Debug, log_category::kCache, "{}", Counted{formatted});
+    WriteLog(log, LogLevel::Debug, log_category::kCache, "{}", Counted{formatted});
     EXPECT_EQ(formatted, 0);
-    Say(log, LogLevel::Info, log_category::kCache, "number {}", Counted{formatted});
+    WriteLog(log, LogLevel::Info, log_category::kCache, "number {}", Counted{formatted});
     EXPECT_EQ(heard, "cache: number 1");
 }
 

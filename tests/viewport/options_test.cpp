@@ -284,7 +284,7 @@ TEST(FrameBudgetTest, Tiles_GrowStepByStepToWhatTheLimitAllows) {
         const Region tile = cursor.Next(picture, budget.PixelsWithin(picture, cursor, budget.TracingMs()));
         EXPECT_LE(double(tile.PixelCount()) / 1e4, 10.0);
         EXPECT_LE(tile.PixelCount(), std::max<uint64_t>(4 * last, FrameBudget::kFirstPixels));
-        budget.LearnTile(picture.height, tile, double(tile.PixelCount()) / 1e4);
+        budget.AddTileTiming(picture.height, tile, double(tile.PixelCount()) / 1e4);
         last = tile.PixelCount();
         cursor.Advance(picture, tile);
     }
@@ -294,30 +294,30 @@ TEST(FrameBudgetTest, Tiles_GrowStepByStepToWhatTheLimitAllows) {
 TEST(FrameBudgetTest, Costs_RiseAtOnceFallByHalvesAndBelongToARow) {
     FrameBudget budget;
     budget.SetLimit(10.0);
-    budget.LearnTile(320, {0, 0, 100, 320}, 32.0);  // 1 us a pixel everywhere
+    budget.AddTileTiming(320, {0, 0, 100, 320}, 32.0);  // 1 us a pixel everywhere
     const Region top{0, 0, 100, 10}, bottom{0, 300, 100, 10};
     EXPECT_NEAR(budget.Expect(320, top), 1.0, 1e-9);
-    budget.LearnTile(320, top, 20.0);
+    budget.AddTileTiming(320, top, 20.0);
     EXPECT_NEAR(budget.Expect(320, top), 20.0, 1e-9);
     EXPECT_NEAR(budget.Expect(320, bottom), 1.0, 1e-9);
-    budget.LearnTile(320, top, 1.0);
+    budget.AddTileTiming(320, top, 1.0);
     EXPECT_NEAR(budget.Expect(320, top), 10.5, 1e-9);
     // A third of the picture's height takes as long at another resolution.
     EXPECT_NEAR(budget.Expect(32, {0, 0, 100, 1}), 1.05, 1e-9);
     TileCursor atBottom;
     atBottom.Advance({100, 320}, {0, 0, 100, 300});
     EXPECT_GT(budget.PixelsWithin({100, 320}, atBottom, 1.0), 5 * budget.PixelsWithin({100, 320}, {}, 1.0));
-    budget.Forget();
-    EXPECT_FALSE(budget.HasLearned());
+    budget.Reset();
+    EXPECT_FALSE(budget.HasTimings());
 }
 
 TEST(FrameBudgetTest, WhatElseAFrameDoes_IsTakenOffButNeverAll) {
     FrameBudget budget;
     budget.SetLimit(10.0);
     const double alone = budget.TracingMs();
-    budget.LearnOverhead(4.0);
+    budget.AddOverheadTiming(4.0);
     EXPECT_NEAR(budget.TracingMs(), alone - 4.0, 1e-9);
-    budget.LearnOverhead(400.0);
+    budget.AddOverheadTiming(400.0);
     EXPECT_GT(budget.TracingMs(), 1.0);
 }
 
@@ -326,10 +326,10 @@ TEST(FrameBudgetTest, RasterPictures_AreAsCoarseAsTheLimitAsks) {
     EXPECT_EQ(budget.RasterScale(1'000'000), 1u);
     budget.SetLimit(10.0);
     EXPECT_EQ(budget.RasterScale(1'000'000), 1u);
-    budget.LearnRaster(1'000'000, 50.0);
+    budget.AddRasterTiming(1'000'000, 50.0);
     EXPECT_EQ(budget.RasterScale(1'000'000), 4u);
     EXPECT_EQ(budget.RasterScale(100'000), 1u);
-    budget.LearnRaster(1'000'000, 1e9);
+    budget.AddRasterTiming(1'000'000, 1e9);
     EXPECT_EQ(budget.RasterScale(1'000'000), 16u);
 }
 

@@ -221,7 +221,7 @@ TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOut) {
     scene.SetScene(scene::SceneData(data));
     FramesUntilSamples();
     Frame();
-    renderer.ForgetPipelines(0.0);  // those of the preview
+    renderer.ReleasePipelines(0.0);  // those of the preview
     const size_t before = renderer.PipelineReports().size();
     data.materials[1] = chalk;
     scene.SetMaterial(1, chalk);
@@ -233,7 +233,7 @@ TEST_F(Previewed, FeaturesThatAreGoneForLong_AreLeftOut) {
     const uint32_t count = renderer.PipelineCount();
     Frame();
     EXPECT_EQ(Samples(), 66u);
-    renderer.ForgetPipelines(0.0);
+    renderer.ReleasePipelines(0.0);
     EXPECT_EQ(renderer.PipelineReports().size(), before) << "the one with glass is still used";
     scene.SetTransform(1, Translation({0.1f, 0.0f, 0.0f}));
     data.instances[1].objectToWorld = Translation({0.1f, 0.0f, 0.0f});
@@ -258,7 +258,7 @@ TEST_F(Previewed, PipelinesThatWereLetGo_AreNotWaitedFor) {
     Frame();
     renderer.BeginFrame();  // without the viewport
     renderer.Execute();
-    renderer.ForgetPipelines(0.0);
+    renderer.ReleasePipelines(0.0);
     scene.SetTransform(1, Translation({0.1f, 0.0f, 0.0f}));
     Frame();
     EXPECT_TRUE(IsPreview()) << "or the frame has waited";

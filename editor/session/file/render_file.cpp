@@ -488,9 +488,9 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     const uint64_t clamped = image::WriteExr(path, render.size.width, render.size.height, planes, attributes,
                                              WindowOf(SettingsFrom(render.settings)));
     if (clamped > 0)
-        Say(log, LogLevel::Warning, log_category::kScene,
-            "{}: {} {} beyond 65504, the most that a half float holds", Printable(path.filename().string()),
-            clamped, clamped == 1 ? "number was" : "numbers were");
+        WriteLog(log, LogLevel::Warning, log_category::kScene,
+                 "{}: {} {} beyond 65504, the most that a half float holds",
+                 Printable(path.filename().string()), clamped, clamped == 1 ? "number was" : "numbers were");
     LogTransfer(log, path, render, "written", watch);
 }
 

@@ -119,9 +119,9 @@ inline image::ExrWindow WindowOf(const PictureSettings& settings) {
 // `done` is "read" or "written".
 inline void LogTransfer(const Log& log, const std::filesystem::path& path, const RenderFile& render,
                         const char* done, const Stopwatch& watch) {
-    Say(log, LogLevel::Info, log_category::kScene, "{}: {} of {} pixels {} in {}",
-        Printable(path.filename().string()), Counted(SampleCount(render.samples), "sample"),
-        ToText(render.size), done, DurationText(watch.Seconds()));
+    WriteLog(log, LogLevel::Info, log_category::kScene, "{}: {} of {} pixels {} in {}",
+             Printable(path.filename().string()), Counted(SampleCount(render.samples), "sample"),
+             ToText(render.size), done, DurationText(watch.Seconds()));
 }
 
 // --- Flaws of a render that was not checked by reading a file ---

@@ -40,7 +40,7 @@ AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t first
       m_counts(size),
       m_lists{ColorList{passes::PixelList(renderer.Device(), size)},
               ColorList{passes::PixelList(renderer.Device(), size)}} {
-    ForgetBelow(kLastStage);  // bases of an earlier picture
+    ReleaseBelow(kLastStage);  // bases of an earlier picture
 }
 
 AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t firstSample,
@@ -51,7 +51,7 @@ AdaptiveFrames::AdaptiveFrames(Renderer& renderer, Extent2D size, uint32_t first
       m_counts(size, state),
       m_lists{ColorList{passes::PixelList(renderer.Device(), size)},
               ColorList{passes::PixelList(renderer.Device(), size)}} {
-    ForgetBelow(kLastStage);
+    ReleaseBelow(kLastStage);
     for (const auto& [base, noted] : state.noted) {
         const passes::VarianceIds ids = Noted(base);
         passes::UploadTexels(renderer, std::as_bytes(std::span(noted.variance)), ids.variance);
@@ -64,10 +64,10 @@ passes::VarianceIds AdaptiveFrames::Noted(uint32_t base) const {
             m_renderer.Persist(MeanName(base), {m_size, Format::R32Float})};
 }
 
-void AdaptiveFrames::ForgetBelow(uint32_t base) {
+void AdaptiveFrames::ReleaseBelow(uint32_t base) {
     for (uint32_t of = kFirstBase; of < base; of *= 2) {
-        m_renderer.Forget(VarianceName(of));
-        m_renderer.Forget(MeanName(of));
+        m_renderer.Release(VarianceName(of));
+        m_renderer.Release(MeanName(of));
     }
 }
 
@@ -86,16 +86,16 @@ void AdaptiveFrames::SetList(const AdaptiveCounts::Next& next) {
 bool AdaptiveFrames::PrepareFor(uint32_t average, const passes::Accumulation& radiance) {
     using Kind = AdaptiveCounts::Next::Kind;
     AdaptiveCounts::Next next = m_counts.NextTo(average);
-    for (; next.kind == Kind::Decision; next = m_counts.NextTo(average)) Decide(next.color, radiance);
+    for (; next.kind == Kind::Decision; next = m_counts.NextTo(average)) AllocateStage(next.color, radiance);
     return next.kind == Kind::Samples;
 }
 
-void AdaptiveFrames::Decide(uint32_t color, const passes::Accumulation& radiance) {
+void AdaptiveFrames::AllocateStage(uint32_t color, const passes::Accumulation& radiance) {
     const AdaptiveState state = m_counts.State();
     const uint32_t base = BaseAfter(state.stages[color]);
     if (PixelsOfColor(m_size, 1 - color) == 0) {
         const std::vector<float> none(state.counts.size(), 0.0f);
-        return m_counts.Decide(color, {none, none});
+        return m_counts.AllocateStage(color, {none, none});
     }
     // The others were noted before they got more
     std::vector<gpu::ListedPixel> pixels;
@@ -116,8 +116,9 @@ void AdaptiveFrames::Decide(uint32_t color, const passes::Accumulation& radiance
     }
     const VarianceReadback readback = ReadBackVariances(noted);
     m_renderer.Execute();
-    m_counts.Decide(color, {WaitForValues<float>(readback.variance), WaitForValues<float>(readback.mean)});
-    ForgetBelow(m_counts.FirstBaseNeeded());
+    m_counts.AllocateStage(color,
+                           {WaitForValues<float>(readback.variance), WaitForValues<float>(readback.mean)});
+    ReleaseBelow(m_counts.FirstBaseNeeded());
 }
 
 AdaptiveFrames::Samples AdaptiveFrames::Take(const passes::Accumulation& radiance, uint32_t average,
@@ -349,7 +350,7 @@ AdaptiveState AdaptiveCounts::State() const {
     return state;
 }
 
-uint32_t AdaptiveCounts::Least() const {
+uint32_t AdaptiveCounts::MinimumCount() const {
     return IsFirstStage() ? LeastOf(0) : std::min(LeastOf(0), LeastOf(1));
 }
 
@@ -491,7 +492,7 @@ uint32_t AdaptiveCounts::FirstBaseNeeded() const {
     return std::min(FirstBaseToKeep(m_state, 0), FirstBaseToKeep(m_state, 1));
 }
 
-void AdaptiveCounts::Decide(uint32_t color, const PixelVariances& noted) {
+void AdaptiveCounts::AllocateStage(uint32_t color, const PixelVariances& noted) {
     RG_CHECK(m_walks[color].pixels.empty());
     RG_CHECK_EQ(noted.variance.size(), m_state.counts.size());
     RG_CHECK_EQ(noted.mean.size(), m_state.counts.size());

@@ -109,13 +109,13 @@ class RAYGRAPH_API AdaptiveCounts {
     AdaptiveState State() const;
     uint64_t Total() const { return m_walks[0].total + m_walks[1].total; }  // samples of all pixels
     uint32_t Average() const { return static_cast<uint32_t>(Total() / m_state.counts.size()); }
-    uint32_t Least() const;  // smallest count of a pixel
+    uint32_t MinimumCount() const;  // smallest count of a pixel
 
     // Returns the next step towards `average` samples per pixel of each color.
     struct Next {
         enum class Kind {
             Nothing,   // each color has the average
-            Decision,  // call Decide for `color`
+            Decision,  // call AllocateStage for `color`
             Samples    // call Advance
         } kind = Kind::Nothing;
         uint32_t color = 0;  // color of the walk
@@ -145,7 +145,7 @@ class RAYGRAPH_API AdaptiveCounts {
 
     // Decides how many samples the pixels of a color get in its next stage. `noted` holds the other color's
     // pixels after their first BaseAfter(stage) samples. Throws Error{Usage} if there are no more stages.
-    void Decide(uint32_t color, const PixelVariances& noted);
+    void AllocateStage(uint32_t color, const PixelVariances& noted);
 
   private:
     // Pixels that miss most samples come first, so that each step is a prefix of the list.
@@ -207,8 +207,8 @@ class AdaptiveFrames {
     passes::VarianceIds Noted(uint32_t base) const;
     VarianceReadback ReadBackVariances(const passes::VarianceIds& noted);
     void SetList(const AdaptiveCounts::Next& next);
-    void Decide(uint32_t color, const passes::Accumulation& radiance);
-    void ForgetBelow(uint32_t base);
+    void AllocateStage(uint32_t color, const passes::Accumulation& radiance);
+    void ReleaseBelow(uint32_t base);
 
     Renderer& m_renderer;
     Extent2D m_size;

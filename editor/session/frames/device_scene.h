@@ -65,10 +65,10 @@ class DeviceScene {
     // Sets PictureSettings::camera. Throws as the constructor, and changes nothing then.
     void SetCamera(const std::string& camera);
     void RequireCamera(const std::string& camera) const;
-    // From the next frame on, the driver traces even if there are trees for own traversal.
+    // From the next frame on, the driver traces even if there are trees for software traversal.
     void TraceByDriver() { m_tracing.traversal = m_traced.traversal = Traversal::Driver; }
-    // Returns why there are no trees for own traversal; empty if there are.
-    const std::string& NoOwnTraversalReason() const { return m_scene.Statistics().noWideBvhReason; }
+    // Returns why there are no trees for software traversal; empty if there are.
+    const std::string& NoSoftwareTraversalReason() const { return m_scene.Statistics().noWideBvhReason; }
 
   private:
     scene::CameraView ViewAtRest(const std::string& camera) const;

@@ -64,7 +64,7 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     if (render.adaptive) {
         m_adaptive =
             std::make_unique<AdaptiveFrames>(m_renderer, extent, m_plan.firstSample, *render.adaptive);
-        averaged = m_uniformSamples = m_adaptive->Counts().Least();
+        averaged = m_uniformSamples = m_adaptive->Counts().MinimumCount();
     }
     if (m_isKeepingAlbedo && hasAverages)
         passes::Restore(m_renderer, m_albedo.accumulation, extent, averaged, sums.albedo);
@@ -117,7 +117,7 @@ uint32_t SampleFrames::ChooseBatchSize() const {
     return m_isKeepingAlbedo || m_isKeepingNormal ? std::min(most, 16u) : most;
 }
 
-void SampleFrames::Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast) {
+void SampleFrames::AccumulateFrame(TextureId samples, uint32_t count, Accumulated& into, bool isLast) {
     const passes::SampleRows rows{.count = count, .height = Size().height};
     const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, samples, rows, into.accumulation);
     if (isLast) m_renderer.Present(ids.sums[0]);
@@ -158,15 +158,16 @@ void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSetti
 void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings) {
     const passes::FilmPosition film =
         passes::IsAverageable(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
-    Keep(passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfaceSource::Rays), 1,
-         m_radiance);
+    AccumulateFrame(
+        passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfaceSource::Rays), 1,
+        m_radiance);
 }
 
 void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    if (m_isKeepingAlbedo) Keep(hits.albedo, 1, m_albedo, isLast);
-    if (m_isKeepingNormal) Keep(hits.normal, 1, m_normal, isLast);
+    if (m_isKeepingAlbedo) AccumulateFrame(hits.albedo, 1, m_albedo, isLast);
+    if (m_isKeepingNormal) AccumulateFrame(hits.normal, 1, m_normal, isLast);
 }
 
 // Decisions at random, as whether a surface that is partly transparent is seen, are those of the picture's
@@ -240,7 +241,8 @@ void SampleFrames::KeepFirstHalf() {
     m_renderer.BeginFrame();
     m_firstHalves[1] = {
         m_submitted,
-        passes::SumsReadback(m_renderer, passes::Kept(m_renderer, m_radiance.accumulation, Size(), false))};
+        passes::SumsReadback(m_renderer,
+                             passes::StoredAccumulation(m_renderer, m_radiance.accumulation, Size(), false))};
     m_renderer.Execute();
 }
 
@@ -271,7 +273,7 @@ void SampleFrames::FinishPicture() {
     m_hasPicture = true;
     if ((m_isKeepingCenter || m_isKeepingMotion) && !m_wasSharpTraced) TraceUnblurred();
     if (m_submitted == 0) return;
-    CatchUpUniformSamples();
+    RenderMissingUniformSamples();
     const Extent2D size = Size();
     passes::Accumulation firstHalf("firstHalf");
     if (m_plan.isDenoised) RestoreFirstHalf(firstHalf);
@@ -298,7 +300,7 @@ void SampleFrames::FinishPicture() {
     m_renderer.Execute();
     if (firstHalf.SampleCount() == 0) return;
     firstHalf.Reset(passes::ResetCause::Start);
-    passes::Forget(m_renderer, firstHalf);
+    passes::Release(m_renderer, firstHalf);
 }
 
 uint64_t SampleFrames::NonFiniteSamples() {
@@ -401,7 +403,7 @@ image::Image8 SampleFrames::DisplayOf(const passes::ExactSums& sums, uint32_t sa
     m_display = m_renderer.ReadBack(DeclareDisplay(mean));
     m_renderer.Execute();
     shown.Reset(passes::ResetCause::Start);
-    passes::Forget(m_renderer, shown);
+    passes::Release(m_renderer, shown);
     return TakeDisplay();
 }
 
@@ -443,7 +445,7 @@ void SampleFrames::DeclareUniformSamples(const SceneIds& ids) {
     // They have passes for each sample
     constexpr uint32_t kAtOnce = 16;
     const bool hasAverages = m_isKeepingAlbedo || m_isKeepingNormal;
-    const uint32_t end = std::min(m_adaptive->Counts().Least(), m_uniformSamples + kAtOnce);
+    const uint32_t end = std::min(m_adaptive->Counts().MinimumCount(), m_uniformSamples + kAtOnce);
     for (; m_uniformSamples < end; ++m_uniformSamples) {
         const uint32_t index = m_plan.firstSample + m_uniformSamples;
         const passes::TraceSettings settings = m_scene.SettingsFor(index);
@@ -455,8 +457,8 @@ void SampleFrames::DeclareUniformSamples(const SceneIds& ids) {
 }
 
 // Renders the surfaces that the last frames of samples left out.
-void SampleFrames::CatchUpUniformSamples() {
-    while (m_adaptive && m_uniformSamples < m_adaptive->Counts().Least()) {
+void SampleFrames::RenderMissingUniformSamples() {
+    while (m_adaptive && m_uniformSamples < m_adaptive->Counts().MinimumCount()) {
         m_renderer.BeginFrame();
         DeclareUniformSamples(m_scene.Declare(m_plan.firstSample));
         m_renderer.Execute();

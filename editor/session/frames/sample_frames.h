@@ -137,10 +137,10 @@ class SampleFrames {
     void AccumulateTraced(TextureId samples, const passes::TraceSettings& settings,
                           passes::Accumulation& accumulation, bool withVariance = false);
     // Accumulates samples of all pixels; `isLast`: the last of the frame.
-    void Keep(TextureId samples, uint32_t count, Accumulated& into, bool isLast = true);
+    void AccumulateFrame(TextureId samples, uint32_t count, Accumulated& into, bool isLast = true);
     // Declares surfaces and removed light, which have as many samples as all pixels.
     void DeclareUniformSamples(const SceneIds& ids);
-    void CatchUpUniformSamples();
+    void RenderMissingUniformSamples();
     void RenderListed(uint32_t average);
     // Declares the counts of an adaptive picture, for Resolve.
     std::optional<TextureId> DeclareCounts();

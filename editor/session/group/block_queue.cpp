@@ -11,17 +11,17 @@ BlockQueue::BlockQueue(uint32_t deviceCount) : m_devices(deviceCount) {}
 
 std::optional<SampleRange> BlockQueue::Next(uint32_t device, double samplesPerSecond) {
     std::unique_lock lock(m_mutex);
-    Device& its = m_devices.at(device);
+    Device& entry = m_devices.at(device);
     if (m_isClosed) {
-        its.state = State::Over;
+        entry.state = State::Over;
         m_hasRequest.notify_all();
         return std::nullopt;
     }
-    its.state = State::Asking;
+    entry.state = State::Asking;
     m_requests.push_back({device, samplesPerSecond});
     m_hasRequest.notify_all();
-    m_hasAnswer.wait(lock, [&] { return its.state != State::Asking; });
-    return its.answer;
+    m_hasAnswer.wait(lock, [&] { return entry.state != State::Asking; });
+    return entry.answer;
 }
 
 void BlockQueue::Fail(uint32_t device, std::exception_ptr error) {
@@ -45,9 +45,9 @@ std::optional<BlockQueue::Request> BlockQueue::TakeRequest(std::chrono::microsec
 
 void BlockQueue::Answer(uint32_t device, const std::optional<SampleRange>& block) {
     const std::scoped_lock lock(m_mutex);
-    Device& its = m_devices.at(device);
-    its.answer = block;
-    its.state = block ? State::Answered : State::Over;
+    Device& entry = m_devices.at(device);
+    entry.answer = block;
+    entry.state = block ? State::Answered : State::Over;
     m_hasAnswer.notify_all();
 }
 

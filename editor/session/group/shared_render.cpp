@@ -24,13 +24,13 @@ constexpr std::chrono::microseconds kTick = std::chrono::milliseconds(20);
 
 // Gives all devices textures of the same detail: without a budget, that of the device with the least memory
 // applies.
-PictureSettings Agreed(const PictureSettings& settings, std::span<rhi::Device* const> devices,
-                       ProcessGroup* group) {
+PictureSettings WithCommonTextureBudget(const PictureSettings& settings,
+                                        std::span<rhi::Device* const> devices, ProcessGroup* group) {
     PictureSettings agreed = settings;
     if (settings.textureBudget > 0 || (devices.size() == 1 && group == nullptr)) return agreed;
     uint64_t budget = std::numeric_limits<uint64_t>::max();
     for (const rhi::Device* device : devices) budget = std::min(budget, DefaultTextureBudget(*device));
-    if (group != nullptr) budget = group->Least(budget);
+    if (group != nullptr) budget = group->Minimum(budget);
     agreed.textureBudget = std::max<uint64_t>(budget, 1);
     return agreed;
 }
@@ -74,23 +74,24 @@ SharedRender::SharedRender(std::span<rhi::Device* const> devices, SceneInput& in
         if (IsRoot()) chosen = ChooseTracing(*devices.front(), tracing);
         if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&chosen, 1)));
     }
-    m_devices = MakeDevices(devices, input, Agreed(settings, devices, group), chosen);
-    if (settings.view == View::PathTraced && chosen.traversal == Traversal::Own) SynchronizeTraversal();
+    m_devices = MakeDevices(devices, input, WithCommonTextureBudget(settings, devices, group), chosen);
+    if (settings.view == View::PathTraced && chosen.traversal == Traversal::Software) SynchronizeTraversal();
     m_deviceCount = static_cast<uint32_t>(m_devices.size());
     if (m_group != nullptr) m_deviceCount = static_cast<uint32_t>(m_group->Sum(m_deviceCount));
 }
 
 void SharedRender::SynchronizeTraversal() {
     for (const auto& device : m_devices)
-        if (m_driverTraversalReason.empty()) m_driverTraversalReason = device->Scene().NoOwnTraversalReason();
-    const bool isOwn = m_driverTraversalReason.empty();
-    if (m_group != nullptr && m_group->Least(isOwn ? 1 : 0) == 0 && isOwn)
+        if (m_driverTraversalReason.empty())
+            m_driverTraversalReason = device->Scene().NoSoftwareTraversalReason();
+    const bool isSoftware = m_driverTraversalReason.empty();
+    if (m_group != nullptr && m_group->Minimum(isSoftware ? 1 : 0) == 0 && isSoftware)
         m_driverTraversalReason = "another process cannot";
     if (m_driverTraversalReason.empty()) return;
     for (const auto& device : m_devices) device->Scene().TraceByDriver();
 }
 
-std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
+std::optional<MeasuredError> SharedRender::Begin(const FramePlan& requested) {
     // All processes need this of a render that the root continues
     struct {
         uint32_t sampleCount = 0;
@@ -98,7 +99,7 @@ std::optional<MeasuredError> SharedRender::Begin(const FramePlan& asked) {
         uint32_t measuredCount = 0;  // 0: nothing was measured
         double measuredError = 0.0;
     } known;
-    FramePlan plan = asked;
+    FramePlan plan = requested;
     plan.hasUnblurred = IsRoot();
     plan.retraced = BiasesToRetrace(First().Scene().SettingsFor(0).biases, plan.continues);
     const auto bit = [](Bias bias) { return 1u << static_cast<uint32_t>(bias); };
@@ -177,8 +178,8 @@ SharedRender::RoundEnd SharedRender::RunRound(BlockDealer* dealer, bool isEstima
     RoundEnd end = RoundEnd::Complete;
     const auto askToGoOn = [&](bool isStopRequested) {
         if (dealer != nullptr) m_sampleCount = m_samplesOfRounds + dealer->DealtCount();
-        const RoundEnd asked = tick();
-        if (end == RoundEnd::Complete) end = isStopRequested ? RoundEnd::Stopped : asked;
+        const RoundEnd requested = tick();
+        if (end == RoundEnd::Complete) end = isStopRequested ? RoundEnd::Stopped : requested;
         if (end != RoundEnd::Complete && dealer != nullptr) dealer->Stop();
         return end != RoundEnd::Complete;
     };
@@ -272,7 +273,7 @@ MeasuredError SharedRender::MeasureError() {
 }
 
 // One device after another, so that the memory of the host is that of two pictures, however many there are.
-void SharedRender::Pool(RenderFile& render) {
+void SharedRender::CombineSums(RenderFile& render) {
     bool isFirst = true;
     for (const auto& device : m_devices) {
         SampleFrames& frames = device->Frames();
@@ -301,7 +302,7 @@ void SharedRender::Finish(const RenderFile& described) {
         return;
     }
     RenderFile render = described;
-    Pool(render);
+    CombineSums(render);
     if (m_group != nullptr) m_nonFiniteSamples = m_group->Sum(m_nonFiniteSamples);
     if (!IsRoot()) return;
     TakeMeans(render);

@@ -71,8 +71,8 @@ class SharedRender {
     SharedRender(std::span<rhi::Device* const> devices, SceneInput& input, const PictureSettings& settings,
                  const TracingChoice& tracing, ProcessGroup* group);
 
-    // Returns why not all devices can use own traversal, which the first one wants; empty if they can, or if
-    // it is not wanted.
+    // Returns why not all devices can use software traversal, which the first one wants; empty if they can,
+    // or if it is not wanted.
     const std::string& DriverTraversalReason() const { return m_driverTraversalReason; }
     // Begins a picture. Only the root has a render that is continued. Returns its last measurement.
     std::optional<MeasuredError> Begin(const FramePlan& plan);
@@ -120,7 +120,7 @@ class SharedRender {
     void SynchronizeTraversal();
     RoundEnd RunAdaptive(uint32_t average, bool isEstimating, const std::function<RoundEnd()>& tick);
     RoundEnd RunRound(BlockDealer* dealer, bool isEstimating, const std::function<RoundEnd()>& tick);
-    void Pool(RenderFile& render);
+    void CombineSums(RenderFile& render);
 
     ProcessGroup* m_group;
     std::vector<std::unique_ptr<DeviceRender>> m_devices;

@@ -61,7 +61,7 @@ class RAYGRAPH_API AovSet {
         for (const Aov aov : aovs) Set(aov);
     }
 
-    void Set(Aov aov, bool isIn = true) { m_bits.set(static_cast<size_t>(aov), isIn); }
+    void Set(Aov aov, bool isIncluded = true) { m_bits.set(static_cast<size_t>(aov), isIncluded); }
     bool Has(Aov aov) const { return m_bits.test(static_cast<size_t>(aov)); }
     bool IsEmpty() const { return m_bits.none(); }
     bool NeedsCenterRay() const { return Has(Aov::Depth) || Has(Aov::Instance) || Has(Aov::Material); }

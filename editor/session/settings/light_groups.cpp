@@ -15,7 +15,7 @@ namespace {
 constexpr const char* kRest = "rest";
 constexpr const char* kEnvironment = "environment";
 
-[[noreturn]] void RefuseGroup(std::string_view text, const std::string& why) {
+[[noreturn]] void RejectGroup(std::string_view text, const std::string& why) {
     throw MakeError(ErrorKind::Usage, "{}: {}", Quoted(text), why);
 }
 
@@ -25,12 +25,12 @@ bool IsNameCharacter(char c) {
 
 LightGroupPatterns ParseGroup(std::string_view text) {
     const size_t equals = text.find('=');
-    if (equals == std::string_view::npos) RefuseGroup(text, "not of the form NAME=PATTERN[,PATTERN...]");
+    if (equals == std::string_view::npos) RejectGroup(text, "not of the form NAME=PATTERN[,PATTERN...]");
     LightGroupPatterns group{.name = std::string(text.substr(0, equals)), .patterns = {}};
     if (group.name.empty() || !std::ranges::all_of(group.name, IsNameCharacter))
-        RefuseGroup(text, "the name of a group is of letters, digits, _ and -");
+        RejectGroup(text, "the name of a group is of letters, digits, _ and -");
     if (group.name == kRest || group.name == kEnvironment)
-        RefuseGroup(text, Text("{} is a group of its own already", group.name));
+        RejectGroup(text, Text("{} is a group of its own already", group.name));
     for (const std::string_view pattern : ParseList(text.substr(equals + 1)))
         group.patterns.emplace_back(pattern);
     return group;
@@ -84,7 +84,7 @@ std::vector<LightGroupPatterns> ParseLightGroups(std::string_view text) {
         const size_t end = std::min(text.find(';'), text.size());
         LightGroupPatterns group = ParseGroup(text.substr(0, end));
         if (std::ranges::any_of(groups, [&](const auto& other) { return other.name == group.name; }))
-            RefuseGroup(text, Text("there are two groups of the name {}", group.name));
+            RejectGroup(text, Text("there are two groups of the name {}", group.name));
         groups.push_back(std::move(group));
         text.remove_prefix(std::min(end + 1, text.size()));
     }

@@ -151,7 +151,8 @@ std::optional<glm::dvec3> LightColor(const SceneInput& input, const PictureSetti
 
 namespace {
 
-DefaultLight Decide(const SceneInput& input, const PictureSettings& settings, const ResumedRender* resumed) {
+DefaultLight DecideLight(const SceneInput& input, const PictureSettings& settings,
+                         const ResumedRender* resumed) {
     if (resumed != nullptr) return SettingsFrom(resumed->render.settings).light;
     const bool hasMap = !input.environment.rgba.empty();
     if (settings.background || hasMap || input.data.environment.IsPresent() ||
@@ -167,7 +168,7 @@ DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& setting
                          const ResumedRender* resumed, ProcessGroup* group) {
     DefaultLight light = settings.light;
     if (light != DefaultLight::Auto) return light;
-    if (group == nullptr || group->IsRoot()) light = Decide(input, settings, resumed);
+    if (group == nullptr || group->IsRoot()) light = DecideLight(input, settings, resumed);
     if (group != nullptr) group->Broadcast(std::as_writable_bytes(std::span(&light, 1)));
     return light;
 }

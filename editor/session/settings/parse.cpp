@@ -10,7 +10,7 @@ namespace raygraph::session {
 
 namespace {
 
-[[noreturn]] void RefuseText(std::string_view text, const std::string& expected) {
+[[noreturn]] void RejectText(std::string_view text, const std::string& expected) {
     throw MakeError(ErrorKind::Usage, "{} is not {}", Quoted(text), expected);
 }
 
@@ -30,7 +30,7 @@ uint32_t ParseCount(std::string_view text, uint32_t minimum, uint32_t maximum) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (text.empty() || error != std::errc() || end != text.data() + text.size() || value < minimum ||
         value > maximum)
-        RefuseText(text, Text("a whole number from {} to {}", minimum, maximum));
+        RejectText(text, Text("a whole number from {} to {}", minimum, maximum));
     return value;
 }
 
@@ -50,7 +50,7 @@ double ParseNumber(std::string_view text, double minimum, double maximum) {
         expected += " of at least " + BoundText(minimum);
     else if (hasMaximum)
         expected += " of at most " + BoundText(maximum);
-    RefuseText(text, expected);
+    RejectText(text, expected);
 }
 
 uint64_t ParseBudget(std::string_view text) {
@@ -65,7 +65,7 @@ uint64_t ParseBudget(std::string_view text) {
     } catch (const Error&) {
         // The message for the whole text says more than the one for its digits
     }
-    RefuseText(text, Text("{} or a size like 512M or 1.5G", kAutomatic));
+    RejectText(text, Text("{} or a size like 512M or 1.5G", kAutomatic));
 }
 
 rhi::Extent2D ParseSize(std::string_view text) {
@@ -78,7 +78,7 @@ rhi::Extent2D ParseSize(std::string_view text) {
             // The message for the whole text says more than the one for its half
         }
     }
-    RefuseText(text, Text("a size like 640x360, each side from 1 to {}", kMaxImageSide));
+    RejectText(text, Text("a size like 640x360, each side from 1 to {}", kMaxImageSide));
 }
 
 std::array<float, 3> ParseRadiance(std::string_view text) {
@@ -94,14 +94,14 @@ std::array<float, 3> ParseRadiance(std::string_view text) {
     } catch (const Error&) {
         // refused below
     }
-    RefuseText(text, "three numbers like 0.5,0.5,1, none of them negative");
+    RejectText(text, "three numbers like 0.5,0.5,1, none of them negative");
 }
 
 std::vector<std::string_view> ParseList(std::string_view text) {
     std::vector<std::string_view> parts;
     for (size_t begin = 0; begin <= text.size();) {
         const size_t end = std::min(text.find(',', begin), text.size());
-        if (end == begin) RefuseText(text, "a list of names with single commas between them");
+        if (end == begin) RejectText(text, "a list of names with single commas between them");
         parts.push_back(text.substr(begin, end - begin));
         begin = end + 1;
     }
@@ -115,7 +115,7 @@ size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& n
         if (i > 0) list += i + 1 == names.size() ? " or " : ", ";
         list += names[i];
     }
-    RefuseText(text, (names.size() > 1 ? "one of " : "") + list);
+    RejectText(text, (names.size() > 1 ? "one of " : "") + list);
 }
 
 std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,

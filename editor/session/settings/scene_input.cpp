@@ -42,9 +42,9 @@ void LoadEnvironment(SceneInput& input, const std::filesystem::path& path, const
     image::Environment read = AsInput([&] { return image::ReadEnvironment(path); });
     for (const std::string& warning : read.warnings)
         log.Send(LogLevel::Warning, log_category::kScene, warning);
-    Say(log, LogLevel::Info, log_category::kScene, "{}: {} x {} pixels read in {}",
-        Printable(path.filename().string()), read.image.width, read.image.height,
-        DurationText(watch.Seconds()));
+    WriteLog(log, LogLevel::Info, log_category::kScene, "{}: {} x {} pixels read in {}",
+             Printable(path.filename().string()), read.image.width, read.image.height,
+             DurationText(watch.Seconds()));
     input.loadMs += watch.Milliseconds();
     SetEnvironment(input, std::move(read.image), path.filename().string());
 }

@@ -14,12 +14,12 @@ namespace raygraph::session {
 namespace {
 
 // A file records one choice, and a picture of another scene under it could never be made again.
-void RequireChoice(const char* setting, const char* unnamed, const std::string& asked,
+void RequireChoice(const char* setting, const char* unnamed, const std::string& requested,
                    const std::string& loaded, const SceneInput& input) {
-    if (loaded == asked) return;
+    if (loaded == requested) return;
     const auto called = [&](const std::string& choice) { return choice.empty() ? unnamed : Quoted(choice); };
     throw SettingError(ErrorKind::Usage, Text("{}: {} of {} is to be rendered, but {} was loaded", setting,
-                                              called(asked), Printable(input.file), called(loaded)));
+                                              called(requested), Printable(input.file), called(loaded)));
 }
 
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
@@ -38,12 +38,12 @@ void RequireScene(const SceneInput& input, const PictureSettings& settings) {
         throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
     if (!settings.at && settings.shutter)
         throw SettingError(ErrorKind::Usage, "shutter: it is around a time, and none is given");
-    const auto requireRadius = [&](const char* setting, const scene::RoundRadius& asked,
+    const auto requireRadius = [&](const char* setting, const scene::RoundRadius& requested,
                                    const scene::RoundRadius& loaded) {
-        if (loaded != asked)
+        if (loaded != requested)
             throw SettingError(ErrorKind::Usage,
                                Text("{}: {} is to be rendered with {}, but was loaded with {}", setting,
-                                    Printable(input.file), ToText(asked), ToText(loaded)));
+                                    Printable(input.file), ToText(requested), ToText(loaded)));
     };
     requireRadius("points", settings.pointsAndLines.points, input.pointsAndLines.points);
     requireRadius("lines", settings.pointsAndLines.lines, input.pointsAndLines.lines);
@@ -51,7 +51,7 @@ void RequireScene(const SceneInput& input, const PictureSettings& settings) {
 
 }  // namespace
 
-void Refuse(const std::string& why) {
+void Reject(const std::string& why) {
     throw Error(ErrorKind::Usage, "Session: " + why);
 }
 
@@ -60,7 +60,7 @@ void RequireValidDesc(const SessionDesc& desc) {
     RequireReadable(settings);
     for (const Aov aov : kAovs)
         if (desc.aovs.Has(aov) && !CanHave(aov, settings))
-            Refuse(Text("the view {} with these biases has no {}", Name(settings.view), Name(aov)));
+            Reject(Text("the view {} with these biases has no {}", Name(settings.view), Name(aov)));
     if (settings.shutter && !passes::IsAverageable(settings.view))
         throw SettingError(ErrorKind::Usage,
                            Text("shutter: the view {} is not averaged over samples, so nothing is blurred",
@@ -71,15 +71,15 @@ void RequireValidDesc(const SessionDesc& desc) {
     if (settings.light == DefaultLight::Studio && settings.background)
         throw SettingError(ErrorKind::Usage, "light: the studio takes the place of a background");
     if (const uint32_t samples = desc.batchSize; samples > 64 || (samples & (samples - 1)) != 0)
-        Refuse(Text("{} samples at once: a power of two up to 64", samples));
+        Reject(Text("{} samples at once: a power of two up to 64", samples));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
-        Refuse(Text("the view {} has no light by groups", Name(settings.view)));
+        Reject(Text("the view {} has no light by groups", Name(settings.view)));
     if (desc.resumed == nullptr) return;
     RequireResumable(*desc.resumed);
     const RenderFile& render = desc.resumed->render;
     if (desc.firstSample != render.samples.front().first || desc.aovs != AovsOf(render))
-        Refuse(Text("first sample and AOVs are not those of {}", desc.resumed->path));
-    if (!desc.withVariance) Refuse("a render is resumed with its variance");
+        Reject(Text("first sample and AOVs are not those of {}", desc.resumed->path));
+    if (!desc.withVariance) Reject("a render is resumed with its variance");
 }
 
 void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
@@ -119,20 +119,20 @@ void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
 }
 
 void RequireValidRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bool canEstimateError) {
-    if (!rule.samples && !rule.seconds && !rule.relativeError) Refuse("a run without an end");
+    if (!rule.samples && !rule.seconds && !rule.relativeError) Reject("a run without an end");
     if (rule.relativeError && !canEstimateError)
-        Refuse("there is no variance that an error could be estimated from");
+        Reject("there is no variance that an error could be estimated from");
     if (rule.relativeError && !(*rule.relativeError > 0.0))
-        Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
+        Reject(Text("no render gets to a relative error of {}", *rule.relativeError));
     if (rule.seconds && !std::isfinite(*rule.seconds))
-        Refuse(Text("a run of {} seconds has no end", *rule.seconds));
+        Reject(Text("a run of {} seconds has no end", *rule.seconds));
     if (rule.samples && *rule.samples < std::max(before, 1u))
-        Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
+        Reject(Text("{} samples are asked for, and there are {}", *rule.samples, before));
     const uint64_t wanted = std::max<uint64_t>(uint64_t{before} + 1, rule.samples.value_or(1));
-    if (wanted > std::numeric_limits<uint32_t>::max()) Refuse("there are as many samples as can be counted");
+    if (wanted > std::numeric_limits<uint32_t>::max()) Reject("there are as many samples as can be counted");
     const uint64_t last = firstSample + wanted - 1;
     if (last > std::numeric_limits<uint32_t>::max())
-        Refuse(Text("sample {} is beyond the last, 4294967295", last));
+        Reject(Text("sample {} is beyond the last, 4294967295", last));
 }
 
 RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,

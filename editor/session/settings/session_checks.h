@@ -8,7 +8,7 @@
 namespace raygraph::session {
 
 // Throws Error{Usage}: "Session: " and the reason.
-[[noreturn]] void Refuse(const std::string& why);
+[[noreturn]] void Reject(const std::string& why);
 
 // Throws as the constructor of Session does, for what can be checked without a scene.
 void RequireValidDesc(const SessionDesc& desc);

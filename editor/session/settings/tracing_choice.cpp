@@ -5,8 +5,8 @@
 
 namespace raygraph::session {
 
-TracingChoice ChooseTracing(rhi::Device& device, const TracingChoice& asked) {
-    TracingChoice chosen = asked;
+TracingChoice ChooseTracing(rhi::Device& device, const TracingChoice& requested) {
+    TracingChoice chosen = requested;
     if (chosen.traversal == Traversal::Auto) chosen.traversal = FasterTraversal(device);
     if (chosen.form == passes::IntegratorForm::Auto) chosen.form = passes::DefaultForm(device);
     return chosen;
@@ -20,8 +20,8 @@ double MsOfTrace(const PassTimes& times) {
 }
 
 void WarnDriverTraversal(const Log& log, const std::string& driverTraversalReason) {
-    Say(log, LogLevel::Warning, log_category::kScene,
-        "the driver's traversal is used in place of Raygraph's own: {}", driverTraversalReason);
+    WriteLog(log, LogLevel::Warning, log_category::kScene,
+             "the driver's traversal is used in place of Raygraph's own: {}", driverTraversalReason);
 }
 
 }  // namespace raygraph::session

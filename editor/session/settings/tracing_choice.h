@@ -21,12 +21,12 @@ struct TracingChoice {
 
 // Returns `asked` with the faster choice on this device for what it leaves open (FasterTraversal,
 // passes::DefaultForm). Threads: that of the device's Renderers.
-RAYGRAPH_API TracingChoice ChooseTracing(rhi::Device& device, const TracingChoice& asked);
+RAYGRAPH_API TracingChoice ChooseTracing(rhi::Device& device, const TracingChoice& requested);
 
 // Returns the sum of the medians of Trace's passes in a frame, in any form.
 RAYGRAPH_API double MsOfTrace(const PassTimes& times);
 
-// Warns that own traversal was asked for and is not possible.
+// Warns that software traversal was asked for and is not possible.
 RAYGRAPH_API void WarnDriverTraversal(const Log& log, const std::string& driverTraversalReason);
 
 }  // namespace raygraph::session

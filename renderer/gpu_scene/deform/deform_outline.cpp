@@ -50,8 +50,8 @@ float DisagreementAt(const scene::Primitive& part, size_t vertex, std::span<cons
 
 // Returns the vertices `from` of a primitive, whose positions have been moved out of it, with their joints,
 // weights and targets.
-scene::Primitive Keep(const scene::Primitive& primitive, std::span<const glm::vec3> positions,
-                      std::span<const uint32_t> from) {
+scene::Primitive ExtractVertices(const scene::Primitive& primitive, std::span<const glm::vec3> positions,
+                                 std::span<const uint32_t> from) {
     scene::Primitive kept;
     const scene::JointInfluences& influences = primitive.influences;
     kept.bounds = primitive.bounds;
@@ -107,7 +107,8 @@ DeformOutline::DeformOutline(const GroupTriangles& triangles, std::span<scene::P
         while (next < used.size() && used[next] < end) used[next++] -= firstVertex;
         const std::span<const glm::vec3> positions =
             std::span(triangles.positions).subspan(firstVertex, end - firstVertex);
-        m_parts.push_back(Keep(*primitives[p], positions, std::span(used).subspan(first, next - first)));
+        m_parts.push_back(
+            ExtractVertices(*primitives[p], positions, std::span(used).subspan(first, next - first)));
     }
 }
 

@@ -55,7 +55,7 @@ bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrice
         isChanged = true;
     }
     if (!isChanged) return false;
-    range.isDue = true;
+    range.isDirty = true;
     bool isSeen = false;
     for (DeformedMesh& mesh : m_deform.meshes) {
         if (mesh.skin != skin) continue;
@@ -146,7 +146,7 @@ void DeformSet::DeclareUpload(Renderer& renderer) {
         [this](CommandList& commands) {
             RecordUpload(commands);
             commands.OnSubmitted([this] {
-                for (SkinMatrices& skin : m_deform.skins) skin.isDue = false;
+                for (SkinMatrices& skin : m_deform.skins) skin.isDirty = false;
                 for (DeformedMesh& mesh : m_deform.meshes) mesh.weightsDirty = false;
             });
         });
@@ -155,7 +155,7 @@ void DeformSet::DeclareUpload(Renderer& renderer) {
 void DeformSet::RecordUpload(CommandList& commands) {
     std::vector<TableCopy> copies{{std::as_bytes(std::span(std::as_const(m_tasks))), m_deform.taskBuffer, 0}};
     for (const SkinMatrices& skin : m_deform.skins)
-        if (skin.isDue)
+        if (skin.isDirty)
             copies.push_back(
                 {std::as_bytes(std::span(std::as_const(m_deform.matrices)).subspan(skin.first, skin.count)),
                  m_deform.matrixBuffer, skin.first * sizeof(glm::mat4x3)});
@@ -291,7 +291,7 @@ std::unique_ptr<DeformResources> PosesOf(const scene::SceneData& scene, const De
         SkinMatrices& range = result->skins[copy.skin];
         range = {.first = static_cast<uint32_t>(result->matrices.size()),
                  .count = static_cast<uint32_t>(skin.joints.size()),
-                 .isDue = true};
+                 .isDirty = true};
         result->matrices.resize(range.first + range.count);
         scene::JointMatrices(nodeToWorld, skin, {instance.objectToWorld, instance.translationResidual},
                              std::span(result->matrices).subspan(range.first));

@@ -69,7 +69,7 @@ struct DeformedMesh {
 
 struct SkinMatrices {
     uint32_t first = 0, count = 0;  // into DeformResources::matrices; none for a skin that moves nothing
-    bool isDue = false;             // they have changed since they were uploaded
+    bool isDirty = false;           // they have changed since they were uploaded
 };
 
 struct DeformResources {
@@ -92,7 +92,7 @@ struct DeformResources {
 // Moves the emitters of a group to where its pose has them.
 void PoseEmitters(const OutlinePose& pose, std::span<Emitter> emitters);
 
-// The form in which a mesh that nothing deforms is kept for Raygraph's own traversal.
+// The form in which a mesh that nothing deforms is kept for software traversal.
 enum class WideBvhUse {
     None,
     Triangles,  // a WideMesh whose tree is not built

@@ -32,7 +32,7 @@ class BlasSet {
     // The vertices of a host's mesh have changed, under the host's BLAS or under one of ours. The TLAS
     // follows, and a BLAS of ours is rebuilt, in place if it is Deforming. On an Error nothing has changed.
     void MarkVerticesDirty(uint32_t mesh);
-    void Forget(uint32_t mesh) noexcept { std::erase(m_rebuilt, mesh); }
+    void Unmark(uint32_t mesh) noexcept { std::erase(m_rebuilt, mesh); }
 
     // Declares the work, which stays pending while it is culled or its frame is dropped.
     void Declare(Renderer& renderer, SceneIds& ids, DeformSet* deform);

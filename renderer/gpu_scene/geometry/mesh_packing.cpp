@@ -485,7 +485,7 @@ MeshUpload::MeshUpload(SceneContext& context, rhi::Uploader& uploader, std::span
     for (const PackedMesh& mesh : meshes) m_bytes += mesh.Bytes();
 }
 
-bool MeshUpload::Make(uint32_t mesh, uint64_t& budget, bool mayWait) {
+bool MeshUpload::Continue(uint32_t mesh, uint64_t& budget, bool mayWait) {
     PackedMesh& packed = m_meshes[mesh];
     while (m_groups.size() < packed.groups.size()) {
         if (budget == 0 || (!mayWait && m_uploader.WouldBlock())) return false;

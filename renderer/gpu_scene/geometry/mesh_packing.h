@@ -127,7 +127,7 @@ class MeshUpload {
     // copied bytes and kTriangleCost for each triangle. Returns true when the mesh is complete, false if the
     // budget is used up or, with mayWait false, if it would have to wait for the device. Adds the BLAS of
     // each group to the builder and frees its host memory.
-    bool Make(uint32_t mesh, uint64_t& budget, bool mayWait = true);
+    bool Continue(uint32_t mesh, uint64_t& budget, bool mayWait = true);
     // Returns the groups of the mesh that is complete.
     std::vector<GroupResources> Take() { return std::exchange(m_groups, {}); }
     // Bytes that all meshes together will have copied in the end, and bytes copied so far.

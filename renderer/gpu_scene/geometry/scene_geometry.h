@@ -74,7 +74,7 @@ struct GroupResources {
     scene::Bounds bounds;        // object space
     // Not null if the group can be deformed. `blas` is null where only deformed copies are drawn.
     std::shared_ptr<const BaseShape> base;
-    std::shared_ptr<WideMesh> tree;  // for Raygraph's own traversal, moved into WideSet; null: none
+    std::shared_ptr<WideMesh> tree;  // for software traversal, moved into WideSet; null: none
 
     VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
     // Tells whether raster views draw the group. They do not draw one that has been removed.

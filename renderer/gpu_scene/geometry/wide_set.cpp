@@ -62,13 +62,13 @@ void WideSet::Follow(SceneGeometry& geometry, const InstanceSet& instances) {
         if (m_isBuilt && parts == m_parts) return;
         if (!m_isBuilt || !Refit(parts)) return Build(geometry, parts);
         m_parts = std::move(parts);
-        if (m_rebuildsDecayed && m_top.refit.Decay() > kRebuildDecay) Renew();
+        if (m_rebuildsDecayed && m_top.refit.Decay() > kRebuildDecay) StartRebuild();
     } catch (const std::exception& error) {
         if (!IsTooLarge(error)) throw;
         // Frames in flight may still read the old tables
         m_unavailableReason = error.what();
         m_hasFailed = true;
-        ForgetAll();
+        ReleaseAll();
     }
 }
 
@@ -88,7 +88,7 @@ uint64_t WideSet::MaxOneLevelTriangles() const {
     return m_isBuilt ? kMaxRebuiltTriangles : kMaxLevelTriangles;
 }
 
-void WideSet::ForgetAll() {
+void WideSet::ReleaseAll() {
     m_nodes.Clear();
     m_triangles.Clear();
     m_instances.Clear();
@@ -272,7 +272,7 @@ bool WideSet::MoveInstance(const Part& part, uint32_t index, std::vector<uint32_
     return true;
 }
 
-void WideSet::Renew() {
+void WideSet::StartRebuild() {
     if (m_future.valid()) return;
     const auto build = [parts = m_parts,
                         placements = m_isOneLevel ? std::vector<WidePlacement>() : PlacementsOf(m_parts),
@@ -414,21 +414,21 @@ void BoxTree::Level::Reserve(size_t boxes) {
     const size_t more = std::max(room, 2 * families.capacity());
     costs.reserve(more * kChildren);
     due.reserve(more);
-    isDue.reserve(more);
+    isDirty.reserve(more);
     families.reserve(more);
 }
 
 void BoxTree::Level::Resize(size_t boxes, bool isLeaves) {
     count = boxes;
     families.resize(FamiliesOf(boxes));
-    isDue.resize(families.size());
+    isDirty.resize(families.size());
     if (!isLeaves) costs.resize(families.size() * kChildren);
 }
 
 void BoxTree::Level::MarkDirty(size_t family) noexcept {
-    if (isDue[family]) return;
+    if (isDirty[family]) return;
     due.push_back(static_cast<uint32_t>(family));
-    isDue[family] = 1;
+    isDirty[family] = 1;
 }
 
 void BoxTree::Assign(std::span<const scene::Bounds> leaves) {
@@ -479,7 +479,7 @@ void BoxTree::Refresh() noexcept {
     for (size_t i = 0; i < m_levels.size(); ++i) {
         Level& level = m_levels[i];
         for (const uint32_t family : level.due) {
-            level.isDue[family] = 0;
+            level.isDirty[family] = 0;
             if (i + 1 == m_levels.size()) continue;  // the root
             Level& above = m_levels[i + 1];
             const scene::Bounds box = level.families[family].Around();

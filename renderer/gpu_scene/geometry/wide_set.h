@@ -106,7 +106,7 @@ class WideSet {
     // Replaces the tree by the one that has been built. Returns false if that has too many levels.
     bool Take(Built&& built);
     // Starts to rebuild a tree that has decayed, unless a rebuild is running.
-    void Renew();
+    void StartRebuild();
     void FollowMeshes(const SceneGeometry& geometry, size_t spareNodes);
     void Place(Placed& placed, const std::shared_ptr<WideMesh>& tree);
     void Free(Placed& placed);
@@ -115,7 +115,7 @@ class WideSet {
     Range StoreNodes(std::span<const gpu::WideNode> nodes, uint32_t firstPrimitive);
     void StoreNode(uint32_t place, gpu::WideNode node, uint32_t firstNode, uint32_t firstPrimitive);
     void StoreInstances(std::vector<gpu::WideInstance>&& instances);
-    void ForgetAll();
+    void ReleaseAll();
 
     bool m_rebuildsDecayed;
     std::vector<glm::mat4x3> m_initialTransforms;  // by Part::number: transforms when the scene was set
@@ -175,9 +175,9 @@ class BoxTree {
     struct Level {
         size_t count = 0;  // number of boxes
         LargeArray<Family> families;
-        std::vector<double> costs;   // by box: its area plus those of all boxes below it; empty for leaves
-        std::vector<uint32_t> due;   // families with a changed box; its capacity is the number of families
-        std::vector<uint8_t> isDue;  // by family: whether it is listed in `due`
+        std::vector<double> costs;     // by box: its area plus those of all boxes below it; empty for leaves
+        std::vector<uint32_t> due;     // families with a changed box; its capacity is the number of families
+        std::vector<uint8_t> isDirty;  // by family: whether it is listed in `due`
         scene::Bounds& Box(size_t i) { return families[i / kChildren].boxes[i % kChildren]; }
         const scene::Bounds& Box(size_t i) const { return families[i / kChildren].boxes[i % kChildren]; }
         double CostOf(size_t family) const;  // sum over the family's boxes

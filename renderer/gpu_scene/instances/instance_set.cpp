@@ -148,7 +148,7 @@ void InstanceSet::Remove(uint32_t index) {
     ReserveMore(m_freedPlacements, mesh.groupCount);
     ReserveMore(m_freedSlots, mesh.groupCount);
 
-    Forget(m_dirtyRecords, instance);
+    RemoveChange(m_dirtyRecords, instance);
     for (uint32_t i = 0; i < mesh.groupCount; ++i) {
         --m_placementsOf[mesh.firstGroup + i];
         m_placements[instance.firstPlacement + i] = {.group = kNoGroup};
@@ -156,7 +156,7 @@ void InstanceSet::Remove(uint32_t index) {
     }
     m_placementIndices.Free(instance.firstPlacement, mesh.groupCount);
     if (instance.firstSlot != kUnplaced) {
-        Forget(m_dirtyTlasRecords, instance);
+        RemoveChange(m_dirtyTlasRecords, instance);
         for (uint32_t slot = instance.firstSlot; slot < instance.firstSlot + mesh.groupCount; ++slot) {
             m_isSlotUsed[slot] = false;
             m_freedSlots.push_back(slot);
@@ -180,7 +180,7 @@ void InstanceSet::SetFirstLight(uint32_t placement, uint32_t firstLight) {
     ReserveChanges(1);
     changed.firstLight = firstLight;
     m_instances[changed.instance].hasLights = true;
-    Note(m_dirtyRecords, changed.instance);
+    AddChange(m_dirtyRecords, changed.instance);
 }
 
 void InstanceSet::RefreshBounds(uint32_t index) {
@@ -253,7 +253,7 @@ void InstanceSet::ReserveChanges(size_t count) {
         ReserveMore(changes->instances, count);
 }
 
-void InstanceSet::Note(Changes& changes, uint32_t index) {
+void InstanceSet::AddChange(Changes& changes, uint32_t index) {
     Instance& instance = m_instances[index];
     uint32_t& listed = instance.*changes.listed;
     if (listed == changes.number) return;
@@ -267,10 +267,10 @@ void InstanceSet::AppendDirty(Changes& changes, uint32_t index) {
     if (instance.*changes.listed == changes.number)
         changes.records += m_meshes[instance.mesh].groupCount;
     else
-        Note(changes, index);
+        AddChange(changes, index);
 }
 
-void InstanceSet::Forget(Changes& changes, const Instance& instance) {
+void InstanceSet::RemoveChange(Changes& changes, const Instance& instance) {
     if (instance.*changes.listed == changes.number) changes.records -= m_meshes[instance.mesh].groupCount;
 }
 
@@ -278,10 +278,10 @@ void InstanceSet::Forget(Changes& changes, const Instance& instance) {
 // other boxes.
 void InstanceSet::MarkInstanceChanged(uint32_t index, bool isSeen) {
     ++m_version;
-    Note(m_dirtyRecords, index);
+    AddChange(m_dirtyRecords, index);
     if (!isSeen || m_instances[index].firstSlot == kUnplaced) return;
-    Note(m_dirtyTlasRecords, index);
-    Note(m_dirtyBoxes, index);
+    AddChange(m_dirtyTlasRecords, index);
+    AddChange(m_dirtyBoxes, index);
     m_needsUpdate = true;
 }
 
@@ -290,7 +290,7 @@ void InstanceSet::MarkDeformed(uint32_t mesh, std::span<const uint32_t> instance
     RefreshBounds(mesh);
     for (const uint32_t instance : instances) {
         ExtendReach(m_instances[instance]);
-        if (m_instances[instance].firstSlot != kUnplaced) Note(m_dirtyBoxes, instance);
+        if (m_instances[instance].firstSlot != kUnplaced) AddChange(m_dirtyBoxes, instance);
     }
 }
 
@@ -447,7 +447,7 @@ namespace {
 
 // Removes duplicates, and slots that are no longer free.
 template <typename IsFree>
-void Tidy(std::vector<uint32_t>& freed, IsFree&& isFree) {
+void RemoveStale(std::vector<uint32_t>& freed, IsFree&& isFree) {
     std::erase_if(freed, [&](uint32_t i) { return !isFree(i); });
     std::ranges::sort(freed);
     freed.erase(std::unique(freed.begin(), freed.end()), freed.end());
@@ -538,7 +538,7 @@ void InstanceSet::WriteRecord(uint32_t index, const Instance& instance, RecordTa
     }
 }
 
-void InstanceSet::WriteRecords(bool areAll, RecordTable::Writer& writer) const {
+void InstanceSet::WriteRecords(bool writesAll, RecordTable::Writer& writer) const {
     const auto write = [&](uint32_t index, const Instance& instance) {
         WriteRecord(index, instance, writer);
     };
@@ -547,7 +547,7 @@ void InstanceSet::WriteRecords(bool areAll, RecordTable::Writer& writer) const {
         record.draw = gpu::kNotDrawn;
         std::memcpy(writer.At(placement).data(), &record, sizeof(record));
     };
-    if (!areAll) {
+    if (!writesAll) {
         ForEach(m_dirtyRecords.instances, write);
         for (const uint32_t placement : m_freedPlacements) writeFree(placement);
         return;
@@ -557,13 +557,13 @@ void InstanceSet::WriteRecords(bool areAll, RecordTable::Writer& writer) const {
         if (m_placements[i].group == kNoGroup) writeFree(i);
 }
 
-void InstanceSet::WriteTlasInstances(bool areAll, RecordTable::Writer& writer) const {
+void InstanceSet::WriteTlasInstances(bool writesAll, RecordTable::Writer& writer) const {
     const auto write = [&](uint32_t, const Instance& instance) { WriteTlasInstance(instance, writer); };
     const auto writeFree = [&](uint32_t slot) {
         const rhi::TlasInstance inactive{.mask = 0};
         rhi::WriteInstances(std::span(&inactive, 1), writer.At(slot));
     };
-    if (!areAll) {
+    if (!writesAll) {
         ForEach(m_dirtyTlasRecords.instances, write);
         for (const uint32_t slot : m_freedSlots) writeFree(slot);
         return;
@@ -615,8 +615,8 @@ bool InstanceSet::NeedsReorder() {
     RefreshBoxes();
     const uint32_t taken = m_slots.TakenCount();
     const bool isDecayed = m_quality.UpdateDecay(m_boxes.Cost(), m_boxes.BoxCount());
-    return isDecayed || TlasQuality::AreMany(m_addedSinceOrder, taken) ||
-           TlasQuality::AreMany(m_slots.End() - taken, taken);
+    return isDecayed || TlasQuality::IsTooMany(m_addedSinceOrder, taken) ||
+           TlasQuality::IsTooMany(m_slots.End() - taken, taken);
 }
 
 // Returns the centers as on the device. A hidden instance counts as lying at the nearest visible position, so
@@ -663,11 +663,11 @@ void InstanceSet::Order() {
 void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done) {
     PlaceAdded();
     ids.tlas = renderer.Import("sceneTlas", m_tlas, m_tlasState);
-    Tidy(m_freedPlacements, [&](uint32_t i) { return m_placements[i].group == kNoGroup; });
+    RemoveStale(m_freedPlacements, [&](uint32_t i) { return m_placements[i].group == kNoGroup; });
     ids.instances = m_records.DeclareUpload(
         renderer, m_records.Import(renderer),
         {.changed = m_dirtyRecords.records + m_freedPlacements.size(),
-         .write = [this](bool areAll, RecordTable::Writer& writer) { WriteRecords(areAll, writer); },
+         .write = [this](bool writesAll, RecordTable::Writer& writer) { WriteRecords(writesAll, writer); },
          .done =
              [this] {
                  m_dirtyRecords.Clear();
@@ -682,7 +682,7 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
 
     const bool isRebuild = work == TlasWork::Rebuild;
     if (m_needsOrder) m_tlasInstances.AddAll();
-    Tidy(m_freedSlots, [&](uint32_t i) { return i < m_slots.End() && !m_isSlotUsed[i]; });
+    RemoveStale(m_freedSlots, [&](uint32_t i) { return i < m_slots.End() && !m_isSlotUsed[i]; });
     const BufferId tlasInstances = m_tlasInstances.DeclareUpload(
         renderer, m_tlasInstances.Import(renderer),
         {.prepare =
@@ -690,7 +690,8 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
                  if (m_needsOrder) Order();
              },
          .changed = m_dirtyTlasRecords.records + m_freedSlots.size(),
-         .write = [this](bool areAll, RecordTable::Writer& writer) { WriteTlasInstances(areAll, writer); },
+         .write = [this](bool writesAll,
+                         RecordTable::Writer& writer) { WriteTlasInstances(writesAll, writer); },
          .done =
              [this] {
                  m_dirtyTlasRecords.Clear();

@@ -146,17 +146,17 @@ class InstanceSet {
     void ExtendReach(const Instance& instance);
     // Makes room for `count` more changes.
     void ReserveChanges(size_t count);
-    void Note(Changes& changes, uint32_t index);
+    void AddChange(Changes& changes, uint32_t index);
     // Lists an instance that was added. It may have been listed already, before it was removed.
     void AppendDirty(Changes& changes, uint32_t index);
-    void Forget(Changes& changes, const Instance& instance);
+    void RemoveChange(Changes& changes, const Instance& instance);
     // Returns the number of records that fit. Throws an Error if the device has no room for them.
     size_t MaxRecords() const;
     size_t GrownCapacity(size_t before, size_t needed) const;
     // Gives added instances slots in the TLAS, after all others or in a free range that is large enough.
     void PlaceAdded();
-    void WriteRecords(bool areAll, RecordTable::Writer& writer) const;
-    void WriteTlasInstances(bool areAll, RecordTable::Writer& writer) const;
+    void WriteRecords(bool writesAll, RecordTable::Writer& writer) const;
+    void WriteTlasInstances(bool writesAll, RecordTable::Writer& writer) const;
     // `isSeen`: the change affects the TLAS.
     void MarkInstanceChanged(uint32_t index, bool isSeen);
     // Calls visit(index, instance) for each instance. Since they may be far apart in memory, soon(instance)
@@ -295,7 +295,7 @@ class Owners {
         if (index >= m_owners.size()) m_owners.resize(index + size_t{1}, kOwnedByNone);
         m_owners[index] = owner;
     }
-    void Forget(uint32_t index) noexcept {
+    void Release(uint32_t index) noexcept {
         if (index < m_owners.size()) m_owners[index] = kOwnedByNone;
     }
     uint32_t Of(uint32_t index) const { return index < m_owners.size() ? m_owners[index] : kOwnedByNone; }

@@ -103,7 +103,7 @@ void SceneObjects::ReserveBuilds(uint32_t mesh) {
     try {
         m_context.builder.Reserve();
     } catch (...) {
-        ForgetMesh(mesh);
+        ReleaseMesh(mesh);
         throw;
     }
 }
@@ -119,7 +119,7 @@ uint32_t SceneObjects::AddMesh(std::vector<GroupResources>&& uploaded) {
             draws.Add(group);
         }
     } catch (...) {
-        ForgetMesh(number);
+        ReleaseMesh(number);
         throw;
     }
     blases.MarkUnbuilt();
@@ -156,17 +156,17 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
     EmitterFinder finder(part);
     PackedMesh packed = PackMesh(
         part.meshes.front(), packing,
-        {.tree = m_context.traversal == Traversal::Own ? WideBvhUse::Tree : WideBvhUse::None}, finder);
+        {.tree = m_context.traversal == Traversal::Software ? WideBvhUse::Tree : WideBvhUse::None}, finder);
     std::optional<uint32_t> number;
     try {
         m_context.uploader.FlushAfter([&] {
             MeshUpload upload(m_context, m_context.uploader, {&packed, 1}, used);
             uint64_t budget = UINT64_MAX;
-            upload.Make(0, budget);
+            upload.Continue(0, budget);
             number = AddMesh(upload.Take());
         });
     } catch (...) {
-        if (number) ForgetMesh(*number);
+        if (number) ReleaseMesh(*number);
         throw;
     }
     ReserveBuilds(*number);
@@ -250,41 +250,41 @@ void SceneObjects::RemoveInstance(uint32_t instance) {
     lights.RemovePlacements(instance);
     if (const auto placing = m_hostPlacements.find(mesh); placing != m_hostPlacements.end())
         std::erase(placing->second, instance);
-    owners.instances.Forget(instance);
+    owners.instances.Release(instance);
     m_context.environment.Sources().instances.erase(instance);
     --geometry->meshes[mesh].instanceCount;
     draws.MarkCountsDirty();
     ++m_context.revisions.geometry;
 }
 
-void SceneObjects::ForgetMesh(uint32_t number) noexcept {
+void SceneObjects::ReleaseMesh(uint32_t number) noexcept {
     const MeshResources& mesh = geometry->meshes[number];
     for (uint32_t i = mesh.firstGroup; i < mesh.firstGroup + mesh.groupCount; ++i) {
         lights.RemoveGroup(i);
         draws.Remove(geometry->groups[i]);
     }
-    blases.Forget(number);
+    blases.Unmark(number);
     m_hostPlacements.erase(number);
-    owners.meshes.Forget(number);
+    owners.meshes.Release(number);
     geometry->RemoveMesh(number, *materials);
 }
 
 void SceneObjects::RemoveLight(uint32_t light) {
     lights.RemovePunctual(light);
-    owners.lights.Forget(light);
+    owners.lights.Release(light);
     m_context.environment.Sources().lights.erase(light);
     ++m_context.revisions.lights;
 }
 
 void SceneObjects::RemoveMaterial(uint32_t material) {
     materials->Remove(material);
-    owners.materials.Forget(material);
+    owners.materials.Release(material);
     ++m_context.revisions.materials;
 }
 
 void SceneObjects::RemoveTexture(uint32_t texture) {
     materials->RemoveTexture(texture);
-    owners.textures.Forget(texture);
+    owners.textures.Release(texture);
 }
 
 bool SceneObjects::IsMeshUsed(uint32_t mesh) const {
@@ -299,7 +299,7 @@ void SceneObjects::Remove(const AddedPart& part) {
     for (const uint32_t instance : part.instances)
         if (owners.instances.Of(instance) == part.owner) RemoveInstance(instance);
     for (const uint32_t mesh : part.meshes)
-        if (owners.meshes.Of(mesh) == part.owner && !IsMeshUsed(mesh)) ForgetMesh(mesh);
+        if (owners.meshes.Of(mesh) == part.owner && !IsMeshUsed(mesh)) ReleaseMesh(mesh);
     for (const uint32_t material : part.materials)
         if (owners.materials.Of(material) == part.owner && materials->PartCount(material) == 0)
             RemoveMaterial(material);

@@ -75,7 +75,7 @@ class SceneObjects {
     uint32_t AddLight(const scene::Light& light, bool isVisible, LightOwner place);
     // The following calls remove objects that nothing uses, which the caller has checked.
     void RemoveInstance(uint32_t instance);
-    void ForgetMesh(uint32_t mesh) noexcept;
+    void ReleaseMesh(uint32_t mesh) noexcept;
     void RemoveMaterial(uint32_t material);
     void RemoveTexture(uint32_t texture);
     void RemoveLight(uint32_t light);

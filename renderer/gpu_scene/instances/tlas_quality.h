@@ -48,7 +48,7 @@ class TlasQuality {
         return decay > kMaxDecay && m_lostFrames * kInstancesPerFrame >= static_cast<double>(instanceCount);
     }
     // Tells whether the number of instances added since the last order, or of gaps, is too large.
-    static bool AreMany(uint64_t changed, uint64_t instanceCount) {
+    static bool IsTooMany(uint64_t changed, uint64_t instanceCount) {
         return changed > kFewChanged && changed > instanceCount / kMaxChanged;
     }
 

@@ -181,7 +181,7 @@ void LightSet::RemovePlacements(uint32_t instance) {
         if (!m_numberingDirty) m_changedPlacements.Add(i);
     }
     m_firstPlacement[instance] = kNone;
-    m_numberingDirty |= m_rule == LightRule::Always || AreMostRemoved();
+    m_numberingDirty |= m_rule == LightRule::Always || IsMostlyRemoved();
 }
 
 uint32_t LightSet::AddPunctual(const scene::Light& values, bool isVisible, LightOwner place) {
@@ -215,7 +215,7 @@ void LightSet::RemovePunctual(uint32_t light) {
     m_removedPunctual.push_back(light);
 }
 
-bool LightSet::AreMostRemoved() const {
+bool LightSet::IsMostlyRemoved() const {
     return 2 * m_removedLights > m_numberedLights;
 }
 
@@ -225,7 +225,7 @@ void LightSet::DropRemoved() {
     const bool isAlways = m_rule == LightRule::Always;
     const bool isOrdered =
         !isAlways || std::ranges::is_sorted(m_scene.placements, {}, &EmitterPlacement::record);
-    if (isOrdered && (m_removedLights == 0 || (!isAlways && !AreMostRemoved()))) return;
+    if (isOrdered && (m_removedLights == 0 || (!isAlways && !IsMostlyRemoved()))) return;
     std::erase_if(m_scene.placements, [](const EmitterPlacement& placement) { return placement.isRemoved; });
     if (isAlways) std::ranges::sort(m_scene.placements, {}, &EmitterPlacement::record);
     m_removed.clear();
@@ -432,7 +432,7 @@ bool LightSet::HasInfiniteLight() const {
            });
 }
 
-void LightSet::NoteChanges(const LightTableChanges& changes) {
+void LightSet::AddDirtyRecords(const LightTableChanges& changes) {
     if (changes.IsEmpty()) return;
     if (changes.isAll || changes.allRecordsChanged) {
         m_lights.table.AddAll();
@@ -470,11 +470,11 @@ void LightSet::UpdateTable(InstanceSet& instances) {
     m_edits.placements.assign(m_changedPlacements.List().begin(), m_changedPlacements.List().end());
     m_edits.punctual.assign(m_changedPunctual.List().begin(), m_changedPunctual.List().end());
     LightTableChanges changes;
-    const bool isDue = !m_edits.IsEmpty();
+    const bool hasEdits = !m_edits.IsEmpty();
     try {
-        if (isDue) changes = m_table.Update(m_scene, m_edits, MayRefit());
+        if (hasEdits) changes = m_table.Update(m_scene, m_edits, MayRefit());
         if (m_rule == LightRule::Decay && m_table.UpdateDecay()) m_table.BuildTree(m_scene, changes);
-        NoteChanges(changes);
+        AddDirtyRecords(changes);
     } catch (...) {
         m_edits.isAll = true;  // memory has run out meanwhile
         throw;
@@ -540,9 +540,9 @@ BufferId LightSet::DeclareUpload(Renderer& renderer, Records& records, size_t co
         renderer, records.table.Import(renderer),
         {.changed = records.changed.List().size(),
          .write =
-             [&records, count, write](bool areAll, RecordTable::Writer& writer) {
-                 for (uint32_t i = 0; areAll && i < count; ++i) write(i, writer);
-                 if (areAll) return;
+             [&records, count, write](bool writesAll, RecordTable::Writer& writer) {
+                 for (uint32_t i = 0; writesAll && i < count; ++i) write(i, writer);
+                 if (writesAll) return;
                  for (const uint32_t i : records.changed.List()) write(i, writer);
              },
          .done = [&records] { records.changed.Clear(); }});

@@ -108,7 +108,7 @@ class LightSet {
     static constexpr uint32_t kNone = 0xFFFFFFFFu;
 
     bool HasInfiniteLight() const;
-    bool AreMostRemoved() const;
+    bool IsMostlyRemoved() const;
     // Returns how many light records a placement of the group takes.
     uint32_t LightsOfOne(uint32_t group) const {
         return m_scene.isShared[group] ? 1u : static_cast<uint32_t>(m_scene.groups[group].size());
@@ -143,7 +143,7 @@ class LightSet {
     void MarkInstanceDirty(uint32_t instance);
     bool MayRefit() const;
     void UpdateTable(InstanceSet& instances);
-    void NoteChanges(const LightTableChanges& changes);
+    void AddDirtyRecords(const LightTableChanges& changes);
     template <typename At>
     BufferId DeclareUpload(Renderer& renderer, Records& records, size_t count, At&& at);
     void RecordAlias(CommandList& commands);

@@ -113,12 +113,12 @@ class Measurement {
             sum += PlacedPower(instance.objectToWorld, m_weights[instance.mesh], squares[instance.mesh]);
             m_weightsOfInstances.push_back(sum);
         }
-        const auto isThere = [this](uint32_t instance, uint32_t facet, const glm::vec2& barycentrics) {
+        const auto isSolid = [this](uint32_t instance, uint32_t facet, const glm::vec2& barycentrics) {
             const float opacity = m_glow.OpacityAt(m_facets->Instances()[instance].mesh, facet, barycentrics);
             // No number is drawn where the decision is certain
             return opacity > 0.0f && (opacity >= 1.0f || m_random.Next() < opacity);
         };
-        m_facets.emplace(std::move(meshes), std::move(instances), maxThreads, isThere);
+        m_facets.emplace(std::move(meshes), std::move(instances), maxThreads, isSolid);
     }
 
     // Returns the power of a placed mesh, from the sums of the powers of its facets. A transform scales an

@@ -35,18 +35,18 @@ void AppendBars(const scene::Primitive& primitive, const Facet& like, std::vecto
             corners[c] = ((c & 4u) != 0 ? b + radius * axis : a - radius * axis) + ((c & 1u) != 0 ? u : -u) +
                          ((c & 2u) != 0 ? v : -v);
         for (size_t f = 0; f < kFacetsOfBar; ++f) {
-            const glm::uvec3 its = CornersOf(f);
+            const glm::uvec3 cornerIds = CornersOf(f);
             Facet facet = like;
-            facet.p0 = corners[its.x];
-            facet.p1 = corners[its.y];
-            facet.p2 = corners[its.z];
+            facet.p0 = corners[cornerIds.x];
+            facet.p1 = corners[cornerIds.y];
+            facet.p2 = corners[cornerIds.z];
             facets.push_back(facet);
         }
     }
 }
 
 template <typename T>
-T Weigh(const std::vector<T>& values, const uint32_t (&vertices)[3], const glm::vec3& weights) {
+T WeightedSum(const std::vector<T>& values, const uint32_t (&vertices)[3], const glm::vec3& weights) {
     return weights.x * values[vertices[0]] + weights.y * values[vertices[1]] +
            weights.z * values[vertices[2]];
 }
@@ -105,14 +105,14 @@ SurfaceGlow::Place SurfaceGlow::At(uint32_t mesh, uint32_t facet, const glm::vec
     uint32_t first = 0;
     Place place{.primitive = &PrimitiveOf(mesh, facet, first)};
     place.weights = {1.0f - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y};
-    const size_t its = facet - first;
+    const size_t cornerIds = facet - first;
     const std::vector<uint32_t>& indices = place.primitive->indices;
-    const glm::uvec3 corners = CornersOf(its % kFacetsOfBar);
+    const glm::uvec3 corners = CornersOf(cornerIds % kFacetsOfBar);
     for (uint32_t c = 0; c < 3; ++c)
         place.vertices[c] =
             place.primitive->IsRound()
-                ? indices[2 * (its / kFacetsOfBar) + ((corners[static_cast<int>(c)] & 4u) != 0)]
-                : indices[3 * its + c];
+                ? indices[2 * (cornerIds / kFacetsOfBar) + ((corners[static_cast<int>(c)] & 4u) != 0)]
+                : indices[3 * cornerIds + c];
     return place;
 }
 
@@ -121,14 +121,15 @@ glm::vec4 SurfaceGlow::Read(const scene::TextureRef& reference, const Place& pla
     const scene::Texture& texture = m_scene.textures[static_cast<size_t>(reference.texture)];
     const std::vector<glm::vec2>& stream =
         reference.texCoord == 1 ? place.primitive->uv1 : place.primitive->uv0;
-    const glm::vec2 uv = stream.empty() ? glm::vec2(0.0f) : Weigh(stream, place.vertices, place.weights);
+    const glm::vec2 uv =
+        stream.empty() ? glm::vec2(0.0f) : WeightedSum(stream, place.vertices, place.weights);
     return LookUp(texture, m_scene.images[texture.image], reference.transform.Matrix() * glm::vec3(uv, 1.0f));
 }
 
 glm::vec4 SurfaceGlow::BaseTexture(const scene::Material& material, const Place& place) const {
     const std::vector<glm::vec4>& colors = place.primitive->colors;
     const glm::vec4 color = Read(material.baseColorTexture, place);
-    return colors.empty() ? color : color * Weigh(colors, place.vertices, place.weights);
+    return colors.empty() ? color : color * WeightedSum(colors, place.vertices, place.weights);
 }
 
 float SurfaceGlow::LuminanceAt(uint32_t mesh, uint32_t facet, const glm::vec2& barycentrics) const {

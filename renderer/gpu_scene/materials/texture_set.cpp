@@ -159,7 +159,7 @@ class TextureUpload::Impl {
         }
     }
 
-    bool Make(uint32_t texture, uint64_t& budget, bool mayWait) {
+    bool Continue(uint32_t texture, uint64_t& budget, bool mayWait) {
         const uint32_t index = m_imageOf[texture];
         if (m_images[index]) return true;
         // The means of a normal map are kept until the roughness textures that depend on it are made
@@ -439,8 +439,8 @@ TextureUpload::TextureUpload(rhi::Device& device, rhi::Uploader& uploader, scene
 TextureUpload::~TextureUpload() = default;
 TextureUpload::TextureUpload(TextureUpload&& other) noexcept = default;
 
-bool TextureUpload::Make(uint32_t texture, uint64_t& budget, bool mayWait) {
-    return m_impl->Make(texture, budget, mayWait);
+bool TextureUpload::Continue(uint32_t texture, uint64_t& budget, bool mayWait) {
+    return m_impl->Continue(texture, budget, mayWait);
 }
 bool TextureUpload::IsBusy() const {
     return m_impl->IsBusy();

@@ -100,7 +100,7 @@ class TextureUpload {
     // which it subtracts. Returns true once the texture is complete, with the making of its mip levels at
     // least submitted. At most two images are in work on the device: beyond that the call waits, or returns
     // false if mayWait is false. Frees each image after its last use.
-    bool Make(uint32_t texture, uint64_t& budget, bool mayWait = true);
+    bool Continue(uint32_t texture, uint64_t& budget, bool mayWait = true);
     // Returns whether the device still makes mip levels; the destructor waits for that.
     bool IsBusy() const;
     // Requires that the texture is complete.

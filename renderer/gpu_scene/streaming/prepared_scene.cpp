@@ -20,7 +20,7 @@
 namespace raygraph {
 namespace {
 
-// Returns how meshes are kept for Raygraph's own traversal. With one level, all triangles are in one tree.
+// Returns how meshes are kept for software traversal. With one level, all triangles are in one tree.
 WideBvhUse TreesOf(const PreparedContent& content, const PrepareSettings& settings) {
     if (!settings.buildsWideBvhs) return WideBvhUse::None;
     uint64_t placed = 0;
@@ -80,18 +80,18 @@ void ThickenInstances(scene::SceneData& data) {
 PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& settings) {
     WithMemoryErrors("PreparedScene", [&] {
         scene::Check(data, "PreparedScene");
-        Make(std::move(data), settings);
+        Prepare(std::move(data), settings);
     });
 }
 
 PreparedScene::PreparedScene(scene::SceneData&& data, const PrepareSettings& settings, const char* call) {
     WithMemoryErrors(call, [&] {
         scene::Check(data, Text("GpuScene: {}", call));
-        Make(std::move(data), settings);
+        Prepare(std::move(data), settings);
     });
 }
 
-void PreparedScene::Make(scene::SceneData&& data, const PrepareSettings& settings) {
+void PreparedScene::Prepare(scene::SceneData&& data, const PrepareSettings& settings) {
     m_content = std::make_unique<PreparedContent>();
     ThickenInstances(data);
     m_content->hasOwnLight =

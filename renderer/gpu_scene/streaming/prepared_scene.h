@@ -25,7 +25,7 @@ struct PrepareSettings {
     // become several structures side by side, split in space. Small pieces let a scene that streams build a
     // little in each frame; large ones are traced faster.
     uint32_t maxTriangles = 1u << 24;
-    // For Raygraph's own traversal. True: a scene of more than kMaxLevelTriangles triangles gets a tree per
+    // For software traversal. True: a scene of more than kMaxLevelTriangles triangles gets a tree per
     // mesh here; GpuScene builds the one tree of a smaller scene when it needs it. False: this scene cannot
     // be traversed by Raygraph's own shaders, which is for a GpuScene that does not (GpuScene::UsesWideBvhs).
     bool buildsWideBvhs = true;
@@ -54,7 +54,7 @@ class RAYGRAPH_API PreparedScene {
     friend class SceneStreams;
     // `call` is the function of GpuScene that error messages name.
     PreparedScene(scene::SceneData&& data, const PrepareSettings& settings, const char* call);
-    void Make(scene::SceneData&& data, const PrepareSettings& settings);
+    void Prepare(scene::SceneData&& data, const PrepareSettings& settings);
     std::unique_ptr<PreparedContent> m_content;
 };
 

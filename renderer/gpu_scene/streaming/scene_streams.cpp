@@ -19,7 +19,7 @@ void Charge(uint64_t& budget, uint64_t cost) {
     budget -= std::min(cost, budget);
 }
 
-[[noreturn]] void Refuse(const char* call, const std::string& why) {
+[[noreturn]] void Reject(const char* call, const std::string& why) {
     throw MakeError(ErrorKind::Usage, "GpuScene: {}: {}", call, why);
 }
 
@@ -27,10 +27,10 @@ void Charge(uint64_t& budget, uint64_t cost) {
 void RequirePart(const char* call, const scene::SceneData& part) {
     for (size_t i = 0; i < part.instances.size(); ++i)
         if (part.instances[i].isDeformed)
-            Refuse(call, Text("instances[{}] is deformed; only SetScene takes those", i));
+            Reject(call, Text("instances[{}] is deformed; only SetScene takes those", i));
     for (size_t i = 0; i < part.lights.size(); ++i)
         if (part.lights[i].profile != scene::kNone)
-            Refuse(call, Text("lights[{}] has a profile; only SetScene takes those", i));
+            Reject(call, Text("lights[{}] has a profile; only SetScene takes those", i));
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ SceneStreams::Part SceneStreams::Begin(const char* call, PreparedScene&& part, r
 bool SceneStreams::ContinueTexture(Part& part, SceneObjects& scene, uint32_t texture, uint64_t& budget) {
     uint32_t& number = part.added->textures[texture];
     if (number != scene::kNone) return true;
-    if (!part.textures.Make(texture, budget, !part.isStreamed)) return false;
+    if (!part.textures.Continue(texture, budget, !part.isStreamed)) return false;
     const SceneTexture made = part.textures.Get(texture);
     scene.owners.textures.Reserve(scene.materials->Textures().Size() + size_t{1});
     number = scene.materials->AddTextures({&made, 1}).front();
@@ -95,7 +95,7 @@ bool SceneStreams::ContinueMesh(Part& part, SceneObjects& scene, uint32_t mesh, 
             if (!ContinueMaterial(part, scene, groupPart.material, budget)) return false;
     // Its first groups are built in this frame: building all in a later one would make that frame long
     scene.blases.MarkUnbuilt();
-    if (!part.meshes.Make(mesh, budget, !part.isStreamed)) return false;
+    if (!part.meshes.Continue(mesh, budget, !part.isStreamed)) return false;
     scene.owners.meshes.Reserve(scene.geometry->meshes.size() + 1);
     number = scene.AddMesh(part.meshes.Take());
     scene.owners.meshes.Set(number, part.added->owner);

@@ -38,10 +38,10 @@ SceneUpload::Impl::Impl(SceneContext& context, rhi::Uploader& uploader, Prepared
 
 bool SceneUpload::Impl::Continue(uint64_t& budget, bool mayWait) {
     for (; m_texture < m_content.data.textures.size(); ++m_texture)
-        if (!m_textures.Make(m_texture, budget, mayWait)) return false;
+        if (!m_textures.Continue(m_texture, budget, mayWait)) return false;
     if (!std::exchange(m_hasMaterials, true)) AddMaterials();
     for (; m_mesh < m_content.meshes.size(); ++m_mesh) {
-        if (!m_meshes.Make(m_mesh, budget, mayWait)) return false;
+        if (!m_meshes.Continue(m_mesh, budget, mayWait)) return false;
         m_geometry->AddMesh(m_meshes.Take(), *m_materials);
     }
     return true;

@@ -217,7 +217,7 @@ class Drawing {
     }
 
     // Returns the way from x to that of a neighbor, the shorter way around.
-    double Way(double from, double to) const { return std::remainder(to - from, m_width); }
+    double WrappedDifference(double from, double to) const { return std::remainder(to - from, m_width); }
 
     // Corners and middles of edges, around a texel.
     using Outline = std::array<Spot, 9>;
@@ -242,7 +242,7 @@ class Drawing {
         Polygon polygon;
         for (size_t k = 0; k < 8; ++k) {
             polygon.push_back(around[k]);
-            const double turn = std::abs(Way(around[k].x, around[k + 1].x)) / m_width;
+            const double turn = std::abs(WrappedDifference(around[k].x, around[k + 1].x)) / m_width;
             if (turn < kStraightTurn || around[k].isPole || around[k + 1].isPole) continue;
             const int parts = std::clamp(static_cast<int>(turn * 1024.0), 2, 512);
             for (int part = 1; part < parts; ++part) {
@@ -285,9 +285,9 @@ class Drawing {
             if (spot.isPole) {
                 polygon.push_back({x, pole});
                 const Spot& next = corners[(start + k + 1) % count];
-                if (!next.isPole) polygon.push_back({x += Way(x, next.x), pole});
+                if (!next.isPole) polygon.push_back({x += WrappedDifference(x, next.x), pole});
             } else {
-                polygon.push_back({x += Way(x, spot.x), spot.z});
+                polygon.push_back({x += WrappedDifference(x, spot.x), spot.z});
             }
         }
         const double first = polygon.front().x;

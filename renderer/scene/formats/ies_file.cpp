@@ -249,12 +249,13 @@ IesFile ParseIes(std::string_view text) {
     if (isOldFormat) factor *= std::max(ballastLamp, 0.0);
     reader.Number("the input watts");
 
-    const bool isC = web.type == PhotometricType::C;
-    web.vertical = ReadAngles(reader, verticalCount, "vertical angle", isC ? 0.0 : -90.0, isC ? 180.0 : 90.0);
+    const bool isTypeC = web.type == PhotometricType::C;
+    web.vertical =
+        ReadAngles(reader, verticalCount, "vertical angle", isTypeC ? 0.0 : -90.0, isTypeC ? 180.0 : 90.0);
     const double side = web.type == PhotometricType::B ? 90.0 : 180.0;
-    web.horizontal =
-        ReadAngles(reader, horizontalCount, "horizontal angle", isC ? 0.0 : -side, isC ? 360.0 : side);
-    if (!isC && horizontalCount == 1)
+    web.horizontal = ReadAngles(reader, horizontalCount, "horizontal angle", isTypeC ? 0.0 : -side,
+                                isTypeC ? 360.0 : side);
+    if (!isTypeC && horizontalCount == 1)
         reader.Fail("there is one horizontal angle; types A and B need two or more");
 
     size_t negativeCount = 0;
@@ -269,7 +270,7 @@ IesFile ParseIes(std::string_view text) {
             plane.push_back(static_cast<float>(std::max(candela, 0.0)));
         }
     }
-    isC ? CompleteC(web, reader) : CompleteAB(web);
+    isTypeC ? CompleteC(web, reader) : CompleteAB(web);
     IesFile file{.profile = ProfileOf(web), .warnings = {}};
     if (negativeCount > 0)
         file.warnings.push_back(Text("{} negative, taken as 0",

@@ -184,9 +184,9 @@ class ImageDecoder {
         for (std::string& warning : picture->warnings)
             m_context.warnings.Add("image file", std::move(warning));
         ImageData& image = picture->data;
-        Say(m_context.options.log, LogLevel::Debug, log_category::kScene,
-            "{}: {} x {} {} of {} decoded in {}", task.label, image.width, image.height,
-            FormatName(task.bytes), BytesText(task.bytes.size()), DurationText(attempt.seconds));
+        WriteLog(m_context.options.log, LogLevel::Debug, log_category::kScene,
+                 "{}: {} x {} {} of {} decoded in {}", task.label, image.width, image.height,
+                 FormatName(task.bytes), BytesText(task.bytes.size()), DurationText(attempt.seconds));
         image.name = std::move(task.name);
         m_context.imageTexels += uint64_t{image.width} * image.height;
         return std::move(image);

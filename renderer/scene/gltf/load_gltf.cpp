@@ -181,8 +181,8 @@ SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options
         SceneData scene = Import(context, OpenContainer(file, context.label));
         for (const std::string& warning : scene.warnings)
             options.log.Send(LogLevel::Warning, log_category::kScene, warning);
-        Say(options.log, LogLevel::Info, log_category::kScene, "{}: {} read in {}", context.label,
-            BytesText(context.bytesRead), DurationText(watch.Seconds()));
+        WriteLog(options.log, LogLevel::Info, log_category::kScene, "{}: {} read in {}", context.label,
+                 BytesText(context.bytesRead), DurationText(watch.Seconds()));
         return scene;
     });
 }

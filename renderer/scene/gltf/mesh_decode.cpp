@@ -131,9 +131,9 @@ class PrimitiveDecoder {
         if (!m_layout.targets.empty() || m_layout.Has(Attribute::Joints0))
             m_context.Warn(m_layout.where, "round deformation",
                            "points and lines with joints or morph targets keep their base shape");
-        const PointsAndLines& asked = m_context.options.pointsAndLines;
+        const PointsAndLines& requested = m_context.options.pointsAndLines;
         const bool isPoints = m_layout.mode == PrimitiveMode::Points;
-        primitive.radii.assign(count, RequestedRadius(isPoints ? asked.points : asked.lines));
+        primitive.radii.assign(count, RequestedRadius(isPoints ? requested.points : requested.lines));
         primitive.bounds = BoundsOf(primitive.positions);
         return primitive;
     }

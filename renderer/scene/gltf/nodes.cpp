@@ -150,13 +150,13 @@ class GraphReader {
         const std::vector<gltf::Scene>& scenes = m_model.scenes;
         std::vector<std::vector<uint32_t>> roots;
         for (size_t i = 0; i < scenes.size(); ++i) roots.push_back(ReadSceneRoots(i));
-        const std::string& asked = m_context.options.scene;
-        if (asked.empty() && roots.empty()) {
+        const std::string& requested = m_context.options.scene;
+        if (requested.empty() && roots.empty()) {
             if (!m_scene.nodes.empty()) m_context.Warn("", "no scenes", "has no scenes, all nodes are shown");
             return RootNodes();
         }
         const size_t chosen =
-            asked.empty() ? static_cast<size_t>(std::max(m_model.defaultScene, 0)) : FindScene(asked);
+            requested.empty() ? static_cast<size_t>(std::max(m_model.defaultScene, 0)) : FindScene(requested);
         m_indices.scene = static_cast<uint32_t>(chosen);
         m_scene.name = scenes[chosen].name;
         return std::move(roots[chosen]);
@@ -177,19 +177,21 @@ class GraphReader {
         return roots;
     }
 
-    size_t FindScene(const std::string& asked) const {
+    size_t FindScene(const std::string& requested) const {
         const std::vector<gltf::Scene>& scenes = m_model.scenes;
         std::string names;
         for (size_t i = 0; i < scenes.size(); ++i) {
-            if (scenes[i].name == asked) return i;
+            if (scenes[i].name == requested) return i;
             if (i < 8) names += Text("{}{} {}", i ? ", " : "", i, Quoted(scenes[i].name, 40));
             if (i == 8) names += ", ...";
         }
         uint32_t index = 0;
-        const auto [end, error] = std::from_chars(asked.data(), asked.data() + asked.size(), index);
-        if (error == std::errc() && end == asked.data() + asked.size() && index < scenes.size()) return index;
+        const auto [end, error] =
+            std::from_chars(requested.data(), requested.data() + requested.size(), index);
+        if (error == std::errc() && end == requested.data() + requested.size() && index < scenes.size())
+            return index;
         throw MakeError(ErrorKind::Usage, "{}: there is no scene {}; there are{}", m_context.label,
-                        Quoted(asked), names.empty() ? " none" : ": " + names);
+                        Quoted(requested), names.empty() ? " none" : ": " + names);
     }
 
     // The loaded scene's nodes that have `thing`, by the thing's index, then by the order of nodes.
@@ -472,8 +474,8 @@ std::vector<double> ScalesOf(const SceneData& scene) {
 }  // namespace
 
 // Relative ones are negative: what they are relative to is not known before all is placed.
-float RequestedRadius(const RoundRadius& asked) {
-    return asked.isRelative ? -asked.value : asked.value;
+float RequestedRadius(const RoundRadius& requested) {
+    return requested.isRelative ? -requested.value : requested.value;
 }
 
 void SetRadii(GltfContext& context, SceneData& scene) {
@@ -483,12 +485,12 @@ void SetRadii(GltfContext& context, SceneData& scene) {
     for (size_t m = 0; m < scene.meshes.size(); ++m)
         for (Primitive& primitive : scene.meshes[m].primitives) {
             if (!primitive.IsRound()) continue;
-            const double asked = static_cast<double>(primitive.radii.front());
-            if (asked < 0.0 && !(diagonal > 0.0))
+            const double requested = static_cast<double>(primitive.radii.front());
+            if (requested < 0.0 && !(diagonal > 0.0))
                 context.Fail(
                     Place("meshes")[m],
                     "all of the scene is one point, to which no radius is relative: give it in meters");
-            const double inWorld = asked < 0.0 ? -asked * diagonal : asked;
+            const double inWorld = requested < 0.0 ? -requested * diagonal : requested;
             // A mesh that is placed nowhere gets any valid radius.
             const double radius = inWorld / (scales[m] > 0.0 ? scales[m] : 1.0);
             if (!(radius >= static_cast<double>(kMinRadius) && radius <= static_cast<double>(kMaxRadius)))

@@ -58,7 +58,7 @@ std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model);
 // --- The radii of points and lines of a file ---
 
 // Returns the value that a decoded primitive has as its radii until SetRadii replaces it.
-float RequestedRadius(const RoundRadius& asked);
+float RequestedRadius(const RoundRadius& requested);
 
 // Sets the radii so that they are those asked for in world space, and extends all bounds by them. Call it
 // when everything is placed. If a mesh has several placements, the largest gets the radius asked for; if its

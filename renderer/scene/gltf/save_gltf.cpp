@@ -31,7 +31,7 @@ void Require(const fs::path& path, const std::error_code& error) {
 
 // Returns whether the file exists with this content. Throws Error{Io} if it has other content, as it is not
 // ours to replace.
-bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
+bool HasContent(const fs::path& path, std::span<const std::byte> bytes) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     // A link to nothing is something
@@ -46,7 +46,7 @@ bool IsThere(const fs::path& path, std::span<const std::byte> bytes) {
 }
 
 void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
-    if (IsThere(path, bytes)) return;
+    if (HasContent(path, bytes)) return;
     std::error_code error;
     if (const fs::path parent = path.parent_path(); !parent.empty()) {
         fs::create_directories(parent, error);
@@ -101,7 +101,7 @@ bool EscapesFolder(const std::string& uri) {
 void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::path& to) {
     const fs::path relative = RelativePath(uri);
     if (EscapesFolder(uri)) {
-        if (IsThere(to / relative, bytes)) return;
+        if (HasContent(to / relative, bytes)) return;
         throw MakeError(ErrorKind::BadInput, "{}: leads out of the scene's folder, and is not copied to {}",
                         Quoted(uri), to / relative);
     }

@@ -195,7 +195,7 @@ class Checker {
     bool CheckProperty(Json& value, const Property& row) {
         switch (row.type) {
             case PropertyType::Bool:
-                return value.is_boolean() || Refuse(value, row);
+                return value.is_boolean() || Reject(value, row);
             case PropertyType::String:
                 return CheckString(value, row);
             case PropertyType::Number:
@@ -216,7 +216,7 @@ class Checker {
             case PropertyType::IndexLists:
                 return CheckLists(value, row);
             case PropertyType::Object:
-                if (!value.is_object()) return Refuse(value, row);
+                if (!value.is_object()) return Reject(value, row);
                 CheckMember(value, row);
                 return true;
             case PropertyType::Objects:
@@ -242,7 +242,7 @@ class Checker {
 
     template <typename CheckElement>
     bool CheckEach(Json& array, const Property& row, const CheckElement& check) {
-        if (!array.is_array()) return Refuse(array, row);
+        if (!array.is_array()) return Reject(array, row);
         for (size_t i = 0; i < array.size(); ++i) {
             const Step step(*this, i);
             check(array[i]);
@@ -251,7 +251,7 @@ class Checker {
     }
 
     bool CheckString(const Json& value, const Property& row) {
-        if (!value.is_string()) return Refuse(value, row);
+        if (!value.is_string()) return Reject(value, row);
         const auto& text = value.get_ref<const std::string&>();
         if (!text.starts_with(row.start)) FailValue(value, Text("must be {}x", row.start));
         if (!row.texts.empty() && std::ranges::find(row.texts, text) == row.texts.end())
@@ -262,7 +262,7 @@ class Checker {
     bool CheckNumber(Json& value, const Property& row) {
         // Exporters write infinity as null
         if (value.is_null() && row.misfit == Misfit::Omit) return Omit(value, row, TypeRequirement(row.type));
-        if (!value.is_number()) return Refuse(value, row);
+        if (!value.is_number()) return Reject(value, row);
         constexpr double kMax = std::numeric_limits<float>::max();
         const double number = value.get<double>();
         if (!(std::abs(number) <= kMax)) {
@@ -282,7 +282,7 @@ class Checker {
     }
 
     bool CheckNumbers(Json& value, const Property& row) {
-        if (!value.is_array()) return Refuse(value, row);
+        if (!value.is_array()) return Reject(value, row);
         if (value.size() != row.count)
             Fail(Text("has {}, must have {}", Counted(value.size(), "element"), row.count));
         return CheckEach(value, row, [&](Json& element) {
@@ -292,7 +292,7 @@ class Checker {
     }
 
     bool CheckLists(Json& value, const Property& row) {
-        if (!value.is_array()) return Refuse(value, row);
+        if (!value.is_array()) return Reject(value, row);
         if (value.empty()) Fail("has no elements, must have at least one");
         return CheckEach(value, row, [&](Json& list) {
             if (!list.is_array()) FailValue(list, "must be an array");
@@ -304,7 +304,7 @@ class Checker {
 
     bool CheckWhole(Json& value, const Property& row) {
         const std::optional<uint64_t> whole = ToWhole(value);
-        if (!whole) return Refuse(value, row);
+        if (!whole) return Reject(value, row);
         if (!row.numbers.empty() && std::ranges::find(row.numbers, *whole) == row.numbers.end())
             return Omit(value, row, Text("must be {}", Listed(row.numbers)));
         if (*whole < row.wholeMin || *whole > row.wholeMax) return Omit(value, row, IntegerRequirement(row));
@@ -325,7 +325,7 @@ class Checker {
     }
 
     bool CheckExtensions(Json& value, const Property& row) {
-        if (!value.is_object()) return Refuse(value, row);
+        if (!value.is_object()) return Reject(value, row);
         const bool wasStoredAsValue = m_isStoredAsValue;
         m_isStoredAsValue = true;
         for (auto member = value.begin(); member != value.end();) {
@@ -356,7 +356,7 @@ class Checker {
     }
 
     // A value of another type than the row's.
-    bool Refuse(const Json& value, const Property& row) {
+    bool Reject(const Json& value, const Property& row) {
         const bool isWhole = row.type == PropertyType::Whole && row.misfit == Misfit::OmitInvalid;
         const std::string needed = isWhole ? IntegerRequirement(row) : TypeRequirement(row.type);
         if (row.misfit != Misfit::OmitInvalid) FailValue(value, needed);

@@ -371,14 +371,14 @@ void CheckSkin(const Skin& skin, size_t nodeCount, const Subject& subject) {
                     "an inverse bind matrix is not finite");
 }
 
-void CheckNode(const SceneData& scene, const Node& node, bool isPlaced,
-               const std::vector<bool>& areSkinsPlaced, const Subject& subject) {
+void CheckNode(const SceneData& scene, const Node& node, bool isPlaced, const std::vector<bool>& placedSkins,
+               const Subject& subject) {
     subject.RequireIndex("skin", node.skin, scene.skins.size(), true);
     subject.RequireFinite("weights", node.weights);
     const size_t weightCount = node.mesh == kNone ? 0 : scene.meshes[node.mesh].weights.size();
     if (!node.weights.empty() && node.weights.size() != weightCount)
         subject.Fail(Text("{}, its mesh has {}", Counted(node.weights.size(), "weight"), weightCount));
-    subject.Require(node.skin == kNone || !isPlaced || areSkinsPlaced[node.skin],
+    subject.Require(node.skin == kNone || !isPlaced || placedSkins[node.skin],
                     "a joint of its skin is not in nodeOrder");
 }
 
@@ -478,9 +478,9 @@ void CheckDeformation(const SceneData& scene, const Subject& subject) {
     }
     std::vector<bool> isPlaced(scene.nodes.size(), false);
     for (const uint32_t node : scene.nodeOrder) isPlaced[node] = true;
-    std::vector<bool> areSkinsPlaced;
+    std::vector<bool> placedSkins;
     for (const Skin& skin : scene.skins)
-        areSkinsPlaced.push_back(
+        placedSkins.push_back(
             std::ranges::all_of(skin.joints, [&](uint32_t joint) { return bool(isPlaced[joint]); }));
     std::vector<size_t> jointCounts(scene.meshes.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
@@ -488,7 +488,7 @@ void CheckDeformation(const SceneData& scene, const Subject& subject) {
             jointCounts[i] = std::max(jointCounts[i], primitive.influences.JointCount());
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
         const Node& node = scene.nodes[i];
-        CheckNode(scene, node, isPlaced[i], areSkinsPlaced, subject.In("nodes", i));
+        CheckNode(scene, node, isPlaced[i], placedSkins, subject.In("nodes", i));
         if (isPlaced[i] && node.mesh != kNone)
             CheckDeformedMesh(scene, node, node.mesh, jointCounts, subject.In("nodes", i));
     }

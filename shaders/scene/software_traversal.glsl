@@ -1,7 +1,7 @@
 // Tracing by the scene's own trees (shared/wide_bvh.h), in any kind of shader: what scene/trace_rays.glsl is
-// made of where OWN_TRAVERSAL is defined. What any-hit shaders do is done here. Triangles alone.
-#ifndef RAYGRAPH_SCENE_OWN_TRAVERSAL_GLSL
-#define RAYGRAPH_SCENE_OWN_TRAVERSAL_GLSL
+// made of where SOFTWARE_TRAVERSAL is defined. What any-hit shaders do is done here. Triangles alone.
+#ifndef RAYGRAPH_SCENE_SOFTWARE_TRAVERSAL_GLSL
+#define RAYGRAPH_SCENE_SOFTWARE_TRAVERSAL_GLSL
 
 #include "scene/alpha_test.glsl"
 #include "scene/payloads.glsl"
@@ -52,7 +52,7 @@ bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
     }
 #endif
     if (!HasTraceFeature(kTraceAnyHit)) return true;
-    return IsThere(ownAlphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack);
+    return StopsRay(ownAlphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack);
 }
 
 #include "scene/wide_bvh.glsl"
