@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
 
     Readback picture;
     for (int frame = 0; frame < 64; ++frame) picture = ShowFrame(renderer, viewport);
-    std::printf("%u samples, then %u of the edited scene\n", before, viewport.Progress().pathTracedSamples);
     image::WritePng(argv[3], {.width = 160, .height = 160, .rgba = WaitForValues<uint8_t>(picture)});
     scene.Remove(*part);
+    std::printf("%u samples, then %u of the edited scene\n", before, viewport.Progress().pathTracedSamples);
 }

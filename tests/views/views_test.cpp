@@ -347,7 +347,7 @@ TEST_F(Hidden, IsInNoViewAndCastsNoShadow) {
     Settle(edited);
     const Seen all = Look(edited);
     const uint64_t rebuilds = edited.scene.Statistics().tlasRebuilds;
-    for (uint32_t instance = 1; instance < 5; ++instance) {
+    for (uint32_t instance = 0; instance < 5; ++instance) {
         SCOPED_TRACE(instance);
         edited.scene.SetVisible(instance, false);
         const Seen hidden = Look(edited);
