@@ -1,4 +1,4 @@
-// What a window shows: Show draws a picture into a texture of another format or size, such as an image of a
+// Passes for windows: Show draws a picture into a texture of another format or size, such as an image of a
 // host or of a swapchain; Preview is a picture for the time before the first sample. Threads: that of the
 // Renderer.
 #pragma once

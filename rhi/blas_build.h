@@ -47,7 +47,7 @@ struct BatchPlan {
         bool operator==(const Batch&) const = default;
     };
     std::vector<Batch> batches;
-    // Of each build's scratch in the shared memory, in bytes. Builds of a batch do not overlap.
+    // The offset in bytes of each build's scratch in the shared memory. Builds of a batch do not overlap.
     std::vector<uint64_t> offsets;
     uint64_t scratchBytes = 0;  // bytes for the largest batch
 };

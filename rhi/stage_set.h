@@ -1,4 +1,4 @@
-// What creates the stages of a pipeline: StageSet has their shader modules and specialization, StaticUse
+// Creates the stages of a pipeline: StageSet has their shader modules and specialization, StaticUse
 // tells which resources a module uses. For rhi/ alone.
 #pragma once
 

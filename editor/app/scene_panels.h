@@ -1,5 +1,5 @@
-// What the scene's panels compute, without drawing: rows of the tree of nodes, the inspector's fields, and a
-// transform as numbers to edit. Threads: pure functions; a Hierarchy: one at a time.
+// Computes, without drawing, what the scene's panels show: rows of the tree of nodes, the inspector's fields,
+// and a transform as numbers to edit. Threads: pure functions; a Hierarchy: one at a time.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What the statistics panel shows, as numbers and texts: rows of memory, times of the last frames, samples
+// Computes the numbers and texts of the statistics panel: rows of memory, times of the last frames, samples
 // per second. Threads: pure functions; objects: one at a time. The caller provides the times.
 #pragma once
 

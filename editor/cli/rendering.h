@@ -1,4 +1,4 @@
-// What `render` does: RenderJob is its plan, from the command line and a resumed file; Rendering renders the
+// Runs `render`: RenderJob is its plan, from the command line and a resumed file; Rendering renders the
 // pictures of one session and writes their files, also as checkpoints; DescribeRun makes the report.
 #pragma once
 

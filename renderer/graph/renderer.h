@@ -99,7 +99,7 @@ class RAYGRAPH_API Readback {
     std::shared_ptr<State> m_state;
 };
 
-// Whether a dropped frame still waits for or signals a semaphore.
+// Says whether a dropped frame still waits for or signals a semaphore.
 enum class DropPolicy : uint8_t {
     Forward,     // waited for or signaled nevertheless, so that its other users can continue
     LeaveAlone,  // not used, for the next frame

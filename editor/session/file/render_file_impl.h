@@ -1,4 +1,4 @@
-// What the reader and the writer of a render's file share: names of channels and attributes, flaws of a
+// The reader and the writer of a render's file share this: names of channels and attributes, flaws of a
 // render that was not read from a file, and sums. For editor/session/ alone. Threads: pure functions, for
 // any thread.
 #pragma once

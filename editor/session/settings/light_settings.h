@@ -1,5 +1,5 @@
-// What the settings of a picture say about its light: the color of all of it, for a white balance, and
-// whether the built-in studio lights the picture. Threads: pure functions, for any thread.
+// Derives from a picture's settings the color of all its light, for a white balance, and whether the built-in
+// studio lights the picture. Threads: pure functions, for any thread.
 #pragma once
 
 #include <glm/glm.hpp>

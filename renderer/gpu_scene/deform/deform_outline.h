@@ -1,4 +1,4 @@
-// What the host knows of deformed meshes: which deformed copies a scene needs (DeformPlan), and the part of
+// The host's data of deformed meshes: which deformed copies a scene needs (DeformPlan), and the part of
 // a deformed group's geometry that the host keeps (DeformOutline). Threads: pure functions; objects as
 // std::vector.
 #pragma once

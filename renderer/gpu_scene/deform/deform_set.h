@@ -38,7 +38,7 @@ struct BaseShape {
     DeformOutline outline;
 };
 
-// Whether joints or targets move some vertex.
+// Returns whether joints or morph targets move some vertex.
 bool MayDeform(std::span<scene::Primitive* const> primitives);
 // Appends joints, weights and targets of the primitive. Address fields hold offsets until
 // ResolveBaseAddresses.

@@ -113,7 +113,8 @@ class LightSet {
     uint32_t LightsOfOne(uint32_t group) const {
         return m_scene.isShared[group] ? 1u : static_cast<uint32_t>(m_scene.groups[group].size());
     }
-    // With LightRule::Decay, a group that is shared stays shared; with Always, each rebuild decides anew.
+    // With LightRule::Decay, a group that is shared stays shared; with Always, each rebuild decides
+    // again.
     bool StaysShared() const { return m_rule == LightRule::Decay; }
     void SetPunctual(uint32_t light, scene::Light&& inWorld, scene::Light&& fromOrigin);
     // Returns the values in world space, and relative to the origin.

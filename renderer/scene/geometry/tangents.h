@@ -1,4 +1,4 @@
-// What normal maps need: tangents of a triangle list, as MikkTSpace defines them (Mikkelsen, "Simulation of
+// Normal maps need these: tangents of a triangle list, as MikkTSpace defines them (Mikkelsen, "Simulation of
 // Wrinkled Surfaces Revisited", 2008), against which the maps are baked, and the third channel of maps that
 // are stored with two. Internal to renderer/scene.
 #pragma once
