@@ -13,37 +13,39 @@ namespace raygraph::session {
 
 namespace {
 
+[[noreturn]] void RejectSetting(const std::string& setting, const std::string& why) {
+    throw SettingError(ErrorKind::Usage, setting + ": " + why);
+}
+
 // A file records one choice, and a picture of another scene under it could never be made again.
 void RequireChoice(const char* setting, const char* unnamed, const std::string& requested,
                    const std::string& loaded, const SceneInput& input) {
     if (loaded == requested) return;
     const auto called = [&](const std::string& choice) { return choice.empty() ? unnamed : Quoted(choice); };
-    throw SettingError(ErrorKind::Usage, Text("{}: {} of {} is to be rendered, but {} was loaded", setting,
-                                              called(requested), Printable(input.file), called(loaded)));
+    RejectSetting(setting, Text("{} of {} is to be rendered, but {} was loaded", called(requested),
+                                Printable(input.file), called(loaded)));
 }
 
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
     if (settings.light == DefaultLight::Studio && !input.environmentFile.empty())
-        throw SettingError(ErrorKind::Usage, Text("light: the studio takes the place of the map {}",
-                                                  Printable(input.environmentFile)));
+        RejectSetting("light",
+                      Text("the studio takes the place of the map {}", Printable(input.environmentFile)));
     RequireChoice("scene", "the default one", settings.scene, input.scene, input);
     RequireChoice("variant", "none", settings.variant, input.variant, input);
     if (settings.at && !input.isAnimated)
-        throw SettingError(ErrorKind::Usage, Text("at: {} is a time, but {} was loaded without animations",
-                                                  AtText(settings.at), Printable(input.file)));
+        RejectSetting("at", Text("{} is a time, but {} was loaded without animations", AtText(settings.at),
+                                 Printable(input.file)));
     if (!settings.at && input.isAnimated)
-        throw SettingError(ErrorKind::Usage, Text("at: no time is given, but {} was loaded with animations",
-                                                  Printable(input.file)));
+        RejectSetting("at",
+                      Text("no time is given, but {} was loaded with animations", Printable(input.file)));
     if (!settings.at && !settings.clips.empty())
-        throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
-    if (!settings.at && settings.shutter)
-        throw SettingError(ErrorKind::Usage, "shutter: it is around a time, and none is given");
+        RejectSetting("clips", "animations play at a time, and none is given");
+    if (!settings.at && settings.shutter) RejectSetting("shutter", "it is around a time, and none is given");
     const auto requireRadius = [&](const char* setting, const scene::RoundRadius& requested,
                                    const scene::RoundRadius& loaded) {
         if (loaded != requested)
-            throw SettingError(ErrorKind::Usage,
-                               Text("{}: {} is to be rendered with {}, but was loaded with {}", setting,
-                                    Printable(input.file), ToText(requested), ToText(loaded)));
+            RejectSetting(setting, Text("{} is to be rendered with {}, but was loaded with {}",
+                                        Printable(input.file), ToText(requested), ToText(loaded)));
     };
     requireRadius("points", settings.pointsAndLines.points, input.pointsAndLines.points);
     requireRadius("lines", settings.pointsAndLines.lines, input.pointsAndLines.lines);
@@ -62,14 +64,12 @@ void RequireValidDesc(const SessionDesc& desc) {
         if (desc.aovs.Has(aov) && !CanHave(aov, settings))
             Reject(Text("the view {} with these biases has no {}", Name(settings.view), Name(aov)));
     if (settings.shutter && !passes::IsAverageable(settings.view))
-        throw SettingError(ErrorKind::Usage,
-                           Text("shutter: the view {} is not averaged over samples, so nothing is blurred",
-                                Name(settings.view)));
+        RejectSetting("shutter", Text("the view {} is not averaged over samples, so nothing is blurred",
+                                      Name(settings.view)));
     if (settings.crop && !CanCrop(settings.view))
-        throw SettingError(ErrorKind::Usage,
-                           Text("crop: the view {} is drawn as a whole", Name(settings.view)));
+        RejectSetting("crop", Text("the view {} is drawn as a whole", Name(settings.view)));
     if (settings.light == DefaultLight::Studio && settings.background)
-        throw SettingError(ErrorKind::Usage, "light: the studio takes the place of a background");
+        RejectSetting("light", "the studio takes the place of a background");
     if (const uint32_t samples = desc.batchSize; samples > 64 || (samples & (samples - 1)) != 0)
         Reject(Text("{} samples at once: a power of two up to 64", samples));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
@@ -84,32 +84,28 @@ void RequireValidDesc(const SessionDesc& desc) {
 
 void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
     if (!desc.settings.isAdaptive) return;
-    const auto refuse = [](const std::string& why) {
-        throw SettingError(ErrorKind::Usage, "adaptive: " + why);
-    };
+    const auto reject = [](const std::string& why) { RejectSetting("adaptive", why); };
     if (const View view = desc.settings.view; view != View::PathTraced)
-        refuse(Text("the view {} has as many samples in all pixels", Name(view)));
-    if (deviceCount > 1) refuse("several devices share samples of all pixels");
-    if (desc.group != nullptr) refuse("several processes share samples of all pixels");
-    if (desc.settings.shutter) refuse("the samples of a time that the shutter sees are those of all pixels");
+        reject(Text("the view {} has as many samples in all pixels", Name(view)));
+    if (deviceCount > 1) reject("several devices share samples of all pixels");
+    if (desc.group != nullptr) reject("several processes share samples of all pixels");
+    if (desc.settings.shutter) reject("the samples of a time that the shutter sees are those of all pixels");
     if (desc.settings.paths.roulette.kind == Roulette::Frame)
-        refuse("the length of a sample's paths, by rr, is that of all pixels");
+        reject("the length of a sample's paths, by rr, is that of all pixels");
     if (desc.firstSample >= 1u << 31)
-        refuse(
+        reject(
             Text("pixels with many samples need more indices than there are from {} on", desc.firstSample));
-    if (!desc.withVariance) refuse("what pixels need is told by their variance, and none is kept");
+    if (!desc.withVariance) reject("what pixels need is told by their variance, and none is kept");
 }
 
 void RequireDenoisable(const SessionDesc& desc, size_t deviceCount) {
     if (!desc.isDenoised) return;
-    const auto refuse = [](const std::string& why) {
-        throw SettingError(ErrorKind::Usage, "denoise: " + why);
-    };
+    const auto reject = [](const std::string& why) { RejectSetting("denoise", why); };
     if (const View view = desc.settings.view; view != View::PathTraced)
-        refuse(Text("the view {} is not denoised", Name(view)));
-    if (desc.settings.isAdaptive) refuse("an adaptive picture has other numbers of samples in each pixel");
-    if (deviceCount > 1 || desc.group != nullptr) refuse("several devices or processes share the samples");
-    if (!desc.withVariance) refuse("what is noise is told by the variance, and none is kept");
+        reject(Text("the view {} is not denoised", Name(view)));
+    if (desc.settings.isAdaptive) reject("an adaptive picture has other numbers of samples in each pixel");
+    if (deviceCount > 1 || desc.group != nullptr) reject("several devices or processes share the samples");
+    if (!desc.withVariance) reject("what is noise is told by the variance, and none is kept");
 }
 
 void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
