@@ -1,5 +1,6 @@
 // Plans textures on the host: which levels go to the device, so that all fit a budget; for what materials
-// use a texture, which determines how its levels are made; and the color that a sampler would read. For renderer/gpu_scene alone. Threads: pure functions.
+// use a texture, which determines how its levels are made; and the color that a sampler would read. For
+// renderer/gpu_scene alone. Threads: pure functions.
 #pragma once
 
 #include <cstdint>
