@@ -27,10 +27,11 @@ struct ScatterConstants {
 RecordTable::RecordTable(rhi::Device& device, const RecordTableDesc& desc)
     : m_device(&device),
       m_desc(desc),
-      m_buffer(device.CreateBuffer(
-          {.name = desc.name,
-           .size = std::max<size_t>(1, desc.capacity) * desc.recordBytes,
-           .usage = desc.usage | rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination})),
+      m_buffer(
+          device.CreateBuffer({.name = desc.name,
+                               .size = std::max<size_t>(1, desc.capacity) * desc.recordBytes,
+                               .usage = desc.usage | rhi::BufferUsage::Storage |
+                                        rhi::BufferUsage::CopySource | rhi::BufferUsage::CopyDestination})),
       m_staging(device, desc.name + " staging") {}
 
 RecordTable RecordTable::WithCapacity(size_t capacity) const {

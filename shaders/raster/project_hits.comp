@@ -5,32 +5,15 @@
 #define NO_TLAS
 #include "scene/extensions.glsl"
 
-#include "core/capsule.glsl"
 #include "raster/projection.glsl"
 #include "raster/visibility.glsl"
 #include "scene/camera.glsl"
-#include "scene/material_textures.glsl"
+#include "scene/hit_position.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
 layout(set = 0, binding = 21, rgba32f) writeonly uniform image2D places;
 layout(set = 0, binding = 22, scalar) uniform SeenBy { CameraRecord camera; } seenBy;
-
-vec3 PositionOf(Hit hit) {
-    InstanceRecord instance = instances.at[hit.instance];
-    vec3 position;
-    if (IsRound(instance)) {
-        position = CapsulePointAt(CapsuleAt(instance, hit.primitive), hit.barycentrics).position;
-    } else {
-        UintStream indices = UintStream(instance.indices);
-        Vec3Stream positions = Vec3Stream(instance.positions);
-        uint first = 3u * hit.primitive;
-        vec3 p0 = positions.at[indices.at[first]];
-        position = p0 + hit.barycentrics.x * (positions.at[indices.at[first + 1u]] - p0) +
-                   hit.barycentrics.y * (positions.at[indices.at[first + 2u]] - p0);
-    }
-    return instance.objectToWorld * vec4(position, 1.0f);
-}
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
@@ -40,9 +23,10 @@ void main() {
     CameraRecord camera = parameters.value.camera;
     Hit hit = UnpackVisibility(imageLoad(visibility, texel));
     vec3 offset;
-    if (IsHit(hit))
-        offset = PositionOf(hit) - camera.origin;
-    else  // infinitely far away: only its direction counts
+    if (IsHit(hit)) {
+        InstanceRecord instance = instances.at[hit.instance];
+        offset = instance.objectToWorld * vec4(ObjectPositionOf(instance, hit), 1.0f) - camera.origin;
+    } else  // infinitely far away: only its direction counts
         offset = CameraRay(seenBy.camera, (vec2(pixel) + 0.5f) / vec2(size), vec2(0.5f)).direction;
     vec4 clip = OffsetToClip(camera, vec2(0.0f)) * vec4(offset, 1.0f);
     // A hit that is hidden now has no place either: its vertices may be those of another time.

@@ -1,0 +1,332 @@
+#include "passes/real_time.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "passes/compare.h"
+#include "passes/scene_bindings.h"
+#include "renderer/gpu_scene/camera_record.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
+constexpr float kNothingWritten[] = {0.0f, 0.0f, 0.0f, -1.0f};  // of surfaces
+constexpr float kZero[] = {0.0f, 0.0f, 0.0f, 0.0f};
+
+// As in shaders/real_time/surface.glsl.
+struct Film {
+    glm::vec3 right, up, forward;
+    uint32_t isOrthographic;
+    glm::vec2 size;
+};
+
+Film FilmOf(const gpu::CameraRecord& camera, Extent2D extent) {
+    return {camera.right, camera.up, camera.forward, camera.orthographic,
+            glm::vec2(static_cast<float>(extent.width), static_cast<float>(extent.height))};
+}
+
+Extent2D RequireAll(const Renderer& renderer, TextureId first, std::initializer_list<TextureId> others) {
+    Extent2D extent;
+    for (const TextureId other : others)
+        extent = RequireComparable(renderer, "RealTime", first, other, Format::Rgba32Float);
+    return extent;
+}
+
+bool IsSameView(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
+    return a.orthographic == b.orthographic && a.right == b.right && a.up == b.up && a.forward == b.forward &&
+           a.lensRadius == b.lensRadius && a.focusDistance == b.focusDistance;
+}
+
+}  // namespace
+
+SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                         const gpu::CameraRecord& before, BufferId instancesBefore) {
+    RequireFullFrame(settings, "TraceSurfaces");
+    const Extent2D extent = settings.extent;
+    const auto create = [&](const char* name) {
+        return renderer.CreateTexture(name, {extent, Format::Rgba32Float});
+    };
+    SurfaceIds seen{create("albedo"), create("surfaces"), create("motion")};
+    TraceFeatures features = ProgramFeatures(scene, settings);
+    features = features & (FeaturesOfKind(TraceFeatureKind::Textures) | kTraceAnyHit | kTraceCapsules |
+                           kTraceTextureLod);
+    renderer.AddPass(
+        "TraceSurfaces", PassKind::RayTracing,
+        [&](PassBuilder& pass) {
+            pass.RayGen("real_time/surfaces.rgen");
+            pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
+            SpecializeFeatures(pass, features);
+            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
+            BindGeometry(pass, scene);
+            BindMaterials(pass, scene);
+            pass.Reads("instancesBefore", instancesBefore);
+            pass.Uniform("before", before);
+            seen.albedo = pass.Writes("albedo", seen.albedo);
+            seen.surfaces = pass.Writes("surfaces", seen.surfaces);
+            seen.motion = pass.Writes("motion", seen.motion);
+        },
+        [extent](CommandList& commands) { commands.TraceRays(extent); });
+    return seen;
+}
+
+MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const SurfaceIds& seen,
+                               const MovingMeanIds& before, const gpu::CameraRecord& cameraBefore,
+                               uint32_t mostBefore, uint32_t most) {
+    const Extent2D extent =
+        RequireAll(renderer, seen.albedo, {seen.surfaces, seen.motion, before.mean, before.surfaces});
+    MovingMeanIds now{renderer.CreateTexture("mean", {extent, Format::Rgba32Float}),
+                      renderer.CreateTexture("square", {extent, Format::R32Float}), seen.surfaces};
+    const struct {
+        Film film;
+        float mostBefore, most;
+    } constants{FilmOf(cameraBefore, extent), static_cast<float>(mostBefore), static_cast<float>(most)};
+    renderer.AddPass(
+        "AccumulateMoving", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("real_time/temporal.comp");
+            pass.Reads("radiance", sample);
+            pass.Reads("albedo", seen.albedo);
+            pass.Reads("surfaces", seen.surfaces);
+            pass.Reads("motion", seen.motion);
+            pass.Reads("surfacesBefore", before.surfaces);
+            pass.Reads("meanBefore", before.mean);
+            pass.Reads("squareBefore", before.square);
+            pass.Constants(constants);
+            now.mean = pass.Writes("mean", now.mean);
+            now.square = pass.Writes("square", now.square);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return now;
+}
+
+TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean) {
+    const Extent2D extent = RequireAll(renderer, mean.mean, {mean.surfaces});
+    TextureId guided = renderer.CreateTexture("guided", {extent, Format::Rgba32Float});
+    renderer.AddPass(
+        "EstimateVariance", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("real_time/variance.comp");
+            pass.Reads("mean", mean.mean);
+            pass.Reads("square", mean.square);
+            pass.Reads("surfaces", mean.surfaces);
+            guided = pass.Writes("guided", guided);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return guided;
+}
+
+TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
+                      const gpu::CameraRecord& camera, uint32_t stride) {
+    const Extent2D extent = RequireAll(renderer, guided, {surfaces});
+    TextureId filtered = renderer.CreateTexture("filtered", {extent, Format::Rgba32Float});
+    const struct {
+        Film film;
+        int32_t stride;
+    } constants{FilmOf(camera, extent), static_cast<int32_t>(stride)};
+    renderer.AddPass(
+        "FilterLevel", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("real_time/filter.comp");
+            pass.Reads("guided", guided);
+            pass.Reads("surfaces", surfaces);
+            pass.Constants(constants);
+            filtered = pass.Writes("filtered", filtered);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return filtered;
+}
+
+TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds& seen, TextureId mean,
+                        TextureId surfacesBefore, TextureId pictureBefore, const ResolveSettings& settings) {
+    const Extent2D extent = RequireAll(
+        renderer, filtered, {seen.albedo, seen.surfaces, seen.motion, mean, surfacesBefore, pictureBefore});
+    TextureId picture = renderer.CreateTexture("picture", {extent, Format::Rgba32Float});
+    const struct {
+        float mostBefore, mostMoving, mostStill;
+        uint32_t hasChanged;
+    } constants{static_cast<float>(settings.mostBefore), static_cast<float>(settings.mostMoving),
+                static_cast<float>(settings.mostStill), settings.hasChanged ? 1u : 0u};
+    renderer.AddPass(
+        "ResolveMoving", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("real_time/resolve.comp");
+            pass.Reads("filtered", filtered);
+            pass.Reads("albedo", seen.albedo);
+            pass.Reads("surfaces", seen.surfaces);
+            pass.Reads("motion", seen.motion);
+            pass.Reads("mean", mean);
+            pass.Reads("surfacesBefore", surfacesBefore);
+            pass.Reads("pictureBefore", pictureBefore);
+            pass.Constants(constants);
+            picture = pass.Writes("picture", picture);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return picture;
+}
+
+// --- RealTime ---
+
+void RealTimeHistory::Limit(uint32_t samples) {
+    m_limit = m_isLimited ? std::min(m_limit, samples) : samples;
+    m_isLimited = true;
+}
+
+// The declaration of one frame.
+class RealTimeFrame {
+  public:
+    RealTimeFrame(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                  RealTimeHistory& history, const RealTimeSettings& realTime)
+        : m_renderer(renderer), m_scene(scene), m_settings(settings), m_history(history), m_of(realTime) {
+        const Extent2D extent = settings.extent;
+        m_instances =
+            renderer.PersistBuffer(NameOf("instances"), {.size = renderer.Desc(scene.instances).size});
+        m_hasInstances = !renderer.IsFresh(m_instances);
+        m_surfaces = renderer.Persist(NameOf("surfaces"), {extent, Format::Rgba32Float});
+        m_mean = renderer.Persist(NameOf("mean"), {extent, Format::Rgba32Float});
+        m_square = renderer.Persist(NameOf("square"), {extent, Format::R32Float});
+        m_picture = renderer.Persist(NameOf("picture"), {extent, Format::Rgba32Float});
+        const bool isFresh = renderer.IsFresh(m_mean);
+        m_camera = ParametersFor(scene, settings).camera;
+        m_limit = history.m_isLimited ? history.m_limit : kNoLimit;
+        if (isFresh || !m_hasInstances || !history.m_before || !(history.m_before->extent == extent))
+            m_limit = 0;
+        if (isFresh) {
+            Clear(m_surfaces, kNothingWritten);
+            Clear(m_mean, kZero);
+            Clear(m_square, kZero);
+            Clear(m_picture, kZero);
+        }
+    }
+
+    TextureId Declare(TextureId sample) {
+        const gpu::CameraRecord before = m_limit > 0 ? m_history.m_before->camera : m_camera;
+        const SurfaceIds seen = TraceSurfaces(m_renderer, m_scene, m_settings, before,
+                                              m_hasInstances ? m_instances : m_scene.instances);
+        const MovingMeanIds mean =
+            AccumulateMoving(m_renderer, sample, seen, {m_mean, m_square, m_surfaces}, before,
+                             std::min(m_limit, m_of.mostSamples), m_of.mostSamples);
+        TextureId filtered = EstimateVariance(m_renderer, mean);
+        for (uint32_t level = 0; level < m_of.filterLevels; ++level)
+            filtered = FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, 1u << level);
+        const TextureId picture = ResolveMoving(
+            m_renderer, filtered, seen, mean.mean, m_surfaces, m_picture,
+            {.mostBefore = std::min(m_limit, std::max(m_of.mostFramesMoving, m_of.mostFramesStill)),
+             .mostMoving = m_of.mostFramesMoving,
+             .mostStill = m_of.mostFramesStill,
+             .hasChanged = m_history.m_isLimited});
+        Keep(mean, picture);
+        return m_picture;  // so that nothing is kept of a picture that is not shown
+    }
+
+  private:
+    std::string NameOf(const char* part) const { return m_history.Name() + "." + part; }
+
+    void Clear(TextureId& texture, const float (&rgba)[4]) {
+        m_renderer.AddPass(
+            "ClearHistory", PassKind::Transfer, [&](PassBuilder& pass) { texture = pass.CopiesTo(texture); },
+            [texture, &rgba](CommandList& commands, const PassResources& resources) {
+                commands.Clear(resources.Texture(texture), rgba);
+            });
+    }
+
+    // Copies what the next frame needs of this one.
+    void Keep(const MovingMeanIds& mean, TextureId picture) {
+        struct Copy {
+            TextureId from, to;
+        };
+        std::array copies{Copy{mean.mean, m_mean}, Copy{mean.square, m_square},
+                          Copy{mean.surfaces, m_surfaces}, Copy{picture, m_picture}};
+        const bool isStill = m_limit > 0 && !m_history.m_isLimited &&
+                             IsSameView(m_history.m_before->camera, m_camera) &&
+                             m_history.m_before->eye == EyeOf(m_settings.camera);
+        m_renderer.AddPass(
+            "KeepHistory", PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                for (const Copy& copy : copies) {
+                    pass.CopiesFrom(copy.from);
+                    const TextureId kept = pass.CopiesTo(copy.to);
+                    if (copy.from == picture) m_picture = kept;
+                }
+                pass.CopiesFrom(m_scene.instances);
+                static_cast<void>(pass.CopiesTo(m_instances));
+            },
+            [copies, instances = m_scene.instances, kept = m_instances,
+             bytes = m_renderer.Desc(m_instances).size, &history = m_history, isStill,
+             frame = RealTimeHistory::Frame{m_settings.extent, m_camera, EyeOf(m_settings.camera)}](
+                CommandList& commands, const PassResources& resources) {
+                for (const Copy& copy : copies)
+                    commands.CopyTexture(resources.Texture(copy.from), resources.Texture(copy.to));
+                commands.CopyBuffer(resources.Buffer(instances), 0, resources.Buffer(kept), 0, bytes);
+                commands.OnSubmitted([&history, isStill, frame] {
+                    history.m_before = frame;
+                    history.m_isLimited = false;
+                    history.m_stillFrames = isStill ? history.m_stillFrames + 1 : 0;
+                });
+            });
+    }
+
+    Renderer& m_renderer;
+    const SceneIds& m_scene;
+    const TraceSettings& m_settings;
+    RealTimeHistory& m_history;
+    const RealTimeSettings& m_of;
+    gpu::CameraRecord m_camera;
+    uint32_t m_limit = 0;
+    bool m_hasInstances = false;
+    BufferId m_instances;
+    TextureId m_surfaces, m_mean, m_square, m_picture;
+};
+
+TextureId RealTime(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, TextureId sample,
+                   RealTimeHistory& history, const RealTimeSettings& realTime) {
+    return RealTimeFrame(renderer, scene, settings, history, realTime).Declare(sample);
+}
+
+TextureId LastRealTime(Renderer& renderer, const RealTimeHistory& history, Extent2D extent) {
+    return renderer.Persist(history.Name() + ".picture", {extent, Format::Rgba32Float});
+}
+
+TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& samples,
+                   const Accumulation::Progress& progress) {
+    constexpr uint32_t kBlock = 8;  // as in real_time/hand_over.glsl
+    const Extent2D extent = RequireAll(renderer, picture, {samples.mean});
+    const Extent2D blocks{(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
+    const struct {
+        uint32_t sampleCount, doneRows, doneColumns, bandHeight;
+    } constants{progress.sampleCount, progress.cursor.Y(), progress.cursor.X(), progress.cursor.BandHeight()};
+    TextureId weights = renderer.CreateTexture("handOverWeights", {blocks, Format::R32Float});
+    renderer.AddPass(
+        "HandOverWeights", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("real_time/hand_over_weights.comp");
+            pass.Reads("picture", picture);
+            ReadSums(pass, samples, true);
+            pass.Constants(constants);
+            weights = pass.Writes("weights", weights);
+        },
+        [blocks](CommandList& commands) { commands.DispatchOver(blocks); });
+    TextureId shown = renderer.CreateTexture("handedOver", {extent, Format::Rgba32Float});
+    renderer.AddPass(
+        "HandOver", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("real_time/hand_over.comp");
+            pass.Reads("picture", picture);
+            pass.Reads("reference", samples.mean);
+            pass.Reads("weights", weights);
+            pass.Constants(constants);
+            shown = pass.Writes("shown", shown);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return shown;
+}
+
+void Release(Renderer& renderer, RealTimeHistory& history) {
+    for (const char* part : {"instances", "surfaces", "mean", "square", "picture"})
+        renderer.Release(history.Name() + "." + part);
+    history = RealTimeHistory(history.Name());
+}
+
+}  // namespace raygraph::passes

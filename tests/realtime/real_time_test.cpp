@@ -1,0 +1,526 @@
+// Tests the real-time view: each of its steps by hand-made pictures, and what all of them together promise.
+#include "passes/real_time.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "passes/accumulate.h"
+#include "renderer/graph/pass_harness.h"
+#include "renderer/graph/readback_values.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing::real_time_test {
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+using Picture = std::vector<float>;  // RGBA
+using Texel = std::array<float, 4>;
+
+template <typename Function>  // from x, y to a Texel
+Picture Made(Extent2D extent, const Function& function) {
+    Picture picture;
+    for (uint32_t y = 0; y < extent.height; ++y)
+        for (uint32_t x = 0; x < extent.width; ++x) {
+            const Texel texel = function(static_cast<int>(x), static_cast<int>(y));
+            picture.insert(picture.end(), texel.begin(), texel.end());
+        }
+    return picture;
+}
+Picture Filled(Extent2D extent, const Texel& texel) {
+    return Made(extent, [&](int, int) { return texel; });
+}
+Texel Gray(float value) {
+    return {value, value, value, 1.0f};
+}
+
+// Looks along -z; what it sees at a depth of 2 is 4 m high.
+gpu::CameraRecord Camera(Extent2D extent) {
+    gpu::CameraRecord camera{};
+    camera.right = {static_cast<float>(extent.width) / static_cast<float>(extent.height), 0, 0};
+    camera.up = {0, 1, 0};
+    camera.forward = {0, 0, -1};
+    return camera;
+}
+
+// Texels of surfaces (shaders/real_time/surface.glsl).
+constexpr Texel kWall{0, 0, 2, 1};   // faces the camera
+constexpr Texel kOther{0, 0, 2, 2};  // has another number
+constexpr Texel kFarther{0, 0, 20, 1};
+constexpr Texel kTurned{1, 0, 2, 1};  // its normal is +x
+constexpr Texel kNothing{0, 0, 0, 0};
+constexpr Texel kStill{0, 0, 2, 1};  // motion
+
+struct Frame {
+    Picture sample, surfaces, motion, albedo;
+};
+Frame StillFrame(Extent2D extent, const Picture& sample) {
+    return {sample, Filled(extent, kWall), Filled(extent, kStill), Filled(extent, Gray(0.5f))};
+}
+
+struct Mean {
+    Picture mean;
+    std::vector<float> square;
+    Picture surfaces;
+};
+Mean NoMean(Extent2D extent) {
+    return {Filled(extent, {0, 0, 0, 0}), std::vector<float>(size_t{extent.width} * extent.height),
+            Filled(extent, {0, 0, 0, -1})};
+}
+
+class RealTimeSteps : public VulkanTest {
+  protected:
+    TextureId Texture(PassHarness& h, const char* name, Extent2D extent, const Picture& picture) {
+        return h.Texture(name, extent, Format::Rgba32Float, picture);
+    }
+    passes::SurfaceIds Seen(PassHarness& h, Extent2D extent, const Frame& frame) {
+        return {Texture(h, "albedo", extent, frame.albedo), Texture(h, "surfaces", extent, frame.surfaces),
+                Texture(h, "motion", extent, frame.motion)};
+    }
+    Mean Accumulate(Extent2D extent, const Frame& frame, const Mean& before, uint32_t mostBefore = 100,
+                    uint32_t most = 100) {
+        Mean now{.mean = {}, .square = {}, .surfaces = frame.surfaces};
+        Readback square;
+        now.mean = harness
+                       .Run([&](PassHarness& h) {
+                           const passes::MovingMeanIds ids = passes::AccumulateMoving(
+                               h.Graph(), Texture(h, "sample", extent, frame.sample), Seen(h, extent, frame),
+                               {Texture(h, "meanBefore", extent, before.mean),
+                                h.Texture("squareBefore", extent, Format::R32Float, before.square),
+                                Texture(h, "surfacesBefore", extent, before.surfaces)},
+                               Camera(extent), mostBefore, most);
+                           square = h.Graph().ReadBack(ids.square);
+                           return ids.mean;
+                       })
+                       .values;
+        now.square = WaitForValues<float>(square);
+        return now;
+    }
+    Picture Variance(Extent2D extent, const Mean& mean) {
+        return harness
+            .Run([&](PassHarness& h) {
+                return passes::EstimateVariance(h.Graph(),
+                                                {Texture(h, "mean", extent, mean.mean),
+                                                 h.Texture("square", extent, Format::R32Float, mean.square),
+                                                 Texture(h, "surfaces", extent, mean.surfaces)});
+            })
+            .values;
+    }
+    Picture Filter(Extent2D extent, const Picture& guided, const Picture& surfaces, uint32_t stride) {
+        return harness
+            .Run([&](PassHarness& h) {
+                return passes::FilterLevel(h.Graph(), Texture(h, "guided", extent, guided),
+                                           Texture(h, "surfaces", extent, surfaces), Camera(extent), stride);
+            })
+            .values;
+    }
+    Picture Resolve(Extent2D extent, const Picture& filtered, const Frame& frame, const Picture& mean,
+                    const Picture& surfacesBefore, const Picture& before,
+                    const passes::ResolveSettings& settings) {
+        return harness
+            .Run([&](PassHarness& h) {
+                return passes::ResolveMoving(h.Graph(), Texture(h, "filtered", extent, filtered),
+                                             Seen(h, extent, frame), Texture(h, "mean", extent, mean),
+                                             Texture(h, "surfacesBefore", extent, surfacesBefore),
+                                             Texture(h, "pictureBefore", extent, before), settings);
+            })
+            .values;
+    }
+    // All steps, frame by frame.
+    struct Loop {
+        Mean mean;
+        Picture picture;
+    };
+    Loop Begin(Extent2D extent) { return {NoMean(extent), Filled(extent, {0, 0, 0, 0})}; }
+    void Advance(Extent2D extent, Loop& loop, const Frame& frame, uint32_t mostBefore = 64) {
+        const Picture surfacesBefore = loop.mean.surfaces;
+        loop.mean = Accumulate(extent, frame, loop.mean, mostBefore, 32);
+        Picture filtered = Variance(extent, loop.mean);
+        for (const uint32_t stride : {1, 2, 4, 8, 16})
+            filtered = Filter(extent, filtered, frame.surfaces, stride);
+        loop.picture = Resolve(extent, filtered, frame, loop.mean.mean, surfacesBefore, loop.picture,
+                               {mostBefore, 10, 64, false});
+    }
+    PassHarness harness{Device()};
+};
+
+float At(const Picture& picture, Extent2D extent, int x, int y, int channel = 0) {
+    return picture[4 * (static_cast<size_t>(y) * extent.width + static_cast<size_t>(x)) +
+                   static_cast<size_t>(channel)];
+}
+
+}  // namespace
+
+// --- AccumulateMoving ---
+
+TEST_F(RealTimeSteps, AccumulateMoving_Still_IsTheMeanOfSampleOverAlbedo) {
+    const Extent2D extent{5, 3};
+    Mean mean = NoMean(extent);
+    for (const float value : {1.0f, 2.0f, 6.0f, 3.0f})
+        mean = Accumulate(extent, StillFrame(extent, Filled(extent, Gray(value))), mean);
+    for (size_t i = 0; i < mean.square.size(); ++i) {
+        EXPECT_NEAR(mean.mean[4 * i], 6.0f, 1e-5f);  // 12 / 4 / .5
+        EXPECT_EQ(mean.mean[4 * i + 3], 4.0f);
+        EXPECT_NEAR(mean.square[i], 50.0f, 1e-4f);  // (1 + 4 + 36 + 9) / 4 / .25
+    }
+}
+
+TEST_F(RealTimeSteps, AccumulateMoving_MostSamples_BoundWhatCounts) {
+    const Extent2D extent{2, 2};
+    const Mean old = Accumulate(extent, StillFrame(extent, Filled(extent, Gray(1.0f))), NoMean(extent));
+    Mean mean = old;
+    mean.mean[3] = 50.0f;  // samples
+    const Frame dark = StillFrame(extent, Filled(extent, Gray(0.0f)));
+    EXPECT_NEAR(Accumulate(extent, dark, mean, 3).mean[0], 2.0f * 3.0f / 4.0f, 1e-6f);
+    EXPECT_NEAR(Accumulate(extent, dark, mean, 100, 10).mean[0], 2.0f * 9.0f / 10.0f, 1e-6f);
+    EXPECT_EQ(Accumulate(extent, dark, mean, 0).mean[0], 0.0f);
+    EXPECT_EQ(Accumulate(extent, dark, mean, 0).mean[3], 1.0f);
+}
+
+TEST_F(RealTimeSteps, AccumulateMoving_MovedSurface_BringsItsHistoryAlong) {
+    const Extent2D extent{9, 4};
+    const Frame first =
+        StillFrame(extent, Made(extent, [](int x, int) { return Gray(static_cast<float>(x)); }));
+    const Mean mean = Accumulate(extent, first, NoMean(extent));
+    for (const float shift : {-3.0f, 2.0f, 0.5f, -1.25f}) {
+        Frame second = first;
+        second.motion = Filled(extent, {shift, 0, 2, 1});
+        second.sample = Filled(extent, Gray(0.0f));
+        const Mean moved = Accumulate(extent, second, mean);
+        for (int x = 0; x < 9; ++x) {
+            const float from = static_cast<float>(x) + shift;
+            const bool isInside = from >= 0.0f && from <= 8.0f;
+            if (from > -2.0f && from < 10.0f && !isInside) continue;  // it is beside the picture
+            EXPECT_NEAR(At(moved.mean, extent, x, 1), isInside ? from : 0.0f, 1e-4f) << shift << " " << x;
+            EXPECT_EQ(At(moved.mean, extent, x, 1, 3), isInside ? 2.0f : 1.0f) << shift << " " << x;
+        }
+    }
+}
+
+TEST_F(RealTimeSteps, AccumulateMoving_OtherSurface_HasNoHistory) {
+    const Extent2D extent{4, 4};
+    const Mean mean = Accumulate(extent, StillFrame(extent, Filled(extent, Gray(100.0f))), NoMean(extent));
+    for (const Texel& surface : {kOther, kFarther, kTurned, kNothing}) {
+        Frame frame = StillFrame(extent, Filled(extent, Gray(1.0f)));
+        frame.surfaces = Filled(extent, surface);
+        frame.motion = Filled(extent, {0, 0, surface[2], 1});
+        EXPECT_EQ(Accumulate(extent, frame, mean).mean, Filled(extent, {2, 2, 2, 1})) << surface[2];
+    }
+    Frame placeless = StillFrame(extent, Filled(extent, Gray(1.0f)));
+    placeless.motion = Filled(extent, {0, 0, 2, 0});
+    EXPECT_EQ(Accumulate(extent, placeless, mean).mean, Filled(extent, {2, 2, 2, 1}));
+}
+
+// The sample of an edge's pixel is of either surface by chance.
+TEST_F(RealTimeSteps, AccumulateMoving_PixelOfAnEdge_FindsItsSurfaceBesideIt) {
+    const Extent2D extent{6, 3};
+    Frame frame = StillFrame(extent, Made(extent, [](int x, int) { return Gray(x < 3 ? 1.0f : 9.0f); }));
+    frame.surfaces = Made(extent, [](int x, int) { return x < 3 ? kWall : kOther; });
+    const Mean mean = Accumulate(extent, frame, NoMean(extent));
+    frame.surfaces = Made(extent, [](int x, int) { return x < 4 ? kWall : kOther; });
+    frame.sample = Filled(extent, Gray(1.0f));
+    const Mean next = Accumulate(extent, frame, mean);
+    EXPECT_EQ(At(next.mean, extent, 3, 1), 2.0f);
+    EXPECT_EQ(At(next.mean, extent, 3, 1, 3), 2.0f);
+}
+
+// --- EstimateVariance ---
+
+TEST_F(RealTimeSteps, EstimateVariance_OfManySamples_IsThatOfTheirMean) {
+    const Extent2D extent{6, 5};
+    Mean mean{Filled(extent, {3, 3, 3, 8}), std::vector<float>(30, 9.0f + 7.0f), Filled(extent, kWall)};
+    const Picture guided = Variance(extent, mean);
+    for (size_t i = 0; i < 30; ++i) EXPECT_NEAR(guided[4 * i + 3], 7.0f * 8.0f / 7.0f / 8.0f, 1e-5f);
+}
+
+TEST_F(RealTimeSteps, EstimateVariance_OfOneSample_IsThatOfTheSurfaceAround) {
+    const Extent2D extent{32, 32};
+    std::mt19937 generator(3);
+    std::normal_distribution<float> normal(10.0f, 2.0f);
+    Mean mean{Made(extent, [&](int, int) { return Gray(normal(generator)); }), {}, {}};
+    mean.surfaces = Made(extent, [](int x, int) { return x < 16 ? kWall : kOther; });
+    for (size_t i = 0; i < 32 * 32; ++i) {
+        if (i % 32 >= 16) mean.mean[4 * i] = mean.mean[4 * i + 1] = mean.mean[4 * i + 2] = 1000.0f;
+        mean.square.push_back(mean.mean[4 * i] * mean.mean[4 * i]);
+    }
+    const Picture guided = Variance(extent, mean);
+    double average = 0.0;
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 16; ++x) average += At(guided, extent, x, y, 3) / 512.0;
+    EXPECT_NEAR(average, 4.0, 0.8);  // the other surface is not in it
+    EXPECT_NEAR(At(guided, extent, 20, 9, 3), 0.0f, 1.0f);
+}
+
+// --- FilterLevel ---
+
+TEST_F(RealTimeSteps, FilterLevel_ConstantStays) {
+    const Extent2D extent{13, 7};
+    const Picture constant = Filled(extent, {0.3f, 0.7f, 1.9f, 0.5f});
+    const Picture filtered = Filter(extent, constant, Filled(extent, kWall), 2);
+    for (size_t i = 0; i < constant.size(); ++i)
+        EXPECT_NEAR(filtered[i], i % 4 == 3 ? filtered[i] : constant[i], 1e-6f);
+}
+
+TEST_F(RealTimeSteps, FilterLevel_WithoutVariance_ChangesNothing) {
+    const Extent2D extent{16, 9};
+    const Picture detailed = Made(extent, [](int x, int y) {
+        return Texel{1.0f + 0.1f * static_cast<float>(x), 2.0f + 0.2f * static_cast<float>(y * x % 5), 1, 0};
+    });
+    const Picture filtered = Filter(extent, detailed, Filled(extent, kWall), 1);
+    for (size_t i = 0; i < detailed.size(); ++i) EXPECT_NEAR(filtered[i], detailed[i], 1e-5f);
+}
+
+TEST_F(RealTimeSteps, FilterLevel_NothingLeaksOverEdges) {
+    const Extent2D extent{8, 8};
+    const Picture guided = Made(extent, [](int x, int) {
+        const float value = x < 4 ? 1.0f : 100.0f;
+        return Texel{value, value, value, 1e6f};
+    });
+    for (const Texel& beyond : {kOther, kTurned, kNothing, kFarther}) {
+        const Picture surfaces = Made(extent, [&](int x, int) { return x < 4 ? kWall : beyond; });
+        for (const uint32_t stride : {1, 2}) {
+            const Picture filtered = Filter(extent, guided, surfaces, stride);
+            for (int y = 0; y < 8; ++y)
+                for (int x = 0; x < 4; ++x)
+                    EXPECT_NEAR(At(filtered, extent, x, y), 1.0f, 1e-4f) << beyond[2] << " " << stride;
+        }
+    }
+}
+
+TEST_F(RealTimeSteps, FilterLevel_Noise_FallsAndKeepsItsMean) {
+    const Extent2D extent{64, 64};
+    std::mt19937 generator(5);
+    std::exponential_distribution<float> exponential(1.0f);
+    Picture picture = Made(extent, [&](int, int) {
+        const float value = exponential(generator);
+        return Texel{value, value, value, 1.0f};
+    });
+    double before = 0.0, after = 0.0, error = 0.0;
+    for (size_t i = 0; i < picture.size(); i += 4) before += picture[i] / 4096.0;
+    for (const uint32_t stride : {1, 2, 4}) picture = Filter(extent, picture, Filled(extent, kWall), stride);
+    for (size_t i = 0; i < picture.size(); i += 4) {
+        after += picture[i] / 4096.0;
+        error += (picture[i] - 1.0) * (picture[i] - 1.0) / 4096.0;
+    }
+    EXPECT_NEAR(after, before, 0.05 * before);  // bright pixels keep a part of what they have too much
+    EXPECT_LT(error, 0.05);                     // it was 1
+}
+
+// --- ResolveMoving ---
+
+TEST_F(RealTimeSteps, ResolveMoving_Still_IsTheMeanOfAllPicturesTheLastOnesMost) {
+    const Extent2D extent{4, 3};
+    Frame frame = StillFrame(extent, {});
+    Picture picture = Filled(extent, {0, 0, 0, 0});
+    const passes::ResolveSettings settings{.mostBefore = 64, .mostMoving = 2, .mostStill = 64};
+    float samples = 1.0f;
+    for (const float value : {2.0f, 8.0f, 2.0f, 4.0f})  // a clamp to the neighborhood would show
+        picture = Resolve(extent, Filled(extent, Gray(value)), frame, Filled(extent, {1, 1, 1, samples++}),
+                          frame.surfaces, picture, settings);
+    for (size_t i = 0; i < picture.size(); i += 4) {
+        EXPECT_NEAR(picture[i], 2.0f, 1e-6f);  // (2 + 2 * 8 + 3 * 2 + 4 * 4) / 10 * .5
+        EXPECT_EQ(picture[i + 3], 4.0f);
+    }
+}
+
+TEST_F(RealTimeSteps, ResolveMoving_Moving_ClampsWhatItsNeighborhoodCannotBe) {
+    const Extent2D extent{8, 8};
+    Frame frame = StillFrame(extent, {});
+    frame.motion = Filled(extent, {1, 0, 2, 1});
+    const Picture picture = Resolve(extent, Filled(extent, Gray(2.0f)), frame, Filled(extent, {1, 1, 1, 9}),
+                                    frame.surfaces, Filled(extent, {50, 50, 50, 9}), {.mostBefore = 64});
+    EXPECT_NEAR(At(picture, extent, 3, 3), 1.0f, 1e-5f);
+}
+
+// --- All steps ---
+
+TEST_F(RealTimeSteps, ValuesThatAreNotFinite_LeaveTheOthersFinite) {
+    const Extent2D extent{7, 5};
+    Loop loop = Begin(extent);
+    for (int i = 0; i < 3; ++i) {
+        Picture sample = Filled(extent, Gray(1.0f));
+        sample[4 * 9] = kNan;
+        sample[4 * 17 + 1] = kInfinity;
+        sample[4 * 23 + 2] = -kInfinity;
+        Advance(extent, loop, StillFrame(extent, sample));
+    }
+    for (const float value : loop.picture) EXPECT_TRUE(std::isfinite(value));
+}
+
+TEST_F(RealTimeSteps, WithoutNoise_ThePictureIsTheSample) {
+    for (const Extent2D extent : {Extent2D{1, 1}, Extent2D{17, 11}}) {
+        Loop loop = Begin(extent);
+        Frame frame = StillFrame(extent, Made(extent, [](int x, int y) {
+                                     return Texel{1.0f + static_cast<float>((x * 7 + y * 3) % 5), 1, 2, 1};
+                                 }));
+        for (int i = 0; i < 64; ++i) Advance(extent, loop, frame);
+        for (size_t i = 0; i < loop.picture.size(); ++i)
+            EXPECT_NEAR(loop.picture[i], i % 4 == 3 ? 64.0f : frame.sample[i], 0.01f * frame.sample[i]);
+    }
+}
+
+// A lit checker moves two pixels a frame: its history moves with it.
+TEST_F(RealTimeSteps, MovingChecker_LeavesNoGhost) {
+    const Extent2D extent{48, 24};
+    Loop loop = Begin(extent);
+    Frame frame = StillFrame(extent, {});
+    frame.motion = Filled(extent, {-2, 0, 2, 1});
+    const auto checker = [&](int shift) {
+        return Made(extent, [&](int x, int y) {
+            return Gray(((x - shift + 96) / 6 + y / 6) % 2 == 0 ? 1.0f : 0.1f);
+        });
+    };
+    for (int i = 0; i < 12; ++i) {
+        frame.sample = checker(2 * i);
+        Advance(extent, loop, frame);
+    }
+    const Picture truth = checker(22);
+    double error = 0.0, count = 0.0;
+    for (int y = 0; y < 24; ++y)
+        for (int x = 26; x < 46; ++x, count += 1.0)
+            error += std::abs(At(loop.picture, extent, x, y) - At(truth, extent, x, y));
+    EXPECT_LT(error / count, 0.02);
+}
+
+// A bright body moves away from a dark wall.
+TEST_F(RealTimeSteps, DisoccludedWall_ShowsNoOldColor) {
+    const Extent2D extent{32, 16};
+    Loop loop = Begin(extent);
+    for (int i = 0; i < 12; ++i) {
+        const int left = i < 8 ? 8 : 20;  // of 8 pixels
+        const auto isBody = [&](int x) { return x >= left && x < left + 8; };
+        Frame frame =
+            StillFrame(extent, Made(extent, [&](int x, int) { return Gray(isBody(x) ? 10.0f : 0.1f); }));
+        frame.surfaces = Made(extent, [&](int x, int) { return isBody(x) ? kOther : kWall; });
+        if (i == 8)
+            frame.motion = Made(extent, [&](int x, int) {
+                return Texel{isBody(x) ? -12.0f : 0.0f, 0, 2, 1};
+            });
+        Advance(extent, loop, frame);
+    }
+    for (int y = 0; y < 16; ++y)
+        for (int x = 8; x < 16; ++x) EXPECT_NEAR(At(loop.picture, extent, x, y), 0.1f, 1e-3f);
+}
+
+// --- RealTime with a scene ---
+
+namespace {
+
+scene::SceneData Room() {
+    scene::SceneData data =
+        SceneOf({BoxMesh(1.0f), BoxMesh(0.3f, 1)},
+                {Lambert(glm::vec3(0.6f), glm::vec3(0.4f)), Lambert(glm::vec3(0.8f, 0.3f, 0.2f))},
+                {glm::mat4x3(1.0f), Translation({0.3f, -0.5f, 0.1f})});
+    scene::Light light;
+    light.intensity = 0.3f;
+    light.lightToWorld = Translation({-0.3f, 0.7f, 0.2f});
+    data.lights.push_back(light);
+    return data;
+}
+
+class RealTimeView : public VulkanTest {
+  protected:
+    RealTimeView() { render.scene.SetScene(Room()); }
+
+    passes::TraceSettings Settings(Extent2D extent, const glm::vec3& eye = {-0.8f, 0.1f, 0.3f}) {
+        passes::TraceSettings settings = LookAt(eye, {1.0f, -0.5f, 0.0f}, 1.2f, 16);
+        const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+        settings.camera.right *= aspect;
+        settings.extent = extent;
+        return settings;
+    }
+    // A frame, its picture, and the mean of all samples since the accumulation was reset.
+    FloatImage Frame(const passes::TraceSettings& settings, FloatImage* mean = nullptr) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.Declare();
+        const TextureId sample = passes::Trace(render.renderer, ids, settings).radiance;
+        const Readback picture =
+            render.renderer.ReadBack(passes::RealTime(render.renderer, ids, settings, sample, history));
+        const Readback reference =
+            render.renderer.ReadBack(passes::Accumulate(render.renderer, sample, accumulation).mean);
+        render.renderer.Execute();
+        picture.Wait();
+        reference.Wait();
+        if (mean != nullptr) *mean = ToFloatImage(reference);
+        return ToFloatImage(picture);
+    }
+    float SamplesAt(const FloatImage& picture, uint32_t x, uint32_t y) { return picture.At(x, y).w; }
+
+    SceneRender render{Device()};
+    passes::RealTimeHistory history{"realTimeTest"};
+    passes::Accumulation accumulation{"realTimeReference"};
+};
+
+}  // namespace
+
+TEST_F(RealTimeView, Still_KeepsTheEnergy) {
+    passes::TraceSettings settings = Settings({48, 32});
+    FloatImage picture, mean;
+    for (settings.sampleIndex = 0; settings.sampleIndex < 64; ++settings.sampleIndex)
+        picture = Frame(settings, &mean);
+    const glm::dvec3 energy = picture.Mean() / mean.Mean();
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(energy[c], 1.0, 0.005);
+    EXPECT_EQ(history.StillFrames(), 63u);
+}
+
+TEST_F(RealTimeView, OneFrame_HasLessNoiseThanItsSample) {
+    passes::TraceSettings settings = Settings({48, 32});
+    FloatImage mean, sample, unused;
+    for (settings.sampleIndex = 100; settings.sampleIndex < 228; ++settings.sampleIndex)
+        Frame(settings, &mean);
+    accumulation.Reset(passes::ResetCause::Settings);
+    history.Limit(0);
+    settings.sampleIndex = 0;
+    const FloatImage picture = Frame(settings, &sample);
+    const auto error = [&](const FloatImage& image) {
+        double sum = 0.0;
+        for (size_t i = 0; i < image.values.size(); ++i) {
+            const double difference = image.values[i].y - mean.values[i].y;
+            sum += difference * difference / (mean.values[i].y * mean.values[i].y + 0.01);
+        }
+        return sum;
+    };
+    EXPECT_LT(error(picture), error(sample) / 4.0);
+}
+
+TEST_F(RealTimeView, EveryCause_LimitsTheHistoryAsFarAsItConcernsIt) {
+    passes::TraceSettings settings = Settings({24, 16});
+    const auto settle = [&] {
+        for (int i = 0; i < 6; ++i, ++settings.sampleIndex) Frame(settings);
+        EXPECT_EQ(history.StillFrames(), 5u);
+    };
+    history.Limit(0);
+    settle();
+    settings = Settings({24, 16}, {-0.78f, 0.1f, 0.3f});  // The camera moves: surfaces keep their samples
+    EXPECT_GT(SamplesAt(Frame(settings), 12, 8), 5.0f);
+    EXPECT_EQ(history.StillFrames(), 0u);
+    settings = Settings({24, 16});
+    history.Limit(0);
+    settle();
+    history.Limit(3);
+    EXPECT_EQ(SamplesAt(Frame(settings), 12, 8), 4.0f);
+    history.Limit(0);
+    settle();
+    settings.extent = {25, 17};  // another size
+    EXPECT_EQ(SamplesAt(Frame(settings), 12, 8), 1.0f);
+    EXPECT_EQ(history.StillFrames(), 0u);
+}
+
+TEST_F(RealTimeView, MovedBody_TakesItsHistoryAlong) {
+    passes::TraceSettings settings = Settings({48, 32});
+    for (int i = 0; i < 4; ++i, ++settings.sampleIndex) Frame(settings);
+    render.scene.SetTransform(1, Translation({0.3f, -0.5f, 0.2f}));
+    const FloatImage picture = Frame(settings);
+    float counted = 0.0f;
+    for (const glm::vec4& texel : picture.values) counted += texel.w > 4.0f ? 1.0f : 0.0f;
+    EXPECT_GT(counted, 0.9f * 48.0f * 32.0f);
+}
+
+}  // namespace raygraph::testing::real_time_test
