@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """The parts of ./dev mutate that need no build: lists are read strictly, mutations apply once, random ones repeat."""
 
+import re
 import tempfile
 import unittest
 from pathlib import Path
 
 from judge import Judge
 from judges import Judges
-from mutate import Draw, HERE, NamedTests, ROOT
+from mutate import Draw, HERE, NamedTests, PROGRAMS, ROOT
 from mutation import Mutation, MutationError, ReadMutations
 from random_mutations import RandomMutations
 
@@ -129,7 +130,31 @@ class RandomTest(unittest.TestCase):
         self.assertFalse(known & {(m.file, m.old, m.new) for m in self.First(1, known)})
 
 
+def TestsInSources():
+    """{program: names} of the tests that the sources of each program define. Of a test with parameters, the first."""
+    found = {}
+    for program in PROGRAMS:
+        text = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests" / program).glob("*.cpp")))
+        prefixes = {}
+        for prefix, suite in re.findall(r"\bINSTANTIATE_TEST_SUITE_P\(\s*(\w+),\s*(\w+)", text):
+            prefixes.setdefault(suite, []).append(prefix)
+        names = found[program] = []
+        for kind, suite, name in re.findall(r"^(TEST|TEST_F|TEST_P)\(\s*(\w+),\s*(\w+)\)", text, re.MULTILINE):
+            names += ([f"{suite}.{name}"] if kind != "TEST_P" else
+                      [f"{prefix}/{suite}.{name}/0" for prefix in prefixes.get(suite, [])])
+    return found
+
+
 class ListsTest(unittest.TestCase):
+    def test_every_pattern_of_the_chosen_ones_names_a_test(self):
+        tests = TestsInSources()
+        self.assertTrue(all(tests.values()))
+        for mutation in ReadMutations(HERE / "chosen.txt"):
+            NamedTests(mutation, tests)
+        for pattern in "Samplers/NoSuite.*", "Path.NoTest*":
+            with self.assertRaises(MutationError):
+                NamedTests(Mutation("m", "a.cpp", "x", "y", [pattern]), tests)
+
     def test_every_mutation_of_the_lists_applies_to_the_sources(self):
         chosen = ReadMutations(HERE / "chosen.txt")
         self.assertLessEqual(len(chosen), 80)
