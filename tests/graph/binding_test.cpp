@@ -145,6 +145,27 @@ TEST_F(Bindings, EachMistake_NamesThePassTheBindingAndBothSides) {
     }
 }
 
+// A mistake is reported as soon as those before it are mended.
+TEST_F(Bindings, SeveralMistakesInOnePass_AreReportedInTurn) {
+    using ::testing::HasSubstr;
+    BindEverything();
+    GiveConstants(20);
+    m_pass.bindings.erase(m_pass.bindings.begin() + 3);
+    Bind("radience", BindVerb::Reads, m_materials);
+    Bind("unused", BindVerb::Reads, m_history);
+    Bind("camera", BindVerb::Reads, m_camera);
+    for (const char* expected : {"binds \"radience\": no such binding", "binds \"unused\" as a storage image",
+                                 "binds \"camera\" twice"}) {
+        EXPECT_THAT(Message(), HasSubstr(expected));
+        m_pass.bindings.erase(m_pass.bindings.begin() + 5);
+    }
+    EXPECT_THAT(Message(), HasSubstr("does not bind what its shaders use: Materials"));
+    Bind("Materials", BindVerb::Reads, m_materials);
+    EXPECT_THAT(Message(), HasSubstr("gives 20 bytes of constants"));
+    GiveConstants(24);
+    EXPECT_EQ(Message(), "accepted");
+}
+
 TEST_F(Bindings, WhatTheShaderUsesButNobodyBinds) {
     BindEverything();
     m_pass.bindings.erase(m_pass.bindings.begin() + 3, m_pass.bindings.begin() + 5);
