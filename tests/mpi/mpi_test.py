@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Renders with MPI ranks and compares the files with those of one process, byte for byte."""
+import json
 import os
 import pathlib
 import signal
@@ -53,9 +54,12 @@ class MpiTest(unittest.TestCase):
                 self.assertEqual(self.bytes_of("all.png"), self.bytes_of("one.png"))
                 self.assertEqual(result.stdout.count("samples a pixel"), 1, result.stdout)
 
-    # Sums are sent 2^18 pixels at a time
+    # Sums are sent 2^18 pixels at a time: the last 3056 are a second piece
     def test_large_pictures_are_added_piece_by_piece(self):
-        picture = ["render", CORNELL, "--size", "520x510", "--spp", "2", "--view", "albedo"]
+        picture = ["render", CORNELL, "--size", "520x510", "--spp", "2", "--view", "albedo", "--camera",
+                   "0 1 0 0 0.3 -0.5 0 1 0 60"]
+        self.run_in([PROGRAM, *map(str, picture), "--crop", "0,505,520,5", "-o", "last.exr", "--report", "last.json"])
+        self.assertGreater(min(json.loads(self.bytes_of("last.json"))["image"]["mean"]), 0.1)
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
         self.run_in(mpi(2, *picture, "-o", "all.exr"))
         self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
@@ -119,8 +123,8 @@ class MpiTest(unittest.TestCase):
         self.fail("waited in vain; exit status " + str(process.poll()))
 
     def test_signal_to_any_rank_saves_and_ends_the_job(self):
-        """SIGUSR1 saves and goes on; SIGUSR2 saves and ends, also where one of two outputs cannot be written; the
-        render resumed by other ranks is that of one run."""
+        """SIGUSR1 saves and goes on; SIGTERM saves and ends, also where one of two outputs cannot be written; so does
+        SIGINT, with status 0; the render resumed by other ranks is that of one run."""
         picture = ["render", CORNELL, "--size", "48x48", "--spp", "600", "--max-depth", "2"]
         save = ["--checkpoint", "100", "--resume", "all.exr", "-o", "all.exr", "-o", "all.png"]
         process = self.start(mpi(2, *picture, *save))
@@ -131,12 +135,19 @@ class MpiTest(unittest.TestCase):
         self.assertIsNone(process.poll(), "it goes on")
         (self.folder / "all.png").unlink()
         (self.folder / "all.png").mkdir()
-        os.kill(other, signal.SIGUSR2)
+        os.kill(other, signal.SIGTERM)
         output = process.communicate(timeout=60)[0]
         self.assertEqual(process.returncode, 75, output)
         self.assertIn("stopped after", output)
         self.assertIn("all.png: cannot write", output)
         (self.folder / "all.png").rmdir()
+        process = self.start(mpi(3, *picture, *save))
+        other = self.wait_for(lambda: self.rank_of(process, 2), process)
+        self.wait_for(lambda: catches(other, signal.SIGINT), process)
+        os.kill(other, signal.SIGINT)
+        output = process.communicate(timeout=60)[0]
+        self.assertEqual(process.returncode, 0, output)
+        self.assertIn("stopped after", output)
         self.run_in(mpi(3, *picture, *save))
         self.run_in([PROGRAM, *map(str, picture), "-o", "one.exr"])
         self.assertEqual(self.bytes_of("all.exr"), self.bytes_of("one.exr"))
@@ -158,14 +169,26 @@ class MpiTest(unittest.TestCase):
                 self.assertEqual(len(said), 1, result.stderr)
                 self.assertIn(line, said[0])
 
-    def test_rank_that_dies_ends_the_job(self):
-        process = self.start(mpi(2, "render", CORNELL, "--size", "32x32", "--spp", "1000000", "-o", "a.exr"))
-        other = self.wait_for(lambda: self.rank_of(process, 1), process)
-        self.wait_for(lambda: catches(other, signal.SIGUSR1), process)
-        os.kill(other, signal.SIGKILL)
-        process.communicate(timeout=60)
-        self.assertNotEqual(process.returncode, 0)
-        self.assertFalse((self.folder / "a.exr").exists())
+    def test_rank_that_dies_ends_the_job_and_leaves_the_checkpoint(self):
+        """Rank 1 stops before its sums are added for a second checkpoint: rank 2 waits in the barrier before that,
+        rank 0 for what rank 1 has rendered."""
+        picture = ["render", CORNELL, "--size", "24x24", "--spp", "1000000", "--max-depth", "2"]
+        process = self.start(mpi(3, *picture, "--checkpoint", "100", "--resume", "all.exr", "-o", "all.exr"))
+        root, dying = (self.wait_for(lambda rank=rank: self.rank_of(process, rank), process) for rank in (0, 1))
+        for rank in root, dying:
+            self.wait_for(lambda rank=rank: catches(rank, signal.SIGUSR1), process)
+        os.kill(root, signal.SIGUSR1)
+        self.wait_for((self.folder / "all.exr").exists, process)
+        before = self.bytes_of("all.exr")
+        os.kill(dying, signal.SIGSTOP)
+        os.kill(root, signal.SIGUSR1)
+        time.sleep(2)  # a block takes a second
+        self.assertIsNone(process.poll(), "it waits")
+        os.kill(dying, signal.SIGKILL)
+        output = process.communicate(timeout=60)[0]
+        self.assertNotEqual(process.returncode, 0, output)
+        self.assertEqual(self.bytes_of("all.exr"), before)
+        self.run_in([PROGRAM, "render", str(CORNELL), "--resume", "all.exr", "--time", "0.1", "-o", "more.exr"])
 
 
 if __name__ == "__main__":
