@@ -6,7 +6,8 @@ Usage: check_printed.py PROGRAM [ROOT] [--write]. A comment before a block of te
     <!-- printed by: raygraph edit --keys -->
     ```text
 
-Prints each block that differs from the output of its command, and ends with 1; with --write it replaces the block instead.
+Prints each page with a block that differs from the output of its command, or with such a comment that no block follows, and
+ends with 1; with --write it replaces the differing blocks instead.
 """
 
 import re
@@ -15,6 +16,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+MARK = "printed by:"
 BLOCK = re.compile(r"(<!-- printed by: raygraph ([^\n]*) -->\n```text\n)(.*?)(?=^```$)", re.DOTALL | re.MULTILINE)
 
 
@@ -26,6 +28,10 @@ def Printed(program, text):
     return BLOCK.sub(With, text)
 
 
+def MarksWithoutBlock(text):
+    return text.count(MARK) - len(BLOCK.findall(text))
+
+
 def Main(program, root, isWriting):
     names = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=root, check=True,
                            capture_output=True, text=True).stdout.splitlines()
@@ -34,6 +40,8 @@ def Main(program, root, isWriting):
         page = root / name
         text = page.read_text(encoding="utf-8") if page.is_file() else ""
         count += len(BLOCK.findall(text))
+        if MarksWithoutBlock(text):
+            stale.append(f"{name}: {MarksWithoutBlock(text)} times '{MARK}' without a command and a block of text below it")
         printed = Printed(program, text)
         if printed != text and isWriting:
             page.write_text(printed, encoding="utf-8")

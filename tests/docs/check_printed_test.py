@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from check_printed import Printed  # noqa: E402
+from check_printed import MarksWithoutBlock, Printed  # noqa: E402
 
 
 def Page(text):
@@ -20,6 +20,12 @@ class PrintedTest(unittest.TestCase):
 
     def test_each_block_has_its_own_command(self):
         self.assertEqual(Printed("echo", Page("") * 2), Page("one two words\n") * 2)
+
+    def test_a_comment_without_its_block_is_counted(self):
+        page = Page("")
+        self.assertEqual(MarksWithoutBlock(page * 2), 0)
+        for broken in (page.replace("```text", "```"), page.replace("raygraph one", "one"), page.replace("-->\n", "-->\n\n")):
+            self.assertEqual(MarksWithoutBlock(page + broken), 1, broken)
 
     def test_a_command_that_fails_is_an_error(self):
         with self.assertRaises(Exception):
