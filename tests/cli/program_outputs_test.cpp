@@ -109,7 +109,7 @@ TEST(ProgramOutputs, ARenderThatCannotBeSavedIsNotTriedAgain) {
     bool isTold = false;
     const ProgramResult result = RunBlocked(folder, std::string(kEndless) + "-o a.exr -o a.png", "a.exr",
                                             [&](pid_t process, const std::string& messages) {
-                                                if (!isTold && messages.find(" samples") != std::string::npos)
+                                                if (!isTold && messages.find(" sample") != std::string::npos)
                                                     isTold = kill(process, SIGTERM) == 0;
                                             });
     EXPECT_EQ(result.exitCode, 1) << result.messages;
@@ -122,7 +122,7 @@ TEST(ProgramOutputs, ARenderThatIsSavedToAnyFileIsTriedAgain) {
     bool isTold = false;
     const ProgramResult result = RunBlocked(folder, std::string(kEndless) + "-o a.exr -o b.exr -o a.png",
                                             "a.exr", [&](pid_t process, const std::string& messages) {
-                                                if (!isTold && messages.find(" samples") != std::string::npos)
+                                                if (!isTold && messages.find(" sample") != std::string::npos)
                                                     isTold = kill(process, SIGTERM) == 0;
                                             });
     EXPECT_EQ(result.exitCode, 75) << result.messages;
@@ -139,7 +139,7 @@ TEST(ProgramOutputs, AFileThatCannotBeResumedIsNotCalledResumable) {
     const ProgramResult result =
         RunProgramBeside(folder, std::string(kEndless) + "-o a.exr --exr-type half --progress plain",
                          [&](pid_t process, const std::string& messages) {
-                             if (!isTold && messages.find(" samples") != std::string::npos)
+                             if (!isTold && messages.find(" sample") != std::string::npos)
                                  isTold = kill(process, SIGTERM) == 0;
                          });
     EXPECT_EQ(result.exitCode, 75) << result.messages;
@@ -426,7 +426,7 @@ TEST(ProgramCheckpoint, ASaveOnDemandDoesNotEndTheRender) {
     const ProgramResult result =
         RunProgramBeside(folder, std::string(kEndless) + "--checkpoint 60 -o a.exr",
                          [&](pid_t process, const std::string& messages) {
-                             if (!isAsked && messages.find(" samples") != std::string::npos) {
+                             if (!isAsked && messages.find(" sample") != std::string::npos) {
                                  isAsked = true;
                                  kill(process, SIGUSR1);
                              }

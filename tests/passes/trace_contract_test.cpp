@@ -604,12 +604,15 @@ class TraceParts : public VulkanTest {
         std::vector<passes::Accumulation> sums;
         for (size_t i = 0; i < kPathPartCount; ++i) sums.emplace_back("part" + std::to_string(i));
         SplitImage image;
-        for (uint32_t sample = 1; sample <= sampleCount; ++sample, ++settings.sampleIndex) {
+        for (const uint32_t end = settings.sampleIndex + sampleCount; settings.sampleIndex < end;
+             settings.sampleIndex += settings.sampleCount) {
+            settings.sampleCount = SamplesOfAFrame(settings, end - settings.sampleIndex);
+            const passes::SampleRows rows{settings.sampleCount, settings.extent.height};
             Renderer& renderer = render.renderer;
             renderer.BeginFrame();
             const SceneIds scene = render.Declare();
             const passes::TraceIds traced = passes::Trace(renderer, scene, settings, {.parts = true});
-            const bool isLast = sample == sampleCount;
+            const bool isLast = settings.sampleIndex + settings.sampleCount == end;
             Readback whole;
             std::vector<Readback> means, variances;
             const auto take = [&](TextureId texture) {
@@ -617,12 +620,13 @@ class TraceParts : public VulkanTest {
                 renderer.Present(texture);
                 return Readback();
             };
-            whole = take(passes::Accumulate(renderer, traced.radiance, sum).mean);
+            whole = take(passes::Accumulate(renderer, traced.radiance, rows, sum).mean);
             for (size_t i = 0; i < kPathPartCount; ++i) {
-                std::ignore = passes::Accumulate(renderer, traced.parts[i], sums[i], true);
-                const passes::AccumulatedIds kept = passes::Resolve(renderer, sums[i], settings.extent, true);
-                means.push_back(take(kept.mean));
-                variances.push_back(take(kept.variance));
+                std::ignore = passes::Accumulate(renderer, traced.parts[i], rows, sums[i], true);
+                const passes::AccumulatedIds resolved =
+                    passes::Resolve(renderer, sums[i], settings.extent, true);
+                means.push_back(take(resolved.mean));
+                variances.push_back(take(resolved.variance));
             }
             renderer.Execute();
             if (!isLast) continue;

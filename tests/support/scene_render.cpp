@@ -1,5 +1,6 @@
 #include "tests/support/scene_render.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/constants.hpp>
@@ -67,27 +68,38 @@ SceneIds SceneRender::Declare() {
     return passes::WithFeatures(scene.Declare(renderer), more);
 }
 
+uint32_t SamplesOfAFrame(passes::TraceSettings settings, uint32_t remaining) {
+    constexpr uint64_t kPaths = 16384;
+    settings.sampleCount = 1;
+    if (settings.roulette.kind == Roulette::Frame) return 1;
+    const uint64_t samples = std::clamp<uint64_t>(kPaths / passes::PathCount(settings), 1, 64);
+    return std::min(remaining, static_cast<uint32_t>(samples));
+}
+
 RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampleCount) {
     passes::Accumulation accumulation("test");
     RenderedImage image;
-    for (uint32_t i = 0; i < sampleCount; ++i) {
+    for (const uint32_t end = settings.sampleIndex + sampleCount; settings.sampleIndex < end;
+         settings.sampleIndex += settings.sampleCount) {
+        settings.sampleCount = SamplesOfAFrame(settings, end - settings.sampleIndex);
         renderer.BeginFrame();
         const SceneIds ids = Declare();
-        const passes::AccumulatedIds accumulated =
-            passes::Accumulate(renderer, passes::Trace(renderer, ids, settings).radiance, accumulation, true);
-        const bool isLast = i + 1 == sampleCount;
-        Readback mean, variance;
-        if (isLast) {
-            const Extent2D extent = renderer.Desc(accumulated.mean).extent;
-            const passes::AccumulatedIds all = passes::Resolve(renderer, accumulation, extent, true);
-            mean = renderer.ReadBack(all.mean);
-            variance = renderer.ReadBack(all.variance);
-        } else {
-            renderer.Present(accumulated.mean);
+        const TextureId samples = passes::Trace(renderer, ids, settings).radiance;
+        const Extent2D stacked = renderer.Desc(samples).extent;
+        const Extent2D extent{stacked.width, stacked.height / settings.sampleCount};
+        const TextureId mean =
+            passes::Accumulate(renderer, samples, {settings.sampleCount, extent.height}, accumulation, true)
+                .mean;
+        if (settings.sampleIndex + settings.sampleCount < end) {
+            renderer.Present(mean);
+            renderer.Execute();
+            continue;
         }
+        const passes::AccumulatedIds all = passes::Resolve(renderer, accumulation, extent, true);
+        const Readback meanTexels = renderer.ReadBack(all.mean);
+        const Readback variance = renderer.ReadBack(all.variance);
         renderer.Execute();
-        ++settings.sampleIndex;
-        if (isLast) image = {ToFloatImage(mean), ToFloatImage(variance), accumulation.SampleCount()};
+        image = {ToFloatImage(meanTexels), ToFloatImage(variance), accumulation.SampleCount()};
     }
     return image;
 }

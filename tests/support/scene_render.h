@@ -49,6 +49,10 @@ class RendererLease {
     bool m_isShared;
 };
 
+// How many of the remaining samples to trace in one frame, which costs as much as thousands of paths. The bits
+// do not depend on it.
+uint32_t SamplesOfAFrame(passes::TraceSettings settings, uint32_t remaining);
+
 // A device-side scene with its renderer; the settings are those of Trace.
 class SceneRender {
   public:
