@@ -28,6 +28,8 @@ class RAYGRAPH_API RealTimeHistory {
     void Limit(uint32_t samples);
     // The frames since the picture began, or since the camera, the extent or anything else last changed.
     uint32_t StillFrames() const { return m_stillFrames; }
+    // Counts these from 0 again.
+    void Interrupt() { m_stillFrames = 0; }
     const std::string& Name() const { return m_name; }
 
   private:
@@ -45,8 +47,8 @@ class RAYGRAPH_API RealTimeHistory {
 };
 
 struct RealTimeSettings {
-    uint32_t mostSamples = 32;       // of a surface that count
-    uint32_t mostFramesMoving = 16;  // pictures that count where something moves
+    uint32_t mostSamples = 32;      // of a surface that count
+    uint32_t mostFramesMoving = 8;  // pictures that count where something moves
     uint32_t mostFramesStill = 64;
     uint32_t filterLevels = 5;  // the filter's radius is 2^levels - 1 pixels
 };
@@ -113,7 +115,7 @@ struct MovingMeanIds {
 
 struct ResolveSettings {
     uint32_t mostBefore = 0;  // pictures that count of those before
-    uint32_t mostMoving = 16, mostStill = 64;
+    uint32_t mostMoving = 8, mostStill = 64;
     bool hasChanged = false;  // something else than the camera has
 };
 // Multiplies by the albedo and averages with `pictureBefore`; w: the number of pictures that count. What

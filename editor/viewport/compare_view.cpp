@@ -96,6 +96,7 @@ TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, con
             return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
                                 1.0f);
         case View::Surface:
+        case View::RealTime:
             break;  // of one picture
     }
     return pictures.pathTracedDisplay;

@@ -23,6 +23,16 @@ uint64_t PixelsOf(Extent2D extent) {
     return uint64_t{extent.width} * extent.height;
 }
 
+uint32_t MostSamples(const FrameBudget& budget, const BudgetSettings& limits, bool isChanging) {
+    constexpr uint32_t kMostSamples = 64;
+    if (limits.samplesPerFrame > 0) return limits.samplesPerFrame;
+    return budget.IsLimited() && !isChanging ? kMostSamples : 1;
+}
+
+uint32_t EndSample(const BudgetSettings& limits) {
+    return limits.maxSamples > 0 ? limits.maxSamples : std::numeric_limits<uint32_t>::max();
+}
+
 bool Fits(Extent2D extent, const FrameBudget& budget) {
     return budget.PixelsWithin(extent, {}, budget.TracingMs()) >= PixelsOf(extent);
 }
@@ -116,10 +126,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
                                             const BudgetSettings& limits, bool isChanging,
                                             const PreviewSettings& preview) {
     m_tiles.clear();
-    constexpr uint32_t kMostSamples = 64;
-    const uint32_t byDefault = budget.IsLimited() && !isChanging ? kMostSamples : 1;
-    const uint32_t most = limits.samplesPerFrame > 0 ? limits.samplesPerFrame : byDefault;
-    const uint32_t end = limits.maxSamples > 0 ? limits.maxSamples : std::numeric_limits<uint32_t>::max();
+    const uint32_t most = MostSamples(budget, limits, isChanging), end = EndSample(limits);
     if (preview.isOn) {
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewReady);
@@ -132,6 +139,16 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
     }
     m_programs.MarkUsed();
     return DeclareTraced(renderer, scene, settings, budget, most, end);
+}
+
+passes::AccumulatedIds PathTracedView::DeclareSamples(Renderer& renderer, const SceneIds& scene,
+                                                      const passes::TraceSettings& settings,
+                                                      const FrameBudget& budget,
+                                                      const BudgetSettings& limits) {
+    m_tiles.clear();
+    m_programs.MarkUsed();
+    const uint32_t most = MostSamples(budget, limits, false);
+    return DeclareSamples(renderer, scene, settings, budget, most, EndSample(limits)).samples;
 }
 
 PathTracedView::Ids PathTracedView::DeclareTraced(Renderer& renderer, const SceneIds& scene,

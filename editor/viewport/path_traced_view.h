@@ -70,6 +70,10 @@ class PathTracedView {
     Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                 const FrameBudget& budget, const BudgetSettings& limits, bool isChanging,
                 const PreviewSettings& preview);
+    // Declares samples alone, for a frame that shows another picture until there are enough: none is coarser.
+    passes::AccumulatedIds DeclareSamples(Renderer& renderer, const SceneIds& scene,
+                                          const passes::TraceSettings& settings, const FrameBudget& budget,
+                                          const BudgetSettings& limits);
     void Reset(passes::ResetCause cause);
     // Releases the memory; between frames.
     void Release(Renderer& renderer);

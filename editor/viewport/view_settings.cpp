@@ -7,7 +7,7 @@ bool ShowsPathTraced(View view) {
 }
 
 bool ShowsRaster(View view) {
-    return view != View::PathTraced && view != View::Surface;
+    return view != View::PathTraced && view != View::Surface && view != View::RealTime;
 }
 
 bool IsMeasured(View view) {

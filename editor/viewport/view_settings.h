@@ -18,6 +18,7 @@ namespace raygraph::viewport {
 //   Difference:    |raster - path-traced| of the radiance, exposed and tone-mapped
 //   RelativeError: of the raster view's luminance against the path-traced one, as colors
 //   Flip:          what a person sees who switches between the two, as colors (passes/compare.h)
+//   RealTime:      path-traced, without most of the noise while something moves; then it becomes PathTraced
 //   Surface:       a property of what is seen, or what it costs: ShowSettings::surface
 #define RAYGRAPH_VIEWPORT_VIEWS(X, Of)            \
     X(Of, PathTraced, 0, "path-traced", "")       \
@@ -27,7 +28,8 @@ namespace raygraph::viewport {
     X(Of, Difference, 4, "difference", "")        \
     X(Of, RelativeError, 5, "relative error", "") \
     X(Of, Flip, 6, "FLIP", "")                    \
-    X(Of, Surface, 7, "surface", "")
+    X(Of, Surface, 7, "surface", "")              \
+    X(Of, RealTime, 8, "real-time", "")
 RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWPORT_VIEWS)
 inline constexpr auto kViewCount = static_cast<uint32_t>(Texts(View{}).size());
 RAYGRAPH_API bool ShowsPathTraced(View view);

@@ -16,8 +16,10 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       size(desc.size),
       pathTraced(desc.name),
       raster(desc.name),
+      realTime(desc.name),
       pathTracedDisplay(desc.name + ".path-traced.display"),
       rasterDisplay(desc.name + ".raster.display"),
+      realTimeDisplay(desc.name + ".real-time.display"),
       compare(desc.name),
       outline(desc.name + ".outline") {}
 
@@ -29,6 +31,8 @@ Viewport::~Viewport() {
     if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
     m_impl->pathTraced.Release(m_impl->renderer);
     m_impl->raster.Release(m_impl->renderer);
+    m_impl->realTime.Release(m_impl->renderer);
+    m_impl->realTimeDisplay.Release(m_impl->renderer);
     m_impl->pathTracedDisplay.Release(m_impl->renderer);
     m_impl->rasterDisplay.Release(m_impl->renderer);
     m_impl->compare.Release(m_impl->renderer);
@@ -125,6 +129,9 @@ TextureId Viewport::DeclareOutline(TextureId picture) {
 }
 
 TextureId Viewport::DeclareLastPicture() {
+    if (m_impl->ShownView() == View::RealTime)
+        if (const TextureId kept = m_impl->realTimeDisplay.DeclareLast(m_impl->renderer); kept.IsValid())
+            return kept;
     const CachedDisplay& first =
         ShowsRaster(m_impl->ShownView()) ? m_impl->rasterDisplay : m_impl->pathTracedDisplay;
     const TextureId kept = first.DeclareLast(m_impl->renderer);
@@ -214,6 +221,7 @@ constexpr size_t kMaxTimedFrames = 16;
 void Viewport::Impl::Restart(ResetCause cause) {
     pathTraced.Reset(cause);
     raster.Reset(cause);
+    realTime.NoteChange(cause);
     changedAt = Clock::now();
 }
 
@@ -252,6 +260,7 @@ void Viewport::Impl::DetectChanges() {
         if (!(before.rasterSettings == now.rasterSettings)) raster.Reset(ResetCause::Settings);
         if (hasNewGeometry || hasNewPaths) {
             budget.Reset();
+            realTime.ResetTimings();
             timedFrames.clear();
         }
     }
@@ -274,6 +283,7 @@ void Viewport::Impl::UpdateBudgets() {
     for (const PassTiming& pass : timing.passes) lastFrameMs += pass.gpuMs;
     if (timed.rasterPixels > 0)
         budget.AddRasterTiming(timed.rasterPixels, between(timed.firstDrawing, timed.endDrawing));
+    realTime.AddTiming(timed.realTimePixels, between(timed.firstFiltered, timed.endFiltered));
     double tracing = 0.0;
     for (const PathTracedView::Tile& tile : timed.tiles) {
         const double ms = between(tile.first, tile.end);
@@ -312,6 +322,13 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     declaredSettings = settings;
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
+    shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
+    shownAs.tonemap.isUnassociated = false;
+    if (shownAs.view == View::RealTime) {
+        if (const TextureId shown = DeclareRealTime(ids, settings, shownAs.tonemap); shown.IsValid())
+            return shown;
+        shownAs.view = View::PathTraced;
+    }
     const PathTracedView::PreviewSettings preview{
         // A preview is nothing to compare with
         .isOn = budgetSettings.whilePreparing == PreparingView::Preview && shownAs.view == View::PathTraced,
@@ -319,8 +336,6 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         .gain = std::exp2(-shownAs.tonemap.exposureEv)};
     const PathTracedView::Ids traced =
         pathTraced.Declare(renderer, ids, settings, budget, budgetSettings, IsRecent(changedAt), preview);
-    shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
-    shownAs.tonemap.isUnassociated = false;
     const uint64_t pixels = uint64_t{size.width} * size.height;
     const uint32_t fittingScale = budget.RasterScale(pixels);
     const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;
@@ -367,29 +382,10 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const TextureId shown = shownAs.view == View::Surface ? DeclareSurface(ids, settings)
                                                           : compare.Declare(renderer, shownAs, pictures);
 
-    requests.DeclarePicks(renderer, ids, settings);
     std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
     if (ShowsPathTraced(shownAs.view)) pathTracedShown = {traced.samples, tracedSamples.Declared()};
     if (ShowsRaster(shownAs.view)) rasterShown = {drawn.samples, drawnSamples.Declared()};
-    requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
-
-    if (ShowsPathTraced(shownAs.view)) errors.Declare(renderer, traced.samples, tracedSamples.Declared());
-    const auto answerCaptures = [&](const passes::AccumulatedIds& samples,
-                                    const passes::Accumulation::Progress& progress, bool isRaster) {
-        captures.Declare(renderer, ids, settings,
-                         {.samples = samples,
-                          .progress = progress,
-                          .isRaster = isRaster,
-                          .camera = camera,
-                          .lens = lens,
-                          .paths = paths,
-                          .raster = rasterSettings,
-                          .environment = scene->ShownEnvironment()});
-    };
-    if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
-        answerCaptures(traced.samples, tracedSamples.Declared(), false);
-    else if (show.view == View::Raster)
-        answerCaptures(drawn.samples, drawnSamples.Declared(), true);
+    AnswerRequests(ids, settings, pathTracedShown, rasterShown);
 
     TimedFrame timed{
         .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
@@ -397,11 +393,69 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
     if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
     isPreview = traced.isPreview;
-    renderer.OnSubmitted([this, timed = std::move(timed)] {
-        timedFrames.push_back(timed);
-        if (timedFrames.size() > kMaxTimedFrames) timedFrames.pop_front();
-    });
+    renderer.OnSubmitted([this, timed = std::move(timed)] { NoteTimed(timed); });
     return shown;
+}
+
+TextureId Viewport::Impl::DeclareRealTime(const SceneIds& ids, const passes::TraceSettings& settings,
+                                          const passes::TonemapSettings& tonemap) {
+    const RealTimeView::Ids filtered = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs);
+    if (budgetSettings.whilePreparing == PreparingView::Preview &&
+        !renderer.PreparePipelines(filtered.first, filtered.end))
+        return {};
+    TimedFrame timed{.frame = renderer.FrameNumber(),
+                     .realTimePixels = filtered.pixels,
+                     .firstFiltered = filtered.first,
+                     .endFiltered = filtered.end};
+    TextureId picture = filtered.picture;
+    std::optional<PixelRequests::Shown> reference;
+    const passes::Accumulation& samples = pathTraced.Samples();
+    if (filtered.isSettled) {
+        const passes::AccumulatedIds accumulated =
+            pathTraced.DeclareSamples(renderer, ids, settings, budget, budgetSettings);
+        picture = passes::HandOver(renderer, picture, accumulated, samples.Declared());
+        timed.tiles = pathTraced.DeclaredTiles();
+        reference = {accumulated, samples.Declared()};
+    }
+    const TextureId shown = realTimeDisplay.Declare(renderer,
+                                                    {.mean = picture,
+                                                     .before = {},
+                                                     .after = {.sampleCount = 1, .cursor = {}},
+                                                     .tiles = {},
+                                                     .resetCount = renderer.FrameNumber()},
+                                                    tonemap);
+    AnswerRequests(ids, settings, reference, {});
+    isPreview = false;
+    renderer.OnSubmitted([this, timed = std::move(timed)] { NoteTimed(timed); });
+    return shown;
+}
+
+void Viewport::Impl::AnswerRequests(const SceneIds& ids, const passes::TraceSettings& settings,
+                                    const std::optional<PixelRequests::Shown>& pathTracedShown,
+                                    const std::optional<PixelRequests::Shown>& rasterShown) {
+    requests.DeclarePicks(renderer, ids, settings);
+    requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
+    if (pathTracedShown) errors.Declare(renderer, pathTracedShown->samples, pathTracedShown->progress);
+    const auto answerCaptures = [&](const PixelRequests::Shown& shown, bool isRaster) {
+        captures.Declare(renderer, ids, settings,
+                         {.samples = shown.samples,
+                          .progress = shown.progress,
+                          .isRaster = isRaster,
+                          .camera = camera,
+                          .lens = lens,
+                          .paths = paths,
+                          .raster = rasterSettings,
+                          .environment = scene->ShownEnvironment()});
+    };
+    if (ShowsPathTraced(show.view) && pathTracedShown)
+        answerCaptures(*pathTracedShown, false);
+    else if (show.view == View::Raster && rasterShown)
+        answerCaptures(*rasterShown, true);
+}
+
+void Viewport::Impl::NoteTimed(const TimedFrame& timed) {
+    timedFrames.push_back(timed);
+    if (timedFrames.size() > kMaxTimedFrames) timedFrames.pop_front();
 }
 
 TextureId Viewport::Impl::DeclareOutline(TextureId picture) {

@@ -10,6 +10,7 @@
 #include "editor/viewport/outline_view.h"
 #include "editor/viewport/path_traced_view.h"
 #include "editor/viewport/raster_view.h"
+#include "editor/viewport/real_time_view.h"
 #include "editor/viewport/viewport.h"
 
 namespace raygraph::viewport {
@@ -29,7 +30,15 @@ struct Viewport::Impl {
     // Returns the view of this frame, which is not the requested one while the camera moves.
     View ShownView() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
+    // Returns an invalid id while pipelines are being made and no frame may wait for them.
+    TextureId DeclareRealTime(const SceneIds& ids, const passes::TraceSettings& settings,
+                              const passes::TonemapSettings& tonemap);
     TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
+
+    // Answers what was asked about the pictures that are shown, if they are.
+    void AnswerRequests(const SceneIds& ids, const passes::TraceSettings& settings,
+                        const std::optional<PixelRequests::Shown>& pathTracedShown,
+                        const std::optional<PixelRequests::Shown>& rasterShown);
 
     // Holds everything that the picture depends on, in the last declared frame.
     struct DrawnInputs {
@@ -46,7 +55,11 @@ struct Viewport::Impl {
         uint64_t rasterPixels = 0;                // 0: the raster view is not shown alone
         PassId firstDrawing, endDrawing;          // passes that draw these pixels
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
+        uint64_t realTimePixels = 0;              // 0: no frame of the real-time view was filtered
+        PassId firstFiltered, endFiltered;
     };
+    void NoteTimed(const TimedFrame& timed);
+
     Renderer& renderer;
     GpuScene* scene;
     std::string name;
@@ -62,7 +75,8 @@ struct Viewport::Impl {
     FrameBudget budget;
     PathTracedView pathTraced;
     RasterView raster;
-    CachedDisplay pathTracedDisplay, rasterDisplay;
+    RealTimeView realTime;
+    CachedDisplay pathTracedDisplay, rasterDisplay, realTimeDisplay;
     CompareView compare;
     OutlineView outline;
     PixelRequests requests;

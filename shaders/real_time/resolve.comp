@@ -26,6 +26,8 @@ layout(push_constant, scalar) uniform Constants {
 
 const float kDeviations = 1.5f;  // of its neighborhood that a color of earlier frames may be away
 
+const float kBlur = 8.0f;
+
 vec3 ToYCoCg(vec3 c) {
     return vec3(0.25f * (c.x + c.z) + 0.5f * c.y, 0.5f * (c.x - c.z), 0.5f * c.y - 0.25f * (c.x + c.z));
 }
@@ -94,8 +96,14 @@ void main() {
             before.xyz = FromYCoCg(clamp(ToYCoCg(before.xyz), middle - reach, middle + reach));
             before.xyz = max(before.xyz, vec3(0.0f));
         }
-        float frames = min(before.w, constants.mostBefore) + 1.0f;
-        frames = min(frames, isFree ? constants.mostStill : constants.mostMoving);
+        float most = constants.mostStill;
+        if (!isStill || constants.hasChanged != 0u) {
+            // A picture that is sampled between its texels is blurred. Where the edge of a bright surface is
+            // near, that would be seen a pixel beside it, so that few pictures count there.
+            float contrast = max(squares.x * count / (sum.x * sum.x + 1e-12f) - 1.0f, 0.0f);
+            most = 1.0f + (constants.mostMoving - 1.0f) / (1.0f + kBlur * contrast);
+        }
+        float frames = min(min(before.w, constants.mostBefore) + 1.0f, most);
         // The n-th picture counts n times as much as the first: each has less noise than those before
         result = vec4(mix(before.xyz, color, min(2.0f / (frames + 1.0f), 1.0f)), frames);
     }

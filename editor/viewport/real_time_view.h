@@ -1,0 +1,47 @@
+// RealTimeView declares the real-time picture of a viewport: filtered frames of one sample while something
+// changes, and the kept picture once nothing has for a while.
+#pragma once
+
+#include <string>
+
+#include "passes/accumulate.h"
+#include "passes/real_time.h"
+
+namespace raygraph::viewport {
+
+class RealTimeView {
+  public:
+    explicit RealTimeView(const std::string& name) : m_history(name + ".real-time") {}
+
+    // Frames without a change until the picture is kept, and the time of frames goes to the reference.
+    static constexpr uint32_t kSettledFrames = 16;
+
+    struct Ids {
+        TextureId picture;       // rgba32f, in its full extent
+        bool isSettled = false;  // nothing is traced
+        // The passes whose time depends on the traced pixels: from `first` to before `end`.
+        PassId first, end;
+        uint64_t pixels = 0;
+    };
+    // Declares a frame. With a limit (milliseconds, 0: none), samples have the resolution that fits it.
+    Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings, double limitMs);
+    // Says that something has changed since the last frame.
+    void NoteChange(passes::ResetCause cause);
+    // Records the time that a frame took for so many pixels.
+    void AddTiming(uint64_t pixels, double milliseconds);
+    // Forgets these times, for another scene or other settings.
+    void ResetTimings() { m_msPerPixel = 0.0; }
+    // Returns the factor by which samples are coarser than the picture.
+    uint32_t Scale() const { return m_scale; }
+    void Release(Renderer& renderer) { passes::Release(renderer, m_history); }
+
+  private:
+    void ChooseScale(rhi::Extent2D extent, double limitMs);
+
+    passes::RealTimeHistory m_history;
+    uint32_t m_sampleIndex = 0;
+    uint32_t m_scale = 1;
+    double m_msPerPixel = 0.0;  // 0: unknown
+};
+
+}  // namespace raygraph::viewport

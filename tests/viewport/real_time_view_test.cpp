@@ -1,0 +1,165 @@
+// The real-time view of a viewport: what it traces and when, and how it becomes the path-traced picture.
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+
+#include "editor/viewport/real_time_view.h"
+#include "tests/viewport/viewport_test.h"
+
+namespace raygraph::testing::real_time_view_test {
+
+using passes::ResetCause;
+using viewport::RealTimeView;
+
+namespace {
+
+using Picture = std::vector<uint8_t>;
+
+double MeanDifference(const Picture& a, const Picture& b) {
+    double sum = 0.0;
+    for (size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum / static_cast<double>(a.size());
+}
+
+class ViewportRealTime : public VulkanTest {
+  protected:
+    ViewportRealTime() { viewed.viewport.SetView(View::RealTime); }
+
+    void Settle() { viewed.RenderFrames(RealTimeView::kSettledFrames + 1); }
+
+    ViewedScene viewed{Device()};
+};
+
+}  // namespace
+
+TEST_F(ViewportRealTime, WhileSomethingChanges_NoSampleIsAccumulated) {
+    for (int i = 0; i < 3; ++i) {
+        scene::CameraView camera = InsideBoxes();
+        camera.eye.x += 0.01 * i;
+        viewed.viewport.SetCamera(camera);
+        viewed.RenderFrames(1);
+    }
+    EXPECT_EQ(viewed.Samples(), 0u);
+    EXPECT_NE(viewed.renderer.DescribePlan().find("TraceSurfaces"), std::string::npos);
+}
+
+TEST_F(ViewportRealTime, Settled_AccumulatesAndFiltersNoMore) {
+    Settle();
+    viewed.RenderFrames(3);
+    EXPECT_EQ(viewed.Samples(), 3u);
+    EXPECT_EQ(viewed.renderer.DescribePlan().find("TraceSurfaces"), std::string::npos);
+}
+
+TEST_F(ViewportRealTime, Settled_BecomesThePathTracedPictureWithoutAJump) {
+    Settle();
+    Picture last = viewed.Picture();
+    const double noise = [&] {  // of a path-traced picture of as few samples
+        ViewedScene raw(Device());
+        const Picture one = raw.Picture();
+        return MeanDifference(one, raw.Picture());
+    }();
+    for (int i = 0; i < 8; ++i) {
+        const Picture next = viewed.Picture();
+        EXPECT_LT(MeanDifference(last, next), noise / 4.0) << i;
+        last = next;
+    }
+    viewed.viewport.SetBudget({.samplesPerFrame = 64});
+    viewed.RenderFrames(8);
+    const Picture converged = viewed.Picture();
+    viewed.viewport.SetView(View::PathTraced);
+    viewed.viewport.SetBudget({.maxSamples = viewed.Samples()});
+    EXPECT_LT(MeanDifference(converged, viewed.Picture()), 1.0);
+}
+
+TEST_F(ViewportRealTime, EveryCause_StartsFramesOfSamplesAgain) {
+    const std::pair<ResetCause, std::function<void()>> rows[] = {
+        {ResetCause::Camera,
+         [&] {
+             scene::CameraView camera = InsideBoxes();
+             camera.eye.x += 0.02;
+             viewed.viewport.SetCamera(camera);
+         }},
+        {ResetCause::Transform,
+         [&] {
+             viewed.scene.SetTransform(1, Translation({0.3f, -0.5f, 0.1f}));
+         }},
+        {ResetCause::Material, [&] { viewed.scene.SetMaterial(1, Lambert(glm::vec3(0.2f))); }},
+        {ResetCause::Light,
+         [&] {
+             scene::Light light = viewed.scene.Light(0);
+             light.intensity *= 2.0f;
+             viewed.scene.SetLight(0, light);
+         }},
+        {ResetCause::Environment,
+         [&] {
+             viewed.scene.SetEnvironment({glm::vec3(0.3f), 0.0f});
+         }},
+        {ResetCause::Geometry, [&] { viewed.scene.SetVisible(1, false); }},
+        {ResetCause::Resize,
+         [&] {
+             viewed.viewport.SetSize({21, 13});
+         }},
+        {ResetCause::Settings,
+         [&] {
+             viewport::PathSettings paths = viewed.viewport.Paths();
+             paths.seed += 1;
+             viewed.viewport.SetPaths(paths);
+         }},
+    };
+    for (const auto& [cause, change] : rows) {
+        SCOPED_TRACE(passes::Name(cause));
+        Settle();
+        viewed.RenderFrames(1);
+        ASSERT_GT(viewed.Samples(), 0u);
+        change();
+        viewed.RenderFrames(1);
+        EXPECT_EQ(viewed.viewport.ResetCount(cause), 1u);
+        EXPECT_EQ(viewed.Samples(), 0u);
+        EXPECT_NE(viewed.renderer.DescribePlan().find("TraceSurfaces"), std::string::npos);
+    }
+}
+
+TEST_F(ViewportRealTime, AnotherView_KeepsWhatThereIs) {
+    Settle();
+    viewed.RenderFrames(2);
+    viewed.viewport.SetView(View::PathTraced);
+    viewed.RenderFrames(2);
+    EXPECT_EQ(viewed.renderer.DescribePlan().find("TraceSurfaces"), std::string::npos);
+    viewed.viewport.SetView(View::RealTime);
+    viewed.RenderFrames(1);
+    EXPECT_EQ(viewed.Samples(), 5u);
+    EXPECT_EQ(viewed.AllResets(), 0u);
+}
+
+TEST_F(ViewportRealTime, AnySize_IsLegal) {
+    for (const Extent2D size : {Extent2D{1, 1}, {3, 5}, {64, 1}, {1, 33}, {31, 17}}) {
+        viewed.viewport.SetSize(size);
+        EXPECT_EQ(viewed.Picture().size(), size_t{4} * size.width * size.height);
+        Settle();
+        EXPECT_EQ(viewed.Picture().size(), size_t{4} * size.width * size.height);
+    }
+}
+
+TEST_F(ViewportRealTime, ScalesWithTheTimeOfItsFrames) {
+    RealTimeView view("scaled");
+    const auto declare = [&](double limitMs) {
+        viewed.renderer.BeginFrame();
+        const SceneIds ids = viewed.scene.Declare(viewed.renderer);
+        const uint64_t pixels =
+            view.Declare(viewed.renderer, ids,
+                         passes::FrameSettings({64, 32}, InsideBoxes(), {}, viewed.viewport.Paths()), limitMs)
+                .pixels;
+        viewed.renderer.DropFrame();
+        return pixels;
+    };
+    EXPECT_EQ(declare(0.0), 64u * 32);
+    view.AddTiming(64 * 32, 100.0);
+    EXPECT_EQ(declare(10.0), 16u * 8);  // 1 / 16 of the time
+    EXPECT_EQ(declare(25.0), 16u * 8);  // A finer one would take all of it
+    EXPECT_EQ(declare(40.0), 32u * 16);
+    EXPECT_EQ(declare(23.0), 32u * 16);  // It takes a little longer, but history would be lost
+    EXPECT_EQ(declare(0.0), 64u * 32);
+    view.Release(viewed.renderer);
+}
+
+}  // namespace raygraph::testing::real_time_view_test
