@@ -46,9 +46,14 @@ vec3 SampleLobe(Lobe lobe, vec2 u) {
 // The weight of a sample, beside its density.
 float LobeWeight(Lobe lobe, vec3 wi) { return lobe.isDiffuse ? 1.0f : max(wi.z, 0.0f); }
 
+// All texels of a level share their samples, whose numbers do not depend on the texel.
+shared vec4 lobeSamples[kSamples];    // in the frame of the normal; w: density
+shared vec4 brightSamples[kSamples];  // in the world; w: density
+shared vec3 brightRadiance[kSamples];
+
 void main() {
+    // Workgroups cover levels exactly: their extent is a multiple of 8
     uvec2 texel = gl_GlobalInvocationID.xy;
-    if (texel.x >= kFilteredWidth || texel.y >= kFilteredHeight * kFilteredLevels) return;
     uint level = texel.y / kFilteredHeight;
     vec2 place = vec2(float(texel.x), float(texel.y - level * kFilteredHeight)) + 0.5f;
     Frame frame = FrameFromZ(
@@ -58,25 +63,32 @@ void main() {
     lobe.facets = MakeMicrofacetDistribution(vec2(Sqr(float(level + 1u) * kFilteredStep)));
 
     LightSetRecord lights = LightSet();
+    for (uint i = gl_LocalInvocationIndex; i < kSamples; i += gl_WorkGroupSize.x * gl_WorkGroupSize.y) {
+        Sampler rng = StartPixelSample(uvec2(0u), i, 0u);
+        vec3 wi = SampleLobe(lobe, Get2D(rng));
+        lobeSamples[i] = vec4(wi, LobePDF(lobe, wi));
+        float choice = Get1D(rng);
+        EnvironmentSample bright = SampleEnvironmentLight(lights, choice, Get2D(rng));
+        brightSamples[i] = vec4(bright.wi, bright.pdf);
+        brightRadiance[i] = EnvironmentRadiance(bright.wi);
+    }
+    barrier();
     vec3 sum = vec3(0.0f);
     float whole = 0.0f;
     for (uint i = 0u; i < kSamples; ++i) {
-        Sampler rng = StartPixelSample(uvec2(0u), i, 0u);
-        vec3 wi = SampleLobe(lobe, Get2D(rng));
-        float pdf = LobePDF(lobe, wi);
+        vec3 wi = lobeSamples[i].xyz;
+        float pdf = lobeSamples[i].w;
         if (pdf > 0.0f) {
             vec3 direction = FromLocal(frame, wi);
             float weight = LobeWeight(lobe, wi) * pdf / (pdf + EnvironmentLightPDF(lights, direction));
             sum += EnvironmentRadiance(direction) * weight;
             whole += weight;
         }
-        float choice = Get1D(rng);
-        EnvironmentSample bright = SampleEnvironmentLight(lights, choice, Get2D(rng));
-        wi = ToLocal(frame, bright.wi);
+        wi = ToLocal(frame, brightSamples[i].xyz);
         pdf = LobePDF(lobe, wi);
         if (pdf > 0.0f) {
-            float weight = LobeWeight(lobe, wi) * pdf / (pdf + bright.pdf);
-            sum += EnvironmentRadiance(bright.wi) * weight;
+            float weight = LobeWeight(lobe, wi) * pdf / (pdf + brightSamples[i].w);
+            sum += brightRadiance[i] * weight;
             whole += weight;
         }
     }

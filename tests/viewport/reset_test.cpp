@@ -211,7 +211,7 @@ class Viewed {
   public:
     Viewed(Renderer& ofRenderer, const char* name, Extent2D size, scene::SceneData data);
 
-    // The scene, and all else as it was at first.
+    // Restores the scene and everything else. The map only if needed, since every new one is filtered.
     void Set(scene::SceneData data);
     void RenderFrames(uint32_t count) {
         for (uint32_t i = 0; i < count; ++i) viewport.RenderFrame();
@@ -237,6 +237,7 @@ class Viewed {
   public:
     GpuScene scene;
     Viewport viewport;
+    bool isMapDirty = true;
 };
 
 struct Edit {
@@ -310,7 +311,8 @@ Viewed::Viewed(Renderer& ofRenderer, const char* name, Extent2D size, scene::Sce
 
 void Viewed::Set(scene::SceneData data) {
     scene.SetScene(std::move(data));
-    scene.SetEnvironmentMap(TwoColoredMap({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.6f}));
+    if (std::exchange(isMapDirty, false))
+        scene.SetEnvironmentMap(TwoColoredMap({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.6f}));
     scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     viewport.SetCamera(InsideBoxes(), {.radius = 0.05f, .focusDistance = 1.0f});
     PathSettings paths;
@@ -409,6 +411,7 @@ class ViewportResetCause : public VulkanTest {
         const uint32_t resets = viewed.AllResets(), ofCause = viewed.viewport.ResetCount(edit.cause);
         viewed.viewport.SetView(View::Surface);
         edit.apply(viewed);
+        viewed.isMapDirty = edit.cause == ResetCause::Environment;
         viewed.RenderFrames(1);
         EXPECT_EQ(viewed.Samples(), 0u);
         EXPECT_EQ(viewed.viewport.Progress().rasterSamples, 0u);
