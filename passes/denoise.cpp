@@ -52,9 +52,9 @@ TextureId HalfError(Renderer& renderer, const DenoiseInputs& inputs, const Denoi
     return errors;
 }
 
-TextureId NoiseBound(Renderer& renderer, TextureId noise, const DenoiseFeatures& features, int32_t radius) {
+TextureId FirstGuide(Renderer& renderer, TextureId noise, const DenoiseFeatures& features, int32_t radius) {
     const Extent2D extent = renderer.Desc(noise).extent;
-    TextureId bound = renderer.CreateTexture("denoise.bound", {extent, Format::Rgba32Float});
+    TextureId guide = renderer.CreateTexture("denoise.guide", {extent, Format::Rgba32Float});
     renderer.AddPass(
         "DenoiseNoiseBound", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -62,30 +62,34 @@ TextureId NoiseBound(Renderer& renderer, TextureId noise, const DenoiseFeatures&
             pass.Reads("noise", noise);
             pass.Reads("albedoFeature", features.albedo);
             pass.Reads("normalFeature", features.normal);
+            pass.Reads("target", features.target);
             pass.Constants(radius);
-            bound = pass.Writes("bound", bound);
+            guide = pass.Writes("guide", guide);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
-    return bound;
+    return guide;
 }
 
-TextureId Choose(Renderer& renderer, TextureId mean, TextureId noise, TextureId pilot, TextureId detailed,
-                 TextureId smoothed) {
+void ReadCandidates(PassBuilder& pass, const DenoiseCandidates& candidates) {
+    pass.Reads("detailed", candidates[0]);
+    pass.Reads("medium", candidates[1]);
+    pass.Reads("smoothed", candidates[2]);
+}
+
+TextureId Choose(Renderer& renderer, TextureId mean, TextureId noise, const DenoiseCandidates& candidates) {
     const Extent2D extent = renderer.Desc(mean).extent;
-    TextureId errors = renderer.CreateTexture("denoise.errors", {extent, Format::Rg32Float});
+    TextureId errors = renderer.CreateTexture("denoise.errors", {extent, Format::Rgba32Float});
     renderer.AddPass(
         "DenoiseCandidateErrors", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("denoise/candidate_errors.comp");
             pass.Reads("mean", mean);
             pass.Reads("noise", noise);
-            pass.Reads("pilot", pilot);
-            pass.Reads("detailed", detailed);
-            pass.Reads("smoothed", smoothed);
+            ReadCandidates(pass, candidates);
             errors = pass.Writes("errors", errors);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
-    TextureId choice = renderer.CreateTexture("denoise.choice", {extent, Format::R32Float});
+    TextureId choice = renderer.CreateTexture("denoise.choice", {extent, Format::Rgba32Float});
     renderer.AddPass(
         "DenoiseChoose", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -99,20 +103,25 @@ TextureId Choose(Renderer& renderer, TextureId mean, TextureId noise, TextureId 
 
 }  // namespace
 
-DenoiseFeatures SurfaceFeatures(Renderer& renderer, TextureId albedo, TextureId normal) {
-    const Extent2D extent = RequireAll(renderer, albedo, {normal});
-    DenoiseFeatures features{
-        renderer.CreateTexture("denoise.albedo", {extent, Format::Rgba32Float}),
-        renderer.CreateTexture("denoise.normal", {extent, Format::Rgba32Float}),
+DenoiseFeatures FeaturesOf(Renderer& renderer, const DenoiseInputs& inputs) {
+    const TextureId seen = inputs.seen ? inputs.seen->bySamples : inputs.mean;  // the mean is not used so
+    const Extent2D extent = RequireAll(renderer, inputs.mean, {inputs.albedo, inputs.normal, seen});
+    const auto texture = [&](const char* name) {
+        return renderer.CreateTexture(name, {extent, Format::Rgba32Float});
     };
+    DenoiseFeatures features{texture("denoise.target"), texture("denoise.albedo"), texture("denoise.normal")};
     renderer.AddPass(
         "DenoiseFeatures", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("denoise/features.comp");
-            pass.Reads("albedo", albedo);
-            pass.Reads("normal", normal);
+            pass.Reads("albedo", inputs.albedo);
+            pass.Reads("normal", inputs.normal);
+            pass.Reads("mean", inputs.mean);
+            pass.Reads("seen", seen);
+            pass.Constants(inputs.seen ? 1u : 0u);
             features.albedo = pass.Writes("albedoFeature", features.albedo);
             features.normal = pass.Writes("normalFeature", features.normal);
+            features.target = pass.Writes("target", features.target);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
     return features;
@@ -133,7 +142,7 @@ TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const Den
         "DenoiseNoise", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("denoise/noise.comp");
-            pass.Reads("mean", inputs.mean);
+            pass.Reads("target", features.target);
             pass.Reads("variance", inputs.variance);
             pass.Reads("errors", errors);
             pass.Reads("albedoFeature", features.albedo);
@@ -145,49 +154,63 @@ TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const Den
     return noise;
 }
 
-TextureId Regress(Renderer& renderer, TextureId mean, TextureId guide, TextureId bound,
-                  const DenoiseFeatures& features, const RegressionSettings& settings) {
-    const Extent2D extent = RequireAll(renderer, mean, {guide, bound, features.albedo, features.normal});
-    if (settings.patchRadius > 2)
-        throw MakeError(ErrorKind::Usage, "Denoise: a patch radius of {}; 2 is the largest",
-                        settings.patchRadius);
-    TextureId estimate = renderer.CreateTexture("denoise.estimate", {extent, Format::Rgba32Float});
-    const struct {
-        int32_t patchRadius;
-        float noiseScale;
-        uint32_t isEstimate;
-    } constants{static_cast<int32_t>(settings.patchRadius), settings.bandwidth * settings.bandwidth,
-                settings.isEstimate ? 1u : 0u};
+TextureId Pilot(Renderer& renderer, TextureId guide, const DenoiseFeatures& features) {
+    const Extent2D extent = RequireAll(renderer, guide, {features.albedo, features.normal});
+    TextureId pilot = renderer.CreateTexture("denoise.pilot", {extent, Format::Rgba32Float});
     renderer.AddPass(
-        "DenoiseRegress", PassKind::Compute,
+        "DenoisePilot", PassKind::Compute,
         [&](PassBuilder& pass) {
-            pass.Compute("denoise/regress.comp");
-            pass.Reads("mean", mean);
+            pass.Compute("denoise/pilot.comp");
             pass.Reads("guide", guide);
-            pass.Reads("bound", bound);
             pass.Reads("albedoFeature", features.albedo);
             pass.Reads("normalFeature", features.normal);
-            pass.Constants(constants);
-            estimate = pass.Writes("estimate", estimate);
+            pilot = pass.Writes("pilot", pilot);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
-    return estimate;
+    return pilot;
 }
 
-TextureId BlendByError(Renderer& renderer, TextureId mean, TextureId noise, TextureId pilot,
-                       TextureId detailed, TextureId smoothed, bool isSingle) {
-    const Extent2D extent = RequireAll(renderer, mean, {noise, pilot, detailed, smoothed});
-    const TextureId choice = Choose(renderer, mean, noise, pilot, detailed, smoothed);
+DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId pilot,
+                             const DenoiseFeatures& features) {
+    const Extent2D extent =
+        RequireAll(renderer, mean, {pilot, features.target, features.albedo, features.normal});
+    DenoiseCandidates candidates;
+    for (TextureId& candidate : candidates)
+        candidate = renderer.CreateTexture("denoise.candidate", {extent, Format::Rgba32Float});
+    renderer.AddPass(
+        "DenoiseCandidates", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("denoise/guided.comp");
+            pass.Reads("mean", mean);
+            pass.Reads("target", features.target);
+            pass.Reads("pilot", pilot);
+            pass.Reads("albedoFeature", features.albedo);
+            pass.Reads("normalFeature", features.normal);
+            candidates[0] = pass.Writes("detailed", candidates[0]);
+            candidates[1] = pass.Writes("medium", candidates[1]);
+            candidates[2] = pass.Writes("smoothed", candidates[2]);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return candidates;
+}
+
+TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureId noise,
+                       const DenoiseCandidates& candidates, bool isSingle) {
+    // Without what is seen, the mean stands for it: the difference of both is 0
+    const DenoiseInputs::Seen seen = inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean});
+    const Extent2D extent =
+        RequireAll(renderer, inputs.mean,
+                   {noise, candidates[0], candidates[1], candidates[2], seen.bySamples, seen.byAll});
+    const TextureId choice = Choose(renderer, inputs.mean, noise, candidates);
     TextureId estimate = renderer.CreateTexture("denoise.mixed", {extent, Format::Rgba32Float});
     TextureId removed = renderer.CreateTexture("denoise.removed", {extent, Format::Rg32Float});
     renderer.AddPass(
         "DenoiseMix", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("denoise/mix.comp");
-            pass.Reads("mean", mean);
+            pass.Reads("mean", inputs.mean);
             pass.Reads("noise", noise);
-            pass.Reads("detailed", detailed);
-            pass.Reads("smoothed", smoothed);
+            ReadCandidates(pass, candidates);
             pass.Reads("choice", choice);
             estimate = pass.Writes("estimate", estimate);
             removed = pass.Writes("removed", removed);
@@ -198,9 +221,11 @@ TextureId BlendByError(Renderer& renderer, TextureId mean, TextureId noise, Text
         "DenoiseBlend", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("denoise/blend.comp");
-            pass.Reads("mean", mean);
+            pass.Reads("mean", inputs.mean);
             pass.Reads("estimate", estimate);
             pass.Reads("removed", removed);
+            pass.Reads("seen", seen.bySamples);
+            pass.Reads("seenByAll", seen.byAll);
             pass.Constants(isSingle ? 1u : 0u);
             denoised = pass.Writes("denoised", denoised);
         },
@@ -209,16 +234,12 @@ TextureId BlendByError(Renderer& renderer, TextureId mean, TextureId noise, Text
 }
 
 TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs, const DenoiseSettings& settings) {
-    RequireAll(renderer, inputs.mean, {inputs.variance, inputs.albedo, inputs.normal});
-    const DenoiseFeatures features = SurfaceFeatures(renderer, inputs.albedo, inputs.normal);
+    RequireAll(renderer, inputs.mean, {inputs.variance});
+    const DenoiseFeatures features = FeaturesOf(renderer, inputs);
     const TextureId noise = NoiseOfMean(renderer, inputs, features, settings);
-    const TextureId bound = NoiseBound(renderer, noise, features, settings.samples < 8 ? 2 : 1);
-    const TextureId pilot = Regress(renderer, inputs.mean, inputs.mean, bound, features, {});
-    const auto guided = [&](float bandwidth) {
-        return Regress(renderer, inputs.mean, pilot, bound, features,
-                       {.patchRadius = 1, .bandwidth = bandwidth, .isEstimate = true});
-    };
-    return BlendByError(renderer, inputs.mean, noise, pilot, guided(0.7f), guided(2.0f),
+    const TextureId pilot =
+        Pilot(renderer, FirstGuide(renderer, noise, features, settings.samples < 8 ? 2 : 1), features);
+    return BlendByError(renderer, inputs, noise, Candidates(renderer, inputs.mean, pilot, features),
                         settings.samples == 1);
 }
 

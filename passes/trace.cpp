@@ -165,6 +165,46 @@ PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const Trace
     return hits;
 }
 
+GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings) {
+    constexpr uint32_t kLeast = 16, kFurther = 192;
+    const bool hasSeen = settings.sampleCount <= kMostSeenSamples && !scene.features.Has(kTraceProbeMedia);
+    const uint32_t own = hasSeen ? settings.sampleCount : 0;
+    const struct {
+        uint32_t leastCount, ownCount, mostCount;
+    } constants{kLeast, own, own > 0 ? own + kFurther : kLeast};
+    const Extent2D traced = RegionOf(settings).Extent();
+    const auto texture = [&](const char* name) {
+        return renderer.CreateTexture(name, {traced, Format::Rgba32Float});
+    };
+    GuideIds guides{
+        .albedo = texture("guides.albedo"),
+        .normal = texture("guides.normal"),
+        .seen = texture("guides.seen"),
+        .seenByAll = texture("guides.seenByAll"),
+    };
+    TraceSettings unlit = settings;
+    unlit.lights.isOn = false;  // no light sampling
+    renderer.AddPass(
+        "TraceGuides", PassKind::RayTracing,
+        [&](PassBuilder& pass) {
+            pass.RayGen("pathtrace/guides.rgen");
+            SpecializeTrace(pass, scene, unlit);
+            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
+            BindGeometry(pass, scene);
+            BindMaterials(pass, scene);
+            BindEnvironment(pass, scene);
+            BindLights(pass, scene);
+            pass.Reads("energyTables", scene.energyTables);
+            pass.Constants(constants);
+            guides.albedo = pass.Writes("albedo", guides.albedo);
+            guides.normal = pass.Writes("normal", guides.normal);
+            guides.seen = pass.Writes("seen", guides.seen);
+            guides.seenByAll = pass.Writes("seenByAll", guides.seenByAll);
+        },
+        [traced](CommandList& commands) { commands.TraceRays(traced); });
+    return guides;
+}
+
 TraceSettings FrameSettings(Extent2D extent, const scene::CameraView& camera, const LensSettings& lens,
                             const PathSettings& paths) {
     scene::CameraView view = camera;

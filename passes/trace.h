@@ -213,6 +213,20 @@ enum class FilmPosition : uint8_t {
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,
                                                      const TraceSettings& settings, FilmPosition film);
 
+// What the camera sees, as guides of a denoiser: means over samples, rgba32f.
+struct GuideIds {
+    TextureId albedo, normal;  // as PrimaryHits returns them
+    // Radiance that reaches the camera without being scattered: a part of the radiance of Trace, for the same
+    // samples, and by further ones where it varies within the pixel. Elsewhere both are of few samples and
+    // equal. 0 from within media, and with more than kMostSeenSamples, which leave little noise in it.
+    TextureId seen, seenByAll;
+};
+inline constexpr uint32_t kMostSeenSamples = 1024;
+
+// `settings` have the samples of the picture, from sampleIndex on.
+[[nodiscard]] RAYGRAPH_API GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene,
+                                                const TraceSettings& settings);
+
 // --- The options from which a viewport and an offline render make the settings of their frames ---
 
 // A thin lens; radius 0 is a pinhole. Meters. The raster view has none.

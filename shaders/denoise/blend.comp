@@ -1,5 +1,6 @@
 // The mean, shrunk towards the estimate as James and Stein (1961) do: by the share of the squared difference
-// around the pixel that noise explains. What noise does not explain is an error of the estimate.
+// around the pixel that noise explains. What noise does not explain is an error of the estimate. What the
+// camera sees directly is known better by further samples.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -9,12 +10,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D estimate;
 layout(set = 0, binding = 2, rg32f) readonly uniform image2D removed;
-layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D denoised;
+layout(set = 0, binding = 3, rgba32f) readonly uniform image2D seen;
+layout(set = 0, binding = 4, rgba32f) readonly uniform image2D seenByAll;
+layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D denoised;
 
 layout(push_constant) uniform Constants { uint isSingle; } constants;  // one sample: its noise is a guess
 
 // The share is raised by the fluctuation that sums over the window have.
-const float kMargin = 1.3f;
+const float kMargin = 1.6f;
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
@@ -27,6 +30,7 @@ void main() {
     if (constants.isSingle != 0u) kept = 0.0f;
     vec4 value = imageLoad(mean, pixel);
     vec3 blended = kept * FiniteOr0(value.xyz) + (1.0f - kept) * imageLoad(estimate, pixel).xyz;
+    blended += FiniteOr0(imageLoad(seenByAll, pixel).xyz) - FiniteOr0(imageLoad(seen, pixel).xyz);
     float alpha = FiniteOr0(value.www).x;
     imageStore(denoised, pixel, vec4(blended, alpha));
 }

@@ -1,5 +1,6 @@
-// Stein's unbiased estimate of the squared error of two estimates of the picture, one number a pixel each:
-// the squared difference to the mean, minus the noise of the mean, plus twice what both have in common.
+// Stein's unbiased estimate of the squared error of estimates of the picture, one number a pixel each: the
+// squared difference to the mean, minus the noise of the mean, plus twice what both have in common. That is
+// more than the share of the pixel's own value, on which the weights depend too.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -8,22 +9,27 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D noise;
-layout(set = 0, binding = 2, rgba32f) readonly uniform image2D pilot;  // weighs errors
-layout(set = 0, binding = 3, rgba32f) readonly uniform image2D detailed;
+layout(set = 0, binding = 2, rgba32f) readonly uniform image2D detailed;
+layout(set = 0, binding = 3, rgba32f) readonly uniform image2D medium;
 layout(set = 0, binding = 4, rgba32f) readonly uniform image2D smoothed;
-layout(set = 0, binding = 5, rg32f) writeonly uniform image2D errors;
+layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D errors;
+
+const float kInCommon = 2.0f;  // in own shares
 
 float ErrorOf(vec4 candidate, vec3 value, vec3 variance, vec3 weight) {
     vec3 difference = candidate.xyz - value;
-    return Sum((difference * difference - variance * (1.0f - 2.0f * candidate.w)) * weight);
+    float share = min(kInCommon * candidate.w, 1.0f);
+    return Sum((difference * difference - variance * (1.0f - 2.0f * share)) * weight);
 }
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
     if (!IsInside(pixel, size)) return;
     vec3 value = FiniteOr0(imageLoad(mean, pixel).xyz), variance = imageLoad(noise, pixel).xyz;
-    vec3 weight = ErrorWeight(imageLoad(pilot, pixel).xyz);
+    vec4 middle = imageLoad(medium, pixel);
+    vec3 weight = ErrorWeight(middle.xyz);
     imageStore(errors, pixel,
                vec4(ErrorOf(imageLoad(detailed, pixel), value, variance, weight),
-                    ErrorOf(imageLoad(smoothed, pixel), value, variance, weight), 0.0f, 0.0f));
+                    ErrorOf(middle, value, variance, weight),
+                    ErrorOf(imageLoad(smoothed, pixel), value, variance, weight), 0.0f));
 }

@@ -30,4 +30,14 @@ float FeatureDistance(vec4 albedoP, vec4 albedoQ, vec4 normalP, vec4 normalQ) {
            dot(normal, normal) / (kNormal * kNormal + min(normalP.w, normalQ.w));
 }
 
+// A part of the variance of a guide that it has even without noise.
+float LeastVariance(vec3 value) { return 1e-5f * Sum(value * value) / 3.0f + 1e-7f; }
+
+// The squared difference of two guides beyond what their variances (w) explain, in those times `scale`; the
+// mean over channels.
+float GuideDistance(vec4 p, vec4 q, float scale) {
+    vec3 difference = p.xyz - q.xyz;
+    return (dot(difference, difference) / (3.0f * scale) - p.w - min(p.w, q.w)) / (p.w + q.w);
+}
+
 #endif

@@ -1,5 +1,6 @@
-// Features of surfaces: finite means of albedo and normal, and in w four times the squared gradient. The
-// smaller of both one-sided differences is taken in each direction, so that an edge is no gradient.
+// What is fitted, and features of surfaces: finite means of albedo and normal, and in w four times the
+// squared gradient. The smaller of both one-sided differences is taken in each direction, so that an edge is
+// no gradient.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -8,8 +9,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D albedo;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D normal;
-layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D albedoFeature;
-layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D normalFeature;
+layout(set = 0, binding = 2, rgba32f) readonly uniform image2D mean;
+layout(set = 0, binding = 3, rgba32f) readonly uniform image2D seen;
+layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D albedoFeature;
+layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D normalFeature;
+layout(set = 0, binding = 6, rgba32f) writeonly uniform image2D target;
+
+layout(push_constant) uniform Constants { uint hasSeen; } constants;
 
 float SquaredGradient(vec3 center, vec3 left, vec3 right, vec3 above, vec3 below) {
     vec3 x = min(abs(right - center), abs(center - left)), y = min(abs(below - center), abs(center - above));
@@ -32,4 +38,7 @@ void main() {
     }
     FEATURE_OF(albedo, albedoFeature)
     FEATURE_OF(normal, normalFeature)
+    vec3 value = FiniteOr0(imageLoad(mean, pixel).xyz);
+    if (constants.hasSeen != 0u) value -= FiniteOr0(imageLoad(seen, pixel).xyz);
+    imageStore(target, pixel, vec4(value, 0.0f));
 }

@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "denoise/denoise.glsl"
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;
+layout(set = 0, binding = 0, rgba32f) readonly uniform image2D target;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D variance;
 layout(set = 0, binding = 2, rg32f) readonly uniform image2D errors;
 layout(set = 0, binding = 3, rgba32f) readonly uniform image2D albedoFeature;
@@ -36,7 +36,7 @@ float Ratio(ivec2 pixel, ivec2 size) {
 vec3 VarianceAround(ivec2 pixel, ivec2 size) {
     ivec2 begin = WindowBegin(pixel, 3), end = WindowEnd(pixel, 3, size);
     vec4 albedo = imageLoad(albedoFeature, pixel), normal = imageLoad(normalFeature, pixel);
-    vec3 center = FiniteOr0(imageLoad(mean, pixel).xyz);
+    vec3 center = FiniteOr0(imageLoad(target, pixel).xyz);
     vec3 sum = vec3(0.0f), squares = vec3(0.0f);
     float weights = 0.0f;
     for (int y = begin.y; y <= end.y; ++y)
@@ -44,7 +44,7 @@ vec3 VarianceAround(ivec2 pixel, ivec2 size) {
             ivec2 other = ivec2(x, y);
             float weight = exp(-FeatureDistance(albedo, imageLoad(albedoFeature, other), normal,
                                                 imageLoad(normalFeature, other)));
-            vec3 value = FiniteOr0(imageLoad(mean, other).xyz) - center;
+            vec3 value = FiniteOr0(imageLoad(target, other).xyz) - center;
             sum += weight * value;
             squares += weight * value * value;
             weights += weight;
@@ -54,7 +54,7 @@ vec3 VarianceAround(ivec2 pixel, ivec2 size) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(target);
     if (!IsInside(pixel, size)) return;
     vec3 result;
     if (constants.perSample >= 1.0f)

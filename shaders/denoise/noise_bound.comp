@@ -1,5 +1,6 @@
-// The variance of the mean as weights use it: at least its mean among similar surfaces around the pixel,
-// since estimates from few samples are too low where no bright sample was found.
+// The first guide: the target, and in w the variance that weights use, the mean over channels. It is at least
+// its mean among similar surfaces around the pixel, since estimates from few samples are too low where no
+// bright sample was found.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -9,7 +10,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D noise;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D albedoFeature;
 layout(set = 0, binding = 2, rgba32f) readonly uniform image2D normalFeature;
-layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D bound;
+layout(set = 0, binding = 3, rgba32f) readonly uniform image2D target;
+layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D guide;
 
 layout(push_constant) uniform Constants { int radius; } constants;
 
@@ -28,5 +30,7 @@ void main() {
             sum += weight * imageLoad(noise, other).xyz;
             weights += weight;
         }
-    imageStore(bound, pixel, vec4(max(sum / weights, imageLoad(noise, pixel).xyz), 0.0f));
+    vec3 value = imageLoad(target, pixel).xyz;
+    float variance = Sum(max(sum / weights, imageLoad(noise, pixel).xyz)) / 3.0f;
+    imageStore(guide, pixel, vec4(value, variance + LeastVariance(value)));
 }

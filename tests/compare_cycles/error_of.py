@@ -6,8 +6,8 @@ import zlib
 import numpy
 
 
-def read_rgb(path):
-    """R, G, B of a scanline OpenEXR file of float32, uncompressed or ZIP."""
+def read_planes(path):
+    """The channels of a scanline OpenEXR file, uncompressed or ZIP, by name."""
     data = open(path, "rb").read()
     at, header = 8, {}
     while data[at]:
@@ -45,6 +45,12 @@ def read_rgb(path):
             for name, kind in channels:
                 planes[name][row] = numpy.frombuffer(block, types[kind], width, at_byte)
                 at_byte += width * numpy.dtype(types[kind]).itemsize
+    return planes
+
+
+def read_rgb(path):
+    """R, G, B of such a file."""
+    planes = read_planes(path)
     names = {name.split(".")[-1]: name for name in reversed(channels_of_color(planes))}
     return numpy.stack([planes[names[c]] for c in "RGB"], -1)
 

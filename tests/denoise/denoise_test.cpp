@@ -86,7 +86,8 @@ class Denoising : public VulkanTest {
                              .variance = Texture("variance", extent, render.variance),
                              .albedo = Texture("albedo", extent, render.albedo),
                              .normal = Texture("normal", extent, render.normal),
-                             .firstHalf = {}};
+                             .firstHalf = {},
+                             .seen = {}};
         if (!render.firstHalf.empty()) inputs.firstHalf = Texture("firstHalf", extent, render.firstHalf);
         return inputs;
     }
@@ -102,8 +103,7 @@ class Denoising : public VulkanTest {
         return harness
             .Run([&](PassHarness& h) {
                 const DenoiseInputs inputs = Inputs(extent, render);
-                return passes::NoiseOfMean(h.Graph(), inputs,
-                                           passes::SurfaceFeatures(h.Graph(), inputs.albedo, inputs.normal),
+                return passes::NoiseOfMean(h.Graph(), inputs, passes::FeaturesOf(h.Graph(), inputs),
                                            settings);
             })
             .values;
@@ -129,24 +129,22 @@ float SquaredGradient(const Picture& picture, Extent2D extent, uint32_t x, uint3
     return 4.0f * sum;
 }
 
-// Regress in double precision.
+// Pilot and Candidates in double precision.
 struct Regression {
     Extent2D extent;
-    Picture mean, guide, bound, albedo, normal;
-    passes::RegressionSettings settings;
+    Picture target, guide, albedo, normal;
+    int patchRadius;
+    double scale;  // of the variances in the guide
 
-    double GuideVariance(size_t i, int c) const {
-        const double share = settings.isEstimate ? std::max(guide[4 * i + 3], 0.02f) : 1.0;
-        return bound[4 * i + c] * double(settings.bandwidth) * settings.bandwidth * share +
-               1e-5 * guide[4 * i + c] * guide[4 * i + c] + 1e-7;
-    }
     double Distance(int px, int py, int qx, int qy) const {
-        const int width = int(extent.width), height = int(extent.height), r = int(settings.patchRadius);
-        const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < width && y < height; };
-        const size_t p = size_t(py) * width + px, q = size_t(qy) * width + qx;
-        const auto squared = [&](const Picture& feature) {
+        const int width = int(extent.width), height = int(extent.height), r = patchRadius;
+        const auto at = [&](int x, int y) {
+            return size_t(std::clamp(y, 0, height - 1)) * width + std::clamp(x, 0, width - 1);
+        };
+        const size_t p = at(px, py), q = at(qx, qy);
+        const auto squared = [&](const Picture& feature, size_t i, size_t j) {
             double sum = 0.0;
-            for (int c = 0; c < 3; ++c) sum += std::pow(double(feature[4 * p + c]) - feature[4 * q + c], 2);
+            for (int c = 0; c < 3; ++c) sum += std::pow(double(feature[4 * i + c]) - feature[4 * j + c], 2);
             return sum;
         };
         const auto least = [&](const Picture& feature) {
@@ -154,23 +152,18 @@ struct Regression {
                             SquaredGradient(feature, extent, qx, qy));
         };
         double sum = 0.0;
-        int count = 0;
         for (int dy = -r; dy <= r; ++dy)
             for (int dx = -r; dx <= r; ++dx) {
-                if (!inside(px + dx, py + dy) || !inside(qx + dx, qy + dy)) continue;
-                for (int c = 0; c < 3; ++c, ++count) {
-                    const size_t u = size_t(py + dy) * width + px + dx, w = size_t(qy + dy) * width + qx + dx;
-                    const double vu = GuideVariance(u, c), vw = GuideVariance(w, c);
-                    sum +=
-                        (std::pow(double(guide[4 * u + c]) - guide[4 * w + c], 2) - vu - std::min(vu, vw)) /
-                        (vu + vw);
-                }
+                const size_t u = at(px + dx, py + dy), w = at(qx + dx, qy + dy);
+                const double vu = guide[4 * u + 3], vw = guide[4 * w + 3];
+                sum += (squared(guide, u, w) / (3.0 * scale) - vu - std::min(vu, vw)) / (vu + vw);
             }
-        return std::max(sum / count, 0.0) +
-               0.1 * (squared(albedo) / (0.0016 + least(albedo)) + squared(normal) / (0.04 + least(normal)));
+        return std::max(sum / ((2 * r + 1) * (2 * r + 1)), 0.0) +
+               0.1 * (squared(albedo, p, q) / (0.0016 + least(albedo)) +
+                      squared(normal, p, q) / (0.04 + least(normal)));
     }
     std::array<double, 4> At(int px, int py) const {
-        constexpr int kTerms = 9, kRadius = 8;
+        constexpr int kTerms = 9, kRadius = 6;
         double moments[kTerms][kTerms] = {}, products[kTerms][3] = {};
         const size_t p = size_t(py) * extent.width + px;
         for (int y = std::max(py - kRadius, 0); y <= std::min(py + kRadius, int(extent.height) - 1); ++y)
@@ -187,7 +180,7 @@ struct Regression {
                     for (int j = 0; j < kTerms; ++j)
                         moments[i][j] += std::exp(-distance) * terms[i] * terms[j];
                     for (int c = 0; c < 3; ++c)
-                        products[i][c] += std::exp(-distance) * terms[i] * mean[4 * q + c];
+                        products[i][c] += std::exp(-distance) * terms[i] * target[4 * q + c];
                 }
             }
         for (int i = 1; i < kTerms; ++i) moments[i][i] += 0.1 * moments[i][i] + 0.001 * moments[0][0] + 1e-6;
@@ -216,8 +209,8 @@ TEST_F(Denoising, FeaturesHaveTheSmallerOneSidedGradient) {
     Picture albedo = Random(extent, 1, 0.0f, 1.0f), normal = Random(extent, 2, -1.0f, 1.0f);
     for (const bool isNormal : {false, true}) {
         const Texels out = harness.Run([&](PassHarness& h) {
-            const DenoiseFeatures features = passes::SurfaceFeatures(
-                h.Graph(), Texture("albedo", extent, albedo), Texture("normal", extent, normal));
+            const DenoiseFeatures features =
+                passes::FeaturesOf(h.Graph(), Inputs(extent, {normal, normal, albedo, normal, {}}));
             return isNormal ? features.normal : features.albedo;
         });
         const Picture& in = isNormal ? normal : albedo;
@@ -268,40 +261,39 @@ TEST_F(Denoising, NoiseOfASingleSampleIsTheVarianceOfItsNeighborsOnTheSameSurfac
     EXPECT_NEAR(noise[4 * (4 * 16 + 7)], 1.0, 1e-4);
 }
 
-TEST_F(Denoising, RegressionIsThatInDoublePrecision) {
-    struct Row {
-        bool isEstimate;
-        uint32_t patchRadius;
-        float bandwidth;
-    };
-    for (const Row& row : {Row{false, 2, 1.0f}, Row{true, 1, 2.0f}, Row{true, 0, 0.7f}}) {
-        const Extent2D extent{21, 19};
-        Regression expected{extent,
-                            Random(extent, 1, 0.0f, 2.0f),
-                            Random(extent, 2, 0.0f, 1.0f),
-                            Random(extent, 3, 0.02f, 0.2f),
-                            Random(extent, 4, 0.4f, 0.5f),
-                            Random(extent, 5, -0.1f, 0.1f),
-                            {row.patchRadius, row.bandwidth, row.isEstimate}};
+TEST_F(Denoising, RegressionsAreThoseInDoublePrecision) {
+    const Extent2D extent{21, 19};
+    const Picture target = Random(extent, 1, 0.0f, 2.0f), albedo = Random(extent, 4, 0.4f, 0.5f),
+                  normal = Random(extent, 5, -0.1f, 0.1f), guide = Random(extent, 2, 0.1f, 1.0f);
+    const double scales[] = {1.0, 0.7 * 0.7, 1.4 * 1.4, 2.8 * 2.8};
+    for (size_t which = 0; which < 4; ++which) {  // the pilot, then candidates
+        const bool isPilot = which == 0;
+        const Regression expected{extent, isPilot ? guide : target, guide,        albedo,
+                                  normal, isPilot ? 1 : 0,          scales[which]};
         const Texels out = harness.Run([&](PassHarness& h) {
-            return passes::Regress(
-                h.Graph(), Texture("mean", extent, expected.mean), Texture("guide", extent, expected.guide),
-                Texture("bound", extent, expected.bound),
-                passes::SurfaceFeatures(h.Graph(), Texture("albedo", extent, expected.albedo),
-                                        Texture("normal", extent, expected.normal)),
-                expected.settings);
+            const TextureId mean = Texture("mean", extent, target), guides = Texture("guide", extent, guide);
+            const DenoiseFeatures features =
+                passes::FeaturesOf(h.Graph(), Inputs(extent, {target, target, albedo, normal, {}}));
+            return isPilot ? passes::Pilot(h.Graph(), guides, features)
+                           : passes::Candidates(h.Graph(), mean, guides, features)[which - 1];
         });
         for (const auto& [x, y] : {std::pair{0, 0}, {10, 9}, {20, 18}, {3, 17}, {20, 0}}) {
-            const std::array<double, 4> at = expected.At(x, y);
+            std::array<double, 4> at = expected.At(x, y);
+            if (isPilot) {
+                double squares = 0.0;
+                for (int c = 0; c < 3; ++c) squares += at[c] * at[c];
+                at[3] = std::max(at[3], 0.02) * guide[4 * (y * 21 + x) + 3] + 1e-5 * squares / 3.0 + 1e-7;
+            }
             for (int c = 0; c < 4; ++c)
-                EXPECT_NEAR(out.At(x, y)[c], at[c], 2e-4 * (1.0 + at[c])) << x << " " << y << " " << c;
+                EXPECT_NEAR(out.At(x, y)[c], at[c], 2e-4 * (1.0 + at[c]))
+                    << which << ": " << x << " " << y << " " << c;
         }
     }
 }
 
-TEST_F(Denoising, EstimateWithTheSmallerErrorIsBlendedByWhatNoiseExplains) {
+TEST_F(Denoising, EstimateWithTheSmallestErrorIsBlendedByWhatNoiseExplains) {
     const Extent2D extent{23, 21};
-    const auto blend = [&](float detailed, float smoothed, float variance, bool isSingle) {
+    const auto blend = [&](std::array<float, 3> values, float variance, bool isSingle) {
         return harness
             .Run([&](PassHarness& h) {
                 const auto filled = [&](const char* name, float value, float w) {
@@ -310,24 +302,48 @@ TEST_F(Denoising, EstimateWithTheSmallerErrorIsBlendedByWhatNoiseExplains) {
                 // The mean is 0.5 beside 2
                 const Picture mean =
                     Gray(extent, [](uint32_t x, uint32_t y) { return (x + y) % 2 ? 2.5f : 1.5f; });
-                return passes::BlendByError(h.Graph(), Texture("mean", extent, mean),
-                                            filled("noise", variance, 0.0f), filled("pilot", 2.0f, 0.1f),
-                                            filled("detailed", detailed, 0.25f),
-                                            filled("smoothed", smoothed, 0.25f), isSingle);
+                const passes::DenoiseCandidates candidates{filled("detailed", values[0], 0.25f),
+                                                           filled("medium", values[1], 0.25f),
+                                                           filled("smoothed", values[2], 0.25f)};
+                return passes::BlendByError(h.Graph(), Inputs(extent, {mean, mean, mean, mean, {}}),
+                                            filled("noise", variance, 0.0f), candidates, isSingle);
             })
             .values;
     };
-    // Squared differences are 0.25, of which the noise that was removed explains 1.3 times 0.1 (1 - 0.25)
-    const double kept = 1.0 - 1.3 * 0.075 / 0.25;
-    for (const auto& [detailed, smoothed] : {std::pair{2.0f, 9.0f}, {9.0f, 2.0f}, {2.0f, 2.0f}}) {
-        const Picture out = blend(detailed, smoothed, 0.1f, false);
+    // Squared differences are 0.25, of which the noise that was removed explains 1.6 times 0.1 (1 - 0.25)
+    const double kept = 1.0 - 1.6 * 0.075 / 0.25;
+    for (const std::array<float, 3>& values :
+         {std::array{2.0f, 9.0f, 9.0f}, {9.0f, 2.0f, 9.0f}, {9.0f, 9.0f, 2.0f}, {2.0f, 2.0f, 2.0f}}) {
+        const Picture out = blend(values, 0.1f, false);
         EXPECT_NEAR(out[0], 2.0 - 0.5 * kept, 1e-5);
         EXPECT_NEAR(out[4 * (10 * 23 + 11)], 2.0 + 0.5 * kept, 1e-5);
         EXPECT_EQ(out[3], 1.0f);
     }
-    EXPECT_EQ(blend(2.0f, 9.0f, 0.3f, false)[0], 2.0f);
-    EXPECT_EQ(blend(2.0f, 9.0f, 0.0f, false)[0], 1.5f);
-    EXPECT_EQ(blend(2.0f, 9.0f, 0.0f, true)[0], 2.0f);
+    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.3f, false)[0], 2.0f);
+    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.0f, false)[0], 1.5f);
+    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.0f, true)[0], 2.0f);
+}
+
+// A light that covers a part of each pixel in the samples of the picture, and a half in further ones.
+TEST_F(Denoising, NoiseOfWhatIsSeenIsThatOfFurtherSamples) {
+    const Extent2D extent{24, 24};
+    const Picture bySamples = Random(extent, 3, 0.0f, 1000.0f);
+    const Picture byAll = Filled(extent, {500, 500, 500, 1});
+    Picture truth = byAll;
+    for (float& value : truth) value += 1.0f;
+    Render render = Noisy(extent, Filled(extent, {1, 1, 1, 1}), 0.1f, 16);
+    render.variance = Filled(extent, {1e6f, 1e6f, 1e6f, 0});
+    for (Picture Render::*which : {&Render::mean, &Render::firstHalf})
+        for (size_t i = 0; i < bySamples.size(); ++i) (render.*which)[i] += bySamples[i];
+    const Texels out = harness.Run([&](PassHarness& h) {
+        DenoiseInputs inputs = Inputs(extent, render);
+        inputs.seen = {Texture("seen", extent, bySamples), Texture("seenByAll", extent, byAll)};
+        return passes::Denoise(h.Graph(), inputs, {16, 8});
+    });
+    for (size_t i = 0; i < out.values.size(); ++i) {
+        if (i % 4 == 3) continue;
+        ASSERT_NEAR(out.values[i], truth[i], 0.1f) << i;
+    }
 }
 
 TEST_F(Denoising, PictureWithoutNoiseStaysBitForBit) {

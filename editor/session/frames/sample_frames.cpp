@@ -38,8 +38,8 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
       m_secondTraces(plan.retraced),
-      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || plan.isDenoised),
-      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || plan.isDenoised),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || (plan.isDenoised && scene.IsBlurred())),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || (plan.isDenoised && scene.IsBlurred())),
       m_isKeepingCenter(plan.hasUnblurred && plan.aovs.NeedsCenterRay()),
       m_isKeepingMotion(plan.hasUnblurred && plan.aovs.Has(Aov::Motion)) {
     for (size_t i = 0; i < passes::kPathPartCount; ++i)
@@ -258,7 +258,17 @@ void SampleFrames::RestoreFirstHalf(passes::Accumulation& into) {
 
 TextureId SampleFrames::DeclareDenoised(const passes::AccumulatedIds& radiance, TextureId albedo,
                                         TextureId normal, const passes::Accumulation& firstHalf) {
-    passes::DenoiseInputs inputs{radiance.mean, radiance.variance, albedo, normal, {}};
+    passes::DenoiseInputs inputs{radiance.mean, radiance.variance, albedo, normal, {}, {}};
+    if (!m_scene.IsBlurred()) {
+        const uint32_t first = m_samples.front().first;
+        passes::TraceSettings settings = m_scene.SettingsFor(first);
+        settings.sampleCount = m_submitted;
+        const passes::GuideIds guides = passes::TraceGuides(m_renderer, m_scene.Declare(first), settings);
+        inputs.albedo = guides.albedo;
+        inputs.normal = guides.normal;
+        // Of a picture with gaps between its samples, these would be others
+        if (m_samples.size() == 1) inputs.seen = {guides.seen, guides.seenByAll};
+    }
     if (firstHalf.SampleCount() > 0)
         inputs.firstHalf = passes::Resolve(m_renderer, firstHalf, Size(), false).mean;
     return passes::Denoise(m_renderer, inputs, {m_submitted, firstHalf.SampleCount()});
