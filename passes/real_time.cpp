@@ -1,7 +1,6 @@
 #include "passes/real_time.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "passes/compare.h"
@@ -43,13 +42,13 @@ bool IsSameView(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
 }  // namespace
 
 SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                         const gpu::CameraRecord& before, BufferId instancesBefore) {
+                         const gpu::CameraRecord& before, BufferId instancesBefore, TextureId surfaces) {
     RequireFullFrame(settings, "TraceSurfaces");
     const Extent2D extent = settings.extent;
     const auto create = [&](const char* name) {
         return renderer.CreateTexture(name, {extent, Format::Rgba32Float});
     };
-    SurfaceIds seen{create("albedo"), create("surfaces"), create("motion")};
+    SurfaceIds seen{create("albedo"), surfaces.IsValid() ? surfaces : create("surfaces"), create("motion")};
     TraceFeatures features = ProgramFeatures(scene, settings);
     features = features & (FeaturesOfKind(TraceFeatureKind::Textures) | kTraceAnyHit | kTraceCapsules |
                            kTraceTextureLod);
@@ -74,11 +73,12 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
 
 MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const SurfaceIds& seen,
                                const MovingMeanIds& before, const gpu::CameraRecord& cameraBefore,
-                               uint32_t mostBefore, uint32_t most) {
+                               uint32_t mostBefore, uint32_t most, const MovingMeanIds& into) {
     const Extent2D extent =
         RequireAll(renderer, seen.albedo, {seen.surfaces, seen.motion, before.mean, before.surfaces});
-    MovingMeanIds now{renderer.CreateTexture("mean", {extent, Format::Rgba32Float}),
-                      renderer.CreateTexture("square", {extent, Format::R32Float}), seen.surfaces};
+    MovingMeanIds now{into.mean, into.square, seen.surfaces};
+    if (!now.mean.IsValid()) now.mean = renderer.CreateTexture("mean", {extent, Format::Rgba32Float});
+    if (!now.square.IsValid()) now.square = renderer.CreateTexture("square", {extent, Format::R32Float});
     const struct {
         Film film;
         float mostBefore, most;
@@ -102,8 +102,8 @@ MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const Surfa
     return now;
 }
 
-TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean) {
-    const Extent2D extent = RequireAll(renderer, mean.mean, {mean.surfaces});
+TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean, TextureId albedo) {
+    const Extent2D extent = RequireAll(renderer, mean.mean, {mean.surfaces, albedo});
     TextureId guided = renderer.CreateTexture("guided", {extent, Format::Rgba32Float});
     renderer.AddPass(
         "EstimateVariance", PassKind::Compute,
@@ -112,6 +112,7 @@ TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean) {
             pass.Reads("mean", mean.mean);
             pass.Reads("square", mean.square);
             pass.Reads("surfaces", mean.surfaces);
+            pass.Reads("albedo", albedo);
             guided = pass.Writes("guided", guided);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
@@ -140,10 +141,11 @@ TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
 }
 
 TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds& seen, TextureId mean,
-                        TextureId surfacesBefore, TextureId pictureBefore, const ResolveSettings& settings) {
+                        TextureId surfacesBefore, TextureId pictureBefore, const ResolveSettings& settings,
+                        TextureId picture) {
     const Extent2D extent = RequireAll(
         renderer, filtered, {seen.albedo, seen.surfaces, seen.motion, mean, surfacesBefore, pictureBefore});
-    TextureId picture = renderer.CreateTexture("picture", {extent, Format::Rgba32Float});
+    if (!picture.IsValid()) picture = renderer.CreateTexture("picture", {extent, Format::Rgba32Float});
     const struct {
         float mostBefore, mostMoving, mostStill;
         uint32_t hasChanged;
@@ -180,49 +182,58 @@ class RealTimeFrame {
     RealTimeFrame(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                   RealTimeHistory& history, const RealTimeSettings& realTime)
         : m_renderer(renderer), m_scene(scene), m_settings(settings), m_history(history), m_of(realTime) {
-        const Extent2D extent = settings.extent;
-        m_instances =
-            renderer.PersistBuffer(NameOf("instances"), {.size = renderer.Desc(scene.instances).size});
-        m_hasInstances = !renderer.IsFresh(m_instances);
-        m_surfaces = renderer.Persist(NameOf("surfaces"), {extent, Format::Rgba32Float});
-        m_mean = renderer.Persist(NameOf("mean"), {extent, Format::Rgba32Float});
-        m_square = renderer.Persist(NameOf("square"), {extent, Format::R32Float});
-        m_picture = renderer.Persist(NameOf("picture"), {extent, Format::Rgba32Float});
-        const bool isFresh = renderer.IsFresh(m_mean);
+        m_instances = renderer.PersistBuffer(history.Name() + ".instances",
+                                             {.size = renderer.Desc(scene.instances).size});
+        m_before = Persistent(false);
+        m_now = Persistent(true);
         m_camera = ParametersFor(scene, settings).camera;
-        m_limit = history.m_isLimited ? history.m_limit : kNoLimit;
-        if (isFresh || !m_hasInstances || !history.m_before || !(history.m_before->extent == extent))
-            m_limit = 0;
-        if (isFresh) {
-            Clear(m_surfaces, kNothingWritten);
-            Clear(m_mean, kZero);
-            Clear(m_square, kZero);
-            Clear(m_picture, kZero);
-        }
+        m_hasInstances = !renderer.IsFresh(m_instances);
+        const bool isFresh = renderer.IsFresh(m_before.mean.mean);
+        if (m_hasInstances && !isFresh && history.m_before && history.m_before->extent == settings.extent)
+            m_limit = history.m_isLimited ? history.m_limit : kNoLimit;
+        if (!m_hasInstances) KeepInstances();
+        if (!isFresh) return;
+        Clear(m_before.mean.surfaces, kNothingWritten);
+        Clear(m_before.mean.mean, kZero);
+        Clear(m_before.mean.square, kZero);
+        Clear(m_before.picture, kZero);
     }
 
     TextureId Declare(TextureId sample) {
         const gpu::CameraRecord before = m_limit > 0 ? m_history.m_before->camera : m_camera;
-        const SurfaceIds seen = TraceSurfaces(m_renderer, m_scene, m_settings, before,
-                                              m_hasInstances ? m_instances : m_scene.instances);
+        const SurfaceIds seen =
+            TraceSurfaces(m_renderer, m_scene, m_settings, before, m_instances, m_now.mean.surfaces);
         const MovingMeanIds mean =
-            AccumulateMoving(m_renderer, sample, seen, {m_mean, m_square, m_surfaces}, before,
-                             std::min(m_limit, m_of.mostSamples), m_of.mostSamples);
-        TextureId filtered = EstimateVariance(m_renderer, mean);
+            AccumulateMoving(m_renderer, sample, seen, m_before.mean, before,
+                             std::min(m_limit, m_of.mostSamples), m_of.mostSamples, m_now.mean);
+        TextureId filtered = EstimateVariance(m_renderer, mean, seen.albedo);
         for (uint32_t level = 0; level < m_of.filterLevels; ++level)
             filtered = FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, 1u << level);
-        const TextureId picture = ResolveMoving(
-            m_renderer, filtered, seen, mean.mean, m_surfaces, m_picture,
-            {.mostBefore = std::min(m_limit, std::max(m_of.mostFramesMoving, m_of.mostFramesStill)),
-             .mostMoving = m_of.mostFramesMoving,
-             .mostStill = m_of.mostFramesStill,
-             .hasChanged = m_history.m_isLimited});
-        Keep(mean, picture);
-        return m_picture;  // so that nothing is kept of a picture that is not shown
+        const uint32_t mostFrames = std::max(m_of.mostFramesMoving, m_of.mostFramesStill);
+        const TextureId picture =
+            ResolveMoving(m_renderer, filtered, seen, mean.mean, m_before.mean.surfaces, m_before.picture,
+                          {.mostBefore = std::min(m_limit, mostFrames),
+                           .mostMoving = m_of.mostFramesMoving,
+                           .mostStill = m_of.mostFramesStill,
+                           .hasChanged = m_history.m_isLimited},
+                          m_now.picture);
+        if (m_hasInstances) KeepInstances();
+        return picture;
     }
 
   private:
-    std::string NameOf(const char* part) const { return m_history.Name() + "." + part; }
+    struct Textures {
+        MovingMeanIds mean;
+        TextureId picture;
+    };
+    Textures Persistent(bool isNext) {
+        const auto persist = [&](const char* part, Format format) {
+            return m_renderer.Persist(m_history.NameOf(part, isNext), {m_settings.extent, format});
+        };
+        return {{persist("mean", Format::Rgba32Float), persist("square", Format::R32Float),
+                 persist("surfaces", Format::Rgba32Float)},
+                persist("picture", Format::Rgba32Float)};
+    }
 
     void Clear(TextureId& texture, const float (&rgba)[4]) {
         m_renderer.AddPass(
@@ -232,36 +243,27 @@ class RealTimeFrame {
             });
     }
 
-    // Copies what the next frame needs of this one.
-    void Keep(const MovingMeanIds& mean, TextureId picture) {
-        struct Copy {
-            TextureId from, to;
-        };
-        std::array copies{Copy{mean.mean, m_mean}, Copy{mean.square, m_square},
-                          Copy{mean.surfaces, m_surfaces}, Copy{picture, m_picture}};
+    // Keeps the instances for the next frame, which they tell from where everything has moved. The pass is
+    // executed if the picture is shown, which needs what it overwrites or, in the first frame, what it
+    // writes.
+    void KeepInstances() {
         const bool isStill = m_limit > 0 && !m_history.m_isLimited &&
                              IsSameView(m_history.m_before->camera, m_camera) &&
                              m_history.m_before->eye == EyeOf(m_settings.camera);
         m_renderer.AddPass(
-            "KeepHistory", PassKind::Transfer,
+            "KeepInstances", PassKind::Transfer,
             [&](PassBuilder& pass) {
-                for (const Copy& copy : copies) {
-                    pass.CopiesFrom(copy.from);
-                    const TextureId kept = pass.CopiesTo(copy.to);
-                    if (copy.from == picture) m_picture = kept;
-                }
                 pass.CopiesFrom(m_scene.instances);
-                static_cast<void>(pass.CopiesTo(m_instances));
+                m_instances = pass.CopiesTo(m_instances);
             },
-            [copies, instances = m_scene.instances, kept = m_instances,
-             bytes = m_renderer.Desc(m_instances).size, &history = m_history, isStill,
+            [from = m_scene.instances, to = m_instances, bytes = m_renderer.Desc(m_instances).size,
+             &history = m_history, isStill,
              frame = RealTimeHistory::Frame{m_settings.extent, m_camera, EyeOf(m_settings.camera)}](
                 CommandList& commands, const PassResources& resources) {
-                for (const Copy& copy : copies)
-                    commands.CopyTexture(resources.Texture(copy.from), resources.Texture(copy.to));
-                commands.CopyBuffer(resources.Buffer(instances), 0, resources.Buffer(kept), 0, bytes);
+                commands.CopyBuffer(resources.Buffer(from), 0, resources.Buffer(to), 0, bytes);
                 commands.OnSubmitted([&history, isStill, frame] {
                     history.m_before = frame;
+                    history.m_isOdd = !history.m_isOdd;
                     history.m_isLimited = false;
                     history.m_stillFrames = isStill ? history.m_stillFrames + 1 : 0;
                 });
@@ -274,10 +276,10 @@ class RealTimeFrame {
     RealTimeHistory& m_history;
     const RealTimeSettings& m_of;
     gpu::CameraRecord m_camera;
-    uint32_t m_limit = 0;
+    uint32_t m_limit = 0;  // 0: there is nothing before
     bool m_hasInstances = false;
     BufferId m_instances;
-    TextureId m_surfaces, m_mean, m_square, m_picture;
+    Textures m_before, m_now;
 };
 
 TextureId RealTime(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, TextureId sample,
@@ -286,7 +288,7 @@ TextureId RealTime(Renderer& renderer, const SceneIds& scene, const TraceSetting
 }
 
 TextureId LastRealTime(Renderer& renderer, const RealTimeHistory& history, Extent2D extent) {
-    return renderer.Persist(history.Name() + ".picture", {extent, Format::Rgba32Float});
+    return renderer.Persist(history.NameOf("picture", false), {extent, Format::Rgba32Float});
 }
 
 TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& samples,
@@ -324,8 +326,9 @@ TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& 
 }
 
 void Release(Renderer& renderer, RealTimeHistory& history) {
-    for (const char* part : {"instances", "surfaces", "mean", "square", "picture"})
-        renderer.Release(history.Name() + "." + part);
+    renderer.Release(history.Name() + ".instances");
+    for (const char* part : {"surfaces", "mean", "square", "picture"})
+        for (const bool isNext : {false, true}) renderer.Release(history.NameOf(part, isNext));
     history = RealTimeHistory(history.Name());
 }
 

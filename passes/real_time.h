@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "base/api.h"
 #include "passes/accumulate.h"
@@ -31,6 +32,10 @@ class RAYGRAPH_API RealTimeHistory {
     // Counts these from 0 again.
     void Interrupt() { m_stillFrames = 0; }
     const std::string& Name() const { return m_name; }
+    // The name of a persistent texture. Each is there twice: what a frame reads, and what it writes.
+    std::string NameOf(std::string_view part, bool isNext) const {
+        return m_name + "." + std::string(part) + (isNext == m_isOdd ? ".0" : ".1");
+    }
 
   private:
     friend class RealTimeFrame;
@@ -40,6 +45,7 @@ class RAYGRAPH_API RealTimeHistory {
         glm::dvec3 eye;            // in world space
     };
     std::string m_name;
+    bool m_isOdd = false;
     std::optional<Frame> m_before;
     uint32_t m_limit = 0;
     bool m_isLimited = false;
@@ -82,17 +88,19 @@ RAYGRAPH_API void Release(Renderer& renderer, RealTimeHistory& history);
 
 // The surfaces that Trace's camera rays hit, for the same settings.
 struct SurfaceIds {
-    TextureId albedo;    // 1 where nothing was hit
+    // w: 1 where light looks alike from all sides, down to 0 for a mirror; 1 where nothing was hit
+    TextureId albedo;
     TextureId surfaces;  // shaders/real_time/surface.glsl
     // xy: pixels to where the surface was in the frame before; z: its depth there; w: 0 if it had no place
     TextureId motion;
 };
 // `before` is the camera of the frame before, relative to its origin of the scene, and `instancesBefore` are
 // that frame's SceneIds::instances. Deformed vertices count as if they had not moved within their instance.
+// `surfaces`, if valid, is what the surfaces are written to.
 [[nodiscard]] RAYGRAPH_API SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene,
                                                     const TraceSettings& settings,
-                                                    const gpu::CameraRecord& before,
-                                                    BufferId instancesBefore);
+                                                    const gpu::CameraRecord& before, BufferId instancesBefore,
+                                                    TextureId surfaces = {});
 
 struct MovingMeanIds {
     TextureId mean;      // radiance over albedo; w: number of samples
@@ -100,13 +108,17 @@ struct MovingMeanIds {
     TextureId surfaces;  // those of SurfaceIds
 };
 // Adds a sample to the means of the frame before; `mostBefore`: samples that count of these.
+// `into`, where valid, is what mean and square are written to.
 [[nodiscard]] RAYGRAPH_API MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample,
                                                           const SurfaceIds& seen, const MovingMeanIds& before,
                                                           const gpu::CameraRecord& cameraBefore,
-                                                          uint32_t mostBefore, uint32_t most);
+                                                          uint32_t mostBefore, uint32_t most,
+                                                          const MovingMeanIds& into = {});
 
-// Returns the mean; w: the variance of its luminance.
-[[nodiscard]] RAYGRAPH_API TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean);
+// Returns the mean; w: the variance of its luminance, as far as it is to be filtered: more of it where there
+// are few samples, by a factor of 1 + 6 / samples, and down to a tenth for mirrors.
+[[nodiscard]] RAYGRAPH_API TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean,
+                                                      TextureId albedo);
 
 // Returns `guided`, the result of EstimateVariance or of a finer level, filtered by 3 x 3 taps that are
 // `stride` pixels apart.
@@ -120,10 +132,11 @@ struct ResolveSettings {
 };
 // Multiplies by the albedo and averages with `pictureBefore`; w: the number of pictures that count. What
 // stands still, as the surface of the frame before, is averaged as it is; else the earlier picture is clamped
-// to the colors of the neighborhood (Karis 2014, "High-Quality Temporal Supersampling").
+// to the colors of the neighborhood (Karis 2014, "High-Quality Temporal Supersampling"). `picture`, if valid,
+// is what the result is written to.
 [[nodiscard]] RAYGRAPH_API TextureId ResolveMoving(Renderer& renderer, TextureId filtered,
                                                    const SurfaceIds& seen, TextureId mean,
                                                    TextureId surfacesBefore, TextureId pictureBefore,
-                                                   const ResolveSettings& settings);
+                                                   const ResolveSettings& settings, TextureId picture = {});
 
 }  // namespace raygraph::passes

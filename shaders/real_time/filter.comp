@@ -18,7 +18,7 @@ layout(push_constant, scalar) uniform Constants {
     int stride;  // pixels from tap to tap
 } constants;
 
-const float kDeviations = 4.0f;  // of the luminance at which a weight is 1 / e
+const float kDeviations = 1.5f;  // of the luminance at which a weight is 1 / e
 const float kNormal = 48.0f;
 const float kBend = 0.1f;  // how far curved surfaces are from their tangent planes, by the distance
 

@@ -8,7 +8,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D radiance;  // rows below the picture are unused
-layout(set = 0, binding = 1, rgba32f) readonly uniform image2D albedo;
+layout(set = 0, binding = 1, rgba32f) readonly uniform image2D albedo;  // w: dullness
 layout(set = 0, binding = 2, rgba32f) readonly uniform image2D surfaces;
 layout(set = 0, binding = 3, rgba32f) readonly uniform image2D motion;
 layout(set = 0, binding = 4, rgba32f) readonly uniform image2D surfacesBefore;
@@ -77,15 +77,18 @@ History HistoryOf(ivec2 pixel, Surface now, vec4 moved) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!IsInside(pixel, imageSize(mean))) return;
-    vec3 value = FiniteOr0(imageLoad(radiance, pixel).xyz) / max(imageLoad(albedo, pixel).xyz, vec3(0.01f));
+    vec4 color = imageLoad(albedo, pixel), moved = imageLoad(motion, pixel);
+    vec3 value = FiniteOr0(imageLoad(radiance, pixel).xyz) / max(color.xyz, vec3(0.01f));
     float luminance = Luminance(value);
     Surface now = UnpackSurface(imageLoad(surfaces, pixel));
-    History history = HistoryOf(pixel, now, imageLoad(motion, pixel));
+    History history = HistoryOf(pixel, now, moved);
     vec4 newMean = vec4(value, 1.0f);
     float newSquare = luminance * luminance;
     if (history.weight > 0.0f) {
         history.mean /= history.weight;
-        float count = min(min(history.mean.w, constants.mostBefore) + 1.0f, constants.most);
+        // What a mirror shows does not move as its surface does
+        float most = moved.xy == vec2(0.0f) ? constants.most : max(constants.most * color.w, 2.0f);
+        float count = min(min(history.mean.w, constants.mostBefore) + 1.0f, most);
         newMean = vec4(mix(history.mean.xyz, value, 1.0f / count), count);
         if (now.number == 0.0f) newMean.xyz = value;  // the environment is sharp and has no noise
         newSquare = mix(history.square / history.weight, newSquare, 1.0f / count);

@@ -10,8 +10,11 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;  // w: number of samples
 layout(set = 0, binding = 1, r32f) readonly uniform image2D square;
 layout(set = 0, binding = 2, rgba32f) readonly uniform image2D surfaces;
-layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D guided;  // the mean; w: its variance
+layout(set = 0, binding = 3, rgba32f) readonly uniform image2D albedo;  // w: dullness
+layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D guided;  // the mean; w: its variance
 
+const float kUncertainty = 6.0f;  // samples
+const float kLeastNoise = 0.1f;
 const float kFewSamples = 4.0f;  // fewer say little about their variance
 
 void main() {
@@ -44,5 +47,10 @@ void main() {
         }
     float average = sum / weights;
     float ofSample = areFew ? max(squares / weights - average * average, 0.0f) : over / weights;
+    // No guide shows the edges of what a mirror shows: there, less counts as noise
+    float dullness = imageLoad(albedo, pixel).w;
+    ofSample *= mix(kLeastNoise, 1.0f, dullness);
+    // Of few samples, the variance is itself uncertain, and rather too small than too large
+    ofSample *= 1.0f + kUncertainty / own.w;
     imageStore(guided, pixel, vec4(own.xyz, ofSample / own.w));
 }

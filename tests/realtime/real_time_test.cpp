@@ -103,13 +103,15 @@ class RealTimeSteps : public VulkanTest {
         now.square = WaitForValues<float>(square);
         return now;
     }
-    Picture Variance(Extent2D extent, const Mean& mean) {
+    Picture Variance(Extent2D extent, const Mean& mean, float dullness = 1.0f) {
         return harness
             .Run([&](PassHarness& h) {
-                return passes::EstimateVariance(h.Graph(),
-                                                {Texture(h, "mean", extent, mean.mean),
-                                                 h.Texture("square", extent, Format::R32Float, mean.square),
-                                                 Texture(h, "surfaces", extent, mean.surfaces)});
+                return passes::EstimateVariance(
+                    h.Graph(),
+                    {Texture(h, "mean", extent, mean.mean),
+                     h.Texture("square", extent, Format::R32Float, mean.square),
+                     Texture(h, "surfaces", extent, mean.surfaces)},
+                    h.Texture("albedo", extent, Format::Rgba32Float, {0.5f, 0.5f, 0.5f, dullness}));
             })
             .values;
     }
@@ -237,7 +239,9 @@ TEST_F(RealTimeSteps, EstimateVariance_OfManySamples_IsThatOfTheirMean) {
     const Extent2D extent{6, 5};
     Mean mean{Filled(extent, {3, 3, 3, 8}), std::vector<float>(30, 9.0f + 7.0f), Filled(extent, kWall)};
     const Picture guided = Variance(extent, mean);
-    for (size_t i = 0; i < 30; ++i) EXPECT_NEAR(guided[4 * i + 3], 7.0f * 8.0f / 7.0f / 8.0f, 1e-5f);
+    for (size_t i = 0; i < 30; ++i)
+        EXPECT_NEAR(guided[4 * i + 3], 1.75f, 1e-5f);                       // (1 + 6 / 8) of 7 / (8 - 1)
+    EXPECT_NEAR(Variance(extent, mean, 0.0f)[3], 0.1f * guided[3], 1e-5f);  // of a mirror
 }
 
 TEST_F(RealTimeSteps, EstimateVariance_OfOneSample_IsThatOfTheSurfaceAround) {
@@ -254,7 +258,7 @@ TEST_F(RealTimeSteps, EstimateVariance_OfOneSample_IsThatOfTheSurfaceAround) {
     double average = 0.0;
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 16; ++x) average += At(guided, extent, x, y, 3) / 512.0;
-    EXPECT_NEAR(average, 4.0, 0.8);  // the other surface is not in it
+    EXPECT_NEAR(average, 7 * 4.0, 5.0);  // the other surface is not in it
     EXPECT_NEAR(At(guided, extent, 20, 9, 3), 0.0f, 1.0f);
 }
 
@@ -300,7 +304,7 @@ TEST_F(RealTimeSteps, FilterLevel_Noise_FallsAndKeepsItsMean) {
     std::exponential_distribution<float> exponential(1.0f);
     Picture picture = Made(extent, [&](int, int) {
         const float value = exponential(generator);
-        return Texel{value, value, value, 1.0f};
+        return Texel{value, value, value, 7.0f};  // as EstimateVariance takes it from a single sample
     });
     double before = 0.0, after = 0.0, error = 0.0;
     for (size_t i = 0; i < picture.size(); i += 4) before += picture[i] / 4096.0;
