@@ -4,6 +4,8 @@
 //   distance=M      from the camera to the axis that it orbits; half of that to the middle of the scene
 //   degrees=D       per frame; 0.5
 //   samples=N       of the reference; 1024
+//   passes=1        prints GPU times of passes, too
+//   stop=1          prints the relMSE of two frames after the stop, and of the mean of three samples
 //   shaders=FOLDER  of the shaders' sources, to try changes
 //   pictures=PREFIX writes PREFIX-raw.png, -real-time.png and -reference.png
 // The camera orbits for 16 frames and then stands still for 48. Prints a line of a table: the relMSE of the raw sample and
@@ -124,7 +126,7 @@ class Measurement {
     void Run() {
         const double distance = std::stod(Option("distance", "2"));
         const double step = std::stod(Option("degrees", "0.5")) * 0.017453292519943295;
-        Picture raw, filtered;
+        Picture raw, filtered, mean, stopped;
         std::vector<uint8_t> rawShown, filteredShown;
         std::vector<double> times;
         Flicker rawFlicker, filteredFlicker;
@@ -151,6 +153,12 @@ class Measurement {
                 rawShown = m_rawShown, filteredShown = m_filteredShown;
                 moved = settings;
             }
+            // Half a second after the camera has stopped, on two cores: two frames, or three samples alone
+            if (frame >= kMovingFrames && frame < kMovingFrames + 3) {
+                mean.resize(m_raw.size());
+                for (size_t i = 0; i < mean.size(); ++i) mean[i] += m_raw[i] / 3.0f;
+                if (frame < kMovingFrames + 2) stopped = m_filtered;
+            }
             if (frame >= kMovingFrames + kFlickerFrom) {
                 rawFlicker.Add(m_raw);
                 filteredFlicker.Add(m_filtered);
@@ -167,6 +175,9 @@ class Measurement {
                     Ssim(filteredShown, m_referenceShown, m_extent), Energy(filtered) / Energy(m_reference),
                     Energy(still) / Energy(m_reference), rawFlicker.Value() / filteredFlicker.Value(),
                     times[times.size() / 2]);
+        if (m_options.contains("stop"))
+            std::printf("  2 frames after the stop %.5f, mean of 3 samples %.5f\n",
+                        RelativeSquaredError(stopped, m_reference), RelativeSquaredError(mean, m_reference));
         for (const auto& [name, ms] : m_passMs)
             if (m_options.contains("passes"))
                 std::printf("  %-20s %8.3f ms\n", name.c_str(), ms / m_timedFrames);
