@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "base/text.h"
 #include "renderer/graph/readback_values.h"
-#include "shaders/shared/flip_kernels.h"
 
 namespace raygraph::passes {
 
@@ -52,13 +50,13 @@ TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right) {
 
 namespace {
 
-constexpr uint32_t kBlock = 16;  // of post/sum_groups.comp
+constexpr uint32_t kBlock = 16;  // of post/reduce_blocks.comp
 
 Extent2D BlocksOf(Extent2D extent) {
     return {(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
 }
 
-uint64_t GroupCount(Extent2D extent) {
+uint64_t BlockCount(Extent2D extent) {
     return uint64_t{BlocksOf(extent).width} * BlocksOf(extent).height;
 }
 
@@ -121,177 +119,33 @@ TextureId Heat(Renderer& renderer, TextureId values, float maximum) {
     return display;
 }
 
-BufferId SumGroups(Renderer& renderer, TextureId values) {
-    RequireNumbers(renderer, "SumGroups", values);
+BufferId ReduceBlocks(Renderer& renderer, TextureId values) {
+    RequireNumbers(renderer, "ReduceBlocks", values);
     const Extent2D extent = renderer.Desc(values).extent;
-    BufferId groups = renderer.CreateBuffer("groups", {.size = GroupCount(extent) * 2 * sizeof(float)});
+    BufferId sums = renderer.CreateBuffer("blocks", {.size = BlockCount(extent) * 2 * sizeof(float)});
     renderer.AddPass(
-        "SumGroups", PassKind::Compute,
+        "ReduceBlocks", PassKind::Compute,
         [&](PassBuilder& pass) {
-            pass.Compute("post/sum_groups.comp");
+            pass.Compute("post/reduce_blocks.comp");
             pass.Reads("values", values);
-            groups = pass.Writes("groups", groups);
+            sums = pass.Writes("blocks", sums);
         },
         [blocks = BlocksOf(extent)](CommandList& commands) { commands.DispatchOver(blocks); });
-    return groups;
+    return sums;
 }
 
-MapNumbers NumbersOf(const Readback& groups, Extent2D extent) {
-    const std::vector<float> values = ValuesOf<float>(groups);
-    if (values.size() != GroupCount(extent) * 2)
-        throw MakeError(ErrorKind::Usage, "NumbersOf: {} numbers are not the groups of a picture of {}x{}",
+MapStatistics StatisticsOf(const Readback& blocks, Extent2D extent) {
+    const std::vector<float> values = ValuesOf<float>(blocks);
+    if (values.size() != BlockCount(extent) * 2)
+        throw MakeError(ErrorKind::Usage, "StatisticsOf: {} numbers are not the blocks of a picture of {}x{}",
                         values.size(), extent.width, extent.height);
-    MapNumbers numbers;
+    MapStatistics statistics;
     for (size_t i = 0; i < values.size(); i += 2) {
-        numbers.mean += double{values[i]};
-        numbers.maximum = std::max(numbers.maximum, values[i + 1]);
+        statistics.mean += double{values[i]};
+        statistics.maximum = std::max(statistics.maximum, values[i + 1]);
     }
-    numbers.mean /= double(extent.width) * extent.height;
-    return numbers;
-}
-
-// --- Flip ---
-
-namespace {
-
-using Taps = std::vector<double>;  // from 0 to the radius
-
-// Returns the sum over all taps of the symmetric (or, in size, antisymmetric) filter.
-double SumOf(const Taps& taps) {
-    double sum = taps[0];
-    for (size_t i = 1; i < taps.size(); ++i) sum += 2.0 * taps[i];
-    return sum;
-}
-
-Taps Gaussian(uint32_t radius, double exponentOfSquare) {
-    Taps taps(radius + 1);
-    for (size_t i = 0; i < taps.size(); ++i) taps[i] = std::exp(exponentOfSquare * double(i * i));
-    return taps;
-}
-
-void Store(const Taps& taps, double factor, glm::vec4* into, int channel) {
-    for (size_t i = 0; i < taps.size(); ++i) into[i][channel] = static_cast<float>(factor * taps[i]);
-}
-
-// Section 3.1.1, table 1: contrast sensitivity as sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x
-// in degrees.
-void MakeColorFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
-    struct Term {
-        double a, b;
-    };
-    constexpr Term kTerms[4] = {{1.0, 0.0047}, {1.0, 0.0053}, {34.1, 0.04}, {13.5, 0.025}};
-    const double widest = std::sqrt(0.04 / (2.0 * std::numbers::pi * std::numbers::pi));
-    kernels.colorRadius = static_cast<uint32_t>(std::ceil(3.0 * widest * pixelsPerDegree));
-    double weights[4];
-    for (int i = 0; i < 4; ++i) {
-        const Taps taps =
-            Gaussian(kernels.colorRadius, -std::numbers::pi * std::numbers::pi /
-                                              (kTerms[i].b * pixelsPerDegree * pixelsPerDegree));
-        const double sum = SumOf(taps);
-        Store(taps, 1.0 / sum, kernels.color, i);
-        // The weight is that of the filter in two dimensions.
-        weights[i] = kTerms[i].a * std::sqrt(std::numbers::pi / kTerms[i].b) * sum * sum;
-    }
-    const double both = weights[2] + weights[3];
-    kernels.blueYellow = {static_cast<float>(weights[2] / both), static_cast<float>(weights[3] / both)};
-}
-
-// Section 3.2: Gaussians and their derivatives, 0.082 degrees wide.
-void MakeFeatureFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
-    const double deviation = 0.5 * 0.082 * pixelsPerDegree;
-    kernels.featureRadius = static_cast<uint32_t>(std::ceil(3.0 * deviation));
-    const Taps gaussian = Gaussian(kernels.featureRadius, -0.5 / (deviation * deviation));
-    Taps edge = gaussian, point = gaussian;
-    double edgeSum = 0.0, positive = 0.0, negative = 0.0;
-    for (size_t i = 0; i < gaussian.size(); ++i) {
-        const double x = double(i), count = i == 0 ? 1.0 : 2.0;
-        edge[i] *= x;
-        edgeSum += edge[i];
-        point[i] *= x * x / (deviation * deviation) - 1.0;
-        (point[i] > 0.0 ? positive : negative) += count * std::abs(point[i]);
-    }
-    for (double& tap : point) tap /= tap > 0.0 ? positive : negative;
-    Store(gaussian, 1.0 / SumOf(gaussian), kernels.feature, 0);
-    Store(edge, edgeSum > 0.0 ? 1.0 / edgeSum : 0.0, kernels.feature, 1);
-    Store(point, 1.0, kernels.feature, 2);
-}
-
-gpu::FlipKernels KernelsFor(float pixelsPerDegree) {
-    if (!(pixelsPerDegree >= 1.0f && pixelsPerDegree <= 400.0f))
-        throw MakeError(ErrorKind::Usage, "Flip: {} pixels per degree, must be from 1 to 400",
-                        pixelsPerDegree);
-    gpu::FlipKernels kernels{};
-    MakeColorFilters(kernels, double{pixelsPerDegree});
-    MakeFeatureFilters(kernels, double{pixelsPerDegree});
-    return kernels;
-}
-
-struct FilteredRows {
-    TextureId colors, features;
-};
-// The features by which pictures are compared, see shaders/post/flip_columns.comp.
-struct Filtered {
-    TextureId labAndEdge, point;
-};
-
-FilteredRows FilterRows(Renderer& renderer, TextureId picture, const gpu::FlipKernels& kernels) {
-    const Extent2D extent = renderer.Desc(picture).extent;
-    FilteredRows rows{renderer.CreateTexture("flipColors", {extent, Format::Rgba32Float}),
-                      renderer.CreateTexture("flipFeatures", {extent, Format::Rgba32Float})};
-    renderer.AddPass(
-        "FlipRows", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flip_rows.comp");
-            pass.Reads("picture", picture,
-                       {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
-            pass.Uniform("kernels", kernels);
-            rows.colors = pass.Writes("colors", rows.colors);
-            rows.features = pass.Writes("features", rows.features);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
-    return rows;
-}
-
-// Filters either picture by the same program, so that equal parts give equal bits.
-Filtered FilterColumns(Renderer& renderer, const FilteredRows& rows, const gpu::FlipKernels& kernels) {
-    const Extent2D extent = renderer.Desc(rows.colors).extent;
-    Filtered filtered{renderer.CreateTexture("flipLabAndEdge", {extent, Format::Rgba32Float}),
-                      renderer.CreateTexture("flipPoint", {extent, Format::R32Float})};
-    renderer.AddPass(
-        "FlipColumns", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flip_columns.comp");
-            pass.Reads("colors", rows.colors);
-            pass.Reads("features", rows.features);
-            pass.Uniform("kernels", kernels);
-            filtered.labAndEdge = pass.Writes("labAndEdge", filtered.labAndEdge);
-            filtered.point = pass.Writes("point", filtered.point);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
-    return filtered;
-}
-
-}  // namespace
-
-TextureId Flip(Renderer& renderer, TextureId reference, TextureId test, const FlipSettings& settings) {
-    const Extent2D extent = RequireComparable(renderer, "Flip", reference, test, Format::Rgba8Unorm);
-    const gpu::FlipKernels kernels = KernelsFor(settings.pixelsPerDegree);
-    const Filtered filteredReference =
-        FilterColumns(renderer, FilterRows(renderer, reference, kernels), kernels);
-    const Filtered filteredTest = FilterColumns(renderer, FilterRows(renderer, test, kernels), kernels);
-    TextureId error = renderer.CreateTexture("flip", {extent, Format::R32Float});
-    renderer.AddPass(
-        "FlipCompare", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flip_compare.comp");
-            pass.Reads("referenceLabAndEdge", filteredReference.labAndEdge);
-            pass.Reads("referencePoint", filteredReference.point);
-            pass.Reads("testLabAndEdge", filteredTest.labAndEdge);
-            pass.Reads("testPoint", filteredTest.point);
-            error = pass.Writes("error", error);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
-    return error;
+    statistics.mean /= double(extent.width) * extent.height;
+    return statistics;
 }
 
 TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part) {
@@ -322,6 +176,13 @@ Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId
         throw MakeError(ErrorKind::Usage, "{}: pictures of {} and {}; both must be {} of one extent", pass,
                         text(first), text(second), rhi::Name(format));
     return first.extent;
+}
+
+Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId first,
+                           std::initializer_list<TextureId> others, Format format) {
+    Extent2D extent;
+    for (const TextureId other : others) extent = RequireComparable(renderer, pass, first, other, format);
+    return extent;
 }
 
 }  // namespace raygraph::passes

@@ -1,6 +1,8 @@
-// Comparison of two pictures of one scene: both in one picture for a viewport, their difference as maps and
-// as numbers, and the difference that a viewer perceives. Threads: that of the Renderer.
+// Comparison of two pictures of one scene: both in one picture for a viewport, and their difference as maps
+// and as numbers. Threads: that of the Renderer.
 #pragma once
+
+#include <initializer_list>
 
 #include "base/api.h"
 #include "renderer/graph/renderer.h"
@@ -22,10 +24,10 @@ namespace raygraph::passes {
 // --- The difference, as maps and as numbers ---
 //
 //   TextureId error = RelativeError(renderer, pathTraced, raster);
-//   Readback groups = renderer.ReadBack(SumGroups(renderer, error));
+//   Readback blocks = renderer.ReadBack(ReduceBlocks(renderer, error));
 //   renderer.Present(Heat(renderer, error, 1.0f));
-//   ... in a later frame, if groups.IsReady() ...
-//   MapNumbers numbers = NumbersOf(groups, extent);
+//   ... in a later frame, if blocks.IsReady() ...
+//   MapStatistics statistics = StatisticsOf(blocks, extent);
 
 struct DifferenceIds {
     TextureId difference;  // |a - b| of each color channel, rgba32f as both are; alpha 1
@@ -43,35 +45,15 @@ struct DifferenceIds {
 [[nodiscard]] RAYGRAPH_API TextureId Heat(Renderer& renderer, TextureId values, float maximum);
 
 // Computes the sum and the maximum of each block of 16 x 16 pixels of an r32f texture: two floats a block.
-// Read them back, without waiting, and give them to NumbersOf.
-[[nodiscard]] RAYGRAPH_API BufferId SumGroups(Renderer& renderer, TextureId values);
+// Read them back, without waiting, and give them to StatisticsOf.
+[[nodiscard]] RAYGRAPH_API BufferId ReduceBlocks(Renderer& renderer, TextureId values);
 
-struct MapNumbers {
+struct MapStatistics {
     double mean = 0.0;
     float maximum = 0.0f;
 };
-// Throws Error{Usage} while `groups` is not ready, or if it is not that of a texture of this extent.
-RAYGRAPH_API MapNumbers NumbersOf(const Readback& groups, Extent2D extent);
-
-// --- The difference that a viewer perceives when flipping between two pictures ---
-
-struct FlipSettings {
-    // The pixels per degree of the screen at the viewing distance: pi / 180 * distance * pixels / width, both
-    // lengths in one unit. The default is the authors': a screen 0.7 m wide, of 3840 pixels, 0.7 m away. In
-    // [1, 400].
-    float pixelsPerDegree = 67.0206433f;
-};
-
-// Andersson, Nilsson, Akenine-Moeller, Oskarsson, Aastroem and Fairchild 2020, "FLIP: A Difference Evaluator
-// for Alternating Images", for low dynamic range (LDR-FLIP, version 1): what two pictures differ in color
-// after the eye's contrast sensitivity, and in edges and points. Takes display values, sRGB-encoded, as
-// every operator of Tonemap but Linear gives them; returns r32f in [0, 1], 0 where no one sees a difference.
-// The number for a picture is the mean. Symmetric in its arguments. Error{Usage} unless both are rgba8 of
-// one extent.
-[[nodiscard]] RAYGRAPH_API TextureId Flip(Renderer& renderer, TextureId reference, TextureId test,
-                                          const FlipSettings& settings = {});
-
-// --- The difference of linear pictures, and the check of all passes over two ---
+// Throws Error{Usage} while `blocks` is not ready, or if it is not that of a texture of this extent.
+RAYGRAPH_API MapStatistics StatisticsOf(const Readback& blocks, Extent2D extent);
 
 // Computes whole - part in each of the four channels. All three are rgba32f and of one extent; throws
 // Error{Usage} for others.
@@ -81,5 +63,8 @@ struct FlipSettings {
 // extent.
 RAYGRAPH_API Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId a, TextureId b,
                                         Format format);
+// Does so for all of several.
+RAYGRAPH_API Extent2D RequireComparable(const Renderer& renderer, const char* pass, TextureId first,
+                                        std::initializer_list<TextureId> others, Format format);
 
 }  // namespace raygraph::passes

@@ -13,13 +13,6 @@ namespace {
 // square, in renders of 2 to 64 samples (docs/denoise.md).
 constexpr float kHalvesExcess = 1.17f;
 
-Extent2D RequireAll(const Renderer& renderer, TextureId mean, std::initializer_list<TextureId> others) {
-    Extent2D extent;
-    for (const TextureId other : others)
-        extent = RequireComparable(renderer, "Denoise", mean, other, Format::Rgba32Float);
-    return extent;
-}
-
 void RequireCounts(const DenoiseInputs& inputs, const DenoiseSettings& settings) {
     const bool hasHalf = settings.firstSamples > 0;
     if (settings.samples == 0 || settings.firstSamples >= settings.samples ||
@@ -31,7 +24,8 @@ void RequireCounts(const DenoiseInputs& inputs, const DenoiseSettings& settings)
 TextureId HalfError(Renderer& renderer, const DenoiseInputs& inputs, const DenoiseSettings& settings) {
     const TextureId firstHalf =
         inputs.firstHalf.value_or(inputs.mean);  // Without halves, nothing uses the result
-    const Extent2D extent = RequireAll(renderer, inputs.mean, {firstHalf});
+    const Extent2D extent =
+        RequireComparable(renderer, "Denoise", inputs.mean, {firstHalf}, Format::Rgba32Float);
     TextureId errors = renderer.CreateTexture("denoise.halfError", {extent, Format::Rg32Float});
     const float first = static_cast<float>(settings.firstSamples);
     const float second = static_cast<float>(settings.samples - settings.firstSamples);
@@ -105,7 +99,8 @@ TextureId Choose(Renderer& renderer, TextureId mean, TextureId noise, const Deno
 
 DenoiseFeatures FeaturesOf(Renderer& renderer, const DenoiseInputs& inputs) {
     const TextureId seen = inputs.seen ? inputs.seen->bySamples : inputs.mean;  // the mean is not used so
-    const Extent2D extent = RequireAll(renderer, inputs.mean, {inputs.albedo, inputs.normal, seen});
+    const Extent2D extent = RequireComparable(renderer, "Denoise", inputs.mean,
+                                              {inputs.albedo, inputs.normal, seen}, Format::Rgba32Float);
     const auto texture = [&](const char* name) {
         return renderer.CreateTexture(name, {extent, Format::Rgba32Float});
     };
@@ -130,7 +125,8 @@ DenoiseFeatures FeaturesOf(Renderer& renderer, const DenoiseInputs& inputs) {
 TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const DenoiseFeatures& features,
                       const DenoiseSettings& settings) {
     RequireCounts(inputs, settings);
-    const Extent2D extent = RequireAll(renderer, inputs.mean, {inputs.variance, features.albedo});
+    const Extent2D extent = RequireComparable(renderer, "Denoise", inputs.mean,
+                                              {inputs.variance, features.albedo}, Format::Rgba32Float);
     const TextureId errors = HalfError(renderer, inputs, settings);
     TextureId noise = renderer.CreateTexture("denoise.noise", {extent, Format::Rgba32Float});
     const struct {
@@ -155,7 +151,8 @@ TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const Den
 }
 
 TextureId Pilot(Renderer& renderer, TextureId guide, const DenoiseFeatures& features) {
-    const Extent2D extent = RequireAll(renderer, guide, {features.albedo, features.normal});
+    const Extent2D extent = RequireComparable(renderer, "Denoise", guide, {features.albedo, features.normal},
+                                              Format::Rgba32Float);
     TextureId pilot = renderer.CreateTexture("denoise.pilot", {extent, Format::Rgba32Float});
     renderer.AddPass(
         "DenoisePilot", PassKind::Compute,
@@ -173,7 +170,8 @@ TextureId Pilot(Renderer& renderer, TextureId guide, const DenoiseFeatures& feat
 DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId pilot,
                              const DenoiseFeatures& features) {
     const Extent2D extent =
-        RequireAll(renderer, mean, {pilot, features.target, features.albedo, features.normal});
+        RequireComparable(renderer, "Denoise", mean,
+                          {pilot, features.target, features.albedo, features.normal}, Format::Rgba32Float);
     DenoiseCandidates candidates;
     for (TextureId& candidate : candidates)
         candidate = renderer.CreateTexture("denoise.candidate", {extent, Format::Rgba32Float});
@@ -199,8 +197,9 @@ TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureI
     // Without what is seen, the mean stands for it: the difference of both is 0
     const DenoiseInputs::Seen seen = inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean});
     const Extent2D extent =
-        RequireAll(renderer, inputs.mean,
-                   {noise, candidates[0], candidates[1], candidates[2], seen.bySamples, seen.byAll});
+        RequireComparable(renderer, "Denoise", inputs.mean,
+                          {noise, candidates[0], candidates[1], candidates[2], seen.bySamples, seen.byAll},
+                          Format::Rgba32Float);
     const TextureId choice = Choose(renderer, inputs.mean, noise, candidates);
     TextureId estimate = renderer.CreateTexture("denoise.mixed", {extent, Format::Rgba32Float});
     TextureId removed = renderer.CreateTexture("denoise.removed", {extent, Format::Rg32Float});
@@ -234,7 +233,7 @@ TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureI
 }
 
 TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs, const DenoiseSettings& settings) {
-    RequireAll(renderer, inputs.mean, {inputs.variance});
+    RequireComparable(renderer, "Denoise", inputs.mean, {inputs.variance}, Format::Rgba32Float);
     const DenoiseFeatures features = FeaturesOf(renderer, inputs);
     const TextureId noise = NoiseOfMean(renderer, inputs, features, settings);
     const TextureId pilot =

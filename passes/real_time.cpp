@@ -27,13 +27,6 @@ Film FilmOf(const gpu::CameraRecord& camera, Extent2D extent) {
             glm::vec2(static_cast<float>(extent.width), static_cast<float>(extent.height))};
 }
 
-Extent2D RequireAll(const Renderer& renderer, TextureId first, std::initializer_list<TextureId> others) {
-    Extent2D extent;
-    for (const TextureId other : others)
-        extent = RequireComparable(renderer, "RealTime", first, other, Format::Rgba32Float);
-    return extent;
-}
-
 bool IsSameView(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
     return a.orthographic == b.orthographic && a.right == b.right && a.up == b.up && a.forward == b.forward &&
            a.lensRadius == b.lensRadius && a.focusDistance == b.focusDistance;
@@ -75,7 +68,8 @@ MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const Surfa
                                const MovingMeanIds& before, const gpu::CameraRecord& cameraBefore,
                                uint32_t mostBefore, uint32_t most, const MovingMeanIds& into) {
     const Extent2D extent =
-        RequireAll(renderer, seen.albedo, {seen.surfaces, seen.motion, before.mean, before.surfaces});
+        RequireComparable(renderer, "RealTime", seen.albedo,
+                          {seen.surfaces, seen.motion, before.mean, before.surfaces}, Format::Rgba32Float);
     MovingMeanIds now{into.mean, into.square, seen.surfaces};
     if (!now.mean.IsValid()) now.mean = renderer.CreateTexture("mean", {extent, Format::Rgba32Float});
     if (!now.square.IsValid()) now.square = renderer.CreateTexture("square", {extent, Format::R32Float});
@@ -103,7 +97,8 @@ MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const Surfa
 }
 
 TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean, TextureId albedo) {
-    const Extent2D extent = RequireAll(renderer, mean.mean, {mean.surfaces, albedo});
+    const Extent2D extent =
+        RequireComparable(renderer, "RealTime", mean.mean, {mean.surfaces, albedo}, Format::Rgba32Float);
     TextureId guided = renderer.CreateTexture("guided", {extent, Format::Rgba32Float});
     renderer.AddPass(
         "EstimateVariance", PassKind::Compute,
@@ -121,7 +116,7 @@ TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean, Textur
 
 TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
                       const gpu::CameraRecord& camera, uint32_t stride) {
-    const Extent2D extent = RequireAll(renderer, guided, {surfaces});
+    const Extent2D extent = RequireComparable(renderer, "RealTime", guided, {surfaces}, Format::Rgba32Float);
     TextureId filtered = renderer.CreateTexture("filtered", {extent, Format::Rgba32Float});
     const struct {
         Film film;
@@ -143,8 +138,9 @@ TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
 TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds& seen, TextureId mean,
                         TextureId surfacesBefore, TextureId pictureBefore, const ResolveSettings& settings,
                         TextureId picture) {
-    const Extent2D extent = RequireAll(
-        renderer, filtered, {seen.albedo, seen.surfaces, seen.motion, mean, surfacesBefore, pictureBefore});
+    const Extent2D extent = RequireComparable(
+        renderer, "RealTime", filtered,
+        {seen.albedo, seen.surfaces, seen.motion, mean, surfacesBefore, pictureBefore}, Format::Rgba32Float);
     if (!picture.IsValid()) picture = renderer.CreateTexture("picture", {extent, Format::Rgba32Float});
     const struct {
         float mostBefore, mostMoving, mostStill;
@@ -294,7 +290,8 @@ TextureId LastRealTime(Renderer& renderer, const RealTimeHistory& history, Exten
 TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& samples,
                    const Accumulation::Progress& progress) {
     constexpr uint32_t kBlock = 8;  // as in real_time/hand_over.glsl
-    const Extent2D extent = RequireAll(renderer, picture, {samples.mean});
+    const Extent2D extent =
+        RequireComparable(renderer, "RealTime", picture, {samples.mean}, Format::Rgba32Float);
     const Extent2D blocks{(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
     const struct {
         uint32_t sampleCount, doneRows, doneColumns, bandHeight;

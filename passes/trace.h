@@ -227,6 +227,13 @@ inline constexpr uint32_t kMostSeenSamples = 1024;
 [[nodiscard]] RAYGRAPH_API GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene,
                                                 const TraceSettings& settings);
 
+// Returns a picture of the scene's surfaces that needs a small program only, for a viewport that has nothing
+// better yet: the base colors of what the camera sees, lit from the camera, times `gain`; dark gray where it
+// sees no surface. rgba32f of the settings' region. It has no light, no shadow and no refraction; its
+// programs depend only on whether the scene has alpha tests and round primitives, and on the sampler.
+[[nodiscard]] RAYGRAPH_API TextureId Preview(Renderer& renderer, const SceneIds& scene,
+                                             const TraceSettings& settings, float gain = 1.0f);
+
 // --- The options from which a viewport and an offline render make the settings of their frames ---
 
 // A thin lens; radius 0 is a pinhole. Meters. The raster view has none.

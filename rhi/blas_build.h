@@ -17,8 +17,6 @@
 
 namespace raygraph::rhi {
 
-class CommandList;
-
 // Scratch memory of acceleration-structure builds.
 class BuildScratch {
   public:
@@ -59,8 +57,6 @@ BatchPlan PlanBatches(std::span<const uint64_t> scratchSizes, uint64_t budget);
 void BarrierBetweenBuilds(CommandList& commands);
 
 // --- The Vulkan structures of a BlasDesc, and the checks of builds and updates ---
-
-class Device;
 
 // Throws Error{Usage} naming the BLAS for what BlasBuilder::Add refuses.
 void CheckBuildable(const BlasDesc& desc);

@@ -27,9 +27,6 @@
 namespace raygraph::rhi {
 
 class Device;
-class ComputePipeline;
-class RasterPipeline;
-class RayTracingPipeline;
 
 class RAYGRAPH_API Pipeline {
   public:
@@ -202,9 +199,6 @@ RAYGRAPH_API RayTracingPipeline CreateRayTracingPipeline(Device& device, const R
 // --- Statistics ---
 // Numbers about the programs that a driver has compiled from a pipeline's shaders: registers, stack memory,
 // occupancy. Names and units are the driver's.
-
-class Device;
-class Pipeline;
 
 struct ProgramStatistic {
     std::string name;         // "Register Count"

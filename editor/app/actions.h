@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "editor/app/camera_controller.h"
+#include "editor/app/input.h"
 #include "editor/app/settings.h"
 
 namespace raygraph::editor {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "editor/app/camera_controller.h"
+#include "editor/app/input.h"
 
 namespace raygraph::editor {
 

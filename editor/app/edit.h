@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "editor/app/editor.h"
-#include "editor/app/log_panel.h"
+#include "editor/app/log_history.h"
 #include "editor/viewport/view_settings.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "rhi/device.h"

@@ -13,7 +13,7 @@
 #include "editor/app/file_content.h"
 #include "editor/app/panels.h"
 #include "renderer/graph/readback_values.h"
-#include "renderer/image/exr_read.h"
+#include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 
 namespace raygraph::editor {

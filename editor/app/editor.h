@@ -8,12 +8,13 @@
 #include <optional>
 
 #include "editor/app/actions.h"
-#include "editor/app/camera_controller.h"
 #include "editor/app/dialogs.h"
 #include "editor/app/gizmo_view.h"
+#include "editor/app/input.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/ui.h"
 #include "editor/app/window.h"
+#include "editor/app/worker.h"
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {

@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "editor/app/camera_controller.h"
 #include "editor/app/gizmo.h"
+#include "editor/app/input.h"
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {

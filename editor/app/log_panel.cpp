@@ -1,14 +1,11 @@
 // Lists the newest messages of the program, filtered by level, category and text.
-
-#include "editor/app/log_panel.h"
-
 #include <imgui.h>
+
 #include <algorithm>
 #include <array>
 #include <vector>
 
-#include "base/os.h"
-#include "base/text.h"
+#include "editor/app/log_history.h"
 #include "editor/app/panels.h"
 
 namespace raygraph::editor {
@@ -118,75 +115,6 @@ void LogPanel(Workspace& work) {
         Rows(shown, revision != work.shownLogRevision);
     });
     work.shownLogRevision = revision;
-}
-
-// --- The history of messages ---
-
-namespace {
-
-char Lower(char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-}
-
-bool Has(const std::string& text, const std::string& part) {
-    const auto isSame = [](char a, char b) { return Lower(a) == Lower(b); };
-    // std::ranges::search is not used: clang 14 does not compile what it returns
-    return part.empty() ||
-           std::search(text.begin(), text.end(), part.begin(), part.end(), isSame) != text.end();
-}
-
-}  // namespace
-
-bool LogFilter::Accepts(const LogEntry& entry) const {
-    if (entry.level < minLevel || (!category.empty() && entry.category != category)) return false;
-    return Has(entry.text, text) || Has(entry.category, text);
-}
-
-std::string LineOf(const LogEntry& entry) {
-    return raygraph::Text("{} {} {}: {}", entry.time, Name(entry.level), entry.category, entry.text);
-}
-
-void LogHistory::Add(const LogMessage& message) {
-    LogEntry entry{.time = os::LocalTimeOfDay(),
-                   .level = message.level,
-                   .category = std::string(message.category),
-                   .text = std::string(message.text)};
-    const std::scoped_lock lock(m_mutex);
-    m_entries.push_back(std::move(entry));
-    if (m_entries.size() > kMax) m_entries.pop_front();
-    m_counts[static_cast<size_t>(message.level)]++;
-    ++m_revision;
-}
-
-void LogHistory::Clear() {
-    const std::scoped_lock lock(m_mutex);
-    m_entries.clear();
-    m_counts = {};
-    ++m_revision;
-}
-
-uint64_t LogHistory::Revision() const {
-    const std::scoped_lock lock(m_mutex);
-    return m_revision;
-}
-
-uint32_t LogHistory::CountOf(LogLevel level) const {
-    const std::scoped_lock lock(m_mutex);
-    return m_counts[static_cast<size_t>(level)];
-}
-
-void LogHistory::Read(const std::function<void(const std::deque<LogEntry>&)>& look) const {
-    const std::scoped_lock lock(m_mutex);
-    look(m_entries);
-}
-
-std::string LogHistory::Text(const LogFilter& filter) const {
-    std::string text;
-    Read([&](const std::deque<LogEntry>& entries) {
-        for (const LogEntry& entry : entries)
-            if (filter.Accepts(entry)) text += LineOf(entry) + "\n";
-    });
-    return text;
 }
 
 }  // namespace raygraph::editor

@@ -1,13 +1,8 @@
-// Work on other threads: SceneLoader loads scenes, one at a time; Worker runs tasks one after another.
-// Threads: main thread only.
+// SceneLoader loads one scene at a time on another thread. Threads: main thread only.
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
-#include <cstddef>
-#include <deque>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,7 +10,6 @@
 #include <thread>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "base/log.h"
 #include "editor/app/document.h"
@@ -38,7 +32,6 @@ struct LoadFailure {
 };
 using LoadResult = std::variant<LoadedScene, LoadFailure>;
 
-// SceneLoader loads one scene at a time on another thread.
 class SceneLoader {
   public:
     // `buildsWideBvhs` is GpuScene::UsesWideBvhs of the GpuScene that will show the scene. `log` gets
@@ -72,44 +65,6 @@ class SceneLoader {
     mutable std::mutex m_mutex;
     Progress m_progress;                 // guarded by m_mutex
     std::optional<LoadResult> m_result;  // written by the thread before m_isDone is set
-};
-
-// Worker runs tasks one after another on a thread of its own, and their completions on the main thread.
-class Worker {
-  public:
-    // Completes a task on the main thread.
-    using Finish = std::function<void()>;
-    // Runs on the worker's thread. It may throw.
-    using Task = std::function<Finish()>;
-    // Is called on the main thread, in place of Finish, with one line of what was thrown.
-    using Fail = std::function<void(const std::string& why)>;
-
-    Worker() = default;
-    ~Worker();  // waits for all tasks; calls no more Finish or Fail
-    Worker(const Worker&) = delete;
-    Worker& operator=(const Worker&) = delete;
-
-    void Add(Task task, Fail fail);
-    // Calls the pending Finish and Fail functions. It never waits for a task.
-    void FinishTasks();
-    // Returns whether there are tasks whose completion has not run.
-    bool IsBusy() const { return m_unfinished > 0; }
-
-  private:
-    struct Entry {
-        Task task;
-        Fail fail;
-    };
-    void Run();
-
-    std::thread m_thread;     // started by the first task
-    size_t m_unfinished = 0;  // read and written on the main thread
-    mutable std::mutex m_mutex;
-    std::condition_variable m_hasChanged;
-    // guarded by m_mutex
-    bool m_isEnding = false;
-    std::deque<Entry> m_tasks;
-    std::vector<Finish> m_due;
 };
 
 }  // namespace raygraph::editor

@@ -1,18 +1,16 @@
 // Draws the panels about the scene's content: hierarchy and inspector.
-
-#include "editor/app/scene_panels.h"
-
 #include <imgui.h>
+
 #include <algorithm>
 #include <cmath>
-#include <glm/gtc/constants.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
 #include <type_traits>
 #include <utility>
 
 #include "base/text.h"
+#include "editor/app/hierarchy.h"
+#include "editor/app/inspector_fields.h"
 #include "editor/app/panels.h"
 #include "renderer/scene/model/scene_fields.h"
 
@@ -289,164 +287,6 @@ void InspectorPanel(Workspace& work) {
         LightFields(work, light);
     }
     ImGui::PopItemWidth();
-}
-
-// --- The tree of nodes as rows ---
-
-namespace {
-
-constexpr uint32_t kNoParent = ~0u;
-
-}  // namespace
-
-Hierarchy::Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots)
-    : m_children(std::move(children)),
-      m_roots(std::move(roots)),
-      m_parents(m_children.size(), kNoParent),
-      m_isOpen(m_children.size(), false) {
-    for (uint32_t node = 0; node < m_children.size(); ++node)
-        for (const uint32_t child : m_children[node]) m_parents[child] = node;
-    if (m_roots.size() == 1) m_isOpen[m_roots[0]] = true;
-}
-
-const std::vector<Hierarchy::Row>& Hierarchy::Rows() const {
-    if (!std::exchange(m_isStale, false)) return m_rows;
-    m_rows.clear();
-    std::vector<Row> stack;
-    for (size_t i = m_roots.size(); i-- > 0;) stack.push_back({m_roots[i], 0});
-    while (!stack.empty()) {
-        const Row row = stack.back();
-        stack.pop_back();
-        m_rows.push_back(row);
-        if (!m_isOpen[row.node]) continue;
-        const std::vector<uint32_t>& children = m_children[row.node];
-        for (size_t i = children.size(); i-- > 0;) stack.push_back({children[i], row.depth + 1});
-    }
-    return m_rows;
-}
-
-void Hierarchy::SetOpen(uint32_t node, bool isOpen) {
-    m_isStale |= m_isOpen.at(node) != isOpen;
-    m_isOpen[node] = isOpen;
-}
-
-size_t Hierarchy::Reveal(uint32_t node) {
-    for (uint32_t above = m_parents.at(node); above != kNoParent; above = m_parents[above])
-        SetOpen(above, true);
-    const std::vector<Row>& rows = Rows();
-    const auto row = std::ranges::find_if(rows, [&](const Row& of) { return of.node == node; });
-    return static_cast<size_t>(row - rows.begin());
-}
-
-// --- Fields of the inspector ---
-
-namespace {
-
-constexpr float kMaxDragged = 1e7f;  // limit for numbers without a bound of their own
-constexpr float kMaxTurn = 2.0f * glm::pi<float>();
-constexpr float kMinFinite =
-    0.001f;  // smallest number that the format shows; dragging does not reach 0, which is infinite
-
-// Returns false only if `place` is a texture's place in the file, and the material lacks that texture.
-bool IsPresentOrNoTexture(const scene::Material& material, std::string_view place) {
-    bool isPresent = true;
-    scene::ForEachMaterialField([&](const auto& field) {
-        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
-            if (field.key == place) isPresent = (material.*field.member).IsPresent();
-    });
-    return isPresent;
-}
-
-}  // namespace
-
-std::string LabelOf(std::string_view name) {
-    for (const std::string_view ending : {"Factor", "Mode"})
-        if (name.ends_with(ending)) name.remove_suffix(ending.size());
-    for (const std::string_view beginning : {"is"})
-        if (name.starts_with(beginning)) name.remove_prefix(beginning.size());
-    std::string label;
-    for (const char c : name) {
-        const bool isUpper = c >= 'A' && c <= 'Z';
-        if (isUpper && !label.empty()) label += ' ';
-        label += isUpper ? static_cast<char>(c + 32) : c;
-    }
-    return label;
-}
-
-bool Counts(const scene::Material& material, std::string_view object, std::string_view key,
-            std::string_view name) {
-    constexpr std::string_view kVolume = scene::FieldOf(&scene::Material::thicknessFactor).object;
-    const scene::KeyParts parts = scene::KeyPartsOf(key);
-    if (!IsPresentOrNoTexture(material, parts.object.empty() ? object : parts.object)) return false;
-    if (object == kVolume || name == "priority") return material.IsTransmissive();
-    if (name == "isSpecularGlossiness") return false;  // a material's model cannot be changed
-    if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
-    return true;
-}
-
-NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_view unit, bool zeroIsInfinite) {
-    NumberStyle style;
-    style.min = range.HasMin() ? range.min : -kMaxDragged;
-    style.max = range.HasMax() ? range.max : kMaxDragged;
-    if (zeroIsInfinite) style.min = std::max(style.min, kMinFinite);
-    style.isAngle = unit == "rad";
-    if (style.isAngle) {
-        style.min = std::max(style.min, -kMaxTurn);
-        style.max = std::min(style.max, kMaxTurn);
-    }
-    style.isSlider = style.isAngle || (range.HasMin() && range.HasMax() && range.max <= 1.0f);
-    style.isInfinite = zeroIsInfinite && value == 0.0f;
-    style.format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);
-    if (style.isAngle) style.format = "%.1f deg";
-    if (style.isInfinite) style.format = "infinite";
-    return style;
-}
-
-// --- A transform as numbers ---
-
-namespace {
-
-glm::quat Turn(const Placement& placed) {
-    return glm::quat(glm::radians(placed.degrees));
-}
-
-}  // namespace
-
-Placement PlacementOf(const glm::mat4x3& local) {
-    Placement placed;
-    placed.translation = local[3];
-    glm::mat3 turn(1.0f);
-    for (int i = 0; i < 3; ++i) {
-        placed.scale[i] = glm::length(local[i]);
-        if (placed.scale[i] > 0.0f) turn[i] = local[i] / placed.scale[i];
-    }
-    if (glm::determinant(turn) < 0.0f) {
-        placed.scale.x = -placed.scale.x;
-        turn[0] = -turn[0];
-    }
-    // This orthonormal frame turns with the matrix, and scaling along its axes does not change it
-    const glm::vec3 normal = glm::cross(turn[0], turn[1]);
-    if (glm::length(normal) > 1e-6f) {
-        turn[2] = glm::normalize(normal);
-        turn[1] = glm::cross(turn[2], turn[0]);
-    }
-    placed.degrees = glm::degrees(glm::eulerAngles(glm::normalize(glm::quat_cast(turn)))) +
-                     0.0f;  // adding 0 turns -0 into 0
-    return placed;
-}
-
-glm::mat4x3 Placed(const glm::mat4x3& local, const Placement& before, const Placement& after) {
-    glm::mat3 axes(local);
-    if (after.degrees != before.degrees)
-        axes = glm::mat3_cast(Turn(after) * glm::conjugate(Turn(before))) * axes;
-    for (int i = 0; i < 3; ++i) {
-        if (after.scale[i] == before.scale[i]) continue;
-        if (before.scale[i] != 0.0f)
-            axes[i] *= after.scale[i] / before.scale[i];
-        else
-            axes[i] = after.scale[i] * glm::mat3_cast(Turn(after))[i];
-    }
-    return {axes[0], axes[1], axes[2], after.translation};
 }
 
 }  // namespace raygraph::editor

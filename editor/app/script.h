@@ -2,7 +2,7 @@
 // A script that plays the user: one command a line, '#' starts a comment.
 //
 //   size 1280x720          of the window, pixels     scale 2           pixels to a point, 0.5 to 8
-//   open FILE              as if dropped             key ctrl+z        also shift+: camera_controller.h
+//   open FILE              as if dropped             key ctrl+z        also shift+: input.h
 //   mouse 640 360          moves there               click left        also press, release; right, middle
 //   drag left 100 0        presses, moves, lets go   wheel 2           notches
 //   text abc               typed                     view raster       a view by its name
@@ -31,8 +31,8 @@
 #include <variant>
 #include <vector>
 
-#include "editor/app/camera_controller.h"
 #include "editor/app/editor.h"
+#include "editor/app/input.h"
 #include "editor/viewport/view_settings.h"
 
 namespace raygraph::editor {

@@ -12,7 +12,7 @@
 #include "base/files.h"
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/app/camera_controller.h"
+#include "editor/app/input.h"
 
 namespace raygraph::editor {
 

@@ -5,7 +5,7 @@
 #include <imgui.h>
 #include <memory>
 
-#include "editor/app/camera_controller.h"
+#include "editor/app/input.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::editor {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "editor/app/camera_controller.h"
+#include "editor/app/input.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/graph/swapchain_frame.h"
 #include "rhi/swapchain.h"

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "editor/cli/aov_request.h"
 #include "editor/cli/edit_view.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/picture_list.h"

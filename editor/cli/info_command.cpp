@@ -2,6 +2,7 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_list.h"
+#include "editor/cli/info_json.h"
 #include "editor/cli/scene_text.h"
 #include "editor/session/settings/scene_input.h"
 #include "rhi/device.h"

@@ -4,6 +4,7 @@
 #include "base/os.h"
 #include "base/overloaded.h"
 #include "editor/cli/commands.h"
+#include "editor/cli/run_command.h"
 
 namespace raygraph::cli {
 

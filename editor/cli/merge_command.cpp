@@ -8,7 +8,7 @@
 #include "editor/cli/outputs.h"
 #include "editor/cli/report.h"
 #include "editor/session/file/merge.h"
-#include "renderer/image/exr_read.h"
+#include "renderer/image/exr.h"
 
 namespace raygraph::cli {
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "base/text.h"
+#include "editor/cli/aov_request.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/device_list.h"
 #include "editor/session/session.h"

@@ -1,5 +1,5 @@
 // The output files of a command: they are checked to be writable before the work starts, and written
-// independently of each other (OutputWriter). Also what --aov asks for.
+// independently of each other (OutputWriter).
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "editor/cli/exit_code.h"
-#include "editor/session/settings/aovs.h"
 #include "shaders/shared/choice.h"
 
 namespace raygraph::cli {
@@ -81,18 +80,5 @@ class OutputWriter {
     std::vector<std::filesystem::path> m_written, m_torn;
     ExitCode m_result = ExitCode::Done;
 };
-
-// AovRequest is the parsed operand of --aov.
-struct AovRequest {
-    session::AovSet named;
-    bool isAll = false;  // every AOV that the picture can have
-};
-
-// Parses names in any order, "samples" and "variance" among them, or "all".
-AovRequest ParseAovs(std::string_view text);
-
-// Returns the AOVs of a picture with these settings. Throws Error{Usage} that names an AOV which was asked
-// for by name and which the picture cannot have.
-session::AovSet AovsFor(const AovRequest& request, const session::PictureSettings& settings);
 
 }  // namespace raygraph::cli

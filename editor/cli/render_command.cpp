@@ -21,7 +21,7 @@
 #include "editor/cli/rendering.h"
 #include "editor/session/settings/light_settings.h"
 #include "editor/session/settings/parse.h"
-#include "renderer/image/exr_read.h"
+#include "renderer/image/exr.h"
 
 namespace raygraph::cli {
 

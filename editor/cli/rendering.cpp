@@ -11,6 +11,7 @@
 #include "base/os.h"
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/cli/aov_request.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
@@ -20,7 +21,7 @@
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/setting_table.h"
 #include "passes/tonemap.h"
-#include "renderer/image/exr_read.h"
+#include "renderer/image/exr.h"
 
 namespace raygraph::cli {
 

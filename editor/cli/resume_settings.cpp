@@ -2,6 +2,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/cli/aov_request.h"
 
 namespace raygraph::cli {
 

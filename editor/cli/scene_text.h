@@ -1,4 +1,4 @@
-// The content of a scene as text for people, and as JSON for scripts.
+// The content of a scene as text for people.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,6 @@
 
 #include "editor/session/settings/scene_input.h"
 #include "renderer/scene/model/scene_data.h"
-#include "rhi/device.h"
 
 namespace raygraph::cli {
 
@@ -23,12 +22,5 @@ std::string DescribeExtensions();
 
 // Groups digits: "1,234,567".
 std::string GroupDigits(uint64_t number);
-
-// --- JSON of `info` for scripts (schema 1), pretty-printed, with a newline at the end ---
-// Lists are complete, whereas the text is limited to their beginning.
-
-std::string SceneJson(const session::SceneInput& input);
-std::string DevicesJson(std::span<const rhi::DeviceReport> devices);
-std::string ExtensionsJson();
 
 }  // namespace raygraph::cli

@@ -8,6 +8,7 @@
 
 #include "base/os.h"
 #include "editor/cli/commands.h"
+#include "editor/cli/run_command.h"
 #include "editor/mpi/mpi_group.h"
 
 namespace raygraph::mpi {

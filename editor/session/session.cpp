@@ -10,7 +10,7 @@
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "editor/session/group/shared_render.h"
 #include "editor/session/settings/error_goal.h"
 #include "editor/session/settings/light_settings.h"

@@ -1,6 +1,7 @@
 #include "editor/viewport/compare_view.h"
 
 #include "passes/compare.h"
+#include "passes/flip.h"
 
 namespace raygraph::viewport {
 
@@ -48,7 +49,7 @@ void CompareView::Measure(Renderer& renderer, const Key& key, TextureId map) {
                                       .pathTracedSamples = key.pathTracedSamples,
                                       .rasterSamples = key.rasterSamples},
                           .extent = key.extent,
-                          .groups = renderer.ReadBack(passes::SumGroups(renderer, map))};
+                          .groups = renderer.ReadBack(passes::ReduceBlocks(renderer, map))};
     // Readbacks of a dropped frame never arrive
     renderer.OnSubmitted([this, key, pending] {
         if (m_pending.size() >= kMaxPending) m_pending.pop_front();
@@ -105,7 +106,7 @@ TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, con
 std::optional<CompareNumbers> CompareView::Numbers() {
     while (!m_pending.empty() && m_pending.front().groups.IsReady()) {
         Pending& front = m_pending.front();
-        front.numbers.numbers = passes::NumbersOf(front.groups, front.extent);
+        front.numbers.numbers = passes::StatisticsOf(front.groups, front.extent);
         m_newest = front.numbers;
         m_pending.pop_front();
     }

@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "passes/overlay.h"
 #include "passes/scene_bindings.h"
-#include "passes/show.h"
 
 namespace raygraph::viewport {
 

@@ -17,7 +17,7 @@ namespace raygraph::viewport {
 //   SideBySide:    both at half the size
 //   Difference:    |raster - path-traced| of the radiance, exposed and tone-mapped
 //   RelativeError: of the raster view's luminance against the path-traced one, as colors
-//   Flip:          what a person sees who switches between the two, as colors (passes/compare.h)
+//   Flip:          what a person sees who switches between the two, as colors (passes/flip.h)
 //   RealTime:      path-traced, without most of the noise while something moves; then it becomes PathTraced
 //   Surface:       a property of what is seen, or what it costs: ShowSettings::surface
 #define RAYGRAPH_VIEWPORT_VIEWS(X, Of)            \
@@ -70,7 +70,7 @@ enum class MotionView : uint8_t {
 enum class PreparingView : uint8_t {
     PathTraced,  // samples: Renderer::Execute waits for the pipelines
     // Nothing waits. Until the pipelines are ready, the picture stays as it is or becomes a preview: surfaces
-    // lit from the camera (passes/show.h), which counts as no sample (ViewportProgress::isPreview). The
+    // lit from the camera (passes/trace.h), which counts as no sample (ViewportProgress::isPreview). The
     // program of the frame before stays in use for a scene that needs fewer features.
     Preview,
 };

@@ -68,7 +68,7 @@ struct ViewportProgress {
 // The difference between the raster and the path-traced picture, at these sample counts.
 struct CompareNumbers {
     View view = View::Flip;  // Difference (of the luminance), RelativeError or Flip
-    passes::MapNumbers numbers{};
+    passes::MapStatistics numbers{};
     uint32_t pathTracedSamples = 0;
     uint32_t rasterSamples = 0;
 };

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "renderer/scene/geometry/split_mesh.h"
+#include "renderer/scene/geometry/transforms.h"
 
 namespace raygraph {
 
@@ -15,7 +15,7 @@ constexpr float kDefaultZFar = 1e4f;  // meters
 gpu::CameraRecord ToRecord(const scene::CameraView& view) {
     const bool isOrthographic = view.projection == scene::Projection::Orthographic;
     const float halfHeight = isOrthographic ? 0.5f * view.height : std::tan(0.5f * view.yFov);
-    const scene::SplitPlace eye = scene::Split(view.eye);
+    const scene::FloatPair eye = scene::ToFloatPair(view.eye);
     return {
         .origin = eye.rounded,
         .orthographic = isOrthographic ? 1u : 0u,

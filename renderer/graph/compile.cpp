@@ -5,7 +5,7 @@
 
 #include "base/text.h"
 #include "renderer/graph/barrier_merge.h"
-#include "renderer/graph/memory.h"
+#include "renderer/graph/memory_plan.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {

@@ -11,10 +11,10 @@
 #include "base/stopwatch.h"
 #include "renderer/graph/compile.h"
 #include "renderer/graph/frame_timer.h"
-#include "renderer/graph/memory.h"
 #include "renderer/graph/pass_declaration.h"
 #include "renderer/graph/program.h"
 #include "renderer/graph/renderer.h"
+#include "renderer/graph/resource_pool.h"
 #include "renderer/graph/shader_library.h"
 
 namespace raygraph {

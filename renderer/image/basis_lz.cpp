@@ -45,8 +45,8 @@ Palette PaletteOf(const std::array<uint32_t, 3>& color, uint32_t table) {
 }
 
 // Differences of colors of 5 bits, by one of three codes, which the color before decides.
-std::vector<Palette> ReadPalettes(BasisBits bits, size_t count) {
-    const BasisCode dark(bits), middle(bits), bright(bits), tables(bits);
+std::vector<Palette> ReadPalettes(BitReader bits, size_t count) {
+    const HuffmanCode dark(bits), middle(bits), bright(bits), tables(bits);
     const size_t channels = bits.Take(1) != 0 ? 1 : 3;
     std::array<uint32_t, 3> color{16, 16, 16};
     uint32_t table = 0;
@@ -54,7 +54,7 @@ std::vector<Palette> ReadPalettes(BasisBits bits, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         table = (table + tables.Take(bits)) & 7;
         for (size_t c = 0; c < channels; ++c) {
-            const BasisCode& code = color[c] < 10 ? dark : color[c] < 22 ? middle : bright;
+            const HuffmanCode& code = color[c] < 10 ? dark : color[c] < 22 ? middle : bright;
             color[c] = (color[c] + code.Take(bits)) & 31;
         }
         if (channels == 1) color[1] = color[2] = color[0];
@@ -63,7 +63,7 @@ std::vector<Palette> ReadPalettes(BasisBits bits, size_t count) {
     return palettes;
 }
 
-std::vector<Pattern> ReadPatterns(BasisBits bits, size_t count) {
+std::vector<Pattern> ReadPatterns(BitReader bits, size_t count) {
     if (bits.Take(2) != 0) bits.Fail("are of a reserved kind");
     const auto takeRows = [&] {
         uint32_t rows = 0;
@@ -75,7 +75,7 @@ std::vector<Pattern> ReadPatterns(BasisBits bits, size_t count) {
         while (patterns.size() < count) patterns.push_back(takeRows());
         return patterns;
     }
-    const BasisCode differences(bits);
+    const HuffmanCode differences(bits);
     patterns.push_back(takeRows());
     while (patterns.size() < count) {
         Pattern pattern = patterns.back();
@@ -91,10 +91,10 @@ std::vector<Pattern> ReadPatterns(BasisBits bits, size_t count) {
 
 // The codes of the slices.
 struct SliceCodes {
-    BasisCode predictions, paletteSteps, patterns, runs;
+    HuffmanCode predictions, paletteSteps, patterns, runs;
     uint32_t historySize;
 
-    explicit SliceCodes(BasisBits bits)
+    explicit SliceCodes(BitReader bits)
         : predictions(bits), paletteSteps(bits), patterns(bits), runs(bits), historySize(bits.Take(13)) {}
 };
 
@@ -133,7 +133,7 @@ class PaletteReader {
 
     void StartRow() { std::swap(m_above, m_current); }
 
-    uint32_t Next(BasisBits& bits, uint32_t x, uint32_t y) {
+    uint32_t Next(BitReader& bits, uint32_t x, uint32_t y) {
         if (x % 2 == 0 && y % 2 == 0) {
             m_predictions = TakePredictions(bits);
             m_lower[x / 2] = static_cast<uint8_t>(m_predictions >> 4);
@@ -166,7 +166,7 @@ class PaletteReader {
     }
 
   private:
-    uint32_t TakePredictions(BasisBits& bits) {
+    uint32_t TakePredictions(BitReader& bits) {
         constexpr uint32_t kRepeat = 256, kMinRepeat = 3;
         if (m_repeats > 0) {
             --m_repeats;
@@ -196,7 +196,7 @@ class PatternReader {
     PatternReader(const SliceCodes& codes, size_t patternCount)
         : m_codes(codes), m_patternCount(patternCount), m_history(codes.historySize) {}
 
-    uint32_t Next(BasisBits& bits) {
+    uint32_t Next(BitReader& bits) {
         if (m_run > 0) {
             --m_run;
             return FromHistory(bits, 0);
@@ -216,7 +216,7 @@ class PatternReader {
     }
 
   private:
-    uint32_t FromHistory(BasisBits& bits, uint32_t place) {
+    uint32_t FromHistory(BitReader& bits, uint32_t place) {
         if (place >= m_history.Size()) bits.Fail("refers to a pattern that there is not");
         return m_history.Use(place);
     }
@@ -230,7 +230,7 @@ class PatternReader {
 // Draws a slice into RGB, or with its green into alpha. The specification has alpha in red, of slices that
 // may be gray or not; those that encoders make are nearly gray, and the transcoders that their pictures are
 // looked at with read green.
-void DecodeSlice(BasisBits bits, const SliceCodes& codes, const Codebooks& books, bool isAlpha,
+void DecodeSlice(BitReader bits, const SliceCodes& codes, const Codebooks& books, bool isAlpha,
                  Image8& image) {
     const uint32_t blocksX = (image.width + 3) / 4, blocksY = (image.height + 3) / 4;
     PaletteReader palettes(codes, books.palettes.size(), blocksX);
@@ -279,7 +279,7 @@ class BasisLzReader {
             const size_t length = Little32(global, lengthAt);
             if (length > global.size() - at) Fail("the global data is truncated");
             at += length;
-            return BasisBits(global.subspan(at - length, length), m_name, what);
+            return BitReader(global.subspan(at - length, length), m_name, what);
         };
         Codebooks books;
         books.palettes = ReadPalettes(part(4, "the list of colors"), paletteCount);
@@ -287,8 +287,8 @@ class BasisLzReader {
         const SliceCodes codes(part(12, "the list of codes"));
         const std::span<const std::byte> description = global.subspan(kGlobalHeaderBytes, kImageBytes);
         if ((Little32(description, 0) & kIsPFrame) != 0) Fail("frames of a video are not supported");
-        const BasisBits color = Slice(description, 4, "the color slice");
-        const BasisBits alpha = Slice(description, 12, "the alpha slice");
+        const BitReader color = Slice(description, 4, "the color slice");
+        const BitReader alpha = Slice(description, 12, "the alpha slice");
         Image8 image{m_header.width, m_header.height, {}};
         image.rgba.reserve(size_t{4} * image.width * image.height);
         DecodeSlice(color, codes, books, false, image);
@@ -299,7 +299,7 @@ class BasisLzReader {
   private:
     [[noreturn]] void Fail(const std::string& what) const { Reject(m_name, "BasisLZ: " + what); }
 
-    BasisBits Slice(std::span<const std::byte> description, size_t at, const char* what) const {
+    BitReader Slice(std::span<const std::byte> description, size_t at, const char* what) const {
         const size_t offset = Little32(description, at), length = Little32(description, at + 4);
         const size_t size = m_header.level.size();
         if (length > size || offset > size - length)
@@ -334,11 +334,11 @@ constexpr std::array<uint8_t, kLengthSymbols> kOrder{17, 18, 19, 20, 0,  8, 7,  
 
 }  // namespace
 
-void BasisBits::Fail(const char* what) const {
+void BitReader::Fail(const char* what) const {
     Reject(m_name, Text("BasisLZ: {} {}", m_part, what));
 }
 
-uint32_t BasisBits::TakeChunks(unsigned chunkBits) {
+uint32_t BitReader::TakeChunks(unsigned chunkBits) {
     uint32_t value = 0;
     for (unsigned shift = 0; shift < 32; shift += chunkBits) {
         const uint32_t chunk = Take(chunkBits + 1);
@@ -348,7 +348,7 @@ uint32_t BasisBits::TakeChunks(unsigned chunkBits) {
     Fail("has a number of more than 32 bits");
 }
 
-BasisCode::BasisCode(BasisBits& bits) {
+HuffmanCode::HuffmanCode(BitReader& bits) {
     const uint32_t symbolCount = bits.Take(14);
     if (symbolCount == 0) return;  // never used
     const uint32_t lengthCount = bits.Take(5);
@@ -356,7 +356,7 @@ BasisCode::BasisCode(BasisBits& bits) {
     std::array<uint8_t, kLengthSymbols> lengthsOfLengths = {};
     for (uint32_t i = 0; i < lengthCount; ++i)
         lengthsOfLengths[kOrder[i]] = static_cast<uint8_t>(bits.Take(3));
-    const BasisCode lengthCode(lengthsOfLengths, bits);
+    const HuffmanCode lengthCode(lengthsOfLengths, bits);
     std::vector<uint8_t> lengths;
     lengths.reserve(symbolCount);
     while (lengths.size() < symbolCount) {
@@ -379,7 +379,7 @@ BasisCode::BasisCode(BasisBits& bits) {
 
 // Words are counted up by their lengths (RFC 1951, section 3.2.2), and stored with their first bit lowest. A
 // code may have words to spare, as one of a single symbol has.
-void BasisCode::Build(std::span<const uint8_t> lengths, BasisBits& bits) {
+void HuffmanCode::Build(std::span<const uint8_t> lengths, BitReader& bits) {
     std::array<uint32_t, kLongestWord + 1> counts = {}, next = {};
     for (const uint8_t length : lengths) ++counts[length];
     counts[0] = 0;

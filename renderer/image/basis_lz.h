@@ -1,6 +1,6 @@
 // ETC1S with BasisLZ, the small encoding of KHR_texture_basisu: blocks that share a palette of colors and
 // one of patterns; and the reader of its bits, after the KTX File Format Specification 2.0, appendix
-// "BasisLZ/ETC1S Bitstream Specification". Private to renderer/image. Threads: any; a BasisBits: one at a
+// "BasisLZ/ETC1S Bitstream Specification". Private to renderer/image. Threads: any; a BitReader: one at a
 // time.
 #pragma once
 
@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/image/ktx2_decode.h"
+#include "renderer/image/ktx2_header.h"
 
 namespace raygraph::image {
 
@@ -19,10 +19,10 @@ namespace raygraph::image {
 Image8 DecodeBasisLz(const Ktx2Header& header, std::string_view name);
 
 // A reader of bits, from the lowest of the first byte upwards. Reading beyond the end is refused.
-class BasisBits {
+class BitReader {
   public:
     // `part` is the name of these bits in messages.
-    BasisBits(std::span<const std::byte> bytes, std::string_view name, const char* part)
+    BitReader(std::span<const std::byte> bytes, std::string_view name, const char* part)
         : m_bytes(bytes), m_name(name), m_part(part) {}
 
     // The next 0 to 16 bits.
@@ -58,12 +58,12 @@ class BasisBits {
 };
 
 // A canonical Huffman code of up to 16 bits a symbol, as in Deflate.
-class BasisCode {
+class HuffmanCode {
   public:
     // Reads the lengths of the code's words.
-    explicit BasisCode(BasisBits& bits);
+    explicit HuffmanCode(BitReader& bits);
 
-    uint32_t Take(BasisBits& bits) const {
+    uint32_t Take(BitReader& bits) const {
         if (m_entries.empty()) bits.Fail("uses a code without symbols");
         const Entry entry = m_entries[bits.Peek() & (m_entries.size() - 1)];
         if (entry.length == 0) bits.Fail("has a word that its code lacks");
@@ -72,8 +72,8 @@ class BasisCode {
     }
 
   private:
-    BasisCode(std::span<const uint8_t> lengths, BasisBits& bits) { Build(lengths, bits); }
-    void Build(std::span<const uint8_t> lengths, BasisBits& bits);
+    HuffmanCode(std::span<const uint8_t> lengths, BitReader& bits) { Build(lengths, bits); }
+    void Build(std::span<const uint8_t> lengths, BitReader& bits);
 
     struct Entry {
         uint16_t symbol = 0;

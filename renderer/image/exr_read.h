@@ -1,6 +1,5 @@
-// Parts of the OpenEXR reader: the check of a header before the library reads it, the threads that the
-// library uses, and the attributes of the format. Private to renderer/image, except ExrThreads, which is for
-// programs. Threads: any.
+// Parts of the OpenEXR reader: the check of a header before the library reads it, and the attributes of the
+// format. Private to renderer/image. Threads: any.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +7,6 @@
 #include <span>
 #include <string_view>
 
-#include "base/api.h"
 #include "renderer/image/image.h"
 
 namespace raygraph::image {
@@ -18,26 +16,6 @@ namespace raygraph::image {
 // and unsupported pictures: multi-part, deep and subsampled ones. A file that passes may still be corrupt
 // further on.
 void CheckExrHeader(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
-
-// ExrThreads: threads that code OpenEXR files.
-//
-//   const image::ExrThreads threads;
-//   image::WriteExr(path, picture);
-//
-// While there is one, ReadExr and WriteExr use several threads of the OpenEXR library, which has one pool of
-// them for the whole process. The first object starts them and the last one ends them; where the process has
-// started some itself (Imf::setGlobalThreadCount), they are left alone. Files have the same bits with any
-// number.
-class RAYGRAPH_API ExrThreads {
-  public:
-    explicit ExrThreads(unsigned count = 0);  // 0: one a core
-    ~ExrThreads();
-    ExrThreads(const ExrThreads&) = delete;
-    ExrThreads& operator=(const ExrThreads&) = delete;
-
-  private:
-    bool m_isCounted = false;
-};
 
 // Returns whether the format itself defines the attribute: it is never written as an attribute of a render,
 // and is not metadata when read.

@@ -1,7 +1,7 @@
 // KTX2, Khronos' container of textures: the largest level of a 2D texture, plain, in blocks, or as Basis
 // Universal (KHR_texture_basisu); of blocks that GPUs read, all levels.
 
-#include "renderer/image/ktx2_decode.h"
+#include "renderer/image/ktx2_header.h"
 
 #include <zstd.h>
 #include <algorithm>

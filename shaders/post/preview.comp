@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Preview: surfaces lit from the camera (passes/show.h).
+// Preview: surfaces lit from the camera (passes/trace.h).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D albedo;

@@ -81,19 +81,6 @@ constexpr auto Values() {
     X(Of, Mask, 1, "mask", "MASK")       \
     X(Of, Blend, 2, "blend", "BLEND")
 
-#ifdef __cplusplus
-namespace raygraph::scene {
-RAYGRAPH_CHOICE(AlphaMode, RAYGRAPH_ALPHA_MODES)
-}  // namespace raygraph::scene
-namespace raygraph {
-#endif
-
-RAYGRAPH_CHOICE_CONSTANTS(Alpha, RAYGRAPH_ALPHA_MODES)
-
-#ifdef __cplusplus
-}  // namespace raygraph
-#endif
-
 // --- The ways of choosing a light (lights/lights.glsl) ---
 //   Uniform: every light with power above 0 alike
 //   Power:   by power
@@ -103,17 +90,6 @@ RAYGRAPH_CHOICE_CONSTANTS(Alpha, RAYGRAPH_ALPHA_MODES)
     X(Of, Uniform, 0, "uniform", "")   \
     X(Of, Power, 1, "power", "")       \
     X(Of, Bvh, 2, "bvh", "by its possible contribution")
-
-#ifdef __cplusplus
-namespace raygraph {
-RAYGRAPH_CHOICE(LightSampler, RAYGRAPH_LIGHT_SAMPLERS)
-#endif
-
-RAYGRAPH_CHOICE_CONSTANTS(LightSampler, RAYGRAPH_LIGHT_SAMPLERS)
-
-#ifdef __cplusplus
-}  // namespace raygraph
-#endif
 
 // --- The models that make up a microfacet lobe (bxdf/microfacet.glsl, bxdf/fresnel.glsl) ---
 #define RAYGRAPH_MICROFACET_DISTRIBUTIONS(X, Of) \
@@ -136,26 +112,6 @@ RAYGRAPH_CHOICE_CONSTANTS(LightSampler, RAYGRAPH_LIGHT_SAMPLERS)
     X(Of, Conductor, 2, "conductor", "")   \
     X(Of, Lazanyi, 3, "lazanyi", "")
 
-#ifdef __cplusplus
-namespace raygraph {
-RAYGRAPH_CHOICE(MicrofacetModel, RAYGRAPH_MICROFACET_DISTRIBUTIONS)
-RAYGRAPH_CHOICE(MaskingModel, RAYGRAPH_MASKING_MODELS)
-RAYGRAPH_CHOICE(FresnelModel, RAYGRAPH_FRESNEL_MODELS)
-
-// Below this alpha (roughness^2) a surface counts as smooth, and its lobe is a delta.
-inline constexpr float kSmoothAlpha = 1e-3f;
-#else
-const float kSmoothAlpha = 1e-3f;
-#endif
-
-RAYGRAPH_CHOICE_CONSTANTS(Distribution, RAYGRAPH_MICROFACET_DISTRIBUTIONS)
-RAYGRAPH_CHOICE_CONSTANTS(Masking, RAYGRAPH_MASKING_MODELS)
-RAYGRAPH_CHOICE_CONSTANTS(Fresnel, RAYGRAPH_FRESNEL_MODELS)
-
-#ifdef __cplusplus
-}  // namespace raygraph
-#endif
-
 // --- Treatment of multiple scattering between the facets of a rough surface ---
 //   Off:  it is lost
 //   Lut:  single scattering, scaled up by tables to what the walk returns
@@ -165,33 +121,11 @@ RAYGRAPH_CHOICE_CONSTANTS(Fresnel, RAYGRAPH_FRESNEL_MODELS)
     X(Of, Lut, 1, "lut", "compensated by tables") \
     X(Of, Walk, 2, "walk", "simulated")
 
-#ifdef __cplusplus
-namespace raygraph {
-RAYGRAPH_CHOICE(MultiscatterKind, RAYGRAPH_MULTISCATTER_KINDS)
-#endif
-
-RAYGRAPH_CHOICE_CONSTANTS(MultiscatterKind, RAYGRAPH_MULTISCATTER_KINDS)
-
-#ifdef __cplusplus
-}  // namespace raygraph
-#endif
-
 // --- The samplers of core/rng.glsl ---
 #define RAYGRAPH_SAMPLER_KINDS(X, Of)          \
     X(Of, Sobol, 0, "sobol", "Owen-scrambled") \
     X(Of, Pcg, 1, "pcg", "")                   \
     X(Of, Tea, 2, "tea", "")
-
-#ifdef __cplusplus
-namespace raygraph {
-RAYGRAPH_CHOICE(SamplerKind, RAYGRAPH_SAMPLER_KINDS)
-#endif
-
-RAYGRAPH_CHOICE_CONSTANTS(SamplerKind, RAYGRAPH_SAMPLER_KINDS)
-
-#ifdef __cplusplus
-}  // namespace raygraph
-#endif
 
 // --- The operators of core/tonemap.glsl ---
 #define RAYGRAPH_TONEMAP_OPERATORS(X, Of) \
@@ -201,17 +135,6 @@ RAYGRAPH_CHOICE_CONSTANTS(SamplerKind, RAYGRAPH_SAMPLER_KINDS)
     X(Of, Aces, 3, "aces", "")            \
     X(Of, AgX, 4, "agx", "")              \
     X(Of, Neutral, 5, "neutral", "")
-
-#ifdef __cplusplus
-namespace raygraph {
-RAYGRAPH_CHOICE(TonemapOperator, RAYGRAPH_TONEMAP_OPERATORS)
-#endif
-
-RAYGRAPH_CHOICE_CONSTANTS(Tonemap, RAYGRAPH_TONEMAP_OPERATORS)
-
-#ifdef __cplusplus
-}  // namespace raygraph
-#endif
 
 // --- The views of a scene ---
 // To add a view, add a line to the list: the command line, the passes of passes/views.h and their tests take
@@ -248,12 +171,44 @@ RAYGRAPH_CHOICE_CONSTANTS(Tonemap, RAYGRAPH_TONEMAP_OPERATORS)
     X(Of, RayCost, 12, "ray-cost", "")
 // clang-format on
 
+// --- The choices in C++ and in GLSL ---
+
 #ifdef __cplusplus
+namespace raygraph::scene {
+RAYGRAPH_CHOICE(AlphaMode, RAYGRAPH_ALPHA_MODES)
+}  // namespace raygraph::scene
 namespace raygraph::passes {
 RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWS)
 }  // namespace raygraph::passes
+
+namespace raygraph {
+RAYGRAPH_CHOICE(LightSampler, RAYGRAPH_LIGHT_SAMPLERS)
+RAYGRAPH_CHOICE(MicrofacetModel, RAYGRAPH_MICROFACET_DISTRIBUTIONS)
+RAYGRAPH_CHOICE(MaskingModel, RAYGRAPH_MASKING_MODELS)
+RAYGRAPH_CHOICE(FresnelModel, RAYGRAPH_FRESNEL_MODELS)
+RAYGRAPH_CHOICE(MultiscatterKind, RAYGRAPH_MULTISCATTER_KINDS)
+RAYGRAPH_CHOICE(SamplerKind, RAYGRAPH_SAMPLER_KINDS)
+RAYGRAPH_CHOICE(TonemapOperator, RAYGRAPH_TONEMAP_OPERATORS)
+
+// Below this alpha (roughness^2) a surface counts as smooth, and its lobe is a delta.
+inline constexpr float kSmoothAlpha = 1e-3f;
 #else
+const float kSmoothAlpha = 1e-3f;
+
 RAYGRAPH_CHOICE_CONSTANTS(View, RAYGRAPH_VIEWS)
+#endif
+
+RAYGRAPH_CHOICE_CONSTANTS(Alpha, RAYGRAPH_ALPHA_MODES)
+RAYGRAPH_CHOICE_CONSTANTS(LightSampler, RAYGRAPH_LIGHT_SAMPLERS)
+RAYGRAPH_CHOICE_CONSTANTS(Distribution, RAYGRAPH_MICROFACET_DISTRIBUTIONS)
+RAYGRAPH_CHOICE_CONSTANTS(Masking, RAYGRAPH_MASKING_MODELS)
+RAYGRAPH_CHOICE_CONSTANTS(Fresnel, RAYGRAPH_FRESNEL_MODELS)
+RAYGRAPH_CHOICE_CONSTANTS(MultiscatterKind, RAYGRAPH_MULTISCATTER_KINDS)
+RAYGRAPH_CHOICE_CONSTANTS(SamplerKind, RAYGRAPH_SAMPLER_KINDS)
+RAYGRAPH_CHOICE_CONSTANTS(Tonemap, RAYGRAPH_TONEMAP_OPERATORS)
+
+#ifdef __cplusplus
+}  // namespace raygraph
 #endif
 
 #endif

@@ -15,6 +15,9 @@
 namespace raygraph::gpu {
 using glm::vec3;
 using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#else
+#define RAYGRAPH_CONSTANT const
 #endif
 
 // A group as it would be drawn if all of its placements were visible.
@@ -33,27 +36,11 @@ struct DrawCommand {
     uint firstInstance;
 };
 
-#ifdef __cplusplus
-static_assert(sizeof(DrawRecord) == 8 * 4);
-static_assert(sizeof(DrawCommand) == 4 * 4);
-}  // namespace raygraph::gpu
-#endif
-
 // --- Drawing by compute ---
 //
 // A chunk is kChunkTriangles triangles one after the other of one visible placement. Chunks are numbered
 // through the draws, and in a draw through its visible placements; a triangle's number is that of its chunk
 // and its place in it. A triangle of many pixels is drawn tile by tile.
-
-#ifdef __cplusplus
-#include <cstdint>
-
-namespace raygraph::gpu {
-using uint = uint32_t;
-#define RAYGRAPH_CONSTANT inline constexpr
-#else
-#define RAYGRAPH_CONSTANT const
-#endif
 
 RAYGRAPH_CONSTANT uint kChunkBits = 4u;
 RAYGRAPH_CONSTANT uint kChunkTriangles = 1u << kChunkBits;
@@ -71,9 +58,12 @@ struct TriangleTile {
 RAYGRAPH_CONSTANT uint kDrawnAlpha = 1u;  // some triangles are alpha-tested
 RAYGRAPH_CONSTANT uint kDrawnGlass = 2u;  // transmissive surfaces, too
 
+#undef RAYGRAPH_CONSTANT
+
 #ifdef __cplusplus
+static_assert(sizeof(DrawRecord) == 8 * 4);
+static_assert(sizeof(DrawCommand) == 4 * 4);
 }  // namespace raygraph::gpu
 #endif
-#undef RAYGRAPH_CONSTANT
 
 #endif

@@ -133,30 +133,8 @@ struct LightSetRecord {
     uint environmentHeight;
 };
 
-#undef RAYGRAPH_CONSTANT
-
-#ifdef __cplusplus
-static_assert(sizeof(LightRecord) == 16 * 4);
-static_assert(sizeof(LightNode) == 12 * 4);
-static_assert(sizeof(LightMeshRecord) == 5 * 4);
-static_assert(sizeof(AliasEntry) == 3 * 4);
-static_assert(sizeof(LightSetRecord) == 9 * 4);
-}  // namespace raygraph::gpu
-#endif
-
 // --- The table by which directions to the environment are chosen ---
 // The buffer holds an entry for each row of the map's cells, then those of each row's cells.
-
-#ifdef __cplusplus
-
-#include <cstdint>
-
-namespace raygraph::gpu {
-using uint = uint32_t;
-#define RAYGRAPH_CONSTANT inline constexpr
-#else
-#define RAYGRAPH_CONSTANT const
-#endif
 
 // Ends are multiples of 1 / this, as random numbers are.
 RAYGRAPH_CONSTANT uint kEnvironmentSteps = 0x1000000u;
@@ -170,26 +148,9 @@ struct EnvironmentEntry {
     float probability;  // of this row; of this cell in the whole map
 };
 
-#undef RAYGRAPH_CONSTANT
-
-#ifdef __cplusplus
-static_assert(sizeof(EnvironmentEntry) == 3 * 4);
-}  // namespace raygraph::gpu
-#endif
-
 // --- The environment map, prefiltered for rough surfaces ---
 // It has levels of equirectangular pictures, one below the other. Level i is filtered for a roughness of (i
 // + 1) kFilteredStep, the last one for diffuse surfaces. Without rotation and scale, like the map.
-
-#ifdef __cplusplus
-#include <cstdint>
-
-namespace raygraph::gpu {
-using uint = uint32_t;
-#define RAYGRAPH_CONSTANT inline constexpr
-#else
-#define RAYGRAPH_CONSTANT const
-#endif
 
 RAYGRAPH_CONSTANT uint kFilteredWidth = 128u;
 RAYGRAPH_CONSTANT uint kFilteredHeight = 64u;  // of a level
@@ -200,6 +161,12 @@ RAYGRAPH_CONSTANT float kFilteredStep = 0.2f;
 #undef RAYGRAPH_CONSTANT
 
 #ifdef __cplusplus
+static_assert(sizeof(LightRecord) == 16 * 4);
+static_assert(sizeof(LightNode) == 12 * 4);
+static_assert(sizeof(LightMeshRecord) == 5 * 4);
+static_assert(sizeof(AliasEntry) == 3 * 4);
+static_assert(sizeof(LightSetRecord) == 9 * 4);
+static_assert(sizeof(EnvironmentEntry) == 3 * 4);
 }  // namespace raygraph::gpu
 #endif
 

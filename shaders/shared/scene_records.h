@@ -26,17 +26,10 @@ using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 using uint = uint32_t;
-#define RAYGRAPH_ADDRESS uint64_t
-
-#else
-
-#define RAYGRAPH_ADDRESS uvec2
-
-#endif
-
-#ifdef __cplusplus
+#define RAYGRAPH_ADDRESS  uint64_t
 #define RAYGRAPH_CONSTANT inline constexpr
 #else
+#define RAYGRAPH_ADDRESS  uvec2
 #define RAYGRAPH_CONSTANT const
 #endif
 
@@ -148,6 +141,12 @@ struct EnvironmentRecord {
     uint hasMap;
 };
 
+// A pixel that Trace samples, where pixels have different numbers of samples (passes/pixel_list.h).
+struct ListedPixel {
+    uint texel;        // texel of the traced part of the picture: x + y * 65536
+    uint sampleIndex;  // index of its first sample
+};
+
 // All parameters of a camera-ray pass; a uniform block.
 struct TraceParameters {
     CameraRecord camera;
@@ -185,24 +184,6 @@ static_assert(sizeof(MaterialRecord) == 15 * 4
 #include "material_list.h"
 );
 static_assert(sizeof(TraceParameters) == 55 * 4);
-}  // namespace raygraph::gpu
-#endif
-
-// --- A pixel that Trace samples, where pixels have different numbers of samples (passes/pixel_list.h) ---
-
-#ifdef __cplusplus
-#include <cstdint>
-
-namespace raygraph::gpu {
-using uint = uint32_t;
-#endif
-
-struct ListedPixel {
-    uint texel;        // texel of the traced part of the picture: x + y * 65536
-    uint sampleIndex;  // index of its first sample
-};
-
-#ifdef __cplusplus
 }  // namespace raygraph::gpu
 #endif
 

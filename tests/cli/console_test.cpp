@@ -12,6 +12,7 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/program_log.h"
 #include "editor/cli/progress.h"
+#include "editor/cli/run_command.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 

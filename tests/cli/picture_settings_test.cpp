@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "editor/cli/aov_request.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/report.h"
 #include "editor/cli/scene_text.h"

@@ -13,7 +13,7 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "editor/session/file/render_file.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "passes/tonemap.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"

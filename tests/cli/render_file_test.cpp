@@ -3,11 +3,12 @@
 #include <fstream>
 
 #include "base/median.h"
+#include "editor/cli/aov_request.h"
 #include "editor/cli/resume_settings.h"
 #include "editor/session/file/image_statistics.h"
 #include "editor/session/file/merge.h"
 #include "editor/session/file/render_file.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "editor/session/file/sample_ranges.h"
 #include "editor/session/frames/pass_times.h"
 #include "renderer/image/exr.h"

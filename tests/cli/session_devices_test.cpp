@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "editor/session/file/sum_residuals.h"
 #include "editor/session/group/block_queue.h"
 #include "editor/session/session.h"

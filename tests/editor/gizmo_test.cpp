@@ -8,6 +8,7 @@
 #include "editor/app/actions.h"
 #include "editor/app/camera_controller.h"
 #include "editor/app/gizmo.h"
+#include "editor/app/input.h"
 
 namespace raygraph::editor::gizmo_test {
 

@@ -8,10 +8,10 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "editor/app/graph_panel.h"
-#include "editor/app/log_panel.h"
+#include "editor/app/frame_statistics.h"
+#include "editor/app/graph_layout.h"
+#include "editor/app/log_history.h"
 #include "editor/app/settings.h"
-#include "editor/app/statistics_panel.h"
 #include "renderer/graph/compile.h"
 #include "renderer/image/image.h"
 #include "tests/editor/editor_test.h"

@@ -3,8 +3,8 @@
 #include <memory>
 #include <tuple>
 
-#include "renderer/graph/memory.h"
 #include "renderer/graph/pass_declaration.h"
+#include "renderer/graph/resource_pool.h"
 #include "rhi/shader_compiler.h"
 #include "tests/graph/graph_test.h"
 #include "tests/rhi/fake_loader.h"

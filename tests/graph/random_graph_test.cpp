@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "renderer/graph/compile.h"
-#include "renderer/graph/memory.h"
+#include "renderer/graph/memory_plan.h"
 #include "renderer/graph/plan_text.h"
 #include "tests/graph/oracle.h"
 #include "tests/graph/random_frames.h"

@@ -13,7 +13,6 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "renderer/image/exr.h"
-#include "renderer/image/exr_read.h"
 #include "tests/image/image_files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/reference_assets.h"

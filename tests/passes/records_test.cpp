@@ -10,6 +10,7 @@
 #include "renderer/gpu_scene/geometry/scene_geometry.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/host_objects.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
 #include "renderer/gpu_scene/lights/environment.h"
 #include "renderer/gpu_scene/materials/scene_materials.h"

@@ -11,6 +11,7 @@
 #include "passes/views.h"
 #include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/geometry/scene_geometry.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
 #include "renderer/gpu_scene/materials/scene_materials.h"
 #include "shaders/shared/trace_options.h"

@@ -23,6 +23,7 @@
 
 #include "passes/accumulate.h"
 #include "passes/compare.h"
+#include "passes/flip.h"
 #include "passes/real_time.h"
 #include "passes/tonemap.h"
 #include "passes/trace.h"
@@ -238,7 +239,7 @@ class Measurement {
                 const TextureId referenceShown = Shown(sum);
                 display = m_renderer.ReadBack(referenceShown);
                 const auto flipTo = [&](const std::vector<uint8_t>& picture) {
-                    return m_renderer.ReadBack(passes::SumGroups(
+                    return m_renderer.ReadBack(passes::ReduceBlocks(
                         m_renderer, passes::Flip(m_renderer, referenceShown, Uploaded(picture))));
                 };
                 flip = flipTo(shown);
@@ -250,8 +251,8 @@ class Measurement {
         m_referenceShown = WaitForValues<uint8_t>(display);
         flip.Wait();
         rawFlip.Wait();
-        m_flip = passes::NumbersOf(flip, m_extent).mean;
-        m_rawFlip = passes::NumbersOf(rawFlip, m_extent).mean;
+        m_flip = passes::StatisticsOf(flip, m_extent).mean;
+        m_rawFlip = passes::StatisticsOf(rawFlip, m_extent).mean;
         m_renderer.TakeTimings();
     }
     TextureId Uploaded(const std::vector<uint8_t>& picture) {

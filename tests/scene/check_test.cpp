@@ -18,7 +18,7 @@
 #include "base/error.h"
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/geometry/round_primitives.h"
-#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/choice_names.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/model/check.h"

@@ -13,7 +13,7 @@
 
 #include "base/error.h"
 #include "renderer/scene/formats/ies_file.h"
-#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/choice_names.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/model/camera_view.h"

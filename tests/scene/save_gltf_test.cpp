@@ -10,7 +10,7 @@
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/animation/pose.h"
 #include "renderer/scene/geometry/round_primitives.h"
-#include "renderer/scene/geometry/split_mesh.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/check.h"
@@ -204,7 +204,7 @@ TEST_F(SaveGltf, PlacesFarAwayKeepTheirRest) {
     document.AddNode({{"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 1}}, {"mesh", 0}});
     const fs::path source = from.Write("scene.gltf", document.Text());
     scene::SceneData edited = scene::LoadGltf(source);
-    const scene::SplitPlace far = scene::Split({10'000.5003, -6e6 + 0.125, 3.0});
+    const scene::FloatPair far = scene::ToFloatPair({10'000.5003, -6e6 + 0.125, 3.0});
     edited.nodes[0].translation = far.rounded;
     edited.nodes[0].translationResidual = far.rest;
     glm::mat4x3 moved = edited.nodes[1].LocalTransform();

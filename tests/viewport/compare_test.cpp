@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "passes/compare.h"
+#include "passes/flip.h"
 #include "passes/overlay.h"
 #include "renderer/graph/pass_harness.h"
 #include "renderer/scene/animation/deform.h"
@@ -113,14 +114,14 @@ TEST_F(Compare, NumbersOfAMap_AreItsMeanAndItsGreatest) {
     Readback groups;
     harness.Run([&](PassHarness& h) {
         const TextureId map = h.Texture("map", extent, Format::R32Float, values);
-        groups = renderer.ReadBack(passes::SumGroups(renderer, map));
-        EXPECT_THROW(passes::NumbersOf(groups, extent), Error);
+        groups = renderer.ReadBack(passes::ReduceBlocks(renderer, map));
+        EXPECT_THROW(passes::StatisticsOf(groups, extent), Error);
         return map;
     });
-    const passes::MapNumbers numbers = passes::NumbersOf(groups, extent);
+    const passes::MapStatistics numbers = passes::StatisticsOf(groups, extent);
     EXPECT_NEAR(numbers.mean, 0.5 * 0.001 * (37 * 21 - 1), 1e-5);
     EXPECT_EQ(numbers.maximum, values[5]);
-    EXPECT_THROW(passes::NumbersOf(groups, {64, 64}), Error);
+    EXPECT_THROW(passes::StatisticsOf(groups, {64, 64}), Error);
 }
 
 TEST_F(Compare, Heat_IsLighterTheGreaterTheValue) {

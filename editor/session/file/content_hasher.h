@@ -1,5 +1,5 @@
 // ContentHasher hashes the contents of a scene for content_hash.h. Not installed. Whoever changes what is
-// hashed raises kFormat in render_file_impl.h. Threads: exclusive access.
+// hashed raises kFormat in render_file_parts.h. Threads: exclusive access.
 #pragma once
 
 #include <concepts>

@@ -4,7 +4,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 
 namespace raygraph::session {
 

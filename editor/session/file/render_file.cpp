@@ -9,7 +9,7 @@
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "editor/session/settings/as_input.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/setting_table.h"

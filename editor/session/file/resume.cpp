@@ -1,7 +1,7 @@
 #include "editor/session/file/resume.h"
 
 #include "base/text.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "editor/session/settings/error_goal.h"
 
 namespace raygraph::session {

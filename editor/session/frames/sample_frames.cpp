@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "editor/session/settings/error_goal.h"
 #include "passes/denoise.h"
+#include "passes/project_hits.h"
 #include "passes/raster.h"
 #include "passes/scene_bindings.h"
 #include "renderer/graph/readback_values.h"
@@ -76,7 +77,7 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
         const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
         passes::Restore(m_renderer, m_groups.accumulation,
                         {tiles.width * extent.width, tiles.height * extent.height}, count,
-                        ToTiles(sums.lightGroups, render.size));
+                        TilesFromGroups(sums.lightGroups, render.size));
     }
     m_secondTraces.Restore(m_renderer, render);
     m_renderer.Execute();
@@ -361,8 +362,9 @@ void SampleFrames::TakeMeans(RenderFile& render) const {
         Texels tiles;
         passes::ExactSums sums;
         Take(m_groups, tiles, sums);
-        render.lightGroups = FromTiles(tiles, render.size, m_plan.lightGroupCount);
-        if (m_plan.withSums) render.sums.lightGroups = FromTiles(sums, render.size, m_plan.lightGroupCount);
+        render.lightGroups = GroupsFromTiles(tiles, render.size, m_plan.lightGroupCount);
+        if (m_plan.withSums)
+            render.sums.lightGroups = GroupsFromTiles(sums, render.size, m_plan.lightGroupCount);
     }
 }
 
@@ -564,7 +566,7 @@ void ForEachRow(Extent2D size, uint32_t groupCount, uint32_t group, const Copy& 
 
 }  // namespace
 
-std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount) {
+std::vector<Texels> GroupsFromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount) {
     std::vector<Texels> pictures(groupCount, Texels(4 * PixelCount(size)));
     for (uint32_t group = 0; group < groupCount; ++group)
         ForEachRow(size, groupCount, group, [&](size_t to, size_t from) {
@@ -573,7 +575,8 @@ std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t group
     return pictures;
 }
 
-std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2D size, uint32_t groupCount) {
+std::vector<passes::ExactSums> GroupsFromTiles(const passes::ExactSums& tiles, Extent2D size,
+                                               uint32_t groupCount) {
     std::vector<passes::ExactSums> pictures(groupCount, passes::MakeExactSums(PixelCount(size), false));
     for (uint32_t group = 0; group < groupCount; ++group)
         for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
@@ -584,7 +587,7 @@ std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2
     return pictures;
 }
 
-passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, Extent2D size) {
+passes::ExactSums TilesFromGroups(const std::vector<passes::ExactSums>& pictures, Extent2D size) {
     const uint32_t count = static_cast<uint32_t>(pictures.size());
     const Extent2D across = passes::LightGroupTiles(count);
     passes::ExactSums tiles = passes::MakeExactSums(PixelCount(size) * across.width * across.height, false);

@@ -221,10 +221,11 @@ RAYGRAPH_API double ShutterPosition(uint32_t sampleIndex, uint32_t seed);
 // --- Radiance by group of lights: tiles of a texture on the device, pictures in a file ---
 
 // Return a picture, or the sums of one, for each group of the tiles.
-std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount);
-std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2D size, uint32_t groupCount);
+std::vector<Texels> GroupsFromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount);
+std::vector<passes::ExactSums> GroupsFromTiles(const passes::ExactSums& tiles, Extent2D size,
+                                               uint32_t groupCount);
 
 // Converts pictures to tiles; unused tiles are black. Squares have no tiles.
-passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, Extent2D size);
+passes::ExactSums TilesFromGroups(const std::vector<passes::ExactSums>& pictures, Extent2D size);
 
 }  // namespace raygraph::session

@@ -10,7 +10,7 @@
 
 #include "base/check.h"
 #include "base/stopwatch.h"
-#include "editor/session/file/render_file_impl.h"
+#include "editor/session/file/render_file_parts.h"
 #include "editor/session/settings/error_goal.h"
 #include "renderer/gpu_scene/materials/texture_set.h"
 

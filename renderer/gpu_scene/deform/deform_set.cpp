@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/device_array.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
 #include "renderer/gpu_scene/scene_context.h"
 #include "renderer/scene/model/check.h"

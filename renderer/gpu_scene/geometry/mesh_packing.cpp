@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "renderer/bvh/wide_scene.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
 #include "renderer/scene/geometry/round_primitives.h"
 

@@ -251,32 +251,6 @@ void InstanceSet::ForEach(Visit&& visit) const {
         if (m_exists[i]) visit(i, m_instances[i]);
 }
 
-// --- The kinds of groups by which rays treat primitives, and their changes when materials change ---
-
-// Tells whether rays ignore back faces of the material.
-bool IsBackCulled(const gpu::MaterialRecord& material);
-
-// Returns the kind of a group with these parts. If back faces of only some parts are culled, an any-hit
-// shader decides.
-GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
-// Sets the geometry flags of a group's BLAS. Returns true if they have changed.
-bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
-
-// The effects of a change of materials.
-struct KindChanges {
-    bool structuresChanged = false;  // BLASes wait to be built
-    bool sidesChanged = false;       // culling or alpha has changed
-};
-// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
-// is added to the builder again, with the memory for its build. On an Error nothing has changed.
-KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
-                           uint32_t material, const gpu::MaterialRecord& record);
-
-// Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise it does what
-// ChangeMaterial does.
-KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
-                          uint32_t variant);
-
 // --- Owners: which part of the scene owns an object ---
 // So a new object at the index of a removed one is not taken for it.
 

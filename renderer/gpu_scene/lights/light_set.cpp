@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
 #include "renderer/scene/model/check.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/scene/geometry/split_mesh.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
@@ -192,7 +192,7 @@ bool SetTranslation(Node& node, const double* value) {
         const double rounded = double{ToFloat(value[i])};
         translation[i] = std::abs(rounded) < 1e37 ? value[i] : rounded;
     }
-    const SplitPlace place = Split(translation);
+    const FloatPair place = ToFloatPair(translation);
     const bool isMoved = Assign(node.translation, place.rounded);
     return Assign(node.translationResidual, place.rest) || isMoved;
 }

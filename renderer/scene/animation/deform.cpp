@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "base/check.h"
-#include "renderer/scene/geometry/split_mesh.h"
 #include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/geometry/triangles.h"
 #include "renderer/scene/model/check.h"
@@ -60,7 +59,7 @@ PlacedTransform SkinFrame(std::span<const PlacedTransform> nodeToWorld, const Sk
     const glm::dmat3 moved = glm::dmat3(first.matrix) * glm::dmat3(skin.inverseBinds.front());
     PlacedTransform frame;
     if (glm::determinant(moved) < 0.0) frame.matrix[0].x = -1.0f;
-    const SplitPlace place = Split(first.Place());
+    const FloatPair place = ToFloatPair(first.Place());
     frame.matrix[3] = place.rounded;
     frame.rest = place.rest;
     return frame;

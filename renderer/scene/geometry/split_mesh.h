@@ -12,7 +12,6 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/glm.hpp>
 #include <limits>
 #include <vector>
 
@@ -42,12 +41,5 @@ RAYGRAPH_API std::vector<PrimitivePiece> SplitPrimitive(Primitive&& primitive, c
 
 // Returns the host bytes of all streams.
 RAYGRAPH_API uint64_t StreamBytes(const Primitive& primitive);
-
-// A position in double precision as the sum of two floats.
-struct SplitPlace {
-    glm::vec3 rounded{0.0f};  // to float
-    glm::vec3 rest{0.0f};     // the remainder of the rounding
-};
-RAYGRAPH_API SplitPlace Split(const glm::dvec3& place);
 
 }  // namespace raygraph::scene

@@ -1,6 +1,5 @@
-// Normal maps need these: tangents of a triangle list, as MikkTSpace defines them (Mikkelsen, "Simulation of
-// Wrinkled Surfaces Revisited", 2008), against which the maps are baked, and the third channel of maps that
-// are stored with two. Internal to renderer/scene.
+// Tangents of a triangle list as MikkTSpace defines them (Mikkelsen, "Simulation of Wrinkled Surfaces
+// Revisited", 2008), against which normal maps are baked. Internal to renderer/scene.
 #pragma once
 
 #include <cstdint>
@@ -48,11 +47,5 @@ struct TangentShape {
 std::vector<glm::vec3> MoveTangents(const TangentShape& rest, const TangentShape& moved,
                                     std::span<const glm::vec4> tangents, std::span<const glm::vec2> uv,
                                     std::span<const uint32_t> indices);
-
-// Gives normal maps that are stored as x and y alone (BC5, red and green of KTX2), whose blue is 0 in all
-// texels, their third channel: z of a unit vector that points up. Their blocks are dropped, except those of
-// BC5, to which shaders give it. Images that have another use as well stay as they are. Threads: exclusive
-// access to the scene.
-void CompleteNormalMaps(SceneData& scene);
 
 }  // namespace raygraph::scene

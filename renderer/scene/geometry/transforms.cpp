@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "renderer/scene/geometry/split_mesh.h"
 #include "renderer/scene/model/check.h"
 
 namespace raygraph::scene {
@@ -146,7 +145,7 @@ std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, cons
     if (!mesh.IsEmpty()) {
         const glm::dvec3 middle = 0.5 * (glm::dvec3(mesh.min) + glm::dvec3(mesh.max));
         const glm::dvec3 moved = (glm::dmat3(shown.matrix) - linear) * middle;
-        const SplitPlace place = Split(placed.Place() - moved);
+        const FloatPair place = ToFloatPair(placed.Place() - moved);
         shown.matrix[3] = place.rounded;
         shown.rest = place.rest;
     }
@@ -219,6 +218,17 @@ std::optional<TransformParts> PartsOf(const glm::mat4x3& local, const Node& own)
     parts.rotation = turned(scale);
     if (IsNear(Matrix(parts), local)) return parts;
     return std::nullopt;
+}
+
+// Where GCC 12 vectorizes this loop, it leaves out the rounding to float: `volatile` keeps it.
+FloatPair ToFloatPair(const glm::dvec3& position) {
+    FloatPair pair;
+    for (int i = 0; i < 3; ++i) {
+        const volatile float rounded = static_cast<float>(position[i]);
+        pair.rounded[i] = rounded;
+        pair.rest[i] = static_cast<float>(position[i] - static_cast<double>(rounded));
+    }
+    return pair;
 }
 
 }  // namespace raygraph::scene

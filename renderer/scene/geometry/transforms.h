@@ -1,5 +1,6 @@
 // Transforms of instances: flat ones are given a thickness, and any is measured or taken apart into
-// translation, rotation and scale. Threads: pure functions, for any thread.
+// translation, rotation and scale. Positions in double precision as pairs of floats. Threads: pure functions,
+// for any thread.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +13,13 @@
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {
+
+// A position in double precision as the sum of two floats.
+struct FloatPair {
+    glm::vec3 rounded{0.0f};  // to float
+    glm::vec3 rest{0.0f};     // the remainder of the rounding
+};
+RAYGRAPH_API FloatPair ToFloatPair(const glm::dvec3& position);
 
 // --- Flat transforms ---
 // They squeeze a mesh into a plane: a scale of 0 on one axis, in a node or in one above it, or so little

@@ -1,4 +1,5 @@
-// The pictures of a glTF file. Internal to renderer/scene.
+// The pictures of a glTF file, and the third channel of normal maps that are stored with two. Internal to
+// renderer/scene.
 #pragma once
 
 #include <cstdint>
@@ -21,5 +22,11 @@ using ImageChoice = std::vector<uint32_t>;
 std::vector<ImageData> DecodeImages(GltfContext& context, const std::vector<ImageSource>& sources,
                                     const std::vector<ImageChoice>& choices, const std::vector<bool>& isShown,
                                     GltfBuffers& buffers);
+
+// Gives normal maps that are stored as x and y alone (BC5, red and green of KTX2), whose blue is 0 in all
+// texels, their third channel: z of a unit vector that points up. Their blocks are dropped, except those of
+// BC5, to which shaders give it. Images that have another use as well stay as they are. Threads: exclusive
+// access to the scene.
+void CompleteNormalMaps(SceneData& scene);
 
 }  // namespace raygraph::scene

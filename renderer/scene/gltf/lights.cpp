@@ -7,14 +7,13 @@
 #include "base/text.h"
 #include "renderer/scene/formats/cube_map.h"
 #include "renderer/scene/formats/ies_file.h"
-#include "renderer/scene/gltf/choice.h"
-#include "renderer/scene/gltf/nodes.h"
+#include "renderer/scene/gltf/choice_names.h"
 #include "renderer/scene/gltf/reader.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::scene {
 
-// --- Cameras and punctual lights (gltf/nodes.h) ---
+// --- Cameras and punctual lights ---
 
 namespace {
 

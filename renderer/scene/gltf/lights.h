@@ -1,5 +1,5 @@
-// The lights of a glTF file that are made of images or tables: its environment, EXT_lights_image_based, and
-// lights with measured profiles, EXT_lights_ies. Internal to renderer/scene.
+// The cameras and lights of a glTF file: punctual lights, the environment (EXT_lights_image_based), and
+// lights with measured profiles (EXT_lights_ies). Internal to renderer/scene.
 #pragma once
 
 #include <array>
@@ -16,6 +16,10 @@
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {
+
+// Returns the file's cameras, and its punctual lights. They are not placed yet.
+std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);
+std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model);
 
 // --- The environment: EXT_lights_image_based ---
 // Only the first level of the cube map is read: the others and the irradiance are filtered from it for

@@ -8,7 +8,6 @@
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "renderer/scene/geometry/tangents.h"
 #include "renderer/scene/gltf/accessors.h"
 #include "renderer/scene/gltf/animations.h"
 #include "renderer/scene/gltf/container.h"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/choice_names.h"
 #include "renderer/scene/gltf/reader.h"
 #include "renderer/scene/model/scene_fields.h"
 

@@ -9,7 +9,6 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "renderer/scene/geometry/split_mesh.h"
 #include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/lights.h"
 #include "renderer/scene/model/check.h"
@@ -67,13 +66,13 @@ class GraphReader {
         Node& node = m_scene.nodes[index];
         node.name = file.name;
         if (!file.translation.empty()) {
-            const SplitPlace place = Split(ToVector(file.translation.data()));
+            const FloatPair place = ToFloatPair(ToVector(file.translation.data()));
             node.translation = place.rounded;
             node.translationResidual = place.rest;
         }
         if (!file.matrix.empty()) {
             node.matrix = ReadMatrix(m_context, file.matrix, NodeAt(index)["matrix"]);
-            node.translationResidual = Split(ToVector(&file.matrix[12])).rest;
+            node.translationResidual = ToFloatPair(ToVector(&file.matrix[12])).rest;
         }
         if (!file.rotation.empty()) node.rotation = ReadRotation(file.rotation, index);
         if (!file.scale.empty()) node.scale = ToVector(file.scale.data());
@@ -96,7 +95,8 @@ class GraphReader {
     }
 
     glm::quat ReadRotation(const std::vector<double>& xyzw, uint32_t index) {
-        const SplitPlace imaginary = Split(ToVector(xyzw.data())), real = Split(glm::dvec3(xyzw[3]));
+        const FloatPair imaginary = ToFloatPair(ToVector(xyzw.data())),
+                        real = ToFloatPair(glm::dvec3(xyzw[3]));
         const glm::dquat q(real.rounded.x, glm::dvec3(imaginary.rounded));
         const double length = glm::length(q);
         if (!(length > 1e-6)) m_context.Fail(NodeAt(index)["rotation"], "is a quaternion of length 0");

@@ -51,10 +51,6 @@ GraphIndices ReadNodes(GltfContext& context, const gltf::Model& model, SceneData
 void PlaceInstances(GltfContext& context, AccessorReader& reader,
                     const std::vector<InstancingLayout>& instancing, SceneData& scene);
 
-// The file's cameras and lights, not yet placed. gltf/lights.cpp.
-std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);
-std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model);
-
 // --- The radii of points and lines of a file ---
 
 // Returns the value that a decoded primitive has as its radii until SetRadii replaces it.

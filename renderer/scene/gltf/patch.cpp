@@ -10,7 +10,7 @@
 
 #include "base/text.h"
 #include "renderer/scene/geometry/transforms.h"
-#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/choice_names.h"
 #include "renderer/scene/gltf/lights.h"
 #include "renderer/scene/model/scene_fields.h"
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <glm/gtc/constants.hpp>
 
-#include "renderer/scene/gltf/choice.h"
+#include "renderer/scene/gltf/choice_names.h"
 #include "renderer/scene/gltf/document.h"
 #include "renderer/scene/gltf/lights.h"
 #include "renderer/scene/gltf/meshes.h"

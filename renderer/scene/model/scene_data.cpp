@@ -106,7 +106,7 @@ glm::mat4x3 PlacedTransform::RelativeTo(const glm::dvec3& origin) const {
 
 PlacedTransform Compose(const PlacedTransform& a, const PlacedTransform& b) {
     const glm::mat3 linear(a.matrix);
-    const SplitPlace place = Split(glm::dmat3(linear) * b.Place() + a.Place());
+    const FloatPair place = ToFloatPair(glm::dmat3(linear) * b.Place() + a.Place());
     return {{linear * b.matrix[0], linear * b.matrix[1], linear * b.matrix[2], place.rounded}, place.rest};
 }
 

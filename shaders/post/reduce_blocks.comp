@@ -1,11 +1,11 @@
-// SumGroups: sum and maximum of each block of 16 x 16 pixels. An invocation a block, always in the
-// same order.
+// ReduceBlocks computes the sum and the maximum of each block of 16 x 16 pixels. One invocation reads a whole
+// block, always in the same order.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, r32f) readonly uniform image2D values;
-layout(set = 0, binding = 1, scalar) writeonly buffer Groups { vec2 at[]; } groups;
+layout(set = 0, binding = 1, scalar) writeonly buffer Blocks { vec2 at[]; } blocks;
 
 const int kBlock = 16;
 
@@ -22,5 +22,5 @@ void main() {
             sum += value;
             maximum = max(maximum, value);
         }
-    groups.at[block.y * counts.x + block.x] = vec2(sum, maximum);
+    blocks.at[block.y * counts.x + block.x] = vec2(sum, maximum);
 }

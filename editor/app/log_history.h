@@ -1,5 +1,5 @@
-// LogHistory keeps the newest messages of the program's log for the log panel. Threads: LogHistory: any; all
-// else: pure functions.
+// LogHistory keeps the newest messages of the program's log for the log panel. Threads: LogHistory: any;
+// everything else: pure functions.
 #pragma once
 
 #include <array>

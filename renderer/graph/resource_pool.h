@@ -1,6 +1,5 @@
-// The memory of a frame's resources: the planner that decides which transients share memory, and the objects
-// that a Renderer keeps between frames, persistent ones and those behind transients. Threads: PlanMemory is
-// a pure function; the objects: that of the Renderer.
+// The objects on the device that a Renderer keeps between frames: persistent ones and those behind
+// transients. Threads: that of the Renderer.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +12,11 @@
 #include <vector>
 
 #include "renderer/graph/frame_graph.h"
-#include "renderer/graph/plan.h"
 #include "renderer/graph/renderer.h"
 #include "rhi/device.h"
 #include "rhi/resources.h"
 
 namespace raygraph {
-
-// Gives every used transient with memory requirements a block (Lifetime::block, Plan::blocks) by first fit,
-// largest first. Transients share a block if their lifetimes are disjoint and they have a memory type in
-// common. Every occupant lies at the start of its block.
-void PlanMemory(const FrameGraph& graph, Plan& plan);
 
 // --- PersistentStore: the resources that a Renderer keeps between frames, by name ---
 

@@ -1,0 +1,38 @@
+// Hierarchy lists the tree of nodes as rows, so that of tens of thousands of nodes only visible rows are
+// drawn. It draws nothing itself. Threads: one at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace raygraph::editor {
+
+class Hierarchy {
+  public:
+    Hierarchy() = default;
+    // Starts with a single root node open, and all others closed.
+    Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots);
+
+    struct Row {
+        uint32_t node = 0;
+        uint32_t depth = 0;
+    };
+    // Returns the nodes without a closed ancestor, from the top.
+    const std::vector<Row>& Rows() const;
+    const std::vector<uint32_t>& Children(uint32_t node) const { return m_children.at(node); }
+    bool IsOpen(uint32_t node) const { return m_isOpen.at(node); }
+    void SetOpen(uint32_t node, bool isOpen);
+    // Opens the node's ancestors, and returns its row; Rows().size() if the node is not in the tree.
+    size_t Reveal(uint32_t node);
+
+  private:
+    std::vector<std::vector<uint32_t>> m_children;  // by node
+    std::vector<uint32_t> m_roots;
+    std::vector<uint32_t> m_parents;  // by node; kNoParent: a root
+    std::vector<bool> m_isOpen;
+    mutable std::vector<Row> m_rows;
+    mutable bool m_isStale = true;
+};
+
+}  // namespace raygraph::editor
