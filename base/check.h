@@ -1,5 +1,5 @@
-// Invariants of our own code. A failed check is a bug in Raygraph, never in its input: it prints both values
-// and aborts. Active in debug builds and wherever RAYGRAPH_ASSERTS is defined. Threads: any.
+// RG_CHECK_* check our own invariants. A failed check is a bug in Raygraph, never in its input: it prints
+// both values and aborts. Active in debug builds and with RAYGRAPH_ASSERTS. Threads: any.
 #pragma once
 
 #include <cstdio>

@@ -1,5 +1,5 @@
-// Destroys what is large on threads of its own: giving hundreds of megabytes back to the system can hold a
-// thread for tens of milliseconds. Threads: one at a time.
+// Disposer destroys large objects on threads of its own: giving hundreds of megabytes back to the system can
+// hold a thread for tens of milliseconds. Threads: one at a time.
 #pragma once
 
 #include <chrono>
@@ -12,10 +12,10 @@
 
 namespace raygraph {
 
-// Its destructor waits until everything is destroyed.
+// The destructor waits until everything is destroyed.
 class RAYGRAPH_API Disposer {
   public:
-    // `value` is of no use to others, and its destructor may run on any thread. Throws nothing: where there
+    // No other object may use `value`, and its destructor may run on any thread. Throws nothing: where there
     // is no thread or no memory for one, the caller's thread destroys it.
     template <typename Value>
     void Dispose(Value value) noexcept {

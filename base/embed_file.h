@@ -1,7 +1,7 @@
-// A file of the build in the program: RAYGRAPH_EMBED_FILE(symbol, path) declares `symbol`, its bytes, and
-// `symbol_end`, the byte after the last; aligned to 16. `path` is a string literal. Neither the compiler nor
-// ccache tells Ninja of the file: name it as OBJECT_DEPENDS of the source in CMakeLists.txt. For GCC and
-// clang on ELF. Threads: any.
+// RAYGRAPH_EMBED_FILE(symbol, path) puts a file of the build into the program: it declares `symbol`, its
+// bytes, and `symbol_end`, the byte after the last; aligned to 16. `path` is a string literal. Neither the
+// compiler nor ccache tells Ninja of the file: name it as OBJECT_DEPENDS of the source in CMakeLists.txt. For
+// GCC and clang on ELF. Threads: any.
 #pragma once
 
 #include <cstddef>

@@ -21,13 +21,13 @@
 namespace raygraph {
 
 enum class ErrorKind : uint8_t {
-    Usage,        // The request is impossible; the message names object, request and what there was.
-    BadInput,     // A file is malformed, hostile or of an unknown kind.
-    Io,           // A file cannot be opened, read or written.
-    NoDevice,     // No Vulkan device meets the requirements.
-    OutOfMemory,  // Host or device memory.
-    DeviceLost,   // The device stopped; the message names the last pass reached.
-    Vulkan,       // Any other failed Vulkan call; `Result()` has its VkResult.
+    Usage,        // the request is impossible; the message names object, request and what there was
+    BadInput,     // a file is malformed, hostile or of an unknown kind
+    Io,           // a file cannot be opened, read or written
+    NoDevice,     // no Vulkan device meets the requirements
+    OutOfMemory,  // host or device memory is exhausted
+    DeviceLost,   // the device stopped; the message names the last pass reached
+    Vulkan,       // any other Vulkan call failed; `Result()` has its VkResult
 };
 
 // The message is one line and complete by itself: "scene.gltf: accessors[3].count: 12 exceeds ...".
@@ -37,7 +37,7 @@ class RAYGRAPH_API Error : public std::runtime_error {
         : std::runtime_error(message), m_kind(kind), m_result(vkResult) {}
 
     ErrorKind Kind() const noexcept { return m_kind; }
-    // The VkResult behind a Vulkan failure, 0 when there was none.
+    // Returns the VkResult behind a Vulkan failure, 0 when there was none.
     int32_t Result() const noexcept { return m_result; }
 
   private:

@@ -15,9 +15,9 @@
 namespace raygraph {
 namespace {
 
-constexpr int kMaxLinkCount = 40;  // Linux follows as many.
+constexpr int kMaxLinkCount = 40;  // Linux follows as many
 
-// The name cannot be given to a new file, which says nothing of what is written to the old one.
+// Returns whether the name cannot be given to a new file, which says nothing about writing to the old one.
 bool IsNameError(const std::error_code& error) {
     constexpr std::array kNameErrors{std::errc::permission_denied, std::errc::operation_not_permitted,
                                      std::errc::read_only_file_system, std::errc::device_or_resource_busy,
@@ -29,7 +29,8 @@ bool IsNameError(const std::error_code& error) {
 
 AtomicFile::AtomicFile(const std::filesystem::path& target) : m_given(target), m_target(target) {
     std::error_code error;
-    // This comes before links are followed: that of an open pipe, such as /dev/stdout, leads to no path.
+    // A stream is recognized before links are followed: the link of an open pipe, such as /dev/stdout, leads
+    // to no path.
     m_isInPlace = IsStream(m_target);
     if (!m_isInPlace) {
         FollowLinks();
@@ -130,7 +131,7 @@ void AtomicFile::Commit() {
     if (error) Fail("cannot write", error);
     if (!m_isInPlace) {
         m_file->Publish(m_target.filename(), error);
-        // The constructor has asked, but not every system knows.
+        // The constructor has checked this, but not every system tells it.
         m_isInPlace = IsNameError(error);
         if (error && !m_isInPlace) Fail("cannot replace", error);
     }
@@ -146,7 +147,7 @@ void AtomicFile::Commit() {
 }
 
 std::string InPlaceWarning(const std::filesystem::path& target) {
-    const AtomicFile probe(target);  // It is dropped without Commit.
+    const AtomicFile probe(target);  // is dropped without Commit
     if (probe.InPlaceReason().empty()) return {};
     return Text("written in place, because it cannot be replaced: {}", probe.InPlaceReason());
 }
@@ -176,7 +177,7 @@ std::vector<std::byte> ReadFile(const std::filesystem::path& path, uint64_t maxB
     } catch (const std::bad_alloc&) {
         throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} bytes", path, *size);
     }
-    // A file that shrinks meanwhile is read as far as it goes.
+    // A file that shrinks meanwhile is read up to its new end.
     const size_t filled = file.Read(bytes, error);
     Check(path, "cannot read", error);
     bytes.resize(filled);
@@ -184,7 +185,7 @@ std::vector<std::byte> ReadFile(const std::filesystem::path& path, uint64_t maxB
 }
 
 std::filesystem::path CacheFolder() {
-    // The XDG specification: a relative path in the variable counts as unset.
+    // By the XDG specification, a relative path in the variable counts as unset.
     const char* cache = std::getenv("XDG_CACHE_HOME");
     if (cache && std::filesystem::path(cache).is_absolute()) return std::filesystem::path(cache) / "raygraph";
     const char* home = std::getenv("HOME");

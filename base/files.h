@@ -24,8 +24,8 @@ namespace os {
 class NewFile;
 }
 
-// A write in place (AtomicFile::InPlaceReason) has failed midway: part of the new content has overwritten the
-// old content.
+// Is thrown if a write in place (AtomicFile::InPlaceReason) has failed midway: part of the new content has
+// overwritten the old content.
 class RAYGRAPH_API IncompleteFile : public Error {
   public:
     using Error::Error;
@@ -73,13 +73,13 @@ class RAYGRAPH_API AtomicFile {
     void FollowLinks();
     void OpenReplacement();
 
-    // "given", or "given, a link to target", as messages name it.
+    // Returns "given", or "given, a link to target", as messages name it.
     std::string Name() const;
 
     std::filesystem::path m_given, m_target;
-    std::unique_ptr<os::NewFile> m_file;  // It is null after Commit.
+    std::unique_ptr<os::NewFile> m_file;  // null after Commit
     bool m_isInPlace = false;
-    std::error_code m_writeError;  // The reason of the first write that failed.
+    std::error_code m_writeError;  // reason of the first write that failed
     std::string m_inPlaceReason;
 };
 

@@ -1,4 +1,4 @@
-// Work on the pixels of a picture, shared among processors. Threads: any; `body` is called by several.
+// InParts shares work on the pixels of a picture among processors. Threads: any; `body` is called by several.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace raygraph {
 
-// Calls body(first, end) for parts of the pixels that together are all of them. A large picture's are worked
-// on by a thread for each processor. Throws what `body` throws, after all parts.
+// Calls body(first, end) for parts of the pixels that together are all of them. A large picture is worked on
+// by a thread for each processor. Throws what `body` throws, after all parts.
 template <typename Body>
 void InParts(size_t pixels, const Body& body) {
     constexpr size_t kPixelsOfPart = size_t{1} << 16;

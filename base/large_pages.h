@@ -1,5 +1,5 @@
-// Memory for large arrays that are read at random. With small pages, the processor would have to look up the
-// address of nearly every access. Threads: any.
+// LargeArray has memory for large arrays that are read at random. With small pages, the processor would have
+// to look up the address of nearly every access. Threads: any.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ RAYGRAPH_API void FreeLargePages(void* memory, size_t bytes) noexcept;
 
 namespace raygraph {
 
-// An allocator as those of the standard library.
+// Allocates as the allocators of the standard library do.
 template <typename T>
 class LargePages {
   public:

@@ -31,7 +31,7 @@ enum class LogLevel : uint8_t {
 // Returns "debug", "info", "warning", "error" or "off".
 RAYGRAPH_API const char* Name(LogLevel level);
 
-// The categories of messages, one for each area.
+// Messages have these categories, one for each area.
 namespace log_category {
 inline constexpr std::string_view kScene = "scene";            // reading and uploading scenes and images
 inline constexpr std::string_view kDevice = "device";          // which one, what it lacks

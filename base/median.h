@@ -1,4 +1,4 @@
-// The median of measured values. Threads: any.
+// Median returns the median of measured values. Threads: any.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace raygraph {
 
-// The middle value, the mean of the two middle ones for an even count; 0 of none.
+// Returns the middle value, the mean of the two middle ones for an even count; 0 for no values.
 inline double Median(std::vector<double> values) {
     if (values.empty()) return 0.0;
     std::ranges::sort(values);

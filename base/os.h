@@ -22,7 +22,7 @@ namespace raygraph::os {
 
 // ---------------------------------------------------------------------------------------------- errors
 
-// An input/output error where the call has left no reason, as stdio may.
+// Returns errno; an input/output error where the call has left no reason, as stdio may.
 inline std::error_code LastError() {
     return {errno != 0 ? errno : EIO, std::generic_category()};
 }
@@ -31,8 +31,8 @@ inline std::error_code LastError() {
 
 enum class Links : bool { Follow, Refuse };  // at the end of a path
 
-// A file that is open for reading. Opening does not block (as a pipe without a writer would) and has no
-// effect on this process (a terminal does not become its controlling one).
+// InputFile is a file that is open for reading. Opening does not block (as a pipe without a writer would) and
+// has no effect on this process (a terminal does not become its controlling one).
 class InputFile {
   public:
     InputFile(const std::filesystem::path& path, Links links, std::error_code& error);
@@ -50,7 +50,7 @@ class InputFile {
     int m_descriptor = -1;
 };
 
-// Positions in a stream, bytes from its start. Seeking flushes the buffer.
+// Positions in a stream are in bytes from its start. Seeking flushes the buffer.
 uint64_t Position(std::FILE* stream, std::error_code& error);
 void Seek(std::FILE* stream, uint64_t position, std::error_code& error);
 
@@ -59,15 +59,15 @@ void Seek(std::FILE* stream, uint64_t position, std::error_code& error);
 // Says whether the previous content of the file was still intact when a write in place failed.
 enum class OldContent : bool { Kept, Lost };
 
-// An empty file for writing and reading, which nobody else sees until Publish. It has no name where the file
-// system allows that, so that a killed process leaves nothing. Elsewhere its name begins with ".raygraph-"
-// and the file is locked while it is written; the next process that makes a NewFile in the folder removes
-// files whose lock is free. Those of another computer, whose locks may not be seen here, must be a day old
-// for that.
+// NewFile is an empty file for writing and reading, which no other process sees until Publish. It has no name
+// where the file system allows that, so that a killed process leaves nothing. Elsewhere its name begins with
+// ".raygraph-" and the file is locked while it is written; the next process that makes a NewFile in the
+// folder removes files whose lock is free. Files of another computer, whose locks may not be seen here, must
+// be a day old for that.
 class NewFile {
   public:
-    // `folder`: "" is the current one. `permissions` take the place of the defaults of new files, if they can
-    // be set.
+    // `folder` may be "", the current one. `permissions` take the place of the defaults of new files, if they
+    // can be set.
     NewFile(const std::filesystem::path& folder, std::optional<std::filesystem::perms> permissions,
             std::error_code& error);
     ~NewFile();
@@ -98,8 +98,8 @@ class NewFile {
     bool CopyToNamed(std::error_code& error);
 
     int m_folder = -1;
-    int m_descriptor = -1;  // It holds the lock, and outlives the stream.
-    std::string m_name;     // It is empty while the file has no name of its own.
+    int m_descriptor = -1;  // holds the lock, and outlives the stream
+    std::string m_name;     // empty while the file has no name of its own
     std::FILE* m_stream = nullptr;
 };
 
@@ -122,9 +122,9 @@ void* FunctionOf(void* library, const char* name);
 
 // --------------------------------------------------------------------------------------- the allocator
 
-// Large blocks get pages of their own, which go back to the system with each, where the allocator can. Else,
-// a program that has loaded a scene may at any time give back hundreds of megabytes at once, for which a
-// thread that allocates waits. For programs, not for libraries.
+// Gives large blocks pages of their own, which go back to the system with each, where the allocator can.
+// Otherwise, a program that has loaded a scene may at any time give back hundreds of megabytes at once, for
+// which a thread that allocates waits. For programs, not for libraries.
 RAYGRAPH_API void MapLargeBlocks() noexcept;
 
 // ----------------------------------------------------------------------- this process and its terminal
@@ -168,9 +168,9 @@ class SignalWatch {
 
     void StartDeferring();
 
-    bool IsInterrupted() const;    // by SIGINT
-    bool IsTerminated() const;     // by one of the signals to end
-    bool IsSaveRequested() const;  // by SIGUSR1, since the last ClearSaveRequest
+    bool IsInterrupted() const;    // returns whether SIGINT was noted
+    bool IsTerminated() const;     // returns whether one of the signals to end was noted
+    bool IsSaveRequested() const;  // returns whether SIGUSR1 was noted since the last ClearSaveRequest
     void ClearSaveRequest();
 
   private:

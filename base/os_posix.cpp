@@ -40,7 +40,7 @@ namespace raygraph::os {
 // ----------------------------------------------------------------------------------------------- files
 
 InputFile::InputFile(const std::filesystem::path& path, Links links, std::error_code& error) {
-    // O_NONBLOCK means nothing to a regular file
+    // O_NONBLOCK has no effect on a regular file
     constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
     m_descriptor = open(path.c_str(), links == Links::Refuse ? kFlags | O_NOFOLLOW : kFlags);
     error = m_descriptor < 0 ? LastError() : std::error_code();
@@ -90,8 +90,8 @@ constexpr time_t kSecondsUntilAbandoned = 24 * 60 * 60;
 // Opening neither blocks, nor makes a terminal the process's own.
 constexpr int kOpenFlags = O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
 
-// It is the same for all containers of a computer, and another one after each start; "" where it is not
-// known.
+// Returns an identifier that is the same for all containers of a computer, and another one after each start;
+// "" where it is not known.
 const std::string& BootId() {
     static const std::string id = [] {
         std::array<char, 36> text{};
@@ -176,7 +176,8 @@ class Patience {
     static constexpr std::chrono::seconds kReaderTimeout{30}, kStopTimeout{2};
 
     Clock::time_point m_start = Clock::now();
-    Clock::time_point m_asked = m_start + std::chrono::hours(24 * 365);  // It was not seen to be asked yet.
+    // The time is in the far future until a request has been seen.
+    Clock::time_point m_asked = m_start + std::chrono::hours(24 * 365);
 };
 
 bool IsPipe(const char* path) {
@@ -236,7 +237,7 @@ bool CopyContent(int from, int to, off_t at) {
 }
 
 bool SyncToDisk(int descriptor) {
-    return fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS;  // A pipe has no disk.
+    return fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS;  // a pipe has no disk
 }
 
 // Makes room for `size` bytes in a file, which keeps its `oldSize` bytes of content and, where there is no
@@ -327,14 +328,14 @@ std::error_code NewFile::Link(const std::string& name) const {
     return isDone ? std::error_code() : LastError();
 }
 
-// /proc may be out of sight by now, links may be restricted, or the file system may know none.
+// /proc may be hidden by now, links may be restricted, or the file system may not support them.
 bool NewFile::CopyToNamed(std::error_code& error) {
     const int nameless = std::exchange(m_descriptor, -1);
     struct stat status {};
     bool isDone = OpenNamed(error);
     if (isDone) {
         isDone = fstat(nameless, &status) == 0 && CopyContent(nameless, m_descriptor, 0);
-        // They are set as in the constructor.
+        // The permissions are set as in the constructor.
         if (isDone) (void)!fchmod(m_descriptor, status.st_mode & 07777);
         isDone = isDone && SyncToDisk(m_descriptor);
         error = isDone ? std::error_code() : LastError();
@@ -497,7 +498,7 @@ uint64_t PeakResidentBytes() {
 
 void IgnoreWriteSignals() noexcept {
     for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
-    // The lowest number that is free is the next one that is opened
+    // The lowest free number is the next one that is opened
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (fcntl(stream, F_GETFD) < 0)
             (void)!open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
@@ -529,7 +530,7 @@ bool MatchesPattern(const std::string& text, const std::string& pattern) {
 
 namespace {
 
-// Lock-free, so allowed in a signal handler; Mesa's worker threads may be the ones that run it.
+// They are lock-free, so allowed in a signal handler; Mesa's worker threads may be the ones that run it.
 std::atomic<bool> isInterrupted{false}, isTerminated{false}, isSaveRequested{false}, isDeferring{false};
 std::atomic<void (*)()> terminationHandler{nullptr};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<void (*)()>::is_always_lock_free);
@@ -552,7 +553,7 @@ void HandleSaveRequest(int) {
 }  // namespace
 
 struct SignalWatch::Before {
-    // `flags` beside SA_RESTART.
+    // `flags` are added to SA_RESTART.
     void Handle(int signal, void (*handler)(int), int flags = 0) {
         struct sigaction before {
         }, action{};

@@ -1,4 +1,4 @@
-// A visitor made of lambdas, for std::visit. Threads: plain values and pure functions, for any thread.
+// Overloaded makes a visitor of lambdas, for std::visit. Threads: pure functions, for any thread.
 #pragma once
 
 namespace raygraph {

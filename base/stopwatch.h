@@ -1,4 +1,4 @@
-// Wall time since it was made. Threads: any.
+// Stopwatch measures wall time since it was made. Threads: any.
 #pragma once
 
 #include <chrono>

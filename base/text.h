@@ -20,13 +20,13 @@ std::string Text(fmt::format_string<Values...> format, Values&&... values) {
     return fmt::format(format, std::forward<Values>(values)...);
 }
 
-// throw MakeError(ErrorKind::Usage, "buffer '{}': {} bytes", name, size);
+// Example: throw MakeError(ErrorKind::Usage, "buffer '{}': {} bytes", name, size);
 template <typename... Values>
 Error MakeError(ErrorKind kind, fmt::format_string<Values...> format, Values&&... values) {
     return Error(kind, fmt::format(format, std::forward<Values>(values)...));
 }
 
-// Sends a message; its text is made only if somebody listens at that level. A text for which there is no
+// Sends a message; its text is made only if the log listens at that level. A text for which there is no
 // memory is not sent.
 template <typename... Values>
 void WriteLog(const Log& log, LogLevel level, std::string_view category, fmt::format_string<Values...> format,
@@ -35,19 +35,19 @@ void WriteLog(const Log& log, LogLevel level, std::string_view category, fmt::fo
     try {
         log.Send(level, category, fmt::format(format, std::forward<Values>(values)...));
     } catch (...) {
-        // Nothing that is said is worth failing for, least of all in a destructor
+        // No message is worth a failure, least of all in a destructor
     }
 }
 
-// "512 B", "1.5 KiB", "24 MiB", "3.2 GiB"
+// Returns "512 B", "1.5 KiB", "24 MiB", "3.2 GiB".
 std::string BytesText(uint64_t bytes);
-// "4.2 ms", "850 ms", "12 s", "4 min 5 s", "2 h 3 min"
+// Returns "4.2 ms", "850 ms", "12 s", "4 min 5 s", "2 h 3 min".
 std::string DurationText(double seconds);
 
 }  // namespace raygraph
 
-// Lets Text, MakeError and Say take paths. The text is Printable, so that no file name acts on a terminal or
-// ends the line, and has at most 1024 bytes.
+// Lets Text, MakeError and WriteLog take paths. The text is Printable, so that no file name acts on a
+// terminal or ends the line, and has at most 1024 bytes.
 template <>
 struct fmt::formatter<std::filesystem::path> {
     template <typename Parsed>

@@ -5,7 +5,7 @@
 
 #include "base/api.h"
 
-// The version of these headers; the build reads the numbers from here.
+// These numbers are the version of these headers; the build reads them from here.
 #define RAYGRAPH_VERSION_MAJOR 0
 #define RAYGRAPH_VERSION_MINOR 2
 #define RAYGRAPH_VERSION_PATCH 0

@@ -43,10 +43,10 @@ const char* Name(ResetCause cause) {
     return "unknown";
 }
 
-// The state of an Accumulation after the declared passes; takes effect when the frame is submitted.
+// Holds the state of an Accumulation after the declared passes; it takes effect when the frame is submitted.
 class AccumulationStep {
   public:
-    // A step of the open frame.
+    // Begins a step of the open frame.
     AccumulationStep(Renderer& renderer, Accumulation& accumulation, Extent2D extent, bool hasVariance)
         : m_accumulation(accumulation),
           m_frame(renderer.OpenFrame()),
@@ -55,10 +55,10 @@ class AccumulationStep {
         m_after = {.progress = m_before.progress, .hasVariance = hasVariance, .extent = extent};
     }
 
-    // Samples in the mean before the pass.
+    // Returns the number of samples in the mean before the pass.
     uint32_t SampleCount() const { return m_sampleCount; }
 
-    // `isLost`: the persistent textures have no contents.
+    // `isLost` says that the persistent textures have no contents.
     void ResetIfNeeded(bool isLost) {
         if (m_after.progress.IsAtStart()) return;
         if (m_after.hasVariance && !m_before.hasVariance)
@@ -79,7 +79,7 @@ class AccumulationStep {
                             progress.cursor.Y());
         if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount += sampleCount;
     }
-    // Returns whether these are the first.
+    // Returns whether these are the first samples.
     bool TakeListed(uint32_t sampleCount) {
         m_sampleCount = m_after.progress.sampleCount;
         m_after.progress.sampleCount += sampleCount;
@@ -87,7 +87,7 @@ class AccumulationStep {
     }
     void TakeSamples(uint32_t sampleCount) { m_after.progress = {.sampleCount = sampleCount, .cursor = {}}; }
 
-    // The passes that come after this one in the frame go on from here.
+    // Makes the passes that come after this one in the frame go on from here.
     void Declare() const {
         m_accumulation.m_declared = m_after;
         m_accumulation.m_declaredIn = m_frame;
@@ -124,7 +124,7 @@ void Accumulation::Reset(ResetCause cause) {
 
 namespace {
 
-// Names in the shaders, and behind the accumulation's own those of the textures.
+// The shaders use these names; a texture has the name of its accumulation, and one of these.
 constexpr std::array<const char*, ExactSums::kPlanes> kSumNames{"sum0", "sum1", "sum2", "sum3"};
 constexpr std::array<const char*, ExactSums::kPlanes> kSquareNames{"squares0", "squares1", "squares2",
                                                                    "squares3"};
@@ -163,7 +163,7 @@ void DeclareSums(Renderer& renderer, TextureId tile, const SampleRows& rows, con
         });
 }
 
-// Culled unless something shown uses the mean, or the variance where it is valid.
+// Is culled unless something shown uses the mean, or the variance where it is valid.
 void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount, AccumulatedIds& ids) {
     const bool withVariance = ids.variance.IsValid();
     struct Constants {
@@ -264,7 +264,7 @@ std::vector<Readback> SumsReadback::Readbacks() const {
     return all;
 }
 
-// A thread for each plane: memory that is written for the first time is slow to come.
+// Each plane gets a thread, since memory that is written for the first time is slow to come.
 ExactSums SumsReadback::Values() const {
     ExactSums values;
     std::vector<std::future<ExactSums::Plane>> sums, squares;
@@ -470,7 +470,7 @@ void AddWord(uint32_t& word, uint32_t added, uint32_t& carry) {
     carry = static_cast<uint32_t>(sum >> 32);
 }
 
-// Word k of the squares of a channel.
+// Returns word k of the squares of a channel.
 template <typename Planes>
 auto& SquareWord(Planes& squares, size_t pixel, size_t channel, size_t k) {
     return k < ExactSums::kPlanes ? squares[k][4 * pixel + channel] : squares[channel][4 * pixel + 3];
@@ -549,14 +549,14 @@ std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount) {
     return variance;
 }
 
-// A record: for each channel the words of its sum, lowest first; then likewise of its squares.
+// A record has the words of each channel's sum, lowest first; then those of its squares.
 size_t WordsOfRecord(bool withSquares) {
     return 4 * ExactSums::kPlanes + (withSquares ? 3 * (ExactSums::kPlanes + 1) : 0);
 }
 
 namespace {
 
-// Calls `move(word of the record, word of the planes)` for each.
+// Calls `move(word of the record, word of the planes)` for each word.
 template <typename Words, typename Sums, typename Move>
 void ForEachWord(Words records, Sums& sums, size_t firstPixel, Move&& move) {
     const bool withSquares = sums.HasSquares();

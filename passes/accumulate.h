@@ -58,7 +58,7 @@ RAYGRAPH_API void UnpackSums(std::span<const uint32_t> records, size_t firstPixe
 // Adds records as AddSums adds sums; both sides have the same number.
 RAYGRAPH_API void AddRecords(std::span<uint32_t> records, std::span<const uint32_t> others, bool withSquares);
 
-// The reason for which an accumulation was restarted. Exposure and tone mapping are no causes: they are
+// Names the reason for which an accumulation was restarted. Exposure and tone mapping are no causes: they are
 // applied after it.
 enum class ResetCause : uint8_t {
     Start,
@@ -74,9 +74,9 @@ enum class ResetCause : uint8_t {
 };
 RAYGRAPH_API const char* Name(ResetCause cause);
 
-// The state of one accumulation between frames. One object per accumulated image; `name` keys the persistent
-// textures. A pass takes effect when its frame is submitted: one that is culled, or whose frame is dropped,
-// adds nothing and resets nothing. Reset takes effect at once.
+// Holds the state of one accumulation between frames. One object per accumulated image; `name` keys the
+// persistent textures. A pass takes effect when its frame is submitted: one that is culled, or whose frame is
+// dropped, adds nothing and resets nothing. Reset takes effect at once.
 //
 // A sample may be added in tiles: then the pixels before the cursor have one sample more than SampleCount
 // says, and each pixel's mean is over its own samples.
@@ -94,11 +94,12 @@ class RAYGRAPH_API Accumulation {
     // The next sample starts a new mean. A frame that has been declared but not executed may still show its
     // sample within the old mean; it is not counted.
     void Reset(ResetCause cause);
-    // The number of samples in the mean, for every pixel.
+    // Returns the number of samples in the mean, for every pixel.
     uint32_t SampleCount() const { return m_state.progress.sampleCount; }
-    // The state after the frames that were submitted.
+    // Returns the state after the frames that were submitted.
     const Progress& Submitted() const { return m_state.progress; }
-    // The state including what the open frame has declared so far: its next pass continues from there.
+    // Returns the state including what the open frame has declared so far: its next pass continues from
+    // there.
     const Progress& Declared() const { return Current().progress; }
     uint32_t ResetCount(ResetCause cause) const { return m_resets[static_cast<size_t>(cause)]; }
     uint32_t ResetCount() const;  // for any cause
@@ -158,7 +159,7 @@ struct AccumulatedIds {
                                                            uint32_t count, const ListedPixels& pixels,
                                                            Extent2D picture, Accumulation& accumulation,
                                                            bool withVariance = false);
-// Two r32f textures of the picture's extent, for RecordVariance.
+// Holds two r32f textures of the picture's extent, for RecordVariance.
 struct VarianceIds {
     TextureId variance, mean;
 };
@@ -176,13 +177,13 @@ struct VarianceIds {
                                                          const Region& region, Accumulation& accumulation,
                                                          bool withVariance = false);
 
-// The stored state without a new sample: the mean as of the last frame that used it, and the sums.
+// Returns the stored state without a new sample: the mean as of the last frame that used it, and the sums.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds StoredAccumulation(Renderer& renderer,
                                                              const Accumulation& accumulation,
                                                              Extent2D extent, bool withVariance);
 
-// The stored state without a new sample, with mean and variance of all samples in it, including what the open
-// frame has declared so far. There must be at least one complete sample and no partial one.
+// Returns the stored state without a new sample, with mean and variance of all samples in it, including what
+// the open frame has declared so far. There must be at least one complete sample and no partial one.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation,
                                                   Extent2D extent, bool withVariance);
 
@@ -194,7 +195,7 @@ struct VarianceIds {
 // Declares that the pass reads the sums, and the squares, as shaders/post/pixel_sums.glsl does.
 RAYGRAPH_API void ReadSums(PassBuilder& pass, const AccumulatedIds& accumulated, bool withSquares);
 
-// The sums of `accumulated`, and the squares if there are any, on their way to the host.
+// Brings the sums of `accumulated`, and the squares if there are any, to the host.
 class RAYGRAPH_API SumsReadback {
   public:
     SumsReadback() = default;

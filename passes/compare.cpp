@@ -18,7 +18,7 @@ TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float positi
     };
     const float place = std::isfinite(position) ? std::clamp(position, 0.0f, 1.0f) : 0.0f;
     const auto column = static_cast<int32_t>(std::lround(double{place} * extent.width));
-    // Thin, but visible on a picture of many pixels
+    // The line is thin, but visible on a picture of many pixels
     const int32_t lineWidth = column == 0 ? 0 : 1 + static_cast<int32_t>(extent.width / 1000);
     renderer.AddPass(
         "Wipe", PassKind::Compute,
@@ -50,7 +50,7 @@ TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right) {
 
 namespace {
 
-constexpr uint32_t kBlock = 16;  // of post/reduce_blocks.comp
+constexpr uint32_t kBlock = 16;  // side of a block in post/reduce_blocks.comp
 
 Extent2D BlocksOf(Extent2D extent) {
     return {(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};

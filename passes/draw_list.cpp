@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint32_t kGroupSize = 64;
 
-// Push constants of raster/reset_draws.comp and raster/cull_instances.comp.
+// Holds push constants of raster/reset_draws.comp and raster/cull_instances.comp.
 struct ResetConstants {
     uint32_t count;
     uint32_t slotsPerPlacement;
@@ -51,8 +51,8 @@ DrawClasses ClassesOf(const SceneIds& scene) {
             classOf("AlphaTestedTwoSided", DrawKind::AlphaTestedTwoSided, true, false)};
 }
 
-// A low-discrepancy sequence over the pixel: additive recurrence by the powers of 1 / g, g the real root of
-// x^3 = x + 1. The first place is the pixel's center.
+// Returns a point of a low-discrepancy sequence over the pixel: additive recurrence by the powers of 1 / g,
+// where g is the real root of x^3 = x + 1. The first point is the pixel's center.
 glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex) {
     if (film == FilmPosition::Center) return glm::vec2(0.5f);
     const auto place = [&](double step) {

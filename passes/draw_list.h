@@ -22,7 +22,7 @@ void RequireIndirectDraws(const Renderer& renderer, const char* pass);
 // Writes one command for each draw, with an empty list. There are this many slots for each placement.
 void ResetDraws(Renderer& renderer, const SceneIds& scene, DrawList& list, uint32_t slotsPerPlacement);
 
-// A class of triangles that is drawn by one command.
+// Describes a class of triangles that is drawn by one command.
 struct DrawClass {
     const char* name;  // "Opaque"
     DrawRange range;
@@ -36,13 +36,14 @@ DrawClasses ClassesOf(const SceneIds& scene);
 gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings& settings);
 
 uint32_t DrawCount(const SceneIds& scene);
-// The number of groups of a shader that takes record after record, 64 at once in a group
+// Returns the number of groups of a shader that takes record after record, 64 at once in a group
 // (raster/invocation_stride.glsl).
 uint32_t GroupsFor(uint32_t count);
 
-// The position in each pixel that a sample draws, from its upper left corner: the center is (0.5, 0.5).
+// Returns the position in each pixel that a sample draws, from its upper left corner: the center is (0.5,
+// 0.5).
 glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex);
-// The shift in clip units that moves this position to the pixel's center, where it is drawn.
+// Returns the shift in clip units that moves this position to the pixel's center, where it is drawn.
 glm::vec2 ClipOffset(const glm::vec2& filmOffset, Extent2D extent);
 
 }  // namespace raygraph::passes

@@ -10,7 +10,7 @@
 
 namespace raygraph::passes {
 
-// The state of the filtered map between frames. One object per GpuScene and Renderer; `name` keys the
+// Holds the state of the filtered map between frames. One object per GpuScene and Renderer; `name` keys the
 // persistent texture.
 class RAYGRAPH_API FilteredEnvironment {
   public:

@@ -33,8 +33,8 @@ void Store(const Taps& taps, double factor, glm::vec4* into, int channel) {
     for (size_t i = 0; i < taps.size(); ++i) into[i][channel] = static_cast<float>(factor * taps[i]);
 }
 
-// Section 3.1.1, table 1: contrast sensitivity as sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x
-// in degrees.
+// Follows section 3.1.1, table 1: contrast sensitivity as sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 /
+// b), x in degrees.
 void MakeColorFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
     struct Term {
         double a, b;
@@ -56,7 +56,7 @@ void MakeColorFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
     kernels.blueYellow = {static_cast<float>(weights[2] / both), static_cast<float>(weights[3] / both)};
 }
 
-// Section 3.2: Gaussians and their derivatives, 0.082 degrees wide.
+// Follows section 3.2: Gaussians and their derivatives, 0.082 degrees wide.
 void MakeFeatureFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
     const double deviation = 0.5 * 0.082 * pixelsPerDegree;
     kernels.featureRadius = static_cast<uint32_t>(std::ceil(3.0 * deviation));
@@ -89,7 +89,7 @@ gpu::FlipKernels KernelsFor(float pixelsPerDegree) {
 struct FilteredRows {
     TextureId colors, features;
 };
-// The features by which pictures are compared, see shaders/post/flip_columns.comp.
+// Holds the features by which pictures are compared, see shaders/post/flip_columns.comp.
 struct Filtered {
     TextureId labAndEdge, point;
 };

@@ -8,9 +8,9 @@
 namespace raygraph::passes {
 
 struct FlipSettings {
-    // The pixels per degree of the screen at the viewing distance: pi / 180 * distance * pixels / width, both
-    // lengths in one unit. The default is the authors': a screen 0.7 m wide, of 3840 pixels, 0.7 m away. In
-    // [1, 400].
+    // Is the number of pixels per degree of the screen at the viewing distance: pi / 180 * distance * pixels
+    // / width, both lengths in one unit. The default is the authors': a screen 0.7 m wide, of 3840 pixels,
+    // 0.7 m away. In [1, 400].
     float pixelsPerDegree = 67.0206433f;
 };
 

@@ -27,7 +27,8 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             if (isSoftware) {
                 SpecializeFeatures(pass, {});
                 BindSoftwareTracing(pass, scene, ParametersFor(scene, settings));
-                pass.Reads("geometries", scene.geometries);  // by the text of alpha tests, which never runs
+                // the text of alpha tests reads it, but never runs
+                pass.Reads("geometries", scene.geometries);
                 BindMaterials(pass, scene);
             } else {
                 BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::Off);

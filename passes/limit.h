@@ -10,8 +10,8 @@ namespace raygraph::passes {
 
 enum class LimitKind : uint8_t {
     CameraRays,    // Trace's camera rays in the same TLAS, one value written
-    Path,          // the same with four cosine bounces, no shading
-    SoftwarePath,  // the same by the scene's own trees, which it must have: SceneIds::wideNodes
+    Path,          // CameraRays with four cosine bounces, no shading
+    SoftwarePath,  // Path by the scene's own trees, which it must have: SceneIds::wideNodes
 };
 
 // Measured beside Trace in one run, its time turns that of Trace into an efficiency that can be compared

@@ -47,7 +47,7 @@ namespace {
 
 constexpr float kWidest = 8.0f;  // pixels
 
-// A bit for each instance up to the last one of them; at least one word.
+// Returns a bit for each instance up to the last one of them; at least one word.
 std::vector<uint32_t> BitsOf(std::span<const uint32_t> instances) {
     const uint32_t last = instances.empty() ? 0 : *std::ranges::max_element(instances);
     std::vector<uint32_t> bits(last / 32 + 1, 0);

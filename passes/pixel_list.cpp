@@ -12,7 +12,7 @@ namespace raygraph::passes {
 
 namespace {
 
-// Rounded up to a quarter of a power of two.
+// Rounds up to a quarter of a power of two.
 uint32_t RoundedUp(uint32_t rows) {
     const uint32_t unit = std::max(std::bit_floor(rows) / 4, 1u);
     return (rows + unit - 1) / unit * unit;
@@ -49,7 +49,7 @@ ListedPixels PixelList::Declare(Renderer& renderer, uint32_t count) {
                         .count = count,
                         .extent = {m_picture.width, std::min(RoundedUp(rows), m_picture.height)}};
     if (m_changed.empty()) return listed;
-    // One of few sizes, so that it serves later lists, too
+    // The size is one of few, so that the buffer serves later lists, too
     const uint64_t bytes = std::as_bytes(std::span(m_changed)).size();
     const BufferId staging =
         Staged(renderer, "pixelList.staging", std::bit_ceil(std::max<uint64_t>(bytes, 4096)));

@@ -12,7 +12,7 @@
 
 namespace raygraph::passes {
 
-// A list as passes of the open frame read it.
+// Describes a list as passes of the open frame read it.
 struct ListedPixels {
     BufferId list;         // gpu::ListedPixel, one for each texel of `extent`, in rows from the top
     uint64_t address = 0;  // device address of the list
@@ -32,9 +32,9 @@ class RAYGRAPH_API PixelList {
 
     // Takes at least one pixel, at most as many as the picture has, and none twice.
     void Set(std::span<const gpu::ListedPixel> pixels);
-    // The first `count` of them, once in a frame; declares the upload where the list has changed since. Rows
-    // of the outputs are those of the picture. There are so few different numbers of them that frames find
-    // the textures of earlier ones again.
+    // Returns the first `count` of them, once in a frame; declares the upload where the list has changed
+    // since. Rows of the outputs are those of the picture. There are so few different numbers of them that
+    // frames find the textures of earlier ones again.
     ListedPixels Declare(Renderer& renderer, uint32_t count);
 
   private:
@@ -45,7 +45,7 @@ class RAYGRAPH_API PixelList {
     uint32_t m_count = 0;
 };
 
-// A count for each pixel, as an r32ui texture of the open frame.
+// Returns a count for each pixel, as an r32ui texture of the open frame.
 [[nodiscard]] RAYGRAPH_API TextureId UploadCounts(Renderer& renderer, std::span<const uint32_t> counts,
                                                   Extent2D picture);
 // Fills a texture of four bytes a texel, rows from the top, even if nothing in the frame reads it.

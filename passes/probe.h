@@ -8,7 +8,7 @@
 
 namespace raygraph::passes {
 
-// An element of the buffer: zeros for a pixel without samples; the variance is 0 below two samples.
+// Describes an element of the buffer: zeros for a pixel without samples; the variance is 0 below two samples.
 struct ProbedPixel {
     glm::vec4 mean;
     glm::vec4 variance;

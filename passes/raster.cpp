@@ -84,7 +84,7 @@ namespace {
 constexpr rhi::Filter kNearest = rhi::Filter::Nearest;
 constexpr rhi::AddressMode kClamp = rhi::AddressMode::ClampToEdge;
 
-// The lights of the scene that maps and rays handle: without any, there is nothing to do.
+// Turns shadows off where the scene has none of the lights that the method handles.
 RasterShadows ShadowsFor(const SceneIds& scene, RasterShadows shadows) {
     const bool hasPunctual = scene.punctualLights > 0;
     if (shadows == RasterShadows::Maps && !hasPunctual) return RasterShadows::Off;
@@ -93,7 +93,7 @@ RasterShadows ShadowsFor(const SceneIds& scene, RasterShadows shadows) {
     return shadows;
 }
 
-// The inputs of all shading in a frame, and those of one picture. An invalid id: not present.
+// Holds the inputs of all shading in a frame, and those of one picture. An invalid id: not present.
 struct Shading {
     TextureId filteredEnvironment;
     RasterShadows shadows = RasterShadows::Off;

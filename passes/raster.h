@@ -21,7 +21,7 @@ enum class Rasterizer : uint8_t {
     Device,   // the device's own rasterizer
 };
 
-// The nearest surface of each pixel.
+// Holds the nearest surface of each pixel.
 struct RasterVisibility {
     TextureId hits;              // rgba32ui, see shaders/raster/visibility.glsl
     TextureId depth;             // reversed, see shaders/raster/projection.glsl; rays leave none
@@ -57,7 +57,7 @@ struct RasterVisibility {
 [[nodiscard]] RAYGRAPH_API RasterVisibility AnyVisibility(Renderer& renderer, const SceneIds& scene,
                                                           const TraceSettings& settings, FilmPosition film);
 
-// The outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
+// Returns the outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
                                                     const TraceSettings& settings,
                                                     const RasterVisibility& seen);

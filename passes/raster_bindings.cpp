@@ -7,14 +7,14 @@ namespace raygraph::passes {
 
 namespace {
 
-// Push constants of shaders/raster/pixel.glsl.
+// These are push constants of shaders/raster/pixel.glsl.
 struct PixelConstants {
     glm::vec2 filmOffset;
     uint32_t punctualLights;
     uint32_t option;
     uint32_t shadowTiles;
 };
-// The push constants of shaders/raster/trace_capsules.rgen.
+// Holds the push constants of shaders/raster/trace_capsules.rgen.
 struct CapsuleConstants {
     glm::vec2 filmOffset;
     uint32_t drawsGlass;

@@ -6,23 +6,23 @@
 
 namespace raygraph::passes {
 
-// The constants of a pass over the pixels, see shaders/raster/pixel.glsl.
+// Holds the constants of a pass over the pixels, see shaders/raster/pixel.glsl.
 struct PixelOptions {
     uint32_t option = 0;
     uint32_t shadowTiles = 0;
 };
 
-// The surface bindings of a pass over the pixels; the parameters are bound separately.
+// Binds the surfaces for a pass over the pixels; the parameters are bound separately.
 void BindPixelSurfaces(PassBuilder& pass, const SceneIds& scene, const RasterVisibility& seen,
                        const PixelOptions& options);
 
-// The bindings of shaders/raster/visibility.vert and of its fragment shaders, without the constants.
+// Binds what shaders/raster/visibility.vert and its fragment shaders read, without the constants.
 void BindDrawing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
                  const DrawList& list, bool isTested, SamplerKind sampler);
-// The bindings of shaders/raster/fragment_alpha.glsl beside "instances" and, of BindDrawing, "parameters".
+// Binds what shaders/raster/fragment_alpha.glsl reads beside "instances" and the "parameters" of BindDrawing.
 void BindAlphaTest(PassBuilder& pass, const SceneIds& scene, SamplerKind sampler);
 
-// A depth buffer that this rasterizer draws.
+// Returns a depth buffer that this rasterizer draws.
 TextureId DepthTexture(Renderer& renderer, const char* name, Extent2D extent, Rasterizer rasterizer);
 
 enum class GlassDrawn : uint8_t { Yes, No };

@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t kMaxChunkGroups = 8192;
 constexpr uint32_t kTileGroups = 1024;
 
-// Push constants of shaders/raster/rasterize.glsl and resolve_visibility.comp.
+// Holds push constants of shaders/raster/rasterize.glsl and resolve_visibility.comp.
 struct RasterizeConstants {
     glm::vec2 shift;
     Extent2D size;
@@ -26,7 +26,7 @@ struct ResolveConstants {
     uint32_t drawCount;
 };
 
-// One 64-bit key a pixel.
+// Returns the bytes of one 64-bit key a pixel.
 uint64_t KeyBytes(Extent2D extent) {
     return uint64_t{extent.width} * extent.height * sizeof(uint64_t);
 }

@@ -33,8 +33,8 @@ void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType, const H
     if (scene.features.Has(kTraceCapsules)) pass.HitGroup(rayType, Capsules(shaders), kHitSetCapsules);
 }
 
-// The bounces of all paths of a sample: from roulette.start on, each is survived with the same probability. A
-// function of seed and sample, like all random numbers.
+// Returns the bounces of all paths of a sample: from roulette.start on, each is survived with the same
+// probability. It is a function of seed and sample, like all random numbers.
 uint32_t FrameDepth(const TraceSettings& settings) {
     const uint32_t before = std::max(settings.roulette.start, 1u) - 1u;
     if (settings.roulette.survival >= 1.0f) return kNoDepthLimit;
@@ -43,7 +43,7 @@ uint32_t FrameDepth(const TraceSettings& settings) {
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 
-// The features that settings make no use of.
+// Returns the features that settings make no use of.
 TraceFeatures Unused(const SceneIds& scene, const TraceSettings& settings) {
     TraceFeatures unused;
     if (!settings.lights.isOn) unused |= FeaturesOfKind(TraceFeatureKind::Lights);

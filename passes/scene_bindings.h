@@ -8,14 +8,14 @@
 
 namespace raygraph::passes {
 
-// The requested part of the picture. Error{Usage} if it is not within settings.extent.
+// Returns the requested part of the picture. Error{Usage} if it is not within settings.extent.
 RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
 // Returns the extent of the texels that a sample takes in the outputs of Trace.
 RAYGRAPH_API Extent2D TracedExtent(const TraceSettings& settings);
 // Throws Error{Usage} naming the pass if the settings are for a part of the picture.
 RAYGRAPH_API void RequireFullFrame(const TraceSettings& settings, const char* pass);
 
-// The parameter block of a camera-ray pass.
+// Returns the parameter block of a camera-ray pass.
 RAYGRAPH_API gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
 
 // A pass binds only what its shaders use. How its rays treat surfaces that are not opaque:
@@ -23,7 +23,8 @@ enum class AlphaTest : uint8_t {
     Off,  // as opaque, no any-hit shader runs; for rays that meet only triangles (kMaskTriangles)
     On,   // alpha-tested; needs BindGeometry and BindMaterials, where there is alpha or a round primitive
 };
-// The miss and hit shaders of radiance rays, the TLAS with the BLASes that it references, and the parameters.
+// Binds the miss and hit shaders of radiance rays, the TLAS with the BLASes that it references, and the
+// parameters.
 RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
                               const gpu::TraceParameters& parameters, AlphaTest alphaTest);
 // Binds what shadow rays need, in addition to BindTracing. Where the scene has alpha, thin walls or round
@@ -45,7 +46,7 @@ RAYGRAPH_API void BindInstances(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
-// The tables of light sampling.
+// Binds the tables of light sampling.
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
 // Sets the constants of HasTraceFeature in the pass's shaders; SpecializeDirect and SpecializeTrace do it,
 // too.
@@ -56,10 +57,11 @@ RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, con
                                    bool hasTextureLevels);
 // Returns the features of the scene that the settings use, and those that the settings add.
 RAYGRAPH_API TraceFeatures ProgramFeatures(const SceneIds& scene, const TraceSettings& settings);
-// The scene as one that needs these features, too, but those that follow from settings: Trace's program has
-// them, and the samples have the same mean. One program then does for scenes that need them or not.
+// Returns the scene as one that needs these features, too, but those that follow from settings: Trace's
+// program has them, and the samples have the same mean. One program then does for scenes that need them or
+// not.
 RAYGRAPH_API SceneIds WithFeatures(const SceneIds& scene, TraceFeatures features);
-// The choices that TraceSettings makes when a pipeline is created.
+// Sets the choices that TraceSettings makes when a pipeline is created.
 RAYGRAPH_API void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 
 }  // namespace raygraph::passes

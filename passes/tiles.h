@@ -9,7 +9,7 @@
 
 namespace raygraph::passes {
 
-// A rectangle of a picture, in pixels from the upper left corner.
+// Describes a rectangle of a picture, in pixels from the upper left corner.
 struct Region {
     uint32_t x = 0;
     uint32_t y = 0;
@@ -33,7 +33,7 @@ RAYGRAPH_API void RequireWithin(rhi::Extent2D picture, const Region& region);
 // be too much.
 class RAYGRAPH_API TileCursor {
   public:
-    // The next tile: about `pixels` pixels, at least one, never more than remain. The cursor stays.
+    // Returns the next tile: about `pixels` pixels, at least one, never more than remain. The cursor stays.
     Region Next(rhi::Extent2D picture, uint64_t pixels) const;
     // Returns whether Next returns this tile for some count of pixels.
     bool IsNext(rhi::Extent2D picture, const Region& tile) const;

@@ -9,7 +9,7 @@ namespace raygraph::passes {
 
 namespace {
 
-// The flags of shaders/post/tonemap.comp.
+// These are flags of shaders/post/tonemap.comp.
 constexpr uint32_t kOpaque = 1, kUnassociated = 2, kBalanced = 4;
 
 // The contents of `display` outside of the region stay if it is `kept`.
@@ -88,7 +88,7 @@ glm::dmat3 ToXyz() {
     return {primaries[0] * weights[0], primaries[1] * weights[1], primaries[2] * weights[2]};
 }
 
-// Rows, from XYZ.
+// The rows of the literal are those of the matrix, from XYZ.
 const glm::dmat3 kBradford = glm::transpose(
     glm::dmat3{{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}});
 
@@ -128,7 +128,7 @@ glm::dvec2 ChromaticityOf(const glm::dvec3& color) {
 glm::mat3 WhiteBalance(const glm::dvec2& white) {
     if (white == DisplayWhite()) return glm::mat3(1.0f);
     const glm::dvec3 gains = (kBradford * XyzOf(DisplayWhite())) / (kBradford * XyzOf(white));
-    glm::dmat3 scaled = kBradford;  // its rows times the gains
+    glm::dmat3 scaled = kBradford;  // rows of the matrix times the gains
     for (int column = 0; column < 3; ++column) scaled[column] *= gains;
     const glm::dmat3 toXyz = ToXyz();
     return glm::mat3(glm::inverse(toXyz) * glm::inverse(kBradford) * scaled * toXyz);

@@ -30,7 +30,7 @@ Extent2D InvocationsFor(Extent2D extent) {
     return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMaxInvocations)), 1};
 }
 
-// TraceCounts, 0 to begin with.
+// Returns a buffer of TraceCounts that starts with 0.
 BufferId PixelQueue(Renderer& renderer) {
     BufferId queue = renderer.CreateBuffer("pixelQueue", {.size = sizeof(TraceCounts)});
     renderer.AddPass(

@@ -21,7 +21,7 @@ namespace raygraph::passes {
 
 inline constexpr uint32_t kNoDepthLimit = 0xFFFFFFFFu;
 
-// Options of the scattering at surfaces. The defaults are glTF's material with multiple-scattering
+// Holds options of the scattering at surfaces. The defaults are glTF's material with multiple-scattering
 // compensation.
 struct ScatteringSettings {
     BrdfModel brdf = BrdfModel::Gltf;
@@ -33,8 +33,8 @@ struct ScatteringSettings {
     bool operator==(const ScatteringSettings&) const = default;
 };
 
-// Options of the sampling of lights. Every setting converges to the same picture, except that without light
-// sampling punctual lights are missing.
+// Holds options of the sampling of lights. Every setting converges to the same picture, except that without
+// light sampling punctual lights are missing.
 struct LightSamplingSettings {
     bool isOn = true;  // off: BSDF sampling only, without punctual lights
     LightSampler sampler = LightSampler::Bvh;
@@ -80,11 +80,12 @@ struct RAYGRAPH_API BiasSettings {
     X(Of, Wavefront, 2, "wavefront", "")
 RAYGRAPH_CHOICE(IntegratorForm, RAYGRAPH_INTEGRATOR_FORMS)
 
-// The form that is faster on a device (docs/performance.md): the loop on a CPU, the wavefront on a GPU. It
-// depends neither on scene nor settings, so that all parts of a picture have the bits of the whole.
+// Returns the form that is faster on a device (docs/performance.md): the loop on a CPU, the wavefront on a
+// GPU. It depends neither on scene nor settings, so that all parts of a picture have the bits of the whole.
 RAYGRAPH_API IntegratorForm DefaultForm(const rhi::Device& device);
 
-// Options of path tracing: everything that decides the samples of a picture except its camera and extent.
+// Holds the options of path tracing: everything that decides the samples of a picture except its camera and
+// extent.
 struct PathSettings {
     SamplerKind sampler = SamplerKind::Sobol;
     uint32_t seed = 0;
@@ -145,20 +146,20 @@ using PathPartIds = std::array<TextureId, kPathPartCount>;
 // and undefined.
 RAYGRAPH_API Extent2D LightGroupTiles(uint32_t groupCount);
 
-// The outputs of Trace beside the radiance. Ray counts exclude the others.
+// Holds the outputs of Trace beside the radiance. Ray counts exclude the others.
 struct TraceOutputs {
     bool rayCounts = false;
     bool parts = false;
     bool lightGroups = false;
 };
 
-// The counters of Trace, as in the buffer TraceIds::counts.
+// Holds the counters of Trace, as in the buffer TraceIds::counts.
 struct TraceCounts {
     uint32_t takenPixels = 0;  // not meaningful afterwards: invocations overrun the number of pixels
     // The number of samples that were infinite or NaN. They are written as black, and count as samples.
     uint32_t nonFiniteSamples = 0;
     std::array<uint32_t, 2> rayWords{};  // the low one first
-    // The total over all paths, shadow rays included.
+    // Returns the total over all paths, shadow rays included.
     uint64_t Rays() const { return rayWords[0] + (uint64_t{rayWords[1]} << 32); }
 };
 
@@ -173,8 +174,8 @@ struct TraceIds {
     BufferId counts;        // TraceCounts
 };
 
-// The samples of every pixel: the radiance, and the requested other outputs. A function of only (scene,
-// settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
+// Returns the samples of every pixel: the radiance, and the requested other outputs. A function of only
+// (scene, settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
 // several. Several at once fill a large device better. Unbiased but for settings.biases. Ray counts of pixels
 // are taken by IntegratorForm::Loop; the wavefront traces the same rays. Error{Usage}: ray counts together
 // with another output; a sampleCount of 0; Roulette::Frame, which draws one length for all paths of a sample,
@@ -182,20 +183,21 @@ struct TraceIds {
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 
-// How many paths Trace follows: the samples of the pixels.
+// Returns how many paths Trace follows: the samples of the pixels.
 RAYGRAPH_API uint64_t PathCount(const TraceSettings& settings);
 
-// How many samples of every pixel Trace renders best at once, a power of two up to 64. On a GPU so many paths
-// that the wait for the longest of them hardly counts, as far as an eighth of its memory holds them; on a CPU
-// one sample of few pixels is enough work. `tileRows`: of the light groups, if they are asked for
-// (LightGroupTiles).
+// Returns how many samples of every pixel Trace renders best at once, a power of two up to 64. On a GPU so
+// many paths that the wait for the longest of them hardly counts, as far as an eighth of its memory holds
+// them; on a CPU one sample of few pixels is enough work. `tileRows`: of the light groups, if they are asked
+// for (LightGroupTiles).
 RAYGRAPH_API uint32_t PreferredBatchSize(const rhi::Device& device, const TraceSettings& settings,
                                          uint32_t tileRows = 1);
 
 // Returns whether a pass of that name is one of Trace, in any form.
 RAYGRAPH_API bool IsTracePass(std::string_view pass);
 
-// The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per pixel.
+// Holds the camera's first hits, without light: for AOVs and the diagnostic views. All are from one ray per
+// pixel.
 struct PrimaryHitIds {
     TextureId albedo;  // rgba32f, base color; the environment's radiance is not in it: 0 on a miss
     TextureId normal;  // rgba32f, shading normal in world space, w = 0; 0 on a miss
@@ -236,7 +238,7 @@ inline constexpr uint32_t kMostSeenSamples = 1024;
 
 // --- The options from which a viewport and an offline render make the settings of their frames ---
 
-// A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
+// Describes a thin lens; radius 0 is a pinhole. Meters. The raster view has none.
 struct LensSettings {
     float radius = 0.0f;
     float focusDistance = 1.0f;  // along the view direction to the plane in focus

@@ -12,19 +12,19 @@ namespace {
 
 constexpr auto kPathPartNames = Texts(PathPart{});
 constexpr uint32_t kRowBytes = 16;
-constexpr uint32_t kGroupSize = 64;  // of pathtrace/wave_shade_main.glsl and launch.glsl
-// Rays of each path, after which the loop goes on with the paths that are left: among the best of 2, 4, 8 and
-// 16 in all scenes of docs/performance.md.
+constexpr uint32_t kGroupSize = 64;  // group size in pathtrace/wave_shade_main.glsl and launch.glsl
+// After this many rays of each path, the loop goes on with the paths that are left: among the best of 2, 4, 8
+// and 16 in all scenes of docs/performance.md.
 constexpr uint32_t kSteps = 8;
 // The number of paths that the last kernel traces at once, of those that are left for it.
 constexpr uint32_t kInvocationsOfRest = 1u << 16;
 
-// The number of rows of the records of a picture.
+// Holds the number of rows of the records of a picture.
 struct RecordRows {
     TraceFeatures features;
     bool hasParts;
 
-    // The conditions of rows.
+    // These two are the conditions of rows.
     bool HasTraceFeature(TraceFeatures any) const { return features.Has(any); }
     bool KeepsParts() const { return hasParts; }
 
@@ -50,7 +50,7 @@ class Wavefront {
         const auto buffer = [&](const char* name, uint64_t size) {
             return renderer.CreateBuffer(name, {.size = size});
         };
-        // One record more: the media around the camera
+        // One record more holds the media around the camera
         m_paths = buffer("wavePaths", (pixels + 1) * m_rows.OfPath() * kRowBytes);
         m_hits = buffer("waveHits", (pixels + (pixels + 3) / 4) * kRowBytes);
         m_shadows = buffer("waveShadows", pixels * m_rows.OfShadow() * kRowBytes);
@@ -78,7 +78,7 @@ class Wavefront {
     }
 
   private:
-    // "pathtrace/wave_shade_parts"
+    // Returns, for example, "pathtrace/wave_shade_parts".
     std::string Shader(const char* kernel) const {
         return std::string("pathtrace/wave_") + kernel + (m_outputs.parts ? "_parts" : "") +
                (m_outputs.lightGroups ? "_groups" : "");
@@ -93,7 +93,7 @@ class Wavefront {
         const uint64_t most = uint64_t{m_renderer.Device().Info().maxGroupCounts[0]} * kGroupSize;
         return {static_cast<uint32_t>(std::min<uint64_t>(launch.width, most)), 1};
     }
-    // The kind of the kernels that trace.
+    // Returns the kind of the kernels that trace.
     PassKind TracingKind() const { return m_isSoftware ? PassKind::Compute : PassKind::RayTracing; }
     void UseTracing(PassBuilder& pass, const std::string& kernel) const {
         if (m_isSoftware)
@@ -181,7 +181,7 @@ class Wavefront {
                 BindRays(pass, true);
                 if (m_outputs.lightGroups) BindLights(pass, m_scene);
                 pass.Reads("energyTables",
-                           m_scene.energyTables);  // of walls that light passes straight through
+                           m_scene.energyTables);  // for walls that light passes straight through
                 SetConstants(pass, step, traces);
                 pass.Reads("waveCounts", m_counts);
                 pass.Reads("waveQueue", m_queue);

@@ -43,7 +43,7 @@ class RAYGRAPH_API AccelerationStructure {
 };
 
 enum class BlasKind : uint8_t {
-    Static,  // Fast to trace; compacted; never updated.
+    Static,  // fast to trace; compacted; never updated
     // Updated or rebuilt in place when its vertices move (BlasBuilder::RecordRefits); compacted only where
     // BlasBuilderDesc says so.
     Deforming,

@@ -23,7 +23,7 @@ class BuildScratch {
     BuildScratch() = default;
     BuildScratch(Device& device, const std::string& name, uint64_t bytes);
 
-    // The address, aligned to minAccelerationStructureScratchOffsetAlignment.
+    // Returns the address, aligned to minAccelerationStructureScratchOffsetAlignment.
     VkDeviceAddress Address() const { return m_address; }
     uint64_t Bytes() const { return m_bytes; }
 
@@ -94,7 +94,7 @@ class Compaction {
     Compaction(const Compaction&) = delete;
     Compaction& operator=(const Compaction&) = delete;
 
-    // A BLAS, and the structure of its recorded build.
+    // Holds a BLAS, and the structure of its recorded build.
     struct Query {
         std::weak_ptr<Blas> blas;
         VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
@@ -129,7 +129,7 @@ class Compaction {
         // Set by the device's retire queue once the list with the queries has completed (or was dropped).
         std::shared_ptr<std::atomic<bool>> isCompleted;
     };
-    // A BLAS with the memory of its compacted copy.
+    // Holds a BLAS with the memory of its compacted copy.
     struct Reserved {
         std::weak_ptr<Blas> blas;
         AccelerationStructure structure;

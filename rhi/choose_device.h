@@ -8,8 +8,8 @@
 
 namespace raygraph::rhi {
 
-// The index of the device that Device::Create takes for DeviceDesc::select. Error{NoDevice} with a reason for
-// each that is not used.
+// Returns the index of the device that Device::Create takes for DeviceDesc::select. Error{NoDevice} with a
+// reason for each that is not used.
 RAYGRAPH_API uint32_t ChooseDevice(const std::vector<DeviceReport>& reports, const std::string& select);
 
 }  // namespace raygraph::rhi

@@ -24,7 +24,7 @@ struct DeviceFunctions;
 // The maximum of resources of one pass: maxPushDescriptors of the requirements.
 inline constexpr uint32_t kMaxBoundResources = 32;
 
-// A resource for a binding of set 0. Exactly one member is set.
+// Describes a resource for a binding of set 0. Exactly one member is set.
 struct BoundResource {
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
@@ -117,7 +117,7 @@ class RAYGRAPH_API CommandList {
                            uint32_t firstRow, uint32_t rowCount, uint32_t layer = 0);
     void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0, uint32_t mipLevel = 0,
                       uint32_t layer = 0);
-    // One level of one layer, the first ones by default; both sides of the same size.
+    // Describes one level of one layer, the first ones by default; both sides of the same size.
     struct Place {
         uint32_t level = 0;
         uint32_t layer = 0;

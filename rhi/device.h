@@ -61,8 +61,8 @@ struct DeviceDesc {
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
-// The objects of a host, all of which outlive the Device. The host has enabled what rhi/device_requirements.h
-// requires.
+// Holds the objects of a host, all of which outlive the Device. The host has enabled what
+// rhi/device_requirements.h requires.
 struct AdoptedDeviceDesc {
     std::string name = "host";
     VkInstance instance = VK_NULL_HANDLE;
@@ -89,7 +89,7 @@ struct AdoptedDeviceDesc {
 enum class DeviceType : uint8_t { Cpu, Integrated, Discrete, Virtual, Other };
 RAYGRAPH_API const char* Name(DeviceType type);
 
-// The constant properties of a device.
+// Holds the constant properties of a device.
 struct DeviceInfo {
     std::string name;    // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::string driver;  // "llvmpipe Mesa 25.0.7 ..."
@@ -135,7 +135,7 @@ struct DeviceReport {
         refusals;  // "lacks VK_KHR_ray_tracing_pipeline", "maxPushDescriptors is 8, needs 32"
 };
 
-// A semaphore to wait for or to signal with a submission; value is for timeline semaphores, 0 for
+// Describes a semaphore to wait for or to signal with a submission; value is for timeline semaphores, 0 for
 // binary ones.
 struct SemaphoreUse {
     VkSemaphore semaphore = VK_NULL_HANDLE;
@@ -263,8 +263,8 @@ class RAYGRAPH_API Device {
     // are put into the Error. `report` may be called from any thread, but never after the returned object has
     // been destroyed, and must not call back into the Device.
     [[nodiscard]] std::shared_ptr<const void> AddLastPassReport(std::function<std::string()> report);
-    // The number of validation messages so far, core and synchronization. An adopted device has none: the
-    // messages of a host's instance reach the host's own messenger.
+    // Returns the number of validation messages so far, core and synchronization. An adopted device has none:
+    // the messages of a host's instance reach the host's own messenger.
     uint64_t ValidationMessageCount() const;
     // Writes the pipeline cache to disk now (also done on destruction). Returns false if no cache file is in
     // use, or if it cannot be written.
@@ -274,7 +274,7 @@ class RAYGRAPH_API Device {
     std::optional<double> Measured(std::string_view name) const;
     void StoreMeasurement(std::string_view name, double value);
 
-    // The layout of set 1 (bindless textures), which all pipelines share: see rhi/texture_table.h.
+    // Returns the layout of set 1 (bindless textures), which all pipelines share: see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();
     // Returns the SPIR-V to pass to the driver instead of a shader's own (rhi/shader_specializer.h), or null
     // if the shader's own is to be used with the values. Only for rhi/.

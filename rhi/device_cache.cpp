@@ -14,7 +14,7 @@
 namespace raygraph::rhi {
 namespace {
 
-// The header before the driver's bytes in the file, in the machine's byte order.
+// Holds the header before the driver's bytes in the file, in the machine's byte order.
 struct FileHeader {
     std::array<char, 8> magic{'R', 'G', 'P', 'I', 'P', 'E', '0', '1'};
     uint64_t size = 0;

@@ -30,7 +30,7 @@ std::string ResultName(VkResult result);
 // device are not NoDevice.
 ErrorKind KindOfCreationError(VkResult result);
 
-// A command buffer and its pool; they are reused once the timeline has reached `until`.
+// Holds a command buffer and its pool; they are reused once the timeline has reached `until`.
 struct CommandSlot {
     VkCommandPool pool = VK_NULL_HANDLE;
     VkCommandBuffer commands = VK_NULL_HANDLE;
@@ -114,7 +114,7 @@ struct Device::Impl {
     uint32_t queueFamily = 0;
     uint32_t framesInFlight = 2;
     const VkAllocationCallbacks* allocation = nullptr;
-    std::function<void()> lockQueue, unlockQueue;  // of the host, or empty
+    std::function<void()> lockQueue, unlockQueue;  // functions of the host, or empty
 
     InstanceFunctions instanceFunctions;
     DeviceFunctions vk;

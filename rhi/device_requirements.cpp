@@ -11,7 +11,7 @@
 
 namespace raygraph::rhi {
 
-// All feature structures that are queried.
+// Holds all feature structures that are queried.
 struct FeatureStructs {
     VkPhysicalDeviceFeatures2 root{};
     VkPhysicalDeviceVulkan12Features vulkan12{};
@@ -37,7 +37,7 @@ struct FeatureEntry {
     bool OptionalFeatures::*capability = nullptr;  // the capability that an optional feature enables
 };
 
-// An optional extension without a feature.
+// Describes an optional extension without a feature.
 struct ExtensionEntry {
     ExtensionRequirement requirement;
     bool OptionalFeatures::*capability;

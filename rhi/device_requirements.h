@@ -52,7 +52,7 @@ struct RequirementList {
 // Returns the list as static data. Thread-safe.
 RAYGRAPH_API const RequirementList& Requirements();
 
-// The optional capabilities of a device.
+// Holds the optional capabilities of a device.
 struct OptionalFeatures {
     bool rayQuery = false;
     bool positionFetch = false;

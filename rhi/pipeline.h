@@ -35,12 +35,12 @@ class RAYGRAPH_API Pipeline {
     const std::string& Name() const { return m_name; }
     explicit operator bool() const { return m_pipeline != VK_NULL_HANDLE; }
 
-    // The merged reflection of all stages.
+    // Returns the merged reflection of all stages.
     const ShaderInterface& Interface() const { return m_interface; }
     std::span<const BindingInfo> Bindings() const { return m_interface.bindings; }
     const BindingInfo* Find(std::string_view name) const { return m_interface.Find(name); }
     bool UsesTextureTable() const { return m_interface.usesTextureTable; }
-    // The bytes of the push-constant range, a multiple of 4; 0: none.
+    // Returns the bytes of the push-constant range, a multiple of 4; 0: none.
     uint32_t PushConstantBytes() const { return m_interface.pushConstants.bytes; }
     // Returns the stages for vkCmdPushConstants: those of the range in the layout.
     VkShaderStageFlags PushConstantStages() const { return m_interface.stages; }
@@ -146,8 +146,8 @@ struct GeneralShader {
     std::vector<std::byte> recordData{};
 };
 
-// The shaders that a hit runs. All may be empty: such a hit runs nothing and does not change the payload.
-// With an intersection shader the group is for AABBs, without one for triangles.
+// Holds the shaders that a hit runs. All may be empty: such a hit runs nothing and does not change the
+// payload. With an intersection shader the group is for AABBs, without one for triangles.
 struct HitGroup {
     ShaderStage closestHit{};
     ShaderStage anyHit{};

@@ -74,7 +74,7 @@ struct ShaderReflection {
     std::string entryPoint;         // "main"
     std::vector<Binding> bindings;  // sorted by set, then by binding
     PushConstantBlock pushConstants;
-    std::vector<SpecializationConstant> specialization;  // by id
+    std::vector<SpecializationConstant> specialization;  // sorted by id
     // For compute shaders, with the default values of specialization constants; 0, 0, 0 for other stages.
     std::array<uint32_t, 3> workgroupSize{};
     std::array<int64_t, 3> workgroupSizeIds{-1, -1, -1};  // constant ids of local_size_*_id; -1: fixed
@@ -88,26 +88,26 @@ RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::stri
 // Returns a copy of ShaderStage::reflection, or the result of Reflect if the stage has none.
 RAYGRAPH_API ShaderReflection ReflectionOf(const ShaderStage& stage);
 
-// The reflection of a stage, with its name for messages.
+// Holds the reflection of a stage, with its name for messages.
 struct NamedReflection {
     std::string name;
     ShaderReflection reflection;
 };
 
-// A binding, merged over a pipeline's stages.
+// Describes a binding, merged over a pipeline's stages.
 struct BindingInfo : Binding {
     VkShaderStageFlags stages = 0;
     std::string firstShader;  // the shader that declared it first, for messages
 };
 
-// The merged bindings of all stages of one pipeline: the resources that a pass has to bind.
+// Holds the merged bindings of all stages of one pipeline: the resources that a pass has to bind.
 struct RAYGRAPH_API ShaderInterface {
-    std::vector<BindingInfo> bindings;  // of set 0, sorted by binding: the resources of the pass
+    std::vector<BindingInfo> bindings;  // bindings of set 0, sorted by binding: the resources of the pass
     bool usesTextureTable = false;      // some stage uses set 1, the bindless textures
     VkShaderStageFlags stages = 0;      // all stages
     PushConstantBlock pushConstants;    // the largest block
     std::string pushConstantShader;     // the shader that has it
-    std::vector<SpecializationConstant> specialization;  // of all stages, sorted by id
+    std::vector<SpecializationConstant> specialization;  // constants of all stages, sorted by id
 
     const BindingInfo* Find(std::string_view bindingName) const;  // null: no such binding
 };

@@ -47,9 +47,9 @@ constexpr bool Has(E set, E bits) {
 }
 
 enum class MemoryKind : uint8_t {
-    Device,    // Fast on the device, not mapped.
-    Upload,    // Mapped, written by the CPU in order, read by the device.
-    Readback,  // Mapped and cached, written by the device, read by the CPU.
+    Device,    // fast on the device, not mapped
+    Upload,    // mapped, written by the CPU in order, read by the device
+    Readback,  // mapped and cached, written by the device, read by the CPU
 };
 
 enum class BufferUsage : uint32_t {

@@ -61,7 +61,7 @@ struct TableLayout {
     uint64_t size = 0;  // bytes of the whole table, whose start must be aligned to baseAlignment
 };
 
-// The number of bytes of data in each record. `rayGen` is a single record.
+// Holds the number of bytes of data in each record. `rayGen` is a single record.
 struct TableRecords {
     uint32_t rayGen = 0;
     std::span<const uint32_t> miss{};

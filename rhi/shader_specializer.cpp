@@ -198,7 +198,7 @@ constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{16} << 20;
 constexpr std::string_view kSuffix = ".spv";
 
-// The header that precedes the words in the file, in the byte order of the machine.
+// Holds the header that precedes the words in the file, in the byte order of the machine.
 struct FileHeader {
     std::array<char, 8> magic{'R', 'G', 'S', 'P', 'V', 'S', '0', '1'};
     std::array<uint64_t, 2> key{};

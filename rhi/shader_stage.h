@@ -34,8 +34,8 @@ RAYGRAPH_API std::optional<StageKind> StageOfFile(std::string_view fileName);
 
 struct ShaderReflection;
 
-// One stage of a pipeline. Words and reflection are read while the pipeline is created and may be freed
-// afterwards. A stage without words is absent.
+// Describes one stage of a pipeline. Words and reflection are read while the pipeline is created and may be
+// freed afterwards. A stage without words is absent.
 struct ShaderStage {
     std::string name{};  // "pathtrace/pathtrace.rgen": for errors and labels
     std::span<const uint32_t> spirv{};
@@ -44,7 +44,7 @@ struct ShaderStage {
     bool IsEmpty() const { return spirv.empty(); }
 };
 
-// A 32-bit specialization constant (int, uint, float bits, or bool as 0 and 1) by its constant_id.
+// Describes a 32-bit specialization constant (int, uint, float bits, or bool as 0 and 1) by its constant_id.
 struct SpecializationValue {
     uint32_t id = 0;
     uint32_t value = 0;

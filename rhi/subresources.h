@@ -9,7 +9,7 @@
 
 namespace raygraph::rhi {
 
-// A range of levels and layers; the default is all of both.
+// Describes a range of levels and layers; the default is all of both.
 struct Subresources {
     static constexpr uint32_t kRest = ~0u;  // as a count: all from the first one on
 

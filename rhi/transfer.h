@@ -57,8 +57,8 @@ class RAYGRAPH_API Uploader {
         UploadTexture(target, std::span(&level0, 1));
     }
 
-    // An upload in pieces, over several frames for example. The caller keeps the texels until it is complete,
-    // and must not read the texture before.
+    // Describes an upload in pieces, over several frames for example. The caller keeps the texels until it is
+    // complete, and must not read the texture before.
     struct TextureTransfer {
         const Texture* target = nullptr;
         std::vector<std::span<const std::byte>> levels;  // as for UploadTexture

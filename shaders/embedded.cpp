@@ -13,7 +13,7 @@ namespace raygraph {
 
 std::span<const uint32_t> EmbeddedShader::Words() const {
     static std::mutex mutex;
-    // Never destroyed, so that modules live as long as the program.
+    // The map is never destroyed, so that modules live as long as the program.
     static auto& modules = *new std::map<std::string_view, std::vector<uint32_t>>;
     const std::lock_guard lock(mutex);
     const auto known = modules.find(name);

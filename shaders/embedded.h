@@ -13,7 +13,7 @@ namespace raygraph {
 struct RAYGRAPH_API EmbeddedShader {
     std::string_view name;      // the name by which passes ask for it, such as
                                 // "pathtrace/pathtrace.rgen"
-    std::string_view source;    // Path relative to shaders/: the name, or what it is a variant of.
+    std::string_view source;    // path relative to shaders/: the name, or the source of which it is a variant
     std::string_view preamble;  // "#define SOFTWARE_TRAVERSAL\n": what goes before the text of the source.
     std::span<const std::byte> compressed;  // the SPIR-V module, a frame of zstd
 

@@ -77,7 +77,7 @@ constexpr bool HasUniqueKeys() {
 }
 static_assert(HasUniqueKeys(), "a key asks for two actions");
 
-// Gestures are done with the mouse, or with keys that are held or come in rows.
+// Gestures are done with the mouse, or with keys that are held or numbered.
 constexpr std::pair<const char*, const char*> kGestures[] = {
     {"left drag", "orbit; on a handle of the selection: move, rotate or scale it (Ctrl: in steps)"},
     {"middle drag, Shift + left drag", "pan"},

@@ -71,7 +71,7 @@ class Document {
     bool ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu);
     std::span<const scene::ClipState> Clips() const { return m_clips; }
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
-    const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // by node
+    const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // indexed by node
     const std::vector<uint32_t>& Roots() const { return m_roots; }
     glm::mat4x3 LocalTransform(uint32_t node) const { return m_scene.nodes.at(node).LocalTransform(); }
     // Returns the node's transform to the world.
@@ -113,7 +113,7 @@ class Document {
     // path of that. The document stays as it is. Throws what SaveGltf throws.
     std::filesystem::path SaveRecoveryCopy() const;
     // Identifies the content of the file, if the open scene equals it. The hash is unknown after edits were
-    // saved. Know stores the hash, unless the file has changed since.
+    // saved. RecordContent stores the hash, unless the file has changed since.
     FileContent Content() const;
     void RecordContent(const FileContent& content);
 
@@ -149,7 +149,7 @@ class Document {
 
     std::filesystem::path m_file, m_root;
     std::optional<FileStamp> m_stamp;
-    std::map<uint32_t, std::string> m_hashes;  // by variant: hash of the file's content, where it is known
+    std::map<uint32_t, std::string> m_hashes;  // hash of the file's content by variant, where it is known
     scene::SceneData m_scene, m_rest;          // m_rest is empty without animations
     scene::PoseEvaluator m_evaluator{m_scene};
     scene::PoseApplier m_applier{m_scene};
@@ -158,7 +158,7 @@ class Document {
     scene::SceneStatistics m_statistics;
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;
-    std::vector<Placed> m_placed;        // by node
+    std::vector<Placed> m_placed;        // indexed by node
     std::vector<bool> m_isNodeAnimated;  // some animation changes a part of its transform
     std::vector<Step> m_steps;
     size_t m_saved = 0;  // m_done when the scene was saved; kNeverSaved: no state equals the saved one

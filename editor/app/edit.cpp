@@ -13,7 +13,7 @@ namespace raygraph::editor {
 
 namespace {
 
-// In seconds: frames without input are this far apart while pipelines are made, which takes time on a CPU
+// The interval, in seconds, between frames without input while pipelines are made, which takes time on a CPU
 // device.
 constexpr double kPreparingPoll = 0.2;
 constexpr double kBusyPoll = 0.002;  // in seconds: the device is polled this often, which can delay a frame
@@ -48,7 +48,7 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
 
 void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     const std::filesystem::path config = ConfigFolder();
-    std::string ignored;  // unused: the editor reports it
+    std::string ignored;  // not used: the editor reports it
     Window window("Raygraph", config.empty() ? Settings().window : ReadSettings(config, ignored).window);
     const std::unique_ptr<rhi::Device> device = openDevice(window.SurfaceExtensions());
     rhi::Swapchain swapchain(

@@ -23,14 +23,14 @@ namespace {
 constexpr float kSide = 300.0f;        // points: maximal width of the side panels
 constexpr float kSideShare = 0.24f;    // their width as a fraction of the window's
 constexpr float kBottom = 230.0f;      // points: minimal height of the lower panel
-constexpr float kBottomShare = 0.34f;  // its height as a fraction of the window's
+constexpr float kBottomShare = 0.34f;  // height of the lower panel as a fraction of the window's
 constexpr float kStatus = 28.0f;
 constexpr float kOutline = 2.0f;
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoBringToFrontOnFocus;
 
-// Draws a panel at a fixed place.
+// Draws a panel at a fixed position.
 template <typename Body>
 void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
     ImGui::SetNextWindowPos(position);
@@ -620,7 +620,7 @@ void Editor::FinishLoading() {
     };
     if (m_work.document.ChangeCount() == m_discardedChanges)
         show();
-    else  // edited since Open asked
+    else  // the scene was edited after Open had asked
         ConfirmDiscard(Text("opening {}", loaded->document.File()), show);
 }
 

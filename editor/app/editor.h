@@ -96,7 +96,8 @@ class Editor {
     void FinishSaving();
     void WriteBeside(Worker::Task write);
     void ReportSaved(std::string text);
-    // After the frame of a user who is quitting: returns whether a picture is still to be written.
+    // Must be called after the frame of a user who is quitting: returns whether a picture is still to be
+    // written.
     bool IsSaving(bool hasDrawn);
     void Leave();
     // Calls `then` if there are no unsaved edits, else once the user has saved or discarded them. The
@@ -110,19 +111,19 @@ class Editor {
     Ui m_ui;
     bool m_isQuitting = false;
     std::filesystem::path m_config;  // "": nothing is stored
-    Settings m_kept;                 // as stored in the file
+    Settings m_kept;                 // the settings that the file has
     Extent2D m_windowSize{};         // points, in the last frame
     PathDialog m_dialog;
     UnsavedDialog m_unsaved;
     std::optional<LoadedScene> m_loaded;  // waits for an answer
     uint64_t m_discardedChanges = 0;      // Document::ChangeCount when the user agreed to lose the edits
-    // position of the picture's corner in the window, pixels, in the last frame
+    // Holds the position of the picture's corner in the window, in pixels, in the last frame.
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
     bool m_isViewHovered = false;
     bool m_isPreparing = false;  // pipelines of the picture are being created
     bool m_isReloading = false;  // shader reload waits until no pipeline is being created
-    // true while the first scene is loaded: the empty scene is not worth the creation of its pipelines
+    // Is true while the first scene is loaded: the empty scene is not worth the creation of its pipelines.
     bool m_isAwaiting = false;
     FrameInput m_lastInput;
     float m_idleSeconds = 0.0f;         // seconds without input

@@ -31,7 +31,7 @@ FileContent WithHash(FileContent content, const Log& log) {
     } catch (const Error&) {
         return content;  // the hash stays unknown
     }
-    if (!isSame()) content.hash.clear();  // written while it was read
+    if (!isSame()) content.hash.clear();  // the file was written while it was read
     return content;
 }
 

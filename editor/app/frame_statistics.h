@@ -53,7 +53,7 @@ class FrameHistory {
 // Measures the samples per second over the last kSpan seconds.
 class SampleRate {
   public:
-    static constexpr double kSpan = 3.0;  // seconds
+    static constexpr double kSpan = 3.0;  // in seconds
 
     // `samples` counts samples per pixel, with the fraction of the next one. A smaller number than before
     // means that accumulation was restarted.

@@ -144,7 +144,7 @@ std::optional<GizmoShape> Projected(GizmoHandle handle, bool isArea, const std::
 // Returns the half of a circle that faces the eye, or all of it if the circle is seen from its front.
 std::vector<glm::vec3> RingPoints(const GizmoFrame& frame, const glm::vec3& normal, float radius,
                                   const glm::vec3& toEye) {
-    // The half begins here
+    // The half of the circle begins here
     glm::vec3 across = glm::cross(normal, toEye);
     const bool isWhole = glm::length(across) < 0.02f;
     if (isWhole) across = std::abs(normal.x) < 0.9f ? glm::cross(normal, {1, 0, 0}) : glm::vec3(0, 1, 0);

@@ -72,7 +72,7 @@ struct GizmoFrame {
 std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool, GizmoSpace space,
                                   const PictureMap& map, const std::optional<glm::vec3>& pivot = {});
 
-// The shape of a handle for drawing and hit tests: an open line, or an area with a closed outline.
+// Describes a handle for drawing and hit tests: an open line, or an area with a closed outline.
 struct GizmoShape {
     GizmoHandle handle = GizmoHandle::X;
     bool isArea = false;
@@ -87,7 +87,7 @@ std::optional<GizmoHandle> HandleAt(const std::vector<GizmoShape>& shapes, glm::
 // Drags a handle.
 class GizmoDrag {
   public:
-    // `ray` is that of the start of the drag.
+    // `ray` is the ray under the cursor at the start of the drag.
     GizmoDrag(GizmoTool tool, GizmoHandle handle, const GizmoFrame& frame, const PictureMap& map,
               const Ray& ray);
     GizmoHandle Handle() const { return m_handle; }

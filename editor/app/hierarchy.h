@@ -27,9 +27,9 @@ class Hierarchy {
     size_t Reveal(uint32_t node);
 
   private:
-    std::vector<std::vector<uint32_t>> m_children;  // by node
+    std::vector<std::vector<uint32_t>> m_children;  // indexed by node
     std::vector<uint32_t> m_roots;
-    std::vector<uint32_t> m_parents;  // by node; kNoParent: a root
+    std::vector<uint32_t> m_parents;  // indexed by node; kNoParent: a root
     std::vector<bool> m_isOpen;
     mutable std::vector<Row> m_rows;
     mutable bool m_isStale = true;

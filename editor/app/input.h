@@ -40,7 +40,7 @@ enum class MouseButton : uint8_t { Left, Right, Middle };
 inline constexpr size_t kMouseButtonCount = 3;
 
 struct FrameInput {
-    rhi::Extent2D extent;          // of the window, in pixels; empty: minimized
+    rhi::Extent2D extent;          // size of the window, in pixels; empty: minimized
     float scale = 1.0f;            // pixels per point of the user interface
     float seconds = 1.0f / 60.0f;  // time since the last frame
     glm::vec2 mouse{-1e6f};        // pixels from the upper left corner; far outside: no pointer

@@ -72,7 +72,7 @@ NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_vie
     return style;
 }
 
-// --- A transform as numbers ---
+// --- Transforms as numbers ---
 
 namespace {
 

@@ -50,7 +50,7 @@ struct Placement {
     glm::vec3 scale{1.0f};    // lengths of the columns; x is negative for a mirroring transform
 };
 
-// For a transform with shear, the rotation is that of its first axis and of the plane of its first two.
+// For a transform with shear, the rotation is the one of its first axis and of the plane of its first two.
 Placement PlacementOf(const glm::mat4x3& local);
 
 // Applies to `local` the differences between `before`, its placement, and `after`. Equal parts of both keep

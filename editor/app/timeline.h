@@ -29,7 +29,7 @@ class Timeline {
         bool isOn = false;
         float weight = 1.0f;  // relative to the other clips that are on
     };
-    std::span<const Clip> Clips() const { return m_clips; }  // by animation
+    std::span<const Clip> Clips() const { return m_clips; }  // indexed by animation
     bool IsEmpty() const { return m_clips.empty(); }
     // Returns the clips that are on: "walk", "walk 0.30, run", "all".
     std::string ClipsLabel() const;

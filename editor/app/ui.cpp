@@ -14,7 +14,7 @@ namespace raygraph::editor {
 namespace {
 
 constexpr float kFontPoints = 15.0f;
-// A font of the system; if it is missing, ImGui's own is used.
+// The font belongs to the system; if it is missing, ImGui's own is used.
 constexpr const char* kFontFile = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 
 // Copies ImGui's draw lists, which its next frame overwrites, in the layout of the pass.

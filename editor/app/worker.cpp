@@ -48,7 +48,8 @@ void Worker::Run() {
         try {
             finish = entry.task();
         } catch (
-            const std::exception& error) {  // Error, or an exception of a library: neither ends the editor
+            // Neither a task's Error nor an exception of a library ends the editor
+            const std::exception& error) {
             finish = [fail = std::move(entry.fail), why = std::string(error.what())] { fail(why); };
         }
         entry = {};  // the task may hold much memory

@@ -34,7 +34,8 @@ bool Workspace::Try(Change&& change) {
         change();
         return true;
     } catch (
-        const std::exception& error) {  // Error, or an exception of a library: neither closes the open scene
+        // Neither an Error nor an exception of a library closes the open scene
+        const std::exception& error) {
         ReportError(error.what());
         return false;
     }
@@ -101,7 +102,7 @@ void Workspace::Observe() {
     const viewport::ViewportProgress progress = view.Progress();
     sampleRate.Add(now, progress.pathTracedSamples + progress.pathTracedFraction);
     if (estimate.sampleCount > progress.pathTracedSamples + 1)
-        estimate = {};  // the estimate is of a picture that is gone
+        estimate = {};  // belongs to a picture that is gone
     if (m_errorRequest && m_errorRequest->IsReady()) {
         estimate = m_errorRequest->Result();
         m_errorRequest.reset();

@@ -35,8 +35,8 @@ struct Bookmark {
 
 class Workspace {
   public:
-    // `shaders` is the folder of shader sources for hot reload, or "". `messages` is what the log panel
-    // shows; null: its own.
+    // `shaders` is the folder of shader sources for hot reload, or "". `messages` is the log that the panel
+    // shows; null: a new one.
     explicit Workspace(rhi::Device& of, const std::filesystem::path& shaders = {},
                        std::shared_ptr<LogHistory> messages = {}, uint64_t textureBudget = 0)
         : device(of),
@@ -103,7 +103,7 @@ class Workspace {
     void FrameSelection();
     // Applies an edit. If the scene refuses it, nothing changes, and message and log say why.
     void Apply(const Edit& edit);
-    void ToggleVisibility();  // of the selection
+    void ToggleVisibility();  // shows or hides the selection
     void Undo();
     void Redo();
     // Records the times of the last frames; called once a frame.
@@ -114,8 +114,8 @@ class Workspace {
     void ShowMessage(std::string text) { message = std::move(text); }
     // Shows the reason in the message, and logs it as a warning.
     void ReportError(const std::string& why, std::string_view category = log_category::kScene);
-    // Refuses what may recur every frame: it is logged only if it differs from `last`, the previous reason.
-    // The owner of `last` clears it when all is well.
+    // Reports what may recur in every frame: it is logged only if it differs from `last`, the previous
+    // reason. The owner of `last` clears it once there is no failure.
     void ReportErrorOnce(const std::string& why, std::string& last,
                          std::string_view category = log_category::kScene);
 
@@ -154,7 +154,7 @@ class Workspace {
 
   private:
     void AddRecentFile(const std::filesystem::path& file);
-    float Aspect() const;  // of the picture
+    float Aspect() const;  // returns the aspect ratio of the picture
     void SetCameraView(const scene::CameraView& place);
 
     void OpenEnvironment(const std::filesystem::path& file);

@@ -133,7 +133,7 @@ struct EditArguments : OutputArguments {
 // studio would change the picture of stored results.
 PictureSettings BenchDefaults();
 
-// A text for stdout (--help, --version), after which the program ends.
+// Describes a text for stdout (--help, --version), after which the program ends.
 struct ShowText {
     std::string text;
 };

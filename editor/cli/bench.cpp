@@ -466,7 +466,7 @@ class RenderSource : public SampleSource {
         passes::TraceSettings settings = m_scene.SettingsFor(m_next);
         settings.sampleCount = m_samples;
         const TextureId traced = passes::Trace(renderer, ids, settings).radiance;
-        // No mean and no variance, as in all frames of a render but the last one
+        // Like all frames of a render but the last one, this computes neither mean nor variance
         renderer.Present(
             passes::Accumulate(renderer, traced, {.count = m_samples}, m_accumulation, true).sums[0]);
         renderer.Device().WaitFor(renderer.Execute());

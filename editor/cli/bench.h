@@ -20,7 +20,7 @@ struct BenchPlan {
 };
 
 struct TracingSpeed {
-    double gpuMsMedian = 0.0;    // of the pass
+    double gpuMsMedian = 0.0;    // GPU time of the pass
     double raysPerSample = 0.0;  // mean over the pixels, for one sample
     double raysPerSecond = 0.0;
 };
@@ -28,7 +28,7 @@ struct TracingSpeed {
 // Compares the same paths by a loop in ray generation and by recursion from closest hit (passes/limit.h).
 struct RecursionSpeed {
     double loopMs = 0.0;  // medians of GPU times
-    // None: the device cannot trace so deep.
+    // Is none if the device cannot trace so deep.
     std::optional<double> recursiveMs;
     std::optional<double> loopSpeedup;  // recursiveMs / loopMs
 };
@@ -48,7 +48,7 @@ struct BenchResult {
     RecursionSpeed recursion;
     double secondsPerSample = 0.0;  // mean wall-clock time of whole path-traced frames
     double samplesPerSecond = 0.0;
-    // Relative to the processor time of the whole process: what a CPU driver achieves per core.
+    // Is relative to the processor time of the whole process: the rate of a CPU driver per core.
     double samplesPerCpuSecond = 0.0;
 };
 
@@ -59,7 +59,7 @@ BenchResult RunBench(session::DeviceScene& scene, const BenchPlan& plan, Progres
 
 // --- A host's viewport against the frames of a render, by the cost of their samples ---
 
-// The cost of one sample of every pixel, with everything else in its frames, as means over all rounds.
+// Holds the cost of one sample of every pixel, with everything else in its frames, as means over all rounds.
 struct SampleCost {
     double cpuSeconds = 0.0;  // processor time of the process
     double gpuMs = 0.0;       // sum of all passes; 0 without timestamps

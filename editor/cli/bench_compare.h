@@ -13,11 +13,12 @@ namespace raygraph::cli {
 // The ratios refer to this version of passes::LimitKind::Path. Runs of different versions cannot be compared.
 inline constexpr int kLimitPathVersion = 1;
 
-// The cost of a path-traced frame relative to limit_path in the same round, over all rounds.
+// Holds the cost of a path-traced frame relative to limit_path in the same round, over all rounds.
 struct RelativeCost {
-    std::string measure;         // "cpu seconds" of the process on a CPU device, else "gpu timestamps"
-    double median = 0.0;         // median of the rounds' ratios
-    double standardError = 0.0;  // of the median, by the median absolute deviation; infinite for one round
+    std::string measure;  // "cpu seconds" of the process on a CPU device, else "gpu timestamps"
+    double median = 0.0;  // median of the rounds' ratios
+    // The error of the median, by the median absolute deviation; infinite for one round.
+    double standardError = 0.0;
 };
 RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& ratios);
 nlohmann::ordered_json ToJson(const RelativeCost& cost);
@@ -27,7 +28,7 @@ struct BenchChange {
     double now = 0.0;        // median
     double change = 0.0;     // relative change of the median: 0.1 is ten percent slower
     double noise = 0.0;      // two standard errors of the change
-    double tolerance = 0.0;  // as requested
+    double tolerance = 0.0;  // the requested tolerance
     // Returns whether it is slower by more than the tolerance and by more than the noise.
     bool IsWorse() const { return change > tolerance && change > noise; }
     // Returns whether the noise exceeds the tolerance.

@@ -25,7 +25,7 @@ OptionText TextOf(CLI::Option& option) {
     Choices choices = ChoicesOf(option);
     text.choices = std::move(choices.names);
     text.isList = choices.isList;
-    // Repeatable are -v, lists, and options whose texts are joined
+    // Repeatable options are -v, lists, and options whose texts are joined
     text.isRepeatable = std::ranges::find(text.names, "-v") != text.names.end() ||
                         option.get_items_expected_max() > 1 ||
                         option.get_multi_option_policy() == CLI::MultiOptionPolicy::Join;
@@ -95,7 +95,7 @@ std::string_view WithoutDashes(std::string_view word) {
 }  // namespace
 
 size_t EditDistance(std::string_view a, std::string_view b) {
-    // Rows of the table of distances between prefixes of a and b; only the last three are kept
+    // Only the last three rows of the table of distances between prefixes of a and b are kept
     std::vector<size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
     for (size_t i = 1; i <= a.size(); ++i) {

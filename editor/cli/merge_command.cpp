@@ -16,7 +16,7 @@ ExitCode MergeCommand(const MergeArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments), log);
     const image::ExrThreads threads;
-    // One file at a time, since a job array may have made more of them than fit into memory
+    // One file is read at a time, since a job array may have made more of them than fit into memory
     Merger merger;
     MergeReport report;
     for (const std::filesystem::path& path : arguments.inputs) {

@@ -22,9 +22,9 @@ class CanonicalNames {
   public:
     struct Name {
         std::string text;
-        // canonical folder of the file; "": unknown, or the path is no regular file
+        // Is the canonical folder of the file; "": unknown, or the path is no regular file.
         std::string folder;
-        // the file exists in that folder
+        // Tells whether the file exists in that folder.
         bool exists = false;
     };
     Name Of(const std::filesystem::path& path) {
@@ -34,7 +34,7 @@ class CanonicalNames {
         if (isNew) known->second = std::filesystem::canonical(folder.empty() ? "." : folder, error);
         const std::filesystem::file_type type = std::filesystem::symlink_status(path, error).type();
         const bool exists = type == std::filesystem::file_type::regular;
-        // It is no link, folder or pipe, so its folder has no other name for it.
+        // A plain path is no link, folder or pipe, so its folder has no other name for it.
         const bool isPlain = exists || type == std::filesystem::file_type::not_found;
         if (!known->second.empty() && !name.empty() && isPlain)
             return {(known->second / name).native(), known->second.native(), exists};

@@ -70,7 +70,7 @@ std::string Describe(const Shard& shard);
 
 // FrameRange gives the frames of an animation that one command renders.
 struct FrameRange {
-    double first = 0.0, last = 0.0, step = 1.0;  // seconds
+    double first = 0.0, last = 0.0, step = 1.0;  // in seconds
     std::optional<ShardPart> part = {};          // the shard's part of these frames; none: all
 
     static constexpr uint32_t kMaxCount = 100'000;

@@ -148,7 +148,7 @@ struct ProgramLog::Impl {
 
     Progress& progress;
     LogLevels levels;
-    std::map<std::string, std::shared_ptr<spdlog::logger>, std::less<>> loggers;  // by category
+    std::map<std::string, std::shared_ptr<spdlog::logger>, std::less<>> loggers;  // keyed by category
     std::shared_ptr<spdlog::logger> file;  // for messages that reach the terminal in another way
     std::atomic<bool> hasFailed{false};
     std::mutex mutex;

@@ -56,7 +56,7 @@ class ProgramLog {
 
 // --- LogLevels: the minimal level of messages, overall and by category: RAYGRAPH_LOG and -v ---
 
-// Category of the program's own messages, beside kLogCategories.
+// Is the category of the program's own messages, beside kLogCategories.
 inline constexpr std::string_view kProgramCategory = "program";
 
 struct LogLevels {

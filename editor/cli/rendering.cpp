@@ -97,13 +97,13 @@ void Rendering::RenderPicture(const PlannedPicture& picture, const std::function
         if (!m_group->IsRoot()) {
             m_saved.insert(PicturesOf(m_arguments, picture.name)
                                .front()
-                               .path);  // Only the root knows whether this is true.
+                               .path);  // only the root knows whether this is true
             return;
         }
     }
     if (!m_session.HasResult() && m_isTerminated) {
         m_isIncomplete = true;
-        m_saved.insert(Named(m_arguments.resume, picture.name));  // This file has all samples that there are.
+        m_saved.insert(Named(m_arguments.resume, picture.name));  // this file has all samples that there are
         m_console.log.Warn("stopped while albedo and normals were restored; nothing was written");
         return;
     }
@@ -192,7 +192,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
                                              .secondsLeft = 0.0});
         progress.Clear();
     }
-    m_console.log.RequireValid();  // An invalid run keeps the old files.
+    m_console.log.RequireValid();  // an invalid run keeps the old files
 
     OutputWriter outputs(
         [&](const std::filesystem::path& file, std::string_view why) { LogNotWritten(file, why, isEnd); });
@@ -214,7 +214,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     std::vector<std::filesystem::path> toResume, others;
     for (const OutputFile& picture : pictures) {
         const bool isStream = AtomicFile::IsStream(picture.path);
-        if (isStream && !isEnd) continue;  // The reader of a stream takes its first end for the end of all.
+        if (isStream && !isEnd) continue;  // the reader of a stream takes its first end for the end of all
         const bool isResumeTarget = isResumable && !isStream && picture.kind == OutputKind::Exr;
         (isResumeTarget ? toResume : others).push_back(picture.path);
         outputs.Add(picture.path, [&] {
@@ -238,7 +238,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         if (giveBack && m_arguments.report.empty() && m_group == nullptr && run.seconds < kShortSeconds) try {
                 givingBack = std::jthread(giveBack);
             } catch (const std::system_error&) {
-                // There is no thread to be had: all is freed at the end
+                // Without a thread, all is freed at the end
             }
         const image::ExrThreads threads;
         outputs.WriteAll();
@@ -317,7 +317,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     if (settings.view != View::RayCost) {
-        // The settings that the view uses
+        // These are the settings that the view uses
         PictureSettings its = settings;
         its.paths = {.sampler = settings.paths.sampler, .seed = settings.paths.seed};
         its.aperture = PictureSettings{}.aperture;  // these views have a pinhole camera
@@ -487,7 +487,7 @@ std::string JobText(const RenderJob& job) {
     for (const Aov aov : kAovs)
         if (job.aovs.Has(aov)) json["aovs"].push_back(Name(aov));
     if (job.samplesWanted) json["samples"] = *job.samplesWanted;
-    // CBOR instead of text, since names and patterns may not be valid UTF-8
+    // CBOR takes names and patterns that are not valid UTF-8, which text may not hold
     const std::vector<uint8_t> bytes = nlohmann::json::to_cbor(json);
     return {bytes.begin(), bytes.end()};
 }

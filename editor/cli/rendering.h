@@ -84,7 +84,7 @@ class Rendering {
     // together.
     bool IsStopRequested();
     bool IsIncomplete() const { return m_isIncomplete; }  // concerns the last picture
-    bool IsTerminated() const { return m_isTerminated; }  // by a signal other than Ctrl-C
+    bool IsTerminated() const { return m_isTerminated; }  // a signal other than Ctrl-C has ended it
     // Returns whether a render that can be resumed was saved, at the end or as a checkpoint, for any of the
     // pictures, and not destroyed by a later write. If none is asked for (no .exr, or one without sums), any
     // picture counts.
@@ -98,14 +98,14 @@ class Rendering {
     // Agrees in all processes on whether rendering ends.
     void SynchronizeSignals();
     bool IsSaveDue() const;
-    // Writes all files as of now. `summary`: of the run so far. `giveBack`: as of RenderPicture.
+    // Writes all files as of now. `summary` describes the run so far; `giveBack` is as in RenderPicture.
     void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd,
                const std::function<void()>& giveBack = {});
     void WritePicture(const OutputFile& picture, const RenderFile& render,
                       const std::optional<image::Image8>& display);
-    // Says that a file cannot be written. Before the end, once for each reason.
+    // Logs that a file cannot be written; before the end, once for each reason.
     void LogNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd);
-    // `outcome`: "", or what was written, for a run that was stopped.
+    // `outcome` is "", or names what was written, for a run that was stopped.
     void Warn(const RunSummary& run, uint32_t samples, uint64_t nonFiniteSamples, const std::string& outcome);
 
     const RenderArguments& m_arguments;
@@ -118,7 +118,7 @@ class Rendering {
     Stopwatch m_sinceSave;
     bool m_isInterrupted = false, m_isTerminated = false, m_isIncomplete = false;
     std::set<std::filesystem::path> m_saved;  // files for IsSaved()
-    // By file that the last checkpoint lacks: the reason.
+    // Holds the reason, by file that the last checkpoint lacks.
     std::map<std::filesystem::path, std::string> m_notSaved;
     ExitCode m_result = ExitCode::Done;
 };

@@ -32,11 +32,11 @@ struct Report {
     } device;                          // first device, which memory, passes and acceleration describe
     std::vector<std::string> devices;  // names of all devices of this process
     session::SettingTexts settings;    // picture settings and other options
-    uint64_t samples = 0;              // of the picture; average per pixel if it is adaptive
+    uint64_t samples = 0;              // samples of the picture; average per pixel if it is adaptive
     struct SamplesOfPixels {
         uint32_t least = 0, most = 0;
     };
-    std::optional<SamplesOfPixels> samplesOfPixels;  // of an adaptive picture
+    std::optional<SamplesOfPixels> samplesOfPixels;  // set for an adaptive picture
     bool wasStopped = false;
     struct {
         double load = 0.0, upload = 0.0, blasBuild = 0.0, compaction = 0.0, pipelines = 0.0;
@@ -61,7 +61,7 @@ struct Report {
         std::optional<double> raysPerSample;
     } throughput;
     session::ImageStatistics image;
-    uint64_t nonFiniteSamples = 0;                           // of this run; they count as black
+    uint64_t nonFiniteSamples = 0;                           // samples of this run; they count as black
     std::map<session::Bias, session::RemovedLight> removed;  // per enabled bias
 };
 

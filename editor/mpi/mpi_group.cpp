@@ -42,7 +42,7 @@ class Patience {
     std::chrono::microseconds m_pause = kShortest;
 };
 
-// Interval between calls of the tick.
+// Is the interval between calls of the tick.
 constexpr double kTickSeconds = 0.05;
 
 void Require(int result, const char* what) {

@@ -22,7 +22,7 @@ class RAYGRAPH_API ProcessGroup {
 
     virtual uint32_t Rank() const = 0;  // index of this process; the root is 0
     virtual uint32_t Size() const = 0;  // number of processes
-    // Rank and size among the processes on this computer.
+    // Return rank and size among the processes on this computer.
     virtual uint32_t LocalRank() const = 0;
     virtual uint32_t LocalSize() const = 0;
     bool IsRoot() const { return Rank() == 0; }

@@ -37,7 +37,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .tonemap = tonemap};
 }
 
-// "A", or "A + B" of devices of different kinds.
+// Devices of different kinds are named "A + B", devices of one kind "A".
 RenderFile Describe(const SceneInput& input, const PictureSettings& settings,
                     std::span<rhi::Device* const> devices) {
     RenderFile render = DescribeRender(input, settings, devices.front()->Info());
@@ -53,7 +53,7 @@ SessionDesc WithLight(const SessionDesc& desc, const SceneInput& input) {
     return decided;
 }
 
-// Before the AOVs that were not asked for are dropped.
+// Must be called before the AOVs that were not requested are dropped.
 std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
     std::map<Bias, RemovedLight> all;
     for (const Bias bias : kBiases) {
@@ -97,7 +97,7 @@ struct Session::Impl {
                 Printable(input.file), group->Rank());
     }
 
-    // The input, if the session is possible with it.
+    // Returns the input if it makes a session possible; throws otherwise.
     SceneInput& RequireInput(const SessionDesc& desc, size_t deviceCount) {
         RequireValidDesc(desc);
         RequireAdaptive(desc, deviceCount);
@@ -127,7 +127,7 @@ struct Session::Impl {
         const uint64_t indices = (uint64_t{1} << 32) - firstSample;
         return static_cast<uint32_t>(std::min<uint64_t>(indices, std::numeric_limits<uint32_t>::max()));
     }
-    // Most that the picture may have for now.
+    // Returns the number of samples at which the run pauses next.
     uint32_t NextPause(const StopRule& rule, const ErrorTarget& goal) const {
         const uint64_t most = MaxSampleCount();
         return static_cast<uint32_t>(std::min<uint64_t>(
@@ -178,7 +178,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
     ErrorTarget goal(rule.relativeError);
     if (described.measuredError) goal.Measured(*described.measuredError);
     const Stopwatch watch;
-    uint32_t doneAtFirst = 0;  // samples of this run, when there were some for the first time
+    uint32_t doneAtFirst = 0;  // samples of this run at its first finished one
     const auto tick = [&] {
         if (shared.IsRoot()) {
             if (doneAtFirst == 0 && shared.SampleCount() > before) shared.WaitForSamples();

@@ -48,17 +48,17 @@ struct SessionDesc {
     uint32_t firstSample = 0;  // index; renders of disjoint ranges can be merged
     bool withVariance = true;  // variance of the radiance
     bool withSums = true;      // without them the render can be neither resumed nor merged
-    // A denoised picture, which Session::Display shows and the file has beside the radiance
-    // (docs/denoise.md). For path-traced pictures with variance that are not adaptive, on one device without
-    // a group.
+    // Renders a denoised picture, too, which Session::Display shows and the file has beside the radiance
+    // (docs/denoise.md). It needs a path-traced picture with variance that is not adaptive, on one device
+    // without a group.
     bool isDenoised = false;
-    // Samples that a frame traces at once if the picture allows several: a power of two up to 64; 0: as many
-    // as fill the device. It does not affect the bits.
+    // The number of samples that a frame traces at once if the picture allows several: a power of two up to
+    // 64; 0: as many as fill the device. It does not affect the bits.
     uint32_t batchSize = 0;
     passes::TonemapSettings tonemap{};       // used by Session::Display
     const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor
     TracingChoice tracing{};                 // other than Auto for measurements
-    // Other processes that render the picture, too; null: none. It outlives the session. Each process has a
+    // The other processes that render the picture; null: none. It outlives the session. Each process has a
     // session with the same settings, first sample and AOVs, on devices of its own, and makes the same calls
     // in the same order; some functions below are for the root alone. Only the root gets `resumed`.
     ProcessGroup* group = nullptr;
@@ -146,13 +146,14 @@ class RAYGRAPH_API Session {
     // color is that of the covered part.
     image::Image8 Display() const;
 
-    uint32_t SampleCount() const;  // of the picture, resumed ones included
+    uint32_t SampleCount() const;  // returns the samples of the picture, resumed ones included
     // Returns how many samples of this session, or its group, were infinite or NaN, and count as black.
     uint64_t NonFiniteSamples();
     SessionStatistics Statistics();
-    // Rays of a path, on average over those that the first device has rendered; none without a path.
+    // Returns the number of rays of a path, on average over the paths of the first device; none without a
+    // path.
     std::optional<double> RaysPerSample();
-    // Without scene and environment, which are on the device.
+    // Returns the input without scene and environment, which are on the device.
     const SceneInput& Input() const;
 
   private:

@@ -29,9 +29,9 @@ struct CaptureResult {
     PathSettings paths;
     passes::RasterSettings raster;
     EnvironmentSettings environment;  // GpuScene::ShownEnvironment
-    passes::ExactSums sums;           // of the samples, with squares; another renderer can continue from them
-    std::vector<float> mean;          // w: coverage
-    std::vector<float> variance;      // of one sample; w is undefined
+    passes::ExactSums sums;   // sums of the samples, with squares; another renderer can continue from them
+    std::vector<float> mean;  // w: coverage
+    std::vector<float> variance;  // variance of one sample; w is undefined
     // The surface at the center of each pixel (passes::PrimaryHits).
     std::vector<float> albedo;       // w is undefined
     std::vector<float> normal;       // world space; w is undefined
@@ -40,7 +40,7 @@ struct CaptureResult {
     std::vector<uint32_t> material;
 };
 
-// The first frame that shows light and ends with a whole sample answers.
+// The first frame that shows light and ends with a whole sample answers a request.
 using Capture = Pending<CaptureResult>;
 
 class RAYGRAPH_API CaptureRequests {

@@ -7,10 +7,10 @@ namespace raygraph::viewport {
 
 namespace {
 
-// A host may never ask for numbers.
+// Older requests are dropped, since a host may never ask for numbers.
 constexpr size_t kMaxPending = 8;
 
-// A copy that persists over frames.
+// Copies a map into a texture that persists over frames.
 TextureId Keep(Renderer& renderer, TextureId map, TextureId kept) {
     renderer.AddPass(
         "KeepError", PassKind::Transfer,
@@ -98,7 +98,7 @@ TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, con
                                 1.0f);
         case View::Surface:
         case View::RealTime:
-            break;  // of one picture
+            break;  // these views show one picture
     }
     return pictures.pathTracedDisplay;
 }

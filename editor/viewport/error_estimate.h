@@ -15,13 +15,13 @@ namespace raygraph::viewport {
 
 struct NoiseEstimate {
     uint32_t sampleCount = 0;
-    // The standard error of a pixel relative to the picture's mean, as the command line reports it for all
-    // pixels: sqrt(mean(variance / samples)) / mean. Here both means are over a few thousand pixels. None
+    // Holds the standard error of a pixel relative to the picture's mean, as the command line reports it for
+    // all pixels: sqrt(mean(variance / samples)) / mean. Here both means are over a few thousand pixels. None
     // below two samples, and for a black picture.
     std::optional<double> relativeError;
 };
 
-// Answered by the first frame declared after it that shows the path-traced view with a complete sample.
+// The first frame declared after a request that shows the path-traced view with a complete sample answers it.
 using NoiseRequest = Pending<NoiseEstimate>;
 
 class RAYGRAPH_API NoiseRequests {

@@ -78,7 +78,7 @@ uint64_t FrameBudget::PixelsWithin(rhi::Extent2D picture, const passes::TileCurs
     uint64_t pixels = 0;
     double left = milliseconds;
     uint32_t row = cursor.Y();
-    // The rest of a band that has been begun
+    // A band that has been begun is completed first
     const uint32_t bandEnd = std::min(picture.height, row + cursor.BandHeight());
     uint64_t width = picture.width - cursor.X();
     for (; row < picture.height; ++row) {

@@ -8,7 +8,7 @@ namespace {
 
 using passes::Region;
 
-// The pixels that a sample has.
+// Returns the pixels that have a sample of the current pass over the picture.
 std::vector<Region> CompletedRegions(const passes::TileCursor& cursor, Extent2D extent) {
     std::vector<Region> regions;
     if (cursor.Y() > 0) regions.push_back({0, 0, extent.width, cursor.Y()});
@@ -28,7 +28,7 @@ Region Scaled(const Region& texels, Extent2D from, Extent2D to) {
 
 }  // namespace
 
-// True if only this frame's tiles are missing.
+// Returns whether only this frame's tiles are missing.
 bool CachedDisplay::IsValid(const Source& source, const Key& now) const {
     if (!m_made) return false;
     Key before = now;

@@ -15,17 +15,17 @@ class CachedDisplay {
   public:
     explicit CachedDisplay(std::string name) : m_name(std::move(name)) {}
 
-    // An accumulated picture in the open frame.
+    // Describes an accumulated picture in the open frame.
     struct Source {
         TextureId mean;                                // rgba32f, of the picture's extent
-        passes::Accumulation::Progress before, after;  // of `mean`: submitted; with this frame
+        passes::Accumulation::Progress before, after;  // progress of `mean`: submitted; with this frame
         std::vector<passes::Region> tiles;             // added by this frame, in order
         uint64_t resetCount = 0;
-        // Is shown for pixels without a sample: a whole picture, coarser by baseScale. Only before the first
-        // sample.
+        // Is shown for pixels without a sample: a whole picture, coarser by baseScale. It is used only before
+        // the first sample.
         TextureId base;
         uint32_t baseScale = 1;
-        // The next finer picture, of which this frame has added finerTile; invalid: none.
+        // Is the next finer picture, of which this frame has added finerTile; invalid: none.
         TextureId finer;
         passes::Region finerTile{};
         bool isPreview = false;  // `base` is shown whatever the samples are

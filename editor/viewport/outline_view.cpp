@@ -7,7 +7,7 @@ namespace raygraph::viewport {
 
 namespace {
 
-constexpr uint32_t kCoarse = 4;  // pixels to a texel along an edge, while something moves
+constexpr uint32_t kCoarse = 4;  // in pixels per texel along an edge, while something moves
 
 }  // namespace
 
@@ -23,7 +23,7 @@ TextureId OutlineView::Declare(Renderer& renderer, const SceneIds& scene, const 
     const Extent2D extent = settings.extent;
     TextureId line = renderer.Persist(m_name, {extent, Format::R32Float});
     Key now{revisions, camera, extent, look.width, m_selection};
-    // No outline depends on lights and environment, nor, without alpha, on materials
+    // No outline depends on lights and environment; without alpha, none depends on materials either
     now.revisions.lights = now.revisions.environment = 0;
     if (!scene.features.Has(kTraceAnyHit)) now.revisions.materials = 0;
     const bool isCurrent = m_made && m_made->key == now && (!m_made->isCoarse || isMoving);

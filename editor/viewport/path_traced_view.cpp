@@ -130,7 +130,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewReady);
         if (!program.isReady) return DeclarePreview(renderer, scene, settings, preview);
-        m_isPreviewReady = false;  // for the scene of now, as far as anybody knows
+        m_isPreviewReady = false;  // this scene's preview may need other pipelines
         if (program.more != TraceFeatures{}) {
             const SceneIds wide = passes::WithFeatures(scene, program.more);
             return DeclareTraced(renderer, wide, settings, budget, most, end);
@@ -173,7 +173,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         const Region region = progress.cursor.Next(
             settings.extent, budget.PixelsWithin(settings.extent, progress.cursor, left));
         const double expected = budget.Expect(settings.extent.height, region);
-        // A frame does at least the tile that was begun; more only where it fits
+        // A frame traces at least the tile that was begun, and more only where it fits
         if (taken > 0 && budget.IsLimited() && expected > left) break;
         uint32_t count = 1;
         if (region == passes::WholeOf(settings.extent)) {
@@ -251,8 +251,8 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
 
 namespace {
 
-// The passes of the program with those features more, declared in the open frame and culled. Others that
-// settings choose are compiled in as well, so only the renderer can say whether a program is there.
+// Holds the passes of the program with those additional features, declared in the open frame and culled.
+// Others that settings choose are compiled in as well, so only the renderer can say whether a program exists.
 class DeclaredProgram {
   public:
     DeclaredProgram(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
@@ -283,7 +283,7 @@ TracePrograms::Choice TracePrograms::Choose(Renderer& renderer, const SceneIds& 
         const bool isFallbackReady =
             supportsAll && DeclaredProgram(renderer, scene, settings, more).IsReady();
         const bool makes = isFallbackReady ? samples >= kSettledSamples : mayMake;
-        // A failure counts only where there is no other
+        // A failure counts only where no other program exists
         const bool isReady = makes && own.Prepare() && (own.IsReady() || !isFallbackReady);
         if (!isReady) return {isFallbackReady, isFallbackReady ? more : TraceFeatures{}};
     }

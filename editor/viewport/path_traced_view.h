@@ -37,8 +37,8 @@ class TracePrograms {
     void MarkUsed() { m_isUsed = true; }
 
   private:
-    TraceFeatures m_features;  // of the program that was used last
-    // false: no program exists, and reading its shaders takes longer than reading those of a preview.
+    TraceFeatures m_features;  // features of the program that was used last
+    // Is false if no program exists, and reading its shaders takes longer than reading those of a preview.
     bool m_isUsed = false;
 };
 
@@ -50,14 +50,14 @@ class PathTracedView {
     struct Ids {
         TextureId radiance;              // rgba32f, the picture to show, in its full extent
         passes::AccumulatedIds samples;  // undefined in pixels without a sample
-        // The finest complete picture, and the factor by which it is coarser.
+        // Is the finest complete picture, with the factor by which it is coarser.
         TextureId base;
         uint32_t baseScale = 1;
-        // The coarse picture to which this frame adds a tile without completing it.
+        // Is the coarse picture to which this frame adds a tile without completing it.
         TextureId finer;
         passes::Region finerTile{};
         bool isPreview = false;  // `base` is a preview; none of the samples is shown
-        bool isHeld = false;     // likewise, but the preview is not ready: the last picture stays
+        bool isHeld = false;     // as isPreview, but the preview is not ready: the last picture stays
     };
     // Tells how to show a frame that must not wait for pipelines (PreparingView::Preview).
     struct PreviewSettings {
@@ -75,16 +75,16 @@ class PathTracedView {
                                           const passes::TraceSettings& settings, const FrameBudget& budget,
                                           const BudgetSettings& limits);
     void Reset(passes::ResetCause cause);
-    // Releases the memory; between frames.
+    // Releases the memory. Must be called between frames.
     void Release(Renderer& renderer);
 
     const passes::Accumulation& Samples() const { return m_full; }
     // Returns the factor by which the shown picture of submitted frames is coarser. 1: every pixel has a
     // sample; 0: there is no picture yet.
     uint32_t Coarseness() const;
-    // A tile that the last declared frame traces, if it is executed.
+    // Describes a tile that the last declared frame traces, if it is executed.
     struct Tile {
-        uint32_t height = 0;  // of the picture to which the tile belongs
+        uint32_t height = 0;  // height of the picture to which the tile belongs
         passes::Region region;
         bool isOfSample = true;    // false: of a coarser picture
         uint32_t sampleCount = 1;  // per pixel
@@ -95,7 +95,7 @@ class PathTracedView {
     std::vector<passes::Region> TilesOfSamples() const;
 
   private:
-    // One sample of the picture at a lower resolution.
+    // Holds one sample of the picture at a lower resolution.
     struct Level {
         uint32_t scale;
         passes::Accumulation sample;

@@ -14,7 +14,7 @@
 
 namespace raygraph::viewport {
 
-// A request, whose copies share its answer. If the frame that answers is dropped, the next one answers. A
+// Is a request, whose copies share its answer. If the frame that answers is dropped, the next one answers. A
 // request that is unanswered when the viewport is destroyed never becomes ready.
 template <typename Answer>
 class Pending {

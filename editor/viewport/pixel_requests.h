@@ -14,7 +14,7 @@
 
 namespace raygraph::viewport {
 
-// The surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
+// Describes the surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
 struct PickResult {
     glm::uvec2 pixel{0};
     bool isHit = false;      // the other fields are valid
@@ -27,21 +27,21 @@ struct PickResult {
     float depth = 0.0f;        // meters along the camera's forward
 };
 
-// The mean of a view in a pixel.
+// Holds the mean of a view in a pixel.
 struct PixelValue {
     glm::vec3 radiance{0.0f};  // linear, W/(sr m^2)
     float coverage = 0.0f;     // fraction of the samples that hit a surface
-    uint32_t sampleCount = 0;  // of this pixel
-    // of the mean, per channel; infinite below two samples
+    uint32_t sampleCount = 0;  // samples of this pixel
+    // Is the standard error of the mean, per channel; infinite below two samples.
     glm::vec3 standardError{0.0f};
 };
 struct InspectResult {
     glm::uvec2 pixel{0};
-    // Values of the views in the answering frame; none for a view without a sample.
+    // Hold values of the views in the answering frame; none for a view without a sample.
     std::optional<PixelValue> pathTraced, raster;
 };
 
-// The first frame that is declared after it answers.
+// The first frame that is declared after a request answers it.
 using Pick = Pending<PickResult>;
 using Inspection = Pending<InspectResult>;
 
@@ -54,7 +54,7 @@ class RAYGRAPH_API PixelRequests {
 
     // Declares the passes that answer the pending requests. `settings` is the picture's.
     void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
-    // The accumulation of a shown view, with what the open frame adds to it.
+    // Describes the accumulation of a shown view, with what the open frame adds to it.
     struct Shown {
         passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;

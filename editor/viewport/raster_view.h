@@ -20,7 +20,8 @@ class RasterView {
         passes::AccumulatedIds samples;  // undefined before the first one
         TextureId base;                  // shown until the first sample; coarser by baseScale
         uint32_t baseScale = 1;
-        // The passes whose time depends on the pixels of `base`: from firstDrawing to before endDrawing.
+        // Bound the passes whose time depends on the pixels of `base`: from firstDrawing to before
+        // endDrawing.
         PassId firstDrawing, endDrawing;
     };
     // See PathTracedView::Declare. `scale` above 1 draws one coarser picture instead of a sample; else a

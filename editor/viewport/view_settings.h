@@ -44,7 +44,7 @@ struct ShowSettings {
     passes::TonemapSettings tonemap{};  // the picture is opaque, whatever they say
     passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
     float maxError = 1.0f;                         // relative error at the end of the color map; above 0
-    float pixelsPerDegree = 67.0206433f;  // of the screen as seen by the user, for View::Flip; 1 to 400
+    float pixelsPerDegree = 67.0206433f;           // the screen as seen by the user, for View::Flip; 1 to 400
 
     bool operator==(const ShowSettings&) const = default;
 };

@@ -213,7 +213,7 @@ namespace {
 
 using passes::ResetCause;
 
-// Limit of remembered frames without times: more than are ever in flight.
+// Limits how many frames without times are remembered; fewer are ever in flight.
 constexpr size_t kMaxTimedFrames = 16;
 
 }  // namespace

@@ -50,7 +50,7 @@ struct ViewportDesc {
     Extent2D size{};
 };
 
-// The progress of the shown picture in submitted frames.
+// Holds the progress of the shown picture in submitted frames.
 struct ViewportProgress {
     uint32_t pathTracedSamples = 0;   // per pixel
     double pathTracedFraction = 0.0;  // fraction of the pixels that already have the next sample
@@ -65,7 +65,7 @@ struct ViewportProgress {
     bool isPreview = false;
 };
 
-// The difference between the raster and the path-traced picture, at these sample counts.
+// Holds the difference between the raster and the path-traced picture, at these sample counts.
 struct CompareNumbers {
     View view = View::Flip;  // Difference (of the luminance), RelativeError or Flip
     passes::MapStatistics numbers{};

@@ -91,7 +91,7 @@ struct Viewport::Impl {
     passes::TraceSettings declaredSettings;
     std::deque<TimedFrame> timedFrames;  // submitted frames whose times are pending
     double lastFrameMs = 0.0;
-    bool isPreview = false;  // of the last declared frame
+    bool isPreview = false;  // whether the last declared frame shows a preview
 };
 
 }  // namespace raygraph::viewport

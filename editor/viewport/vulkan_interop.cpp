@@ -7,7 +7,7 @@ namespace raygraph::viewport {
 
 namespace {
 
-// Formats with the same bytes as the picture.
+// Returns whether the format has the same bytes as the picture.
 bool IsCopied(rhi::Format format) {
     return format == rhi::Format::Rgba8Unorm || format == rhi::Format::Rgba8Srgb;
 }

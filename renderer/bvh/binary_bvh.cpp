@@ -24,7 +24,7 @@ class Builder {
         tree.nodes.resize(2 * boxes.size() - 1);
     }
 
-    // The subtree of order[first, last) in nodes[node, node + 2 * (last - first) - 1).
+    // Builds the subtree of order[first, last) in nodes[node, node + 2 * (last - first) - 1).
     void Build(uint32_t node, uint32_t first, uint32_t last, uint32_t threads) {
         while (true) {
             BinaryNode& target = m_tree.nodes[node];
@@ -46,7 +46,7 @@ class Builder {
                 other.get();
                 return;
             }
-            // The smaller part by recursion, so that its depth stays small
+            // The smaller part is built by recursion, so that its depth stays small
             const bool isLeftSmaller = middle - first < last - middle;
             if (isLeftSmaller) {
                 Build(target.left, first, middle, 1);
@@ -66,7 +66,7 @@ class Builder {
         uint32_t count = 0;
     };
 
-    // Reorders the range; returns the first one of the right part.
+    // Reorders the range; returns the index of the first primitive of the right part.
     uint32_t Split(uint32_t first, uint32_t last) {
         const auto begin = m_tree.order.begin();
         Box centers;
@@ -109,7 +109,7 @@ class Builder {
                 bestBin = b;
             }
         }
-        if (bestAxis < 0) return first + (last - first) / 2;  // all at one place
+        if (bestAxis < 0) return first + (last - first) / 2;  // all centers are equal
         const auto middle = std::partition(begin + first, begin + last, [&](uint32_t primitive) {
             return binOf(primitive, bestAxis) <= bestBin;
         });

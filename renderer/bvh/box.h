@@ -8,7 +8,7 @@
 
 namespace raygraph {
 
-// A box; empty by default: min above max.
+// A box is empty by default: min is above max.
 struct Box {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};

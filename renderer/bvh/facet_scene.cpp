@@ -21,8 +21,8 @@ Box BoxOf(const Facet& facet) {
     return box;
 }
 
-// The reciprocal of the direction. A zero component is replaced by 1e-18, so that slab distances stay finite
-// for coordinates below 1e20.
+// Returns the reciprocal of the direction. A zero component is replaced by 1e-18, so that slab distances stay
+// finite for coordinates below 1e20.
 glm::vec3 Inverse(const glm::vec3& direction) {
     glm::vec3 inverse;
     for (int axis = 0; axis < 3; ++axis)

@@ -36,7 +36,7 @@ class FacetScene {
     FacetScene(std::vector<std::vector<Facet>> meshes, std::vector<BvhInstance> instances,
                uint32_t maxThreads = 0, FacetTest test = {});
 
-    // The nearest hit with a positive t.
+    // Returns the nearest hit with a positive t.
     std::optional<FacetHit> Trace(const glm::vec3& origin, const glm::vec3& direction) const;
     // Returns whether any facet is hit with t in (0, tMax).
     bool IsOccluded(const glm::vec3& origin, const glm::vec3& direction, float tMax) const;

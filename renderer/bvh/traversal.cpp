@@ -111,7 +111,7 @@ namespace {
 
 using rhi::BufferUsage;
 
-// Written by something that has completed.
+// This is the state of a buffer whose writing has completed.
 constexpr ResourceState kWritten{.writeStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                                  .writeAccess = VK_ACCESS_2_MEMORY_WRITE_BIT};
 

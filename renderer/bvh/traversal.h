@@ -19,32 +19,32 @@ namespace rhi {
 class Device;
 }
 
-// The choice is one of speed: hits are the same, but at edges.
-//   Auto:   the faster one on the device (FasterTraversal)
-//   Driver: the device's acceleration structures, by its software traversal
-//   Own:    trees of triangles, by shaders (shaders/scene/software_traversal.glsl)
+// The choice affects speed alone: hits are the same, but at edges.
+//   Auto:     the faster one on the device (FasterTraversal)
+//   Driver:   the device's acceleration structures, by the driver's traversal
+//   Software: trees of triangles, by shaders (shaders/scene/software_traversal.glsl)
 #define RAYGRAPH_TRAVERSALS(X, Of) \
     X(Of, Auto, 0, "auto", "")     \
     X(Of, Driver, 1, "driver", "") \
     X(Of, Software, 2, "software", "")
 RAYGRAPH_CHOICE(Traversal, RAYGRAPH_TRAVERSALS)
 
-// Returns Driver or Own, a property of the device and its driver, whatever the scene. On a CPU it is Own,
-// which was faster wherever it was measured (docs/performance.md). On a GPU it is Own where own rays are at
-// least a tenth faster than the driver's (MeasureSoftwareSpeed), which is measured once and remembered
-// (rhi::Device::StoreMeasurement). Driver on a device without timestamps.
+// Returns Driver or Software, a property of the device and its driver, whatever the scene. On a CPU it is
+// Software, which was faster wherever it was measured (docs/performance.md). On a GPU it is Software where
+// its rays are at least a tenth faster than the driver's (MeasureSoftwareSpeed), which is measured once and
+// remembered (rhi::Device::StoreMeasurement). Driver on a device without timestamps.
 RAYGRAPH_API Traversal FasterTraversal(rhi::Device& device);
 
-// Returns the speed of Own relative to Driver in rays a second, measured on a GPU: half a million incoherent
-// rays through a terrain of 18,432 triangles, by kernels that do nothing else, in turns. 0 on a device
-// without timestamps.
+// Returns the speed of Software relative to Driver in rays a second, measured on a GPU: half a million
+// incoherent rays through a terrain of 18,432 triangles, by kernels that do nothing else, in turns. 0 on a
+// device without timestamps.
 RAYGRAPH_API double MeasureSoftwareSpeed(rhi::Device& device);
 
 // --- Scenes for measuring one against the other ---
-// Placed meshes on a device twice, as the driver's acceleration structures and as wide trees that a compute
-// shader traverses, and passes that trace a buffer of rays by either.
+// Placed meshes are on a device twice, as the driver's acceleration structures and as wide trees that a
+// compute shader traverses, and passes trace a buffer of rays by either.
 
-// The driver's structures.
+// DriverScene has the driver's structures.
 class RAYGRAPH_API DriverScene {
   public:
     struct Ids {
@@ -63,7 +63,7 @@ class RAYGRAPH_API DriverScene {
     ResourceState m_tlasState, m_blasState;
 };
 
-// The wide trees.
+// WideDeviceScene has the wide trees.
 class RAYGRAPH_API WideDeviceScene {
   public:
     struct Ids {
@@ -74,7 +74,7 @@ class RAYGRAPH_API WideDeviceScene {
     Ids Declare(Renderer& renderer);
 
   private:
-    // Set while the buffers below are made
+    // These are set while the buffers below are made
     ResourceState m_nodesState, m_trianglesState, m_instancesState;
     rhi::Buffer m_nodes, m_triangles, m_instances;
 };
@@ -87,7 +87,7 @@ inline constexpr const char *kDriverPass = "TraceByDriver", *kSoftwarePass = "Tr
 [[nodiscard]] RAYGRAPH_API BufferId TraceBySoftware(Renderer& renderer, const WideDeviceScene::Ids& scene,
                                                     BufferId rays, uint32_t count, bool hasOneLevel);
 
-// A buffer on the device with these records, for Renderer::Import with `state`.
+// Returns a buffer on the device with these records, for Renderer::Import with `state`.
 RAYGRAPH_API rhi::Buffer UploadRecords(rhi::Device& device, const char* name,
                                        std::span<const std::byte> bytes, ResourceState& state,
                                        rhi::BufferUsage more = rhi::BufferUsage::None);

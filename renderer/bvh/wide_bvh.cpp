@@ -15,11 +15,11 @@ using gpu::kWideLeafPrimitives;
 using gpu::WideNode;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// The margin by which boxes are larger than their contents, relative to their node: more than the rounding of
+// Boxes are larger than their contents by this margin, relative to their node: more than the rounding of
 // where a ray meets their sides (scene/wide_bvh.glsl).
 constexpr double kMargin = 1.0 / (1 << 18);
 
-// The least exponent whose 255 steps reach as far.
+// Returns the least exponent whose 255 steps reach as far.
 uint32_t BiasedExponent(double size) {
     RG_CHECK(std::isfinite(size));
     int exponent = size > 0.0 ? static_cast<int>(std::ceil(std::log2(size / 255.0))) : -100;
@@ -32,11 +32,11 @@ float RoundDown(double x) {
     return double{rounded} > x ? std::nextafter(rounded, -kInfinity) : rounded;
 }
 
-// The decision of section 3 of the paper for a binary node: cost[i] is the cost of its subtree as at most i +
-// 1 wide children of one node.
+// Holds the decision of section 3 of the paper for a binary node: cost[i] is the cost of its subtree as at
+// most i + 1 wide children of one node.
 struct Choice {
     std::array<float, kWideChildren - 1> cost{};
-    // The number of at most i + 1 children that come from the left child; 0: the same decision as with one
+    // Holds how many of at most i + 1 children come from the left child; 0: the same decision as with one
     // fewer. The last entry is for this node as a wide one.
     std::array<uint8_t, kWideChildren> left{};
     bool isLeaf = false;
@@ -130,8 +130,8 @@ class Collapse {
         Gather(m_tree.nodes[index].right, count - left, children);
     }
 
-    // The slot of each child, so that slots are as far in their octant's direction as can be: by a table
-    // over all sets of slots that the first children may take.
+    // Returns the slot of each child, such that children lie as far in the directions of their slots' octants
+    // as possible: by a table over all sets of slots that the first children may take.
     std::array<uint32_t, kWideChildren> Slots(const Box& box, const std::vector<uint32_t>& children) const {
         constexpr uint32_t kSets = 1u << kWideChildren;
         std::array<float, kSets> best;

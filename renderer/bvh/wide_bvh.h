@@ -17,12 +17,12 @@ struct WideBvh {
     std::vector<gpu::WideNode> nodes;  // 0 is the root
     std::vector<uint32_t> primitives;  // in the order of the leaves
     uint32_t depth = 0;                // nodes from the root to the deepest one, both included
-    // The expected cost of a ray that meets the root's box, by the boxes as stored: a node costs 1 and a
+    // Is the expected cost of a ray that meets the root's box, by the boxes as stored: a node costs 1 and a
     // primitive kWidePrimitiveCost.
     double sahCost = 0.0;
 };
 
-inline constexpr float kWidePrimitiveCost = 0.3f;  // as in the paper
+inline constexpr float kWidePrimitiveCost = 0.3f;  // the paper's value
 
 // Chooses by dynamic programming the nodes of the binary tree that become nodes and leaves, so that the cost
 // is minimal. A tree without primitives has one node without children.
@@ -34,7 +34,7 @@ void StoreBoxes(gpu::WideNode& node, const Box& box, std::span<const Box, gpu::k
 // Returns what a node and its leaves add to sahCost, times the area of the root's box.
 double CostOf(const gpu::WideNode& node, const Box& box);
 
-// The box of a child, as the shader has it; empty for an empty slot.
+// Returns the box of a child, as the shader has it; empty for an empty slot.
 Box WideChildBox(const gpu::WideNode& node, uint32_t slot);
 // Returns the byte of `meta` for a slot.
 inline uint32_t WideMeta(const gpu::WideNode& node, uint32_t slot) {
@@ -49,7 +49,7 @@ inline bool IsWideNode(const gpu::WideNode& node, uint32_t slot) {
 class WideRefit {
   public:
     WideRefit() = default;
-    // The box of a primitive, by its place in the leaves; finite.
+    // Returns the box of a primitive, by its index in the leaves. It must be finite.
     using BoxOf = std::function<Box(uint32_t primitive)>;
     // Takes a tree as CollapseToWide makes it: indices of children and primitives are relative to the tree's
     // own first ones.
@@ -59,10 +59,10 @@ class WideRefit {
     // only on where all primitives are now, not on earlier refits.
     std::vector<uint32_t> Refit(std::span<gpu::WideNode> nodes, std::span<const uint32_t> moved,
                                 const BoxOf& boxOf);
-    // The expected cost of rays of a given density in space, which is in proportion to the areas of boxes,
-    // over that when the tree was made.
+    // Returns the expected cost of rays of a given density in space, which is in proportion to the areas of
+    // boxes, divided by that when the tree was made.
     double Decay() const;
-    // The box around all primitives.
+    // Returns the box around all primitives.
     const Box& Bounds() const { return m_nodes.front().box; }
 
   private:
@@ -75,7 +75,7 @@ class WideRefit {
     void Store(std::span<gpu::WideNode> nodes, uint32_t node, const BoxOf& boxOf);
 
     std::vector<Node> m_nodes;
-    std::vector<uint32_t> m_nodeOf;  // by primitive
+    std::vector<uint32_t> m_nodeOf;  // indexed by primitive
     double m_cost = 0.0, m_costMade = 0.0;
 };
 

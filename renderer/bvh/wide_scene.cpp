@@ -31,7 +31,7 @@ Box BoxOf(std::span<const gpu::WideTriangle> triangles) {
     return box;
 }
 
-// Farther away, the distance of a side of a box has no end along axes that rays are parallel to.
+// Farther away, the distances of a box's sides are not finite along axes that are perpendicular to the ray.
 bool IsNearEnough(const Box& box) {
     constexpr float kFarthest = 1e18f;
     const glm::vec3 reach = glm::max(glm::abs(box.min), glm::abs(box.max));

@@ -28,7 +28,7 @@ struct BvhScene {
     std::vector<BvhInstance> instances;
 };
 
-// The wide tree of a mesh: children and triangles count from its own first ones.
+// Holds the wide tree of a mesh: children and triangles count from its own first ones.
 struct WideMesh {
     std::vector<gpu::WideNode> nodes;  // none: the tree is not built yet
     std::vector<gpu::WideTriangle> triangles;
@@ -42,31 +42,31 @@ RAYGRAPH_API WideMesh CollectTriangles(std::span<const glm::vec3> positions,
 // triangles that reach farther than 1e18. A tree that would be deeper than kMaxMeshDepth is built again,
 // balanced. `maxThreads` is that of BvhSettings.
 RAYGRAPH_API std::vector<uint32_t> BuildTree(WideMesh& mesh, uint32_t maxThreads = 0);
-// The triangles of a WideMesh where an instance places them.
+// Holds the triangles of a WideMesh where an instance places them.
 struct PlacedTriangles {
     std::span<const gpu::WideTriangle> triangles;
     glm::mat4x3 objectToWorld{1.0f};
     uint32_t number = 0;
     uint32_t flags = 0;  // gpu::kWideBackCulled, ...
 };
-// These triangles in the space of the scene. One that has no area there is a point, which no ray hits.
-// Nothing for a transform without an inverse in float, and for triangles that reach farther than 1e18.
+// Returns these triangles in the space of the scene. One that has no area there is a point, which no ray
+// hits. Nothing for a transform without an inverse in float, and for triangles that reach farther than 1e18.
 RAYGRAPH_API std::optional<std::vector<gpu::WideTriangle>> PlaceTriangles(const PlacedTriangles& placed);
-// A tree of one level: its triangles are those of all instances in one space, but for instances that
+// Holds a tree of one level: its triangles are those of all instances in one space, but for instances that
 // PlaceTriangles leaves out.
 struct WideLevel {
     WideMesh mesh;
     struct Source {
-        uint32_t placed = 0, triangle = 0;  // of which of `placed`, and of which of its triangles
+        uint32_t placed = 0, triangle = 0;  // index into `placed`, and the triangle's index in that
     };
-    std::vector<Source> sources;  // of the mesh's triangles
+    std::vector<Source> sources;  // sources of the mesh's triangles
 };
 RAYGRAPH_API WideLevel BuildWideLevel(std::span<const PlacedTriangles> placed);
 // With more triangles, building the level once takes longer than it saves, and building it in a frame takes
 // longer than a frame should.
 inline constexpr uint64_t kMaxLevelTriangles = 1 << 19, kMaxRebuiltTriangles = 1 << 16;
 
-// A placed tree of a mesh.
+// Describes a placed tree of a mesh.
 struct WidePlacement {
     glm::mat4x3 objectToWorld{1.0f};
     Box box;  // box of the mesh; empty: it has no triangles
@@ -83,9 +83,9 @@ struct PlacedInstance {
 RAYGRAPH_API std::optional<PlacedInstance> PlaceInstance(const WidePlacement& placement);
 struct WideInstances {
     std::vector<gpu::WideNode> nodes;          // children count from their own first one
-    std::vector<gpu::WideInstance> instances;  // the first is none; set its root
-    std::vector<Box> boxes;                    // of these
-    std::vector<uint32_t> placements;          // likewise, which they are of; the first is of none
+    std::vector<gpu::WideInstance> instances;  // the first is unused; set its root
+    std::vector<Box> boxes;                    // boxes of these instances
+    std::vector<uint32_t> placements;          // by instance: its placement; the first is unused
     uint32_t depth = 0;
 };
 // Builds the tree over the placements that PlaceInstance returns.
@@ -94,7 +94,7 @@ RAYGRAPH_API WideInstances BuildWideInstances(std::span<const WidePlacement> pla
 // Adjusts the indices of nodes, their children and primitives for new positions in their tables.
 RAYGRAPH_API void MoveNodes(std::span<gpu::WideNode> nodes, uint32_t firstNode, uint32_t firstPrimitive);
 
-// The depth for which the traversal stack has room: each level pushes one group, and entering a mesh another
+// The traversal stack has room for this depth: each level pushes one group, and entering a mesh another
 // one.
 inline constexpr uint32_t kMaxMeshDepth = 18;
 inline constexpr uint32_t kMaxInstanceDepth = gpu::kWideStackSize - 1 - kMaxMeshDepth;
@@ -108,7 +108,7 @@ struct WideScene {
 // Builds a tree of one level. Throws Error{Usage} for a tree that is too deep.
 RAYGRAPH_API WideScene BuildOneLevel(const BvhScene& scene);
 
-// The box around the corners of the mesh's box, placed; a little larger than rounding may make it.
+// Returns the box around the corners of the mesh's box, placed; a little larger than rounding may make it.
 RAYGRAPH_API Box PlacedBox(const Box& mesh, const glm::mat4x3& objectToWorld);
 
 }  // namespace raygraph

@@ -8,7 +8,7 @@ namespace raygraph {
 
 namespace {
 
-constexpr float kDefaultZFar = 1e4f;  // meters
+constexpr float kDefaultZFar = 1e4f;  // in meters
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 namespace raygraph {
 
 RAYGRAPH_API gpu::CameraRecord ToRecord(const scene::CameraView& view);
-// The position of the record's camera in world space.
+// Returns the position of the record's camera in world space.
 RAYGRAPH_API glm::dvec3 EyeOf(const gpu::CameraRecord& camera);
 
 }  // namespace raygraph

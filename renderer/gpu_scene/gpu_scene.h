@@ -62,7 +62,7 @@ struct AddedPart {
     bool isComplete = false;
 };
 
-// The progress of all parts that stream, together.
+// Holds the progress of all parts that stream, together.
 struct StreamProgress {
     uint64_t bytes = 0;  // bytes on the device so far
     uint64_t of = 0;     // bytes in all; 0: nothing streams
@@ -307,9 +307,9 @@ class RAYGRAPH_API GpuScene {
     const GpuSceneStatistics& Statistics() const;
     // Edits are counted when they are made, even before a frame applies them.
     const SceneRevisions& Revisions() const;
-    // True when structures and deformed vertices are up to date: another frame without an edit would build,
-    // compact, deform and refit nothing. The device's structures are ignored if the last frame traced by
-    // Raygraph's own BVHs alone.
+    // Returns whether structures and deformed vertices are up to date: another frame without an edit would
+    // build, compact, deform and refit nothing. The device's structures are ignored if the last frame traced
+    // by Raygraph's own BVHs alone.
     bool IsSettled() const;
 
   private:

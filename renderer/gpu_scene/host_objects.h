@@ -16,9 +16,9 @@
 
 namespace raygraph {
 
-// A range of a buffer: contiguous elements at an offset that is a multiple of 4 bytes. The buffer is one of
-// rhi::Device::WrapBuffer whose VkBuffer has VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, or one that was
-// created by rhi::Device.
+// Describes a range of a buffer: contiguous elements at an offset that is a multiple of 4 bytes. The buffer
+// is one of rhi::Device::WrapBuffer whose VkBuffer has VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, or one that
+// was created by rhi::Device.
 struct HostStream {
     const rhi::Buffer* buffer = nullptr;  // null: there is no such stream. The buffer outlives the mesh
     uint64_t offset = 0;                  // bytes
@@ -26,7 +26,7 @@ struct HostStream {
     explicit operator bool() const { return buffer != nullptr; }
 };
 
-// One list of triangles with one material.
+// Describes one list of triangles with one material.
 struct HostMesh {
     std::string name;
     uint32_t vertexCount = 0;
@@ -54,7 +54,7 @@ struct HostMesh {
     bool isDeforming = false;
 };
 
-// An image in SHADER_READ_ONLY_OPTIMAL, of one layer, with any levels.
+// Describes an image in SHADER_READ_ONLY_OPTIMAL, of one layer, with any levels.
 struct HostTexture {
     std::shared_ptr<const rhi::Texture> texture;  // from rhi::Device::WrapTexture, or created by rhi::Device
     scene::Sampler sampler;

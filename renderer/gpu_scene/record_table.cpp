@@ -16,7 +16,7 @@ constexpr size_t kMaxCopies = 32;
 // Above this number, the whole table is copied: any device dispatches 65,535 workgroups of scatter.comp.
 constexpr size_t kMaxScattered = 65'535 * 128;
 
-// The push constants of shaders/scene/scatter.comp.
+// Holds the push constants of shaders/scene/scatter.comp.
 struct ScatterConstants {
     uint32_t count;
     uint32_t words;  // per record

@@ -46,7 +46,7 @@ class RecordTable {
         uint64_t m_bytes;  // bytes per record
         size_t m_count = 0;
     };
-    // The callbacks of the table's owner for one upload.
+    // Holds the callbacks of the table's owner for one upload.
     struct Source {
         std::function<void()> prepare = [] {};  // called before everything else
         size_t changed = 0;                     // number of changed records

@@ -27,7 +27,7 @@ struct DrawRange {
     uint32_t count = 0;
 };
 
-// The scene of one frame, for passes.
+// Holds the scene of one frame, for passes.
 struct SceneIds {
     TlasId tlas;  // "sceneTlas"
     // The wide BVHs of the scene, which shaders traverse themselves (shaders/shared/wide_bvh.h). The ids are

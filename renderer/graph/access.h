@@ -56,7 +56,7 @@ RAYGRAPH_API bool NeedsContents(Access access);
 // a transfer pass no shaders.
 RAYGRAPH_API bool IsLegal(PassKind kind, Access access);
 
-// An access as the barrier planner sees it.
+// Describes an access as the barrier planner sees it.
 struct AccessMasks {
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
     VkAccessFlags2 access = VK_ACCESS_2_NONE;

@@ -77,7 +77,7 @@ class Compiler {
         // The stages and writes of all occupants so far. An earlier occupant may extend beyond the last one.
         AccessMasks access;
     };
-    std::vector<BlockUse> m_blockUses;  // by block
+    std::vector<BlockUse> m_blockUses;  // indexed by block
 };
 
 void Compiler::CheckRoots() const {
@@ -409,7 +409,7 @@ class Culler {
     }
 
     const FrameGraph& m_graph;
-    std::vector<uint8_t> m_isKept;  // by pass
+    std::vector<uint8_t> m_isKept;  // indexed by pass
     // By subresource: m_isNeeded tells whether its contents are needed after the current pass, and
     // m_needsHistory whether those from before the frame are needed.
     std::vector<uint8_t> m_isNeeded;

@@ -68,7 +68,7 @@ struct GraphResource {
     Subresources Whole() const { return {.levelCount = levels, .layerCount = layers}; }
 };
 
-// One access of one resource by one pass.
+// Describes one access of one resource by one pass.
 struct ResourceUse {
     uint32_t resource = 0;
     uint32_t versionIn = 0;
@@ -91,7 +91,7 @@ enum class RootKind : uint8_t {
     HostRead,   // read by the CPU once the frame has completed
 };
 
-// A result of the frame that must be produced.
+// Describes a result of the frame that must be produced.
 struct Root {
     RootKind kind = RootKind::Presented;
     uint32_t resource = 0;
@@ -101,7 +101,7 @@ struct Root {
     uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;
 };
 
-// A ResourceId without its type.
+// Is a ResourceId without its type.
 struct AnyId {
     ResourceKind kind = ResourceKind::Texture;
     uint32_t resource = 0;

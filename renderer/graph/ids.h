@@ -36,7 +36,7 @@ using TextureSetId = ResourceId<ResourceKind::TextureSet>;
 
 static_assert(sizeof(TextureId) == 4);
 
-// A pass of the frame, in order of declaration.
+// Describes a pass of the frame, in order of declaration.
 struct PassId {
     uint32_t index = ~0u;
 };

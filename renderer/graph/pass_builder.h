@@ -39,14 +39,14 @@ struct PassDeclaration;
 struct Shader;
 enum class BindVerb : uint8_t;
 
-// The names of the shaders of one hit group; "" leaves the stage out.
+// Holds the names of the shaders of one hit group; "" leaves the stage out.
 struct HitGroupShaders {
     std::string_view closestHit;
     std::string_view anyHit;
     std::string_view intersection;
 };
 
-// The drawing state of a raster pass; the formats come from its targets.
+// Holds the drawing state of a raster pass; the formats come from its targets.
 struct RasterState {
     rhi::Topology topology = rhi::Topology::TriangleList;
     rhi::CullMode cull = rhi::CullMode::None;

@@ -23,7 +23,7 @@ class PassResources;
 
 enum class BindVerb : uint8_t { Reads, Writes, Updates, Uniform };
 
-// A resource, or a block of uniform data, bound by a name in set 0.
+// Describes a resource, or a block of uniform data, bound by a name in set 0.
 struct DeclaredBinding {
     std::string name;
     BindVerb verb = BindVerb::Reads;
@@ -43,7 +43,7 @@ struct DeclaredBinding {
     uint32_t addressOffset = 0;  // offset in that block
 };
 
-// A uniform block with addresses of buffers, which the graph fills.
+// Describes a uniform block with addresses of buffers, which the graph fills.
 struct AddressTable {
     uint32_t binding = 0;
     uint32_t bytes = 0;
@@ -137,7 +137,7 @@ class PassMarks {
 
     mutable std::mutex m_mutex;
     rhi::Buffer m_words;
-    std::vector<Frame> m_frames;  // by slot
+    std::vector<Frame> m_frames;  // indexed by slot
     size_t m_slot = 0;
 };
 

@@ -25,8 +25,8 @@
 
 namespace raygraph::testing {
 
-// A texture on the CPU: rows from the top, `channelCount` floats per texel. Unorm formats are scaled to [0,
-// 1] (sRGB is not decoded), and integers are converted.
+// Describes a texture on the CPU: rows from the top, `channelCount` floats per texel. Unorm formats are
+// scaled to [0, 1] (sRGB is not decoded), and integers are converted.
 struct RAYGRAPH_API Texels {
     Extent2D extent;
     uint32_t channelCount = 0;

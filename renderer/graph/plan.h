@@ -27,7 +27,7 @@ struct PlannedBarrier {
     uint32_t dstQueueFamily = VK_QUEUE_FAMILY_IGNORED;
 };
 
-// The barriers of one batch: [first, first + count) of Plan::barriers.
+// Holds the barriers of one batch: [first, first + count) of Plan::barriers.
 struct BarrierRange {
     uint32_t first = 0;
     uint32_t count = 0;
@@ -38,7 +38,7 @@ struct PlannedPass {
     BarrierRange barriers{};
 };
 
-// The lifetime of one resource, in positions among the executed passes.
+// Holds the lifetime of one resource, in positions among the executed passes.
 struct Lifetime {
     uint32_t first = kNone;  // kNone: no executed pass uses it
     uint32_t last = 0;
@@ -54,7 +54,7 @@ struct Plan {
     BarrierRange acquire;             // before the first pass: ownership from other queue families
     BarrierRange finish;              // after the last pass: for the readers of the roots
     BarrierRange release;             // after `finish`: ownership to other queue families
-    std::vector<Lifetime> lifetimes;  // by resource
+    std::vector<Lifetime> lifetimes;  // indexed by resource
     std::vector<rhi::MemoryRequirements> blocks;  // of transient memory
     uint64_t bytesWithoutAliasing = 0;            // bytes of all transients that have a block
     std::vector<ResourceState> states;  // by number (FrameGraph::ForEachSubresource), after the frame

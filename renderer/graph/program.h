@@ -41,8 +41,8 @@ struct SpecializationRequest {
     bool operator==(const SpecializationRequest&) const = default;
 };
 
-// The program that a pass requests. The vectors keep their memory from frame to frame. Passes share a program
-// if and only if their requests are equal.
+// Holds the program that a pass requests. The vectors keep their memory from frame to frame. Passes share a
+// program if and only if their requests are equal.
 struct ProgramRequest {
     PassKind kind = PassKind::Compute;
     const Shader* rayGen = nullptr;
@@ -67,7 +67,7 @@ struct ProgramRequest {
     void ListShaders(std::vector<const Shader*>& shaders) const;
 };
 
-// The pipeline of the program's kind; the two other pointers are null.
+// Holds the pipeline of the program's kind; the two other pointers are null.
 struct ProgramPipeline {
     rhi::ComputePipeline compute;
     rhi::RasterPipeline raster;

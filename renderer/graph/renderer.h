@@ -51,7 +51,7 @@ struct RendererDesc {
     bool passMarks = true;  // record on the device which pass was reached, for the report of a lost device
 };
 
-// A texture of the graph. Its usage flags follow from the passes that use it.
+// Describes a texture of the graph. Its usage flags follow from the passes that use it.
 struct GraphTextureDesc {
     Extent2D extent;
     Format format = Format::Rgba32Float;
@@ -241,11 +241,11 @@ class RAYGRAPH_API Renderer {
 
     // --- Reports ---
     bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled
-    // The plan of the last compiled frame: order, culled passes, barriers, lifetimes, aliases.
+    // Returns the plan of the last compiled frame: order, culled passes, barriers, lifetimes, aliases.
     std::string DescribePlan() const;
     std::string DescribePlanDot() const;  // Graphviz
-    // The plan of the last frame as data, for tools that draw it. Both pointers are valid until the next
-    // BeginFrame. Throws Error{Usage} before the first frame.
+    // Holds the plan of the last frame as data, for tools that draw it. Both pointers are valid until the
+    // next BeginFrame. Throws Error{Usage} before the first frame.
     struct CompiledFrame {
         const FrameGraph& graph;
         const Plan& plan;

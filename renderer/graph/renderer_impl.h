@@ -19,8 +19,8 @@
 
 namespace raygraph {
 
-// A readback: a mapped buffer and the frame that fills it. Its holders may poll it from any thread: members
-// that change meanwhile are atomic, and the Renderer reuses the others only when no holder is left.
+// Describes a readback: a mapped buffer and the frame that fills it. Its holders may poll it from any thread:
+// members that change meanwhile are atomic, and the Renderer reuses the others only when no holder is left.
 struct Readback::State {
     // Values of `submitted` that are no timeline values.
     static constexpr uint64_t kDeclared = 0;            // its frame is open
@@ -37,7 +37,7 @@ struct Readback::State {
     uint64_t frame = 0;                // the frame that uses it
 };
 
-// The object behind a resource of the frame, parallel to FrameGraph::resources.
+// Holds the object behind a resource of the frame, parallel to FrameGraph::resources.
 struct FrameResource {
     rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // all uses so far
     rhi::BufferUsage bufferUsage = rhi::BufferUsage::None;
@@ -51,7 +51,7 @@ struct FrameResource {
     Persistent* persistent = nullptr;
 };
 
-// The semaphores that a frame waits for, or those that it signals.
+// Holds the semaphores that a frame waits for, or those that it signals.
 struct FrameSemaphores {
     std::vector<rhi::SemaphoreUse> all;
     std::vector<rhi::SemaphoreUse> forwarded;  // the subset that is forwarded when the frame is dropped

@@ -20,8 +20,8 @@ namespace raygraph {
 
 // --- PersistentStore: the resources that a Renderer keeps between frames, by name ---
 
-// One persistent resource. The Vulkan object is created when an executed pass first uses it, so that a view
-// that is toggled off takes no memory.
+// Describes one persistent resource. The Vulkan object is created when an executed pass first uses it, so
+// that a view that is toggled off takes no memory.
 struct Persistent {
     std::string name;
     ResourceKind kind = ResourceKind::Texture;

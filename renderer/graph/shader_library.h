@@ -23,7 +23,7 @@
 
 namespace raygraph {
 
-// One stage. It lives as long as its library, at a fixed address.
+// Describes one stage. It lives as long as its library, at a fixed address.
 struct Shader {
     std::string name;
     std::span<const uint32_t> words{};

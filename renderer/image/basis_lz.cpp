@@ -17,14 +17,14 @@ namespace {
 constexpr size_t kGlobalHeaderBytes = 20, kImageBytes = 20;
 constexpr uint32_t kIsPFrame = 2;
 
-// ETC1's modifiers of brightness, by the table's number: the ones of patterns 2 and 3; 1 and 0 are their
+// ETC1's modifiers of brightness, by the table's number, for patterns 2 and 3; those of 1 and 0 are their
 // negatives.
 constexpr std::array<std::array<int, 2>, 8> kModifiers{
     {{2, 8}, {5, 17}, {9, 29}, {13, 42}, {18, 60}, {24, 80}, {33, 106}, {47, 183}}};
 
-// The four colors that a block may have.
+// A block may have these four colors.
 using Palette = std::array<std::array<uint8_t, 3>, 4>;
-// Two bits a texel, the first texel's the lowest.
+// A pattern has two bits a texel, the first texel's the lowest.
 using Pattern = uint32_t;
 
 struct Codebooks {
@@ -44,7 +44,7 @@ Palette PaletteOf(const std::array<uint32_t, 3>& color, uint32_t table) {
     return palette;
 }
 
-// Differences of colors of 5 bits, by one of three codes, which the color before decides.
+// Reads differences of colors of 5 bits, by one of three codes, which the previous color selects.
 std::vector<Palette> ReadPalettes(BitReader bits, size_t count) {
     const HuffmanCode dark(bits), middle(bits), bright(bits), tables(bits);
     const size_t channels = bits.Take(1) != 0 ? 1 : 3;
@@ -89,7 +89,7 @@ std::vector<Pattern> ReadPatterns(BitReader bits, size_t count) {
     return patterns;
 }
 
-// The codes of the slices.
+// Holds the codes of the slices.
 struct SliceCodes {
     HuffmanCode predictions, paletteSteps, patterns, runs;
     uint32_t historySize;
@@ -98,7 +98,7 @@ struct SliceCodes {
         : predictions(bits), paletteSteps(bits), patterns(bits), runs(bits), historySize(bits.Take(13)) {}
 };
 
-// The patterns used last, nearly the most frequent first: one that is used moves to half its place.
+// Holds recently used patterns, roughly by frequency: one that is used moves to half its index.
 class History {
   public:
     explicit History(uint32_t size) : m_patterns(size), m_next(size / 2) {}
@@ -120,8 +120,8 @@ class History {
     uint32_t m_next;
 };
 
-// The palettes' numbers of a slice's blocks, row by row. Four blocks, two by two, share a symbol of how they
-// follow from their neighbors.
+// Reads the palettes' numbers of a slice's blocks, row by row. Four blocks, two by two, share a symbol that
+// says how they follow from their neighbors.
 class PaletteReader {
   public:
     PaletteReader(const SliceCodes& codes, size_t paletteCount, uint32_t blocksX)
@@ -185,12 +185,12 @@ class PaletteReader {
     const SliceCodes& m_codes;
     size_t m_paletteCount;
     std::vector<uint16_t> m_above, m_current;
-    std::vector<uint8_t> m_lower;  // The predictions of the lower two of four blocks.
+    std::vector<uint8_t> m_lower;  // the predictions of the lower two of four blocks
     uint32_t m_predictions = 0, m_lastPredictions = 0, m_last = 0;
     uint64_t m_repeats = 0;
 };
 
-// The patterns' numbers of a slice's blocks.
+// Reads the patterns' numbers of a slice's blocks.
 class PatternReader {
   public:
     PatternReader(const SliceCodes& codes, size_t patternCount)
@@ -206,7 +206,7 @@ class PatternReader {
             m_history.Add(symbol);
             return symbol;
         }
-        // Behind the patterns come the places of the history, and behind those the sign of a run
+        // The symbols after the patterns are indices into the history, and the last one is the sign of a run
         const auto place = static_cast<uint32_t>(symbol - m_patternCount);
         if (place != m_history.Size()) return FromHistory(bits, place);
         constexpr uint32_t kLongRun = 63, kMinRun = 3;
@@ -227,9 +227,9 @@ class PatternReader {
     uint64_t m_run = 0;
 };
 
-// Draws a slice into RGB, or with its green into alpha. The specification has alpha in red, of slices that
-// may be gray or not; those that encoders make are nearly gray, and the transcoders that their pictures are
-// looked at with read green.
+// Decodes a slice into RGB, or its green into alpha. The specification has alpha in red, of slices that may
+// be gray or not; those that encoders make are nearly gray, and transcoders, with which their authors check
+// pictures, read green.
 void DecodeSlice(BitReader bits, const SliceCodes& codes, const Codebooks& books, bool isAlpha,
                  Image8& image) {
     const uint32_t blocksX = (image.width + 3) / 4, blocksY = (image.height + 3) / 4;
@@ -237,7 +237,7 @@ void DecodeSlice(BitReader bits, const SliceCodes& codes, const Codebooks& books
     PatternReader patterns(codes, books.patterns.size());
     for (uint32_t y = 0; y < blocksY; ++y) {
         palettes.StartRow();
-        // Memory is touched as far as the bits go, so a header that promises more than there is costs
+        // Memory is touched only as far as the bits go, so a header that promises more than there is costs
         // nothing.
         const size_t bytesSoFar = size_t{4} * image.width * std::min(image.height, 4 * (y + 1));
         if (image.rgba.size() < bytesSoFar) image.rgba.resize(bytesSoFar, 255);
@@ -272,7 +272,7 @@ class BasisLzReader {
         const auto paletteCount = static_cast<size_t>(Little(global, 0, 2));
         const auto patternCount = static_cast<size_t>(Little(global, 2, 2));
         if (paletteCount == 0 || patternCount == 0) Fail("the global data has no colors or no patterns");
-        // Behind the descriptions of the levels' images
+        // The slices follow the descriptions of the levels' images
         size_t at = kGlobalHeaderBytes + kImageBytes * m_header.levelCount;
         if (global.size() < at) Fail("the global data is truncated");
         const auto part = [&](size_t lengthAt, const char* what) {
@@ -321,14 +321,14 @@ Image8 DecodeBasisLz(const Ktx2Header& header, std::string_view name) {
     }
 }
 
-// --- The bits of BasisLZ ---
+// --- BitReader and HuffmanCode ---
 
 namespace {
 
 constexpr unsigned kLongestWord = 16;
-// The symbols of the code for lengths of words: lengths, and runs of zeros and of the last length.
+// The code for lengths of words has these symbols beside the lengths: runs of zeros and of the last length.
 constexpr uint32_t kShortZeros = 17, kLongZeros = 18, kShortRepeat = 19, kLengthSymbols = 21;
-// The order in which their own lengths are stored.
+// The lengths of these symbols are stored in this order.
 constexpr std::array<uint8_t, kLengthSymbols> kOrder{17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
                                                      11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 
@@ -350,7 +350,7 @@ uint32_t BitReader::TakeChunks(unsigned chunkBits) {
 
 HuffmanCode::HuffmanCode(BitReader& bits) {
     const uint32_t symbolCount = bits.Take(14);
-    if (symbolCount == 0) return;  // never used
+    if (symbolCount == 0) return;  // the code is never used
     const uint32_t lengthCount = bits.Take(5);
     if (lengthCount == 0 || lengthCount > kLengthSymbols) bits.Fail("has a malformed code");
     std::array<uint8_t, kLengthSymbols> lengthsOfLengths = {};
@@ -378,7 +378,7 @@ HuffmanCode::HuffmanCode(BitReader& bits) {
 }
 
 // Words are counted up by their lengths (RFC 1951, section 3.2.2), and stored with their first bit lowest. A
-// code may have words to spare, as one of a single symbol has.
+// code may have unused words, as one of a single symbol has.
 void HuffmanCode::Build(std::span<const uint8_t> lengths, BitReader& bits) {
     std::array<uint32_t, kLongestWord + 1> counts = {}, next = {};
     for (const uint8_t length : lengths) ++counts[length];

@@ -18,14 +18,14 @@ namespace raygraph::image {
 // refer to others are refused: a texture has none.
 Image8 DecodeBasisLz(const Ktx2Header& header, std::string_view name);
 
-// A reader of bits, from the lowest of the first byte upwards. Reading beyond the end is refused.
+// BitReader reads bits, from the lowest of the first byte upwards. Reading beyond the end is refused.
 class BitReader {
   public:
     // `part` is the name of these bits in messages.
     BitReader(std::span<const std::byte> bytes, std::string_view name, const char* part)
         : m_bytes(bytes), m_name(name), m_part(part) {}
 
-    // The next 0 to 16 bits.
+    // Returns the next 0 to 16 bits.
     uint32_t Take(unsigned count) {
         const uint32_t value = Peek() & ((1u << count) - 1);
         Skip(count);
@@ -44,7 +44,8 @@ class BitReader {
         m_bits >>= count;
         m_count -= count;
     }
-    // A number in chunks of so many bits, each with a bit above that says whether another one follows.
+    // Returns a number in chunks of so many bits, each with a bit above that says whether another one
+    // follows.
     uint32_t TakeChunks(unsigned chunkBits);
     [[noreturn]] void Fail(const char* what) const;
 
@@ -57,7 +58,7 @@ class BitReader {
     unsigned m_count = 0;
 };
 
-// A canonical Huffman code of up to 16 bits a symbol, as in Deflate.
+// HuffmanCode is a canonical Huffman code of up to 16 bits a symbol, as in Deflate.
 class HuffmanCode {
   public:
     // Reads the lengths of the code's words.
@@ -77,9 +78,9 @@ class HuffmanCode {
 
     struct Entry {
         uint16_t symbol = 0;
-        uint16_t length = 0;  // 0: no word.
+        uint16_t length = 0;  // 0: there is no such word
     };
-    std::vector<Entry> m_entries;  // By as many bits as the longest word has.
+    std::vector<Entry> m_entries;  // indexed by as many bits as the longest word has
 };
 
 }  // namespace raygraph::image

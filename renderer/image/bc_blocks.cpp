@@ -6,7 +6,7 @@
 namespace raygraph::image {
 namespace {
 
-// a / b, not negative, to the nearest whole number.
+// Returns a / b, neither of them negative, rounded to the nearest whole number.
 constexpr uint8_t Rounded(uint32_t a, uint32_t b) {
     return static_cast<uint8_t>((2 * a + b) / (2 * b));
 }
@@ -19,7 +19,7 @@ struct Rgb565 {
 
 using Color = std::array<uint8_t, 4>;
 
-// (wa a + wb b) / (wa + wb), opaque.
+// Returns (wa a + wb b) / (wa + wb), opaque.
 Color Mix(const Rgb565& a, uint32_t wa, const Rgb565& b, uint32_t wb) {
     const uint32_t sum = wa + wb;
     return {Rounded(255 * (wa * a.red + wb * b.red), 31 * sum),
@@ -27,7 +27,7 @@ Color Mix(const Rgb565& a, uint32_t wa, const Rgb565& b, uint32_t wb) {
             Rounded(255 * (wa * a.blue + wb * b.blue), 31 * sum), 255};
 }
 
-// Two colors and two bits a texel. `hasFourColors`: whatever the order of the two.
+// Decodes two colors and two bits a texel. With `hasFourColors`, the order of the two does not matter.
 void DecodeColors(std::span<const std::byte> block, bool hasFourColors, Color fourth, BlockTexels& texels) {
     const auto first = static_cast<uint32_t>(Little(block, 0, 2));
     const auto second = static_cast<uint32_t>(Little(block, 2, 2));
@@ -44,7 +44,7 @@ void DecodeColors(std::span<const std::byte> block, bool hasFourColors, Color fo
     }
 }
 
-// Two values and three bits a texel, into one channel: BC3's alpha, BC4, and either half of BC5.
+// Decodes two values and three bits a texel, into one channel: BC3's alpha, BC4, and either half of BC5.
 void DecodeChannel(std::span<const std::byte> block, size_t channel, BlockTexels& texels) {
     const auto a = std::to_integer<uint32_t>(block[0]), b = std::to_integer<uint32_t>(block[1]);
     std::array<uint8_t, 8> values{static_cast<uint8_t>(a), static_cast<uint8_t>(b), 0, 0, 0, 0, 0, 255};
@@ -93,11 +93,12 @@ void DecodeBc5(std::span<const std::byte, 16> block, BlockTexels& texels) {
 
 namespace {
 
-// The layout of a block of one mode: counts, and numbers of bits.
+// Describes a block of one mode: counts, and numbers of bits.
 struct Mode {
     uint8_t parts, partBits, rotationBits, selectionBits;
-    uint8_t colorBits, alphaBits;  // A channel of an endpoint; no alpha bits: opaque.
-    bool hasOwnBit, hasSharedBit;  // A lowest bit common to an endpoint's channels; to both ends of a part.
+    uint8_t colorBits, alphaBits;  // per channel of an endpoint; without alpha bits a block is opaque
+    // the lowest bit: one for an endpoint's channels, or for both ends of a part
+    bool hasOwnBit, hasSharedBit;
     uint8_t indexBits, secondIndexBits;
 };
 constexpr std::array<Mode, 8> kModes{{
@@ -111,7 +112,7 @@ constexpr std::array<Mode, 8> kModes{{
     {2, 6, 0, 0, 5, 5, true, false, 2, 0},
 }};
 
-// Indexed by the number of bits of an index: 64ths of the second endpoint.
+// Indexed by the number of bits of an index. The weights are 64ths of the second endpoint.
 constexpr std::array<std::array<uint8_t, 16>, 5> kWeights{{
     {},
     {},
@@ -122,7 +123,7 @@ constexpr std::array<std::array<uint8_t, 16>, 5> kWeights{{
 
 struct Parts {
     std::array<uint8_t, 16> ofTexel = {};
-    uint32_t anchors = 1;  // A bit for each texel that is one.
+    uint32_t anchors = 1;  // has a bit for each anchor texel
 };
 
 Parts PartsOf(uint32_t count, uint32_t number) {
@@ -137,10 +138,10 @@ Parts PartsOf(uint32_t count, uint32_t number) {
     return parts;
 }
 
-// Six of them: two ends of up to three parts.
+// There are six endpoints: two ends of up to three parts.
 using Endpoints = std::array<std::array<uint8_t, 4>, 6>;
 
-// `value` of 5 to 8 bits, its upper bits repeated below.
+// Widens `value` of 5 to 8 bits to 8 bits by repeating its upper bits below.
 constexpr uint8_t Widened(uint32_t value, uint32_t bits) {
     return static_cast<uint8_t>(value << (8 - bits) | value >> (2 * bits - 8));
 }

@@ -2,8 +2,8 @@
 // Khronos Data Format Specification 1.4, chapters S3TC, RGTC and BPTC. Private to renderer/image. Threads:
 // any.
 //
-// Every block is a picture, so nothing here fails. BC1 to BC5 are fractions by the specification, and
-// rounded to the nearest number of 8 bits; BC7 is exact, bit for bit.
+// Every block is a picture, so no function fails. BC1 to BC5 are fractions by the specification, and rounded
+// to the nearest number of 8 bits; BC7 is exact, bit for bit.
 #pragma once
 
 #include <array>
@@ -15,7 +15,8 @@ namespace raygraph::image::bc7 {
 
 // --- The division of BC7 blocks into parts that have their own colors: the tables of the specification ---
 
-// Indexed by the number in the block: the part of each texel, one bit each, the first texel's the lowest.
+// The division's number in the block is the index. An element has the part of each texel, one bit each, the
+// first texel's the lowest.
 inline constexpr std::array<uint16_t, 64> kTwoParts{
     0xCCCC, 0x8888, 0xEEEE, 0xECC8, 0xC880, 0xFEEC, 0xFEC8, 0xEC80, 0xC800, 0xFFEC, 0xFE80, 0xE800, 0xFFE8,
     0xFF00, 0xFFF0, 0xF000, 0xF710, 0x008E, 0x7100, 0x08CE, 0x008C, 0x7310, 0x3100, 0x8CCE, 0x088C, 0x3110,
@@ -23,7 +24,7 @@ inline constexpr std::array<uint16_t, 64> kTwoParts{
     0xA55A, 0x73CE, 0x13C8, 0x324C, 0x3BDC, 0x6996, 0xC33C, 0x9966, 0x0660, 0x0272, 0x04E4, 0x4E40, 0x2720,
     0xC936, 0x936C, 0x39C6, 0x639C, 0x9336, 0x9CC6, 0x817E, 0xE718, 0xCCF0, 0x0FCC, 0x7744, 0xEE22,
 };
-// Two bits for each texel.
+// An element has two bits for each texel.
 inline constexpr std::array<uint32_t, 64> kThreeParts{
     0xAA685050, 0x6A5A5040, 0x5A5A4200, 0x5450A0A8, 0xA5A50000, 0xA0A05050, 0x5555A0A0, 0x5A5A5050,
     0xAA550000, 0xAA555500, 0xAAAA5500, 0x90909090, 0x94949494, 0xA4A4A4A4, 0xA9A59450, 0x2A0A4250,
@@ -35,7 +36,7 @@ inline constexpr std::array<uint32_t, 64> kThreeParts{
     0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254,
 };
 
-// The texel of a part whose index has one bit less; that of the first part is texel 0.
+// The index of a part's anchor texel has one bit less; the anchor of the first part is texel 0.
 inline constexpr std::array<uint8_t, 64> kSecondAnchorOfTwo{
     15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2,  2, 8,
     8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8,  2, 2,
@@ -58,7 +59,7 @@ namespace raygraph::image {
 
 // --- The bits of block-compressed textures, and the decoders ---
 
-// A number of so many bytes, the lowest first. The caller has checked that they are there.
+// Returns a number of so many bytes, the lowest first. The caller has checked that they are there.
 inline uint64_t Little(std::span<const std::byte> bytes, size_t at, size_t count) {
     uint64_t value = 0;
     for (size_t i = 0; i < count; ++i) value |= std::to_integer<uint64_t>(bytes[at + i]) << (8 * i);
@@ -68,16 +69,16 @@ inline uint32_t Little32(std::span<const std::byte> bytes, size_t at) {
     return static_cast<uint32_t>(Little(bytes, at, 4));
 }
 
-// RGBA of 4 x 4 texels, 8 bits a channel, rows from the top.
+// A block has RGBA of 4 x 4 texels, 8 bits a channel, rows from the top.
 using BlockTexels = std::array<uint8_t, 64>;
 
-// The 128 bits of a block, taken from the lowest upwards.
+// BlockBits reads the 128 bits of a block, from the lowest upwards.
 class BlockBits {
   public:
     explicit BlockBits(std::span<const std::byte, 16> block)
         : m_low(Little(block, 0, 8)), m_high(Little(block, 8, 8)) {}
 
-    // The next 0 to 32 bits.
+    // Returns the next 0 to 32 bits.
     uint32_t Take(unsigned count) {
         if (count == 0) return 0;
         const auto value = static_cast<uint32_t>(m_low & ((uint64_t{1} << count) - 1));
@@ -90,12 +91,12 @@ class BlockBits {
     uint64_t m_low, m_high;
 };
 
-// The fourth color of a block whose first one is not the greater number: transparent black, or opaque.
+// Says whether the fourth color of a block whose first one is not the greater number is transparent black.
 enum class Bc1Alpha : bool { None, PunchThrough };
 void DecodeBc1(std::span<const std::byte, 8> block, Bc1Alpha alpha, BlockTexels& texels);
 void DecodeBc2(std::span<const std::byte, 16> block, BlockTexels& texels);
 void DecodeBc3(std::span<const std::byte, 16> block, BlockTexels& texels);
-// Give (R, 0, 0, 1) and (R, G, 0, 1), as GPUs sample them.
+// These give (R, 0, 0, 1) and (R, G, 0, 1), as GPUs sample them.
 void DecodeBc4(std::span<const std::byte, 8> block, BlockTexels& texels);
 void DecodeBc5(std::span<const std::byte, 16> block, BlockTexels& texels);
 // A block of the reserved mode is transparent black.

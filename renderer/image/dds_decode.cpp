@@ -13,7 +13,7 @@
 namespace raygraph::image {
 namespace {
 
-// Offsets from the start of the file, whose first four bytes are "DDS ".
+// These are offsets from the start of the file, whose first four bytes are "DDS ".
 constexpr size_t kDdsBytes = 128, kHeaderBytesDx10 = 148;
 constexpr size_t kHeaderSizeAt = 4, kDdsHeight = 12, kDdsWidth = 16, kLevelCountAt = 28, kFormatSizeAt = 76,
                  kFormatFlagsAt = 80;
@@ -21,9 +21,9 @@ constexpr size_t kFourCcAt = 84, kBitCountAt = 88, kMasksAt = 92, kCaps2At = 112
 constexpr size_t kDxgiFormatAt = 128, kDimensionAt = 132, kMiscFlagsAt = 136, kArraySizeAt = 140,
                  kMiscFlags2At = 144;
 
-// DDS_PIXELFORMAT's flags: alpha beside color, a name instead of masks, RGB, luminance.
+// DDS_PIXELFORMAT has these flags: alpha beside color, a name instead of masks, RGB, luminance.
 constexpr uint32_t kHasAlpha = 0x1, kHasFourCc = 0x4, kIsRgb = 0x40, kIsLuminance = 0x20000;
-// Values of the fields dwCaps2 and those of DDS_HEADER_DXT10.
+// The fields dwCaps2 and those of DDS_HEADER_DXT10 have these values.
 constexpr uint32_t kIsCube = 0x200, kIsVolume = 0x200000;
 constexpr uint32_t kTexture2d = 3, kIsCubeDx10 = 0x4, kPremultipliedDx10 = 2;
 
@@ -104,7 +104,7 @@ class DdsReader {
     }
 
   private:
-    // One level after the other, as far as they go.
+    // Returns one level after the other, as many as the file has.
     BlockLevels Blocks(const TexelLayout& layout, std::span<const std::byte> texels, uint32_t width,
                        uint32_t height) const {
         BlockLevels blocks{.coding = CodingOf(layout), .levels = {}};
@@ -150,7 +150,7 @@ class DdsReader {
         Fail(Text("the DXGI format {} is not supported", At(kDxgiFormatAt)));
     }
 
-    // Whole bytes in any order.
+    // Accepts channels of whole bytes in any order.
     TexelLayout LayoutOfMasks() const {
         const uint32_t flags = At(kFormatFlagsAt), bits = At(kBitCountAt);
         if ((flags & (kIsRgb | kIsLuminance)) == 0) Fail("texels without color are not supported");

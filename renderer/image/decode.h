@@ -11,7 +11,7 @@ namespace raygraph::image {
 // Throws Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
 [[noreturn]] void Reject(std::string_view name, std::string_view what);
 
-// The warning for a file that has the whole picture but lacks its end.
+// Returns the warning for a file that has the whole picture but lacks its end.
 std::string TruncationWarning(std::string_view name);
 
 // Throws Error{OutOfMemory} for a picture within the limits that does not fit the machine.
@@ -20,7 +20,7 @@ std::string TruncationWarning(std::string_view name);
 // Refuses an empty picture and one beyond the limits.
 void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits);
 
-// Decoders of the formats that SniffFormat() names. Each checks everything beyond the first bytes itself.
+// These decode the formats that SniffFormat() names. Each checks everything beyond the first bytes itself.
 Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);

@@ -23,38 +23,38 @@ namespace raygraph::image {
 using ExrAttribute = std::variant<int32_t, float, double, std::string>;
 using ExrAttributes = std::map<std::string, ExrAttribute, std::less<>>;
 
-// One channel: one number a pixel, rows from the top.
+// Holds one channel: one number a pixel, rows from the top.
 struct ExrChannel {
     std::string name;  // "R", "albedo.R", "id.instance", ...
     std::variant<std::vector<float>, std::vector<uint32_t>> samples;
 };
 
-// The picture that the pixels of a file are a part of (its display window), and where they are in it (its
+// Says of which picture (its display window) the pixels of a file are a part, and where they are in it (its
 // data window).
 struct ExrWindow {
     int32_t x = 0, y = 0;                          // the first pixel, from the picture's upper left corner
-    uint32_t pictureWidth = 0, pictureHeight = 0;  // To write, 0: there are no other pixels.
+    uint32_t pictureWidth = 0, pictureHeight = 0;  // when writing, 0: there are no other pixels
 
     bool operator==(const ExrWindow&) const = default;
 };
 
 struct RAYGRAPH_API ExrImage {
     uint32_t width = 0, height = 0;
-    std::vector<ExrChannel> channels;  // After reading: sorted by name.
+    std::vector<ExrChannel> channels;  // sorted by name when they were read
     ExrAttributes attributes;
     ExrWindow window{};
 
-    // The samples of the channel of this name; nullptr when there is none or it is of the other type.
+    // Returns the samples of the channel of this name; nullptr when there is none or it is of the other type.
     const std::vector<float>* FloatChannel(std::string_view channelName) const;
     const std::vector<uint32_t>* UintChannel(std::string_view channelName) const;
 };
 
-// A channel to write, where it lies: sample (x, y) is at first[(y * width + x) * stride]. Owns nothing.
-// So {"albedo.G", std::span<const float>(rgba).subspan(1), 4} is the green of an RGBA buffer.
+// Refers to a channel to write: sample (x, y) is at first[(y * width + x) * stride]. It owns nothing. So
+// {"albedo.G", std::span<const float>(rgba).subspan(1), 4} is the green of an RGBA buffer.
 struct ExrPlane {
     std::string name;
     std::variant<std::span<const float>, std::span<const uint32_t>> samples;
-    uint32_t stride = 1;  // In samples.
+    uint32_t stride = 1;  // in samples
     bool isHalf = false;  // for floats: stored as half floats, at most +-65504
 };
 
@@ -85,7 +85,7 @@ RAYGRAPH_API void WriteExr(const std::filesystem::path& path, const ExrImage& im
 // number.
 class RAYGRAPH_API ExrThreads {
   public:
-    explicit ExrThreads(unsigned count = 0);  // 0: one a core
+    explicit ExrThreads(unsigned count = 0);  // 0: one per core
     ~ExrThreads();
     ExrThreads(const ExrThreads&) = delete;
     ExrThreads& operator=(const ExrThreads&) = delete;

@@ -39,7 +39,7 @@ class MemoryStream final : public Imf::IStream {
   public:
     MemoryStream(std::span<const std::byte> bytes, const char* name) : IStream(name), m_bytes(bytes) {}
 
-    // The interface's contract: false when this read reached the end of the file.
+    // The interface requires the result false when this read reached the end of the file.
     bool read(char out[], int count) override {
         const auto size = static_cast<uint64_t>(std::max(count, 0));
         if (size > m_bytes.size() - m_position) throw Iex::InputExc("the file is truncated");
@@ -58,7 +58,7 @@ class MemoryStream final : public Imf::IStream {
     uint64_t m_position = 0;
 };
 
-// An open file whose header has passed CheckExrHeader().
+// ExrReader is an open file whose header has passed CheckExrHeader().
 class ExrReader {
   public:
     ExrReader(std::span<const std::byte> bytes, std::string_view name)
@@ -75,7 +75,7 @@ class ExrReader {
                 Extent(picture.min.y, picture.max.y)};
     }
 
-    // A channel to be read to first[(y * Width() + x) * stride]; numbers are of 4 bytes.
+    // Adds a channel to be read to first[(y * Width() + x) * stride]; numbers have 4 bytes.
     void Add(const std::string& channel, Imf::PixelType type, void* first, size_t stride = 1) {
         const size_t step = stride * 4;
         m_frame.insert(channel, Imf::Slice::Make(type, first, Window(), step, step * Width()));
@@ -316,13 +316,13 @@ namespace {
 // Scan lines in a chunk (openexr.com, "OpenEXR File Layout"), by compression method: none, RLE, ZIPS, ZIP,
 // PIZ, PXR24, B44, B44A, DWAA, DWAB.
 constexpr std::array<uint32_t, 10> kLinesPerChunk = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
-// All channels together, padded to whole chunks or tiles: 4 GiB of float32.
+// The limit of samples of all channels together, padded to whole chunks or tiles: 4 GiB of float32.
 constexpr uint64_t kMaxSampleCount = uint64_t{1} << 30;
 constexpr uint64_t kMaxPaddedPixelCount = uint64_t{1} << 24;
 constexpr int64_t kMaxCoordinate = int64_t{1} << 29;
 
-// Bytes of the types that OpenEXR reads by their own size, whatever size the file gives. With another one,
-// what the library takes for the next attribute would not be what is checked here.
+// Gives the bytes of the types that OpenEXR reads by their own size, whatever size the file gives. With
+// another size, the library would take other bytes for the next attribute than those that are checked here.
 struct TypeSize {
     std::string_view type;
     size_t bytes;
@@ -388,9 +388,9 @@ class ExrHeaderCheck {
         for (size_t i = 0; i < 4; ++i) value |= std::to_integer<uint32_t>(bytes[offset + i]) << (8 * i);
         return static_cast<int32_t>(value);
     }
-    // A string that ends with a zero.
+    // Reads a string that ends with a zero.
     std::string ReadText(std::span<const std::byte>& bytes, const std::string& what) const {
-        constexpr size_t kMaxLength = 255;  // With the long-names flag; OpenEXR itself holds to 31 without.
+        constexpr size_t kMaxLength = 255;  // with the long-names flag; without it, OpenEXR's limit is 31
         const auto window = bytes.first(std::min(bytes.size(), kMaxLength + 1));
         const auto end = std::find(window.begin(), window.end(), std::byte{0});
         if (end == window.end()) Fail("{} is too long or truncated", what);
@@ -451,13 +451,13 @@ class ExrHeaderCheck {
         for (const TypeSize& known : kTypeSizes)
             if (known.type == type) return value.size() == known.bytes;
         if (type == "floatvector") return value.size() % 4 == 0;
-        if (type == "preview") {  // its width and height, four bytes a pixel
+        if (type == "preview") {  // consists of width and height, then four bytes a pixel
             if (value.size() < 8) return false;
             const int64_t width = Int(value, 0), height = Int(value, 4), pixels = width * height;
             return width >= 0 && height >= 0 && pixels <= INT32_MAX &&
                    value.size() - 8 == 4 * static_cast<uint64_t>(pixels);
         }
-        if (type == "stringvector") {  // texts, each after its length
+        if (type == "stringvector") {  // consists of texts, each after its length
             while (value.size() >= 4) {
                 const int64_t length = Int(value, 0);
                 if (length < 0 || static_cast<uint64_t>(length) > value.size() - 4) return false;
@@ -469,7 +469,7 @@ class ExrHeaderCheck {
     }
 
     void ReadChannels(std::span<const std::byte> list) {
-        constexpr size_t kEntryBytes = 16;  // Type, linearity and padding, two samplings.
+        constexpr size_t kEntryBytes = 16;  // type, linearity and padding, two samplings
         while (!list.empty() && list.front() != std::byte{0}) {
             const std::string channel = ReadText(list, "a channel's name");
             if (list.size() < kEntryBytes) Fail("channel '{}' is truncated", channel);
@@ -503,7 +503,7 @@ class ExrHeaderCheck {
         const uint64_t chunkHeight = m_isTiled ? m_tiles->height : *m_linesPerChunk;
         const uint64_t columns = (m_window->width + chunkWidth - 1) / chunkWidth;
         const uint64_t rows = (m_window->height + chunkHeight - 1) / chunkHeight;
-        // 32-bit factors: the products of two fit.
+        // All factors have 32 bits, so the products of two fit.
         const uint64_t paddedPixels = columns * chunkWidth * rows * chunkHeight;
         const bool isTooWide = std::max(columns * chunkWidth, rows * chunkHeight) > UINT32_MAX;
         if (isTooWide || paddedPixels > std::max(m_limits.maxPixels, kMaxPaddedPixelCount)) {
@@ -541,7 +541,7 @@ namespace {
 // The library has one pool of threads for the whole process.
 struct Pool {
     std::mutex mutex;
-    uint32_t users = 0;  // of threads that were started here
+    uint32_t users = 0;  // objects for which threads were started here
 };
 Pool& SharedPool() {
     static Pool pool;
@@ -553,11 +553,11 @@ Pool& SharedPool() {
 ExrThreads::ExrThreads(unsigned count) {
     constexpr unsigned kMax = 256;
     if (count == 0) count = std::thread::hardware_concurrency();
-    if (count < 2) return;  // as good as none
+    if (count < 2) return;  // one thread is no gain
     Pool& pool = SharedPool();
     const std::lock_guard lock(pool.mutex);
     if (pool.users == 0) {
-        if (Imf::globalThreadCount() > 0) return;  // the process has its own
+        if (Imf::globalThreadCount() > 0) return;  // the process has threads of its own
         Imf::setGlobalThreadCount(static_cast<int>(std::min(count, kMax)));
     }
     ++pool.users;

@@ -27,8 +27,8 @@ namespace {
 constexpr size_t kMaxNameLength = 255;
 constexpr float kMaxHalf = 65504.0f;
 
-// OpenEXR's output into an AtomicFile. The library swallows errors of its last write, in a destructor; the
-// AtomicFile remembers them for Commit().
+// Sends OpenEXR's output into an AtomicFile. The library swallows errors of its last write, in a destructor;
+// the AtomicFile remembers them for Commit().
 class AtomicFileStream final : public Imf::OStream {
   public:
     AtomicFileStream(AtomicFile& file, const char* name) : OStream(name), m_file(file) {}
@@ -47,8 +47,8 @@ class ExrWriter {
     ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height, const ExrWindow& window)
         : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader(window)) {
         m_header.compression() = Imf::ZIP_COMPRESSION;
-        // The library's own level, 4, takes a quarter longer for renders, whose last bits are noise, to save
-        // 2 % of their bytes
+        // The library's default level, 4, takes a quarter longer for renders, whose last bits are noise, to
+        // save 2 % of their bytes
         m_header.zipCompressionLevel() = 1;
     }
 
@@ -89,7 +89,7 @@ class ExrWriter {
             attribute);
     }
 
-    // The number of samples beyond the range of a half float.
+    // Returns the number of samples beyond the range of a half float.
     uint64_t ClampedCount() const { return m_clampedCount; }
 
     void Write() {
@@ -146,7 +146,7 @@ class ExrWriter {
     uint32_t m_width, m_height;
     Imf::Header m_header;
     Imf::FrameBuffer m_frame;
-    std::vector<std::vector<half>> m_halves;  // of the planes that are stored so
+    std::vector<std::vector<half>> m_halves;  // of the planes that are stored as half
     uint64_t m_clampedCount = 0;
 };
 

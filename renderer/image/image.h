@@ -20,10 +20,10 @@
 
 namespace raygraph::image {
 
-// The coding of texels in blocks of 4 x 4, as GPUs read them.
+// Names the coding of texels in blocks of 4 x 4, as GPUs read them.
 enum class BlockCoding : uint8_t { None, Bc1Opaque, Bc1, Bc2, Bc3, Bc4, Bc5, Bc7 };
 
-// A picture as its file has it: blocks row by row, from the largest level on, each half the one before,
+// Holds a picture as its file has it: blocks row by row, from the largest level on, each half the one before,
 // rounded down, at least one texel. Decoded, a block has the texels of Image8.
 struct BlockLevels {
     BlockCoding coding = BlockCoding::None;
@@ -34,29 +34,29 @@ struct BlockLevels {
 // Returns the bytes of a level of so many texels.
 RAYGRAPH_API uint64_t BlockBytes(BlockCoding coding, uint32_t width, uint32_t height);
 
-// A picture of eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
-// The numbers are those of the file: only the user knows whether they are sRGB or linear. Alpha is not
-// premultiplied.
+// Holds a picture of eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width *
+// height. The numbers are those of the file: only the user knows whether they are sRGB or linear. Alpha is
+// not premultiplied.
 struct Image8 {
     uint32_t width = 0, height = 0;
     std::vector<uint8_t> rgba;
     BlockLevels blocks = {};  // the source of the texels, if that is blocks that GPUs read
-    // Set by decoding: defects of the file that leave the picture complete. Each is one line that starts with
-    // the file's name.
+    // Decoding sets these: defects of the file that leave the picture complete. Each is one line that starts
+    // with the file's name.
     std::vector<std::string> warnings = {};
 };
 
-// A picture of linear float32, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
+// Holds a picture of linear float32, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
 struct ImageF {
     uint32_t width = 0, height = 0;
     std::vector<float> rgba;
 };
 
-// The limits of a decoder's allocations. A picture beyond any of them is refused by its header.
+// Limits a decoder's allocations. A picture beyond any of them is refused by its header.
 struct DecodeLimits {
     uint32_t maxWidth = 16384, maxHeight = 16384;
     uint64_t maxPixels = uint64_t{1} << 28;  // width * height
-    // The budget of several pictures that are decoded at once; nullptr: no common limit.
+    // Is the budget of several pictures that are decoded at once; nullptr: no common limit.
     PixelBudget::Share* share = nullptr;
 };
 // An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.
@@ -64,7 +64,7 @@ inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27}
 
 enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Dds, Ktx2, Hdr, Exr };
 
-// The format by its first bytes; names and extensions are ignored.
+// Returns the format by its first bytes; names and extensions are ignored.
 RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
 // Decodes PNG, JPEG, WebP, DDS or KTX2, as SniffFormat() says. `name` is for error messages. Color profiles,
@@ -78,8 +78,8 @@ RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_v
                                  const DecodeLimits& limits = {});
 
 struct Environment {
-    ImageF image;                       // Alpha 1 where the file has none.
-    std::vector<std::string> warnings;  // One line each, starting with the file's name.
+    ImageF image;                       // alpha is 1 where the file has none
+    std::vector<std::string> warnings;  // one line each, starting with the file's name
 };
 
 // Reads Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part,

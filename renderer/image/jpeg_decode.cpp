@@ -13,7 +13,7 @@
 namespace raygraph::image {
 namespace {
 
-// Multiplied by or without black: Adobe writes CMYK inverted.
+// Multiplies colors by black; Adobe writes CMYK inverted.
 void CmykToRgba(uint8_t* texels, uint32_t width, bool isInverted) {
     for (uint32_t x = 0; x < width; ++x, texels += 4) {
         for (int c = 0; c < 4; ++c) {
@@ -57,7 +57,7 @@ class JpegReader {
         jpeg_start_decompress(&m_jpeg);
         return true;
     }
-    // One row of RGBA.
+    // Reads one row of RGBA.
     bool ReadRow(uint8_t* row) {
         if (setjmp(m_errors.jump) != 0) return false;
         jpeg_read_scanlines(&m_jpeg, &row, 1);
@@ -72,12 +72,12 @@ class JpegReader {
         if (m_errors.isTruncated && !isWhole) ERREXIT(&m_jpeg, JERR_INPUT_EOF);
         return true;
     }
-    // Valid after Finish: whether the file lacks its end marker although it has the whole picture.
+    // Is valid after Finish: returns whether the file lacks its end marker although it has the whole picture.
     bool IsTruncated() const { return m_errors.isTruncated; }
 
   private:
     struct Errors {
-        jpeg_error_mgr base;  // First: libjpeg's pointer to it is a pointer to this.
+        jpeg_error_mgr base;  // comes first: libjpeg's pointer to it is a pointer to this
         std::jmp_buf jump;
         char message[JMSG_LENGTH_MAX];
         bool isTruncated;

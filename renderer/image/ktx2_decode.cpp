@@ -24,8 +24,8 @@ struct NumberedLayout {
     TexelLayout layout;
 };
 
-// Vulkan's numbers of formats. A format and its sRGB version have the same layout: the use of a texture
-// decides whether its numbers are sRGB.
+// Vulkan numbers formats so. A format and its sRGB version have the same layout: the use of a texture decides
+// whether its numbers are sRGB.
 constexpr std::array kLayouts{
     NumberedLayout{9, {TexelCoding::Plain, 1, kOnlyRed}},
     NumberedLayout{15, {TexelCoding::Plain, 1, kOnlyRed}},
@@ -62,7 +62,7 @@ TexelLayout LayoutOf(const Ktx2Header& header, std::string_view name) {
     return found->layout;
 }
 
-// Memory that is not touched before something is written to it.
+// Holds memory that is not touched before it is written to.
 struct Inflated {
     std::unique_ptr<std::byte[]> memory;
     size_t size = 0;
@@ -159,8 +159,8 @@ constexpr size_t kVkFormatAt = 12, kWidthAt = 20, kHeightAt = 24, kDepthAt = 28,
 constexpr size_t kLevelsAt = 40, kSupercompressionAt = 44, kDescriptorAt = 48, kKeysAt = 56, kGlobalAt = 64;
 constexpr uint32_t kMaxLevelCount = 31;
 
-// The basic block of a data format descriptor (Khronos Data Format Specification): offsets from the start of
-// the descriptor, color models, and channels of samples.
+// The basic block of a data format descriptor (Khronos Data Format Specification) has these offsets from the
+// start of the descriptor, color models, and channels of samples.
 constexpr size_t kModelAt = 12, kTransferAt = 14, kFlagsAt = 15, kSamplesAt = 28, kSampleBytes = 16,
                  kChannelAt = 3;
 constexpr uint32_t kModelEtc1s = 163, kModelUastc = 166, kTransferSrgb = 2, kPremultiplied = 1;
@@ -261,7 +261,7 @@ class HeaderReader {
         Fail(Text("the channel {} of its data format descriptor is not supported", channel));
     }
 
-    // Entries of a length, a key, a zero and a value, padded to four bytes.
+    // Reads entries of a length, a key, a zero and a value, padded to four bytes.
     void ReadKeys(std::span<const std::byte> keys) {
         while (keys.size() >= 4) {
             const uint64_t length = Little32(keys, 0);

@@ -13,29 +13,29 @@ namespace raygraph::image {
 
 enum class Supercompression : uint8_t { None = 0, BasisLz = 1, Zstd = 2 };
 
-// The fields of the data format descriptor of a file without a Vulkan format.
+// Holds the fields of the data format descriptor of a file without a Vulkan format.
 struct BasisFormat {
-    bool isUastc = false;  // Otherwise ETC1S.
+    bool isUastc = false;  // false: it is ETC1S
     bool isSrgb = false;
     bool hasSecondSlice = false;
-    Swizzle channels = kIdentity;  // Where the picture's channels are in what is decoded.
+    Swizzle channels = kIdentity;  // where the picture's channels are in what is decoded
 };
 
 struct Ktx2Header {
     uint32_t width = 0, height = 0;
     uint32_t levelCount = 1;
-    uint32_t vkFormat = 0;  // 0: `basis` says what it is.
+    uint32_t vkFormat = 0;  // 0: `basis` gives the format
     BasisFormat basis;
     Supercompression supercompression = Supercompression::None;
-    std::span<const std::byte> level;  // The largest one, as stored.
-    uint64_t inflatedBytes = 0;        // Its size without Zstandard, by the file.
+    std::span<const std::byte> level;  // the largest one, as stored
+    uint64_t inflatedBytes = 0;        // its size without Zstandard, by the file
     struct StoredLevel {
         std::span<const std::byte> bytes;
         uint64_t inflatedBytes = 0;
     };
-    std::vector<StoredLevel> smaller;  // The other levels, as far as they lie in the file.
+    std::vector<StoredLevel> smaller;  // the other levels, as far as they lie in the file
     std::span<const std::byte> global;
-    // The swizzle that the file asks for. It applies to the decoded channels, in place of
+    // Is the swizzle that the file requests. It applies to the decoded channels, in place of
     // BasisFormat::channels.
     std::optional<Swizzle> swizzle;
 };

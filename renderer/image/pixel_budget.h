@@ -1,4 +1,4 @@
-// A memory budget that pictures share that are decoded at once. Threads: any.
+// PixelBudget is a memory budget that pictures share that are decoded at once. Threads: any.
 #pragma once
 
 #include <condition_variable>
@@ -9,9 +9,9 @@
 
 namespace raygraph::image {
 
-// Pixels for all pictures, whose texels stay, and pixels of those that are being decoded, beside whose texels
-// a decoder needs memory of its own: up to about nine bytes a pixel (the coefficients of a progressive JPEG,
-// what libwebp decodes to before it is copied, what Zstandard inflates).
+// Counts pixels of all pictures, whose texels stay, and pixels of those that are being decoded, beside whose
+// texels a decoder needs memory of its own: up to about nine bytes a pixel (the coefficients of a progressive
+// JPEG, libwebp's output before it is copied, Zstandard's output).
 class RAYGRAPH_API PixelBudget {
   public:
     // A picture of more than `atOnce` is decoded when no other one is.
@@ -19,14 +19,14 @@ class RAYGRAPH_API PixelBudget {
     PixelBudget(const PixelBudget&) = delete;
     PixelBudget& operator=(const PixelBudget&) = delete;
 
-    // The share of one decoder: DecodeLimits::share. Destroying it says that the decoder is done.
+    // Share is the share of one decoder: DecodeLimits::share. Destroying it says that the decoder is done.
     class RAYGRAPH_API Share {
       public:
         explicit Share(PixelBudget& budget) : m_budget(budget) {}
         Share(const Share&) = delete;
         Share& operator=(const Share&) = delete;
         ~Share();
-        // Called once, before anything of the picture's size is allocated. Waits for others to be done.
+        // Is called once, before anything of the picture's size is allocated. Waits for others to be done.
         // Returns false if fewer pixels are left for all pictures.
         bool Take(uint64_t pixels);
 

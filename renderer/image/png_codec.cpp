@@ -32,11 +32,11 @@ class PngReader {
     uint32_t Height() const { return png_get_image_height(m_png, m_info); }
     uint64_t FileRowBytes() const { return png_get_rowbytes(m_png, m_info); }
 
-    // Everything before the pixels. Ancillary chunks but tRNS are skipped unparsed.
+    // Reads everything before the pixels. Ancillary chunks but tRNS are skipped unparsed.
     bool ReadHeader() {
         if (setjmp(png_jmpbuf(m_png)) != 0) return false;
         png_set_keep_unknown_chunks(m_png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
-        png_set_user_limits(m_png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);  // CheckSize() words it better.
+        png_set_user_limits(m_png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);  // CheckSize() words it better
         png_read_info(m_png, m_info);
         return true;
     }
@@ -55,7 +55,7 @@ class PngReader {
         return true;
     }
 
-    // Reads the rest of the file, which may be cut off. False if something in it is broken.
+    // Reads the rest of the file, which may be cut off. Returns false if something in it is broken.
     bool ReadEnd() {
         if (setjmp(png_jmpbuf(m_png)) != 0) return m_isTruncated;
         png_read_end(m_png, nullptr);

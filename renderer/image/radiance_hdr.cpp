@@ -53,7 +53,7 @@ struct Size {
     uint32_t width = 0, height = 0;
 };
 
-// "-Y 512 +X 1024": rows from the top, texels from the left.
+// Parses "-Y 512 +X 1024": rows from the top, texels from the left.
 Size ParseResolution(const HdrReader& reader, std::string_view line) {
     const auto number = [&](std::string_view prefix, uint32_t& out) {
         if (!line.starts_with(prefix)) return false;
@@ -71,7 +71,7 @@ Size ParseResolution(const HdrReader& reader, std::string_view line) {
 }
 
 void ReadHeader(HdrReader& reader, std::vector<std::string>& warnings) {
-    reader.Line();  // "#?RADIANCE" or another program's name.
+    reader.Line();  // "#?RADIANCE" or another program's name
     double exposure = 1.0;
     for (std::string_view line = reader.Line(); !line.empty(); line = reader.Line()) {
         if (line.starts_with("FORMAT=") && line != "FORMAT=32-bit_rle_rgbe") {
@@ -90,7 +90,7 @@ void ReadHeader(HdrReader& reader, std::vector<std::string>& warnings) {
     }
 }
 
-// Four planes of the row, each in runs (count + 128, value) and literals (count, values).
+// Reads four planes of the row, each in runs (count + 128, value) and literals (count, values).
 void ReadRleRow(HdrReader& reader, std::span<Rgbe> row) {
     for (size_t component = 0; component < 4; ++component) {
         for (size_t x = 0; x < row.size();) {
@@ -109,8 +109,8 @@ void ReadRleRow(HdrReader& reader, std::span<Rgbe> row) {
     }
 }
 
-// Texels one by one; (1, 1, 1, n) repeats the last one n times, each such code after another counting 256
-// times more.
+// Reads texels one by one; (1, 1, 1, n) repeats the last one n times, each such code after another counting
+// 256 times more.
 void ReadFlatRow(HdrReader& reader, std::span<Rgbe> row) {
     uint32_t shift = 0;
     for (size_t x = 0; x < row.size();) {
@@ -155,7 +155,7 @@ Rgbe ToRgbe(const float* rgb) {
     if (maximum <= 0.0) return {0, 0, 0, 0};
     std::frexp(maximum, &exponent);
     if (std::ldexp(maximum, 8 - exponent) >= 255.5) ++exponent;
-    if (exponent <= -128) return {0, 0, 0, 0};  // Below 2^-128: black.
+    if (exponent <= -128) return {0, 0, 0, 0};  // black, since it is below 2^-128
     Rgbe texel;
     for (int c = 0; c < 3; ++c) {
         texel[c] = static_cast<uint8_t>(std::lround(std::ldexp(channel[c], 8 - exponent)));
@@ -164,7 +164,7 @@ Rgbe ToRgbe(const float* rgb) {
     return texel;
 }
 
-// One plane of a row: runs of 4 to 127 equal bytes, everything else as literals of at most 128.
+// Writes one plane of a row: runs of 4 to 127 equal bytes, everything else as literals of at most 128.
 void AppendRlePlane(std::vector<std::byte>& out, std::span<const Rgbe> row, size_t component) {
     constexpr size_t kMinRun = 4, kMaxRun = 127, kMaxLiteral = 128;
     const auto runAt = [&](size_t x) {
@@ -203,7 +203,7 @@ ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const 
     const auto [width, height] = ParseResolution(reader, reader.Line());
     CheckSize(name, width, height, limits);
     if (reader.rest.size() / 4 < height)
-        reader.Fail("the file is truncated");  // The least that a row can take.
+        reader.Fail("the file is truncated");  // a row takes at least so many bytes
     std::array<float, 256> scale = {};
     for (int exponent = 1; exponent < 256; ++exponent) scale[exponent] = std::ldexp(1.0f, exponent - 136);
     try {

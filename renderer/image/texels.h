@@ -21,7 +21,7 @@ enum class TexelCoding : uint8_t {
     UastcSrgb,
 };
 
-// The source of a channel.
+// Selects the source of a channel.
 enum class Source : uint8_t { Red, Green, Blue, Alpha, Zero, One };
 using Swizzle = std::array<Source, 4>;
 inline constexpr Swizzle kIdentity{Source::Red, Source::Green, Source::Blue, Source::Alpha};
@@ -33,8 +33,8 @@ inline constexpr Swizzle kRedGreen{Source::Red, Source::Green, Source::Zero, Sou
 
 struct TexelLayout {
     TexelCoding coding = TexelCoding::Plain;
-    // For plain texels only: how many bytes one has, 1 to 4, and which of them R, G, B and A are. Red stands
-    // for the first byte.
+    // Describe plain texels only: how many bytes one has, 1 to 4, and which of them R, G, B and A are. Red
+    // stands for the first byte.
     uint8_t texelBytes = 0;
     Swizzle bytes = kIdentity;
 };

@@ -6,18 +6,18 @@
 namespace raygraph::image {
 namespace {
 
-// Numbers of an endpoint are so many bits below a digit of base 1 (none), 3 or 5; digits are stored
-// together.
+// Describes a mode. Numbers of an endpoint are so many bits below a digit of base 1 (none), 3 or 5; digits
+// are stored together.
 struct Mode {
     uint8_t code, codeBits;  // the first bits of a block of the mode
-    uint8_t hintBits;        // For transcoders to other formats.
+    uint8_t hintBits;        // for transcoders to other formats
     uint8_t parts, partBits;
-    uint8_t channels;  // 2: luminance and alpha.
+    uint8_t channels;  // 2: luminance and alpha
     bool hasSecondPlane;
     uint8_t base, numberBits, weightBits;
 };
 
-// Indexed by mode. The eighth mode is of one color; its other fields are not used.
+// Indexed by mode. The eighth mode has one color; its other fields are not used.
 constexpr uint32_t kModeCount = 19, kSolidMode = 8, kNoMode = 255;
 constexpr std::array<Mode, kModeCount> kModes{{
     {0x01, 4, 15, 1, 0, 3, false, 3, 6, 4}, {0x35, 6, 15, 1, 0, 3, false, 1, 8, 2},
@@ -32,7 +32,7 @@ constexpr std::array<Mode, kModeCount> kModes{{
     {0x09, 4, 15, 1, 0, 3, false, 1, 5, 5},
 }};
 
-// The mode by the lowest seven bits of a block.
+// Gives the mode by the lowest seven bits of a block.
 constexpr std::array<uint8_t, 128> kModeOfBits = [] {
     std::array<uint8_t, 128> modes;
     for (uint32_t bits = 0; bits < modes.size(); ++bits) {
@@ -43,8 +43,8 @@ constexpr std::array<uint8_t, 128> kModeOfBits = [] {
     return modes;
 }();
 
-// ASTC's color unquantization: a number to 8 bits. `upper` and `lowest` are its bits, `digit` stands above
-// them.
+// Follows ASTC's color unquantization of a number to 8 bits. `upper` and `lowest` are its bits, `digit`
+// stands above them.
 constexpr uint8_t Unquantized(uint32_t base, uint32_t numberBits, uint32_t number) {
     if (base == 1) {
         uint32_t value = number << (8 - numberBits);
@@ -75,7 +75,7 @@ constexpr uint8_t Unquantized(uint32_t base, uint32_t numberBits, uint32_t numbe
     return static_cast<uint8_t>((flip & 0x80) | value >> 2);
 }
 
-// All numbers that a mode's endpoints may have.
+// Holds all numbers that a mode's endpoints may have.
 constexpr auto kUnquantized = [] {
     std::array<std::array<uint8_t, 256>, kModeCount> tables = {};
     for (uint32_t mode = 0; mode < kModeCount; ++mode)
@@ -84,7 +84,7 @@ constexpr auto kUnquantized = [] {
     return tables;
 }();
 
-// Indexed by the number of bits of an index, 1 to 5: 64ths of the second endpoint.
+// Indexed by the number of bits of an index, 1 to 5. The weights are 64ths of the second endpoint.
 constexpr auto kWeights = [] {
     std::array<std::array<uint8_t, 32>, 6> tables = {};
     for (uint32_t bits = 1; bits < 6; ++bits) {
@@ -97,7 +97,7 @@ constexpr auto kWeights = [] {
     return tables;
 }();
 
-// Two ends of up to three parts.
+// There are two ends of up to three parts.
 using Endpoints = std::array<std::array<uint8_t, 4>, 6>;
 
 Endpoints ReadEndpoints(uint32_t modeNumber, BlockBits& bits) {
@@ -134,7 +134,7 @@ Endpoints ReadEndpoints(uint32_t modeNumber, BlockBits& bits) {
 
 struct Parts {
     std::array<uint8_t, 16> ofTexel = {};
-    uint32_t anchors = 0;  // A bit for each first texel of a part; its index has one bit less.
+    uint32_t anchors = 0;  // a bit for each first texel of a part, whose index has one bit less
 };
 
 // Returns the divisions of a table that has so many bits a texel.
@@ -188,11 +188,11 @@ bool DecodeUastc(std::span<const std::byte, 16> block, bool isSrgb, BlockTexels&
     const uint32_t division = bits.Take(mode.partBits);
     if (division >= divisions.size()) return false;
     const Parts& parts = divisions[division];
-    // The channel of the second plane: alpha where there is nothing to choose
+    // The second plane has alpha in modes where the block does not choose its channel
     const bool isChosen = mode.hasSecondPlane && mode.channels > 2;
     const uint32_t ofSecondPlane = isChosen ? bits.Take(2) : 3;
     const Endpoints endpoints = ReadEndpoints(modeNumber, bits);
-    // 64ths of 16 bits
+    // These are in 64ths of 16 bits
     std::array<std::array<int32_t, 4>, 3> starts, steps;
     for (size_t part = 0; part < mode.parts; ++part) {
         for (size_t c = 0; c < 4; ++c) {

@@ -21,9 +21,9 @@ const char* Reason(VP8StatusCode status) {
     }
 }
 
-// libwebp 1.5 says of some damaged files, too, that there is no memory for them.
+// For some damaged files, too, libwebp 1.5 reports that there is no memory for them.
 bool HasMemoryFor(uint32_t width, uint32_t height) {
-    constexpr size_t kBytesPerPixel = 16;  // more than it takes
+    constexpr size_t kBytesPerPixel = 16;  // above what libwebp takes
     const std::unique_ptr<std::byte[]> memory(new (std::nothrow) std::byte[kBytesPerPixel * width * height]);
     return memory != nullptr;
 }

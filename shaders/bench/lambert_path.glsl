@@ -14,7 +14,7 @@
 #include "scene/surface.glsl"
 #include "shared/lambert_path.h"
 
-#define RAY_MASK kMaskTriangles  // of scene/trace_rays.glsl
+#define RAY_MASK kMaskTriangles  // selects the mask in scene/trace_rays.glsl
 
 // Draws dimensions 0 to 3 of the sample; each bounce draws the next two.
 Ray StartLambertPath(out Sampler rng) {
@@ -29,7 +29,7 @@ bool EndsLambertPath(SurfaceInteraction surface, uint depth) {
     return depth >= kLambertBounces || (surface.material.flags & kMaterialUnlit) != 0u;
 }
 
-// The next ray, sampled by the cosine: its radiance is weighted by the base color.
+// Returns the next ray, sampled by the cosine: its radiance is weighted by the base color.
 Ray ScatterLambert(SurfaceInteraction surface, inout Sampler rng) {
     Ray ray;
     ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal, surface.clearance);

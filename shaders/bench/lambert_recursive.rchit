@@ -6,7 +6,7 @@
 #include "bench/lambert_path.glsl"
 #include "bench/lambert_payload.glsl"
 
-layout(location = 0) rayPayloadInEXT LambertPayload path;  // of this ray, and then of the next
+layout(location = 0) rayPayloadInEXT LambertPayload path;  // holds this ray's path, and then the next ray's
 #define OWN_RADIANCE_PAYLOAD
 #include "scene/trace_rays.glsl"
 

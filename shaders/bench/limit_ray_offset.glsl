@@ -5,7 +5,7 @@
 #ifndef RAYGRAPH_BENCH_LIMIT_RAY_OFFSET_GLSL
 #define RAYGRAPH_BENCH_LIMIT_RAY_OFFSET_GLSL
 
-const float kRayOffsetOrigin = 0.03125f;               // 1 / 32: below this a coordinate moves by a constant.
+const float kRayOffsetOrigin = 0.03125f;               // 1 / 32: below this a coordinate moves by a constant
 const float kRayOffsetFloatScale = 1.52587890625e-5f;  // 1 / 65536
 const float kRayOffsetIntScale = 256.0f;
 

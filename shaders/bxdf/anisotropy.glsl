@@ -28,7 +28,7 @@ INLINE vec2 AlphaOf(SurfaceMaterial material) {
     return vec2(mix(across, 1.0f, Sqr(material.anisotropy)), across);
 }
 
-// The frame in which a surface is shaded.
+// Returns the frame in which a surface is shaded.
 INLINE Frame FrameOf(SurfaceInteraction surface) {
     if (!HasTraceFeature(kTraceAnisotropy)) return FrameFromZ(surface.shadingNormal);
     return FrameFromZX(surface.shadingNormal, surface.stretch);
@@ -49,8 +49,8 @@ INLINE float IsotropicAlpha(vec2 alpha) {
 CONST uint kStretchFacets = 16u;
 CONST uint kStretchGlassFacets = 32u;
 
-// Two lattices of two dimensions each, moved by random numbers: of the first facet that light meets, and of
-// the second.
+// Holds two lattices of two dimensions each, moved by random numbers: for the first facet that light meets,
+// and for the second.
 struct FacetLattice {
     vec2 first;
     vec2 second;
@@ -74,13 +74,14 @@ INLINE vec2 SecondPoint(FacetLattice lattice, uint i) {
                 fract(float(i) * 0.56984029f + lattice.second.y));
 }
 
-// The share of light that leaves along wi without meeting a second facet, of what a facet sends there.
+// Returns the share of light that leaves along wi without meeting a second facet, of what a facet sends
+// there.
 INLINE float ConditionalShadowing(vec2 alpha, vec3 wo, vec3 wi) {
     float facets = ProjectedMicrofacetArea(alpha, wo);
     return facets / (facets + WalkLambda(alpha, vec3(wi.x, wi.y, abs(wi.z))) * wo.z);
 }
 
-// FacetEnergy towards wo but for what only a walk knows: the probability of a third facet.
+// Estimates FacetEnergy towards wo but for what only a walk knows: the probability of a third facet.
 INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
     FacetLattice lattice = StartLattice(seed);
     FacetEnergy energy;
@@ -108,7 +109,7 @@ INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
     return energy;
 }
 
-// GlassEnergy towards wo. How light that meets more facets is divided is that of `table`.
+// Estimates GlassEnergy towards wo. Light that meets more facets is divided as in `table`.
 INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, GlassEnergy table) {
     if (!HasTraceFeature(kTraceAnisotropy)) return table;
     FacetLattice lattice = StartLattice(seed);
@@ -140,18 +141,19 @@ INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, Glas
 
 // ------------------------------------------------------------------------------------------- by the tables
 
-// The alpha in the direction of w, times the sine of its angle; and that alpha, from above the round one.
+// Returns the alpha in the direction of w, times the sine of its angle; and that alpha, from above the round
+// one.
 INLINE float AlphaSine(vec2 alpha, vec3 w) { return sqrt(Sqr(alpha.x * w.x) + Sqr(alpha.y * w.y)); }
 INLINE float ProjectedAlpha(vec2 alpha, vec3 w) {
     return sqrt(Sqr(IsotropicAlpha(alpha) * w.z) + Sqr(AlphaSine(alpha, w)));
 }
 
-// The cosine at which a round surface of that alpha is masked as the stretched one is from w.
+// Returns the cosine at which a round surface of that alpha is masked as the stretched one is from w.
 INLINE float IsotropicCosine(vec2 alpha, float isotropicAlpha, vec3 w) {
     return w.z / max(sqrt(Sqr(w.z) + Sqr(AlphaSine(alpha, w) / isotropicAlpha)), 1e-20f);
 }
 
-// FacetEnergyAt for these alphas. `row` is that of IsotropicAlpha.
+// Returns FacetEnergyAt for these alphas. `row` is that of IsotropicAlpha.
 INLINE FacetEnergy FacetEnergyFrom(vec2 alpha, TableSpan row, vec3 w) {
     if (!HasAnisotropicAlpha(alpha)) return FacetEnergyAt(row, w.z);
     FacetEnergy energy = FacetEnergyAt(row, IsotropicCosine(alpha, IsotropicAlpha(alpha), w));
@@ -173,15 +175,15 @@ INLINE FacetEnergy ViewEnergy(vec2 alpha, TableSpan row, vec3 wo, uint seed) {
     return energy;
 }
 
-// HigherOrderCurve for light that left towards wo. Between the walls of a groove light keeps its angle to the
-// groove, and Fresnel's curve its value.
+// Returns HigherOrderCurve for light that left towards wo. Between the walls of a groove light keeps its
+// angle to the groove, and Fresnel's curve its value.
 INLINE float ViewHigherOrderCurve(vec2 alpha, TableSpan row, FacetEnergy energy) {
     if (!HasAnisotropicAlpha(alpha)) return HigherOrderCurve(row);
     float groove = 1.0f - min(alpha.x, alpha.y) / max(alpha.x, alpha.y);
     return mix(HigherOrderCurve(row), energy.curveMean / max(energy.second, 1e-4f), groove);
 }
 
-// GlassEnergyAt for these alphas.
+// Returns GlassEnergyAt for these alphas.
 INLINE GlassEnergy ViewGlassEnergy(vec2 alpha, vec2 single, float eta, vec3 wo, uint seed) {
     if (!HasAnisotropicAlpha(alpha)) return GlassEnergyAt(single, IsotropicAlpha(alpha), eta, wo.z);
     return EstimateGlass(alpha, eta, wo, seed, GlassEnergyAt(single, ProjectedAlpha(alpha, wo), eta, wo.z));

@@ -18,7 +18,7 @@
 namespace raygraph {
 namespace {
 
-// Facets per axis of the quadratures, and walks per entry.
+// These are the facets per axis of the quadratures, and the walks per entry.
 constexpr int kAlbedoPoints = 300;
 constexpr int kGlassPoints = 120;
 constexpr uint32_t kReflectionWalks = 40'000;
@@ -33,11 +33,11 @@ double SchlickCurve(double cosine) {
     return std::pow(std::clamp(1.0 - cosine, 0.0, 1.0), 5.0);
 }
 
-// A part of the light that comes from one direction and meets a facet: the cosine with the facet, and the z
-// and the masking of the directions of reflection and refraction. z <= 0, or >= 0 for refraction: it does not
-// get there.
+// Describes a part of the light that comes from one direction and meets a facet: the cosine with the facet,
+// and the z and the masking of the directions of reflection and refraction. z <= 0, or >= 0 for refraction:
+// it does not get there.
 struct FacetPath {
-    double share;  // of the light; all shares add up to 1
+    double share;  // share of the light; all shares add up to 1
     double cosI;
     double cosT;  // 0: total internal reflection
     double reflectedZ;
@@ -58,7 +58,7 @@ void ForEachVisibleFacet(double mu, double alpha, double eta, int points, Visit&
         const double z = 1.0 - u * (1.0 + sz);
         const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
         for (int j = 0; j < points; ++j) {
-            // Half a turn: the other half mirrors it
+            // Half a turn is enough: the other half mirrors it
             const double phi = std::numbers::pi * (j + 0.5) / points;
             const double hx = alpha * (r * std::cos(phi) + sx);
             const double hy = alpha * r * std::sin(phi);
@@ -103,7 +103,7 @@ double Square(double x) {
     return x * x;
 }
 
-// One bounce of glass: transmission (1 - F0) c + (1 - F90) d, reflection k + F0 a + F90 b.
+// Describes one bounce of glass: transmission (1 - F0) c + (1 - F90) d, reflection k + F0 a + F90 b.
 struct GlassBounce {
     double c = 0.0;
     double d = 0.0;
@@ -154,7 +154,7 @@ shading::WalkSurface Surface(double alpha, uint kind, float f0, float f90, doubl
     return surface;
 }
 
-// Schlick's curve at the facets of one walk.
+// Holds Schlick's curve at the facets of one walk.
 struct WalkedFacets {
     uint32_t count = 0;
     double first = 0.0;
@@ -178,10 +178,10 @@ WalkedFacets WalkFacets(const shading::WalkSurface& white, shading::vec3 wo, uin
     return facets;
 }
 
-// The fate of light of one roughness and direction after its first facet.
+// Holds the fate of light of one roughness and direction after its first facet.
 struct LaterFacets {
-    double curveMean = 0.0;         // of (s1 + s2) / 2, s Schlick's curve
-    double curveProduct = 0.0;      // of s1 s2
+    double curveMean = 0.0;         // mean of (s1 + s2) / 2, where s is Schlick's curve
+    double curveProduct = 0.0;      // mean of s1 s2
     double continuation = 0.0;      // q
     double higherOrderCurve = 0.0;  // mean of s from the third facet on
 };
@@ -217,7 +217,7 @@ LaterFacets WalkLaterFacets(double alpha, uint32_t walkCount, View&& view) {
     return result;
 }
 
-// Five numbers of an entry of the reflection tables.
+// An entry of the reflection tables has five numbers.
 constexpr size_t kReflectionSize = 5;
 
 std::array<double, kReflectionSize> Reflection(double mu, double alpha) {
@@ -231,7 +231,7 @@ std::array<double, kReflectionSize> Reflection(double mu, double alpha) {
 
 using Entry = std::array<double, kEnergyEntrySize>;
 
-// One entry of the tables of glass.
+// Returns one entry of the tables of glass.
 Entry Glass(double mu, double alpha, double eta) {
     mu = std::max(mu, 1e-5);
     const GlassBounce bounce = OneBounceOfGlass(mu, alpha, eta);
@@ -250,7 +250,7 @@ Entry Glass(double mu, double alpha, double eta) {
     return {bounce.c, bounce.d, reflected, 0.0, bounce.k, bounce.a, bounce.b};
 }
 
-// The mean over the hemisphere, weighted by the cosine, of what the device interpolates linearly in
+// Returns the mean over the hemisphere, weighted by the cosine, of what the device interpolates linearly in
 // sqrt(cos).
 template <size_t kSize>
 std::array<double, kSize> Means(const std::vector<std::array<double, kSize>>& row) {
@@ -261,7 +261,7 @@ std::array<double, kSize> Means(const std::vector<std::array<double, kSize>>& ro
         const double x = (i + 0.5) / kPerCell;
         const auto cell = static_cast<size_t>(x);
         const double t = x - static_cast<double>(cell);
-        // 2 mu dmu with mu = (x / cells)^2
+        // This is 2 mu dmu with mu = (x / cells)^2
         const double weight = 4.0 * std::pow(x / cells, 3.0) / (cells * kPerCell);
         for (size_t j = 0; j < kSize; ++j)
             sums[j] += weight * (row[cell][j] * (1.0 - t) + row[cell + 1][j] * t);
@@ -283,7 +283,7 @@ void AppendGlass(std::vector<Entry>& table, bool isEntering) {
     }
 }
 
-// The five numbers, and what may follow them.
+// Returns the five numbers, and what may follow them.
 Entry ReflectionEntry(const std::array<double, kReflectionSize>& numbers, double sixth = 0.0) {
     Entry entry{};
     std::copy(numbers.begin(), numbers.end(), entry.begin());
@@ -291,7 +291,7 @@ Entry ReflectionEntry(const std::array<double, kReflectionSize>& numbers, double
     return entry;
 }
 
-// The exponent of Lambda of sheen, as bxdf/sheen.glsl has it.
+// Returns the exponent of Lambda of sheen, as bxdf/sheen.glsl has it.
 double SheenFit(double alpha, double x) {
     const double t = Square(1.0 - alpha);
     return std::lerp(21.5473, 25.3245, t) /
@@ -303,7 +303,7 @@ double SheenLambda(double alpha, double z) {
     return std::exp(z < 0.5 ? SheenFit(alpha, z) : 2.0 * SheenFit(alpha, 0.5) - SheenFit(alpha, 1.0 - z));
 }
 
-// The albedo of white sheen from cosine mu, with f times cap(cosine of the light).
+// Returns the albedo of white sheen from cosine mu, with f times cap(cosine of the light).
 template <typename Cap>
 double SheenAlbedo(double mu, double alpha, const Cap& cap) {
     constexpr int kHeights = 1000, kAngles = 400;

@@ -20,13 +20,13 @@ SHADING_BEGIN
 struct SurfaceBSDF {
     uint flags;
     vec3 wo;
-    GltfBSDF gltf;  // of these three, the active one is set
+    GltfBSDF gltf;  // the active one of these three is set
     DiffuseBxDF lambert;
     LafortuneBxDF lafortune;
 };
 
-// The glTF material on the modified Phong model: the base color of the non-metallic share is diffuse, the
-// rest a specular lobe about as wide as that of microfacets of this roughness.
+// Returns the glTF material on the modified Phong model: the base color of the non-metallic share is diffuse,
+// the rest a specular lobe about as wide as that of microfacets of this roughness.
 INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     float f0 = Sqr((material.ior - 1.0f) / (material.ior + 1.0f)) * material.specular;
     LafortuneBxDF lobe;
@@ -80,9 +80,9 @@ INLINE bool IsIndexMatched(SurfaceMaterial material, bool haveEqualIndices) {
            material.transmission > 0.0f;
 }
 
-// For smooth thin walls and matched boundaries: the share of light that goes straight on from wo, the
-// probability that a sample does, and the other lobes, which sample the rest. The probability is below 1
-// unless there is no rest.
+// For smooth thin walls and matched boundaries, these return the share of light that goes straight on from
+// wo, the probability that a sample does, and the other lobes, which sample the rest. The probability is
+// below 1 unless there is no rest.
 INLINE vec3 PassThroughWeight(SurfaceBSDF wall) { return PassThroughWeight(wall.gltf); }
 INLINE float PassThroughProbability(SurfaceBSDF wall) { return PassThroughProbability(wall.gltf); }
 INLINE SurfaceBSDF WithoutPassThrough(SurfaceBSDF wall, float chance) {
@@ -106,7 +106,8 @@ INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, bool isDelta, OUT(float) pdf, OU
     return Evaluate(bsdf.gltf, wi, isDelta, pdf, diffuse);
 }
 
-// Sample_f without its evaluation: f and pdf of the sample come from Evaluate, unless isEvaluated is set.
+// Samples as Sample_f does, without its evaluation: f and pdf of the sample come from Evaluate, unless
+// isEvaluated is set.
 INLINE BSDFSample SampleDirection(SurfaceBSDF bsdf, float uc, vec2 u, OUT(bool) isEvaluated) {
     isEvaluated = true;
     if (ActiveBrdf() == kBrdfLambert) return Sample_f(bsdf.lambert, bsdf.wo, uc, u);

@@ -34,15 +34,15 @@ INLINE float ClearcoatAlbedo(FacetEnergy energy, float higherOrderCurve) {
     return min(albedo.x, 1.0f);
 }
 
-// The share of light at that cosine to the coat's normal that a coat lets pass, as for what the surface below
-// emits.
+// Returns the share of light at that cosine to the coat's normal that a coat lets pass, as for what the
+// surface below emits.
 INLINE float ClearcoatTransmittance(float weight, float roughness, float cosTheta) {
     TableSpan row = EnergyRow(MakeMicrofacetDistribution(vec2(Sqr(roughness))).alpha.x);
     return 1.0f - weight * ClearcoatAlbedo(FacetEnergyAt(row, cosTheta), HigherOrderCurve(row));
 }
 
-// The share of what a surface emits towards wo that its clear coat lets pass: of a surface that a ray hit,
-// and of a light that is sampled.
+// Returns the share of what a surface emits towards wo that its clear coat lets pass: of a surface that a ray
+// hit, and of a light that is sampled.
 INLINE float EmissionTransmittance(SurfaceInteraction surface, vec3 wo) {
     SurfaceMaterial material = surface.material;
     if (!HasTraceFeature(kTraceClearcoat) || !(material.clearcoat > 0.0f)) return 1.0f;
@@ -51,8 +51,8 @@ INLINE float EmissionTransmittance(SurfaceInteraction surface, vec3 wo) {
 }
 
 struct ClearcoatBxDF {
-    Frame frame;     // of the coat's normal, within the surface's frame
-    FacetView view;  // of the coat's facets, within `frame`
+    Frame frame;     // frame of the coat's normal, within the surface's frame
+    FacetView view;  // view of the coat's facets, within `frame`
     float weight;
     float scale;        // weight, with the light of later bounces
     float transmittanceScale;  // 1 / mean of what it passes

@@ -16,7 +16,7 @@ struct DielectricLayerBxDF {
     FacetFresnel fresnel;
     TableCurve table;
     float eta;          // from inside a denser medium the layer acts as from outside
-    vec3 scale;         // its share of the surface, with the light of later bounces
+    vec3 scale;         // the layer's share of the surface, with the light of later bounces
     float transmittanceScale;  // 1 / mean of what it passes
 };
 

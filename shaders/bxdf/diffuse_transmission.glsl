@@ -21,7 +21,7 @@ SHADING_BEGIN
 struct DiffuseTransmissionBxDF {
     vec3 albedo;    // the share of light that is transmitted, in [0, 1]
     vec3 returned;  // and that is reflected in its place: on the denser side of a boundary, or by scattering
-    float reflectProbability;  // of sampling that
+    float reflectProbability;  // probability of sampling `returned`
     float eta;
 };
 

@@ -13,22 +13,22 @@
 
 SHADING_BEGIN
 
-// The value for a path that carries all colors: media have their index at the d line for it.
+// A path with this value carries all colors: media have their index at the d line for it.
 CONST float kNoWavelength = 0.0f;
 
-// nm, of red, green and blue: mean, and scale of the logistic distribution, sqrt(3) / pi of its deviation.
+// In nm, of red, green and blue: mean, and scale of the logistic distribution, sqrt(3) / pi of its deviation.
 CONST vec3 kBandMean = vec3(609.2f, 540.7f, 451.8f);
 CONST vec3 kBandScale = vec3(14.16f, 15.45f, 11.71f);
 
-// The index of a medium that has `ior` at the d line, 587.6 nm, by Cauchy's formula. `dispersion` is 20 over
-// the Abbe number, (n_d - 1) / (n_F - n_C); 523655 nm^2 is 1 / (1 / 486.1^2 - 1 / 656.3^2).
+// Returns the index of a medium that has `ior` at the d line, 587.6 nm, by Cauchy's formula. `dispersion` is
+// 20 over the Abbe number, (n_d - 1) / (n_F - n_C); 523655 nm^2 is 1 / (1 / 486.1^2 - 1 / 656.3^2).
 INLINE float DispersedIor(float ior, float dispersion, float wavelength) {
     if (wavelength == kNoWavelength) return ior;
     float power = 523655.0f / Sqr(wavelength) - 1.5168f;
     return max(ior + (ior - 1.0f) * dispersion * 0.05f * power, 1.0f);
 }
 
-// The density of each color's band, 1/nm.
+// Returns the density of each color's band, 1/nm.
 INLINE vec3 BandDensity(float wavelength) {
     vec3 density = vec3(0.0f);
     for (int band = 0; band < 3; ++band) {
@@ -38,14 +38,14 @@ INLINE vec3 BandDensity(float wavelength) {
     return density;
 }
 
-// A wavelength in nm, of any color with equal chance, by one number in [0, 1).
+// Returns a wavelength in nm, of any color with equal chance, by one number in [0, 1).
 INLINE float SampleWavelength(float u) {
     int band = min(int(3.0f * u), 2);
     float share = clamp(3.0f * u - float(band), 1e-6f, 1.0f - 1e-6f);
     return kBandMean[band] + kBandScale[band] * 0.693147180559945f * log2(share / (1.0f - share));
 }
 
-// The share of each color at a wavelength of SampleWavelength. Their sum is 3.
+// Returns the share of each color at a wavelength of SampleWavelength. Their sum is 3.
 INLINE vec3 WavelengthShare(float wavelength) {
     vec3 density = BandDensity(wavelength);
     return density * (3.0f / (density.x + density.y + density.z));

@@ -28,7 +28,7 @@ SHADING_BEGIN
 
 OPTION(MultiscatterKind, MultiscatterKind, 4, Lut)
 
-// A position between two entries of an evenly spaced axis.
+// Describes a position between two entries of an evenly spaced axis.
 struct TableSpan {
     uint first;  // at most count - 2
     float t;     // 0: the first, 1: the one after it
@@ -43,10 +43,10 @@ INLINE TableSpan SpanAt(float x, uint count) {
     return span;
 }
 
-// The row of the reflection tables for a roughness.
+// Returns the row of the reflection tables for a roughness.
 INLINE TableSpan EnergyRow(float alpha) { return SpanAt(sqrt(alpha), kEnergyAlphaCount); }
 
-// Values of an entry, or interpolated ones.
+// Holds values of an entry, or interpolated ones.
 struct EnergyEntry {
     vec4 first;
     vec4 second;
@@ -67,7 +67,8 @@ INLINE EnergyEntry MixEntries(EnergyEntry a, EnergyEntry b, float t) {
     return entry;
 }
 
-// The reflection of white facets and of facets with Schlick's curve, from one direction or averaged over all.
+// Holds the reflection of white facets and of facets with Schlick's curve, from one direction or averaged
+// over all.
 struct FacetEnergy {
     vec2 single;         // A, B of one bounce, F0 A + F90 B
     float second;        // share that meets a second facet, 1 - A - B
@@ -102,14 +103,14 @@ INLINE EnergyEntry MeanEntry(TableSpan row) {
 
 INLINE FacetEnergy MeanFacetEnergy(TableSpan row) { return FacetEnergyOf(MeanEntry(row)); }
 
-// The mean of Schlick's curve from the third facet on.
+// Returns the mean of Schlick's curve from the third facet on.
 INLINE float HigherOrderCurve(TableSpan row) { return MeanEntry(row).second.y; }
 
 INLINE vec3 SingleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90) {
     return f0 * energy.single.x + f90 * energy.single.y;
 }
 
-// The albedo of all bounces from the second on.
+// Returns the albedo of all bounces from the second on.
 INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float higherOrderCurve) {
     vec3 rise = f90 - f0;
     vec3 two = f0 * f0 * energy.second + f0 * rise * (2.0f * energy.curveMean) +
@@ -118,7 +119,7 @@ INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float higherOr
     return two * (1.0f - q) / max(vec3(1.0f) - q * mix(f0, f90, higherOrderCurve), vec3(1e-4f));
 }
 
-// The factors on reflection and transmission of a refracting surface, and the albedo of an additional
+// Holds the factors on reflection and transmission of a refracting surface, and the albedo of an additional
 // diffuse reflection.
 struct GlassScale {
     vec3 reflected;
@@ -128,7 +129,7 @@ struct GlassScale {
 
 INLINE float CornerWeight(TableSpan span, uint isNext) { return isNext != 0u ? span.t : 1.0f - span.t; }
 
-// The entries of the tables for a refracting surface and one direction.
+// Holds the entries of the tables for a refracting surface and one direction.
 struct GlassEnergy {
     vec2 passed;          // C, D of one bounce, (1 - F0) C + (1 - F90) D
     vec3 reflected;       // K, A, B of one bounce, K + F0 A + F90 B; K is total reflection

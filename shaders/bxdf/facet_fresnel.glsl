@@ -14,7 +14,7 @@ struct FacetFresnel {
     vec3 f90;       // where Schlick's curve ends; the energy tables use this one whatever the model
     vec3 exactF90;  // where the exact curve of a dielectric ends
     bool isMetal;
-    ThinFilm film;  // of a dielectric, as from its thinner side; read if kTraceIridescence is set
+    ThinFilm film;  // film of a dielectric, as from its thinner side; read if kTraceIridescence is set
 };
 
 INLINE FacetFresnel BlackFresnel() {
@@ -46,14 +46,15 @@ INLINE vec3 MetalFilmGain(ThinFilm film, ConductorFresnel fresnel, float cosI) {
     return film.weight * FilmGain(film, cosI, fresnel.eta, k);
 }
 
-// To that of a dielectric: of exactF90, the share that there is of it, and the index that reflects f0.
+// Returns what a film adds to the reflectance of a dielectric: of exactF90, the share that there is of it,
+// and the index that reflects f0.
 INLINE vec3 DielectricFilmGain(FacetFresnel fresnel, float cosOutside) {
     vec3 root = min(sqrt(fresnel.f0 / max(fresnel.exactF90, vec3(1e-6f))), vec3(0.9999f));
     vec3 eta = (vec3(1.0f) + root) / (vec3(1.0f) - root);
     return fresnel.film.weight * fresnel.exactF90 * FilmGain(fresnel.film, cosOutside, eta, vec3(0.0f));
 }
 
-// A metal's reflectance with its film.
+// Returns a metal's reflectance with its film.
 INLINE vec3 ConductorReflectance(ConductorFresnel fresnel, ThinFilm film, float cosI) {
     vec3 bare = ConductorReflectance(fresnel, cosI);
     if (!HasFilm(film)) return bare;
@@ -68,12 +69,12 @@ INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
     return clamp(bare + DielectricFilmGain(fresnel, cosI), vec3(0.0f), vec3(1.0f));
 }
 
-// The share of light that a layer of that reflectance passes to its base: for every channel that of
-// the channel which is reflected most. Otherwise a colored layer would give the base the inverse
-// color (KHR_materials_specular).
+// Returns the share of light that a layer of that reflectance passes to its base: for every channel that of
+// the channel which is reflected most. Otherwise a colored layer would give the base the inverse color
+// (KHR_materials_specular).
 INLINE vec3 LayerTransmittance(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
 
-// The shares of light that a facet reflects and passes.
+// Holds the shares of light that a facet reflects and passes.
 struct FresnelCoefficients {
     vec3 reflected;
     vec3 passed;

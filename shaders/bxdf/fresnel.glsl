@@ -24,8 +24,8 @@ SHADING_BEGIN
 
 OPTION(FresnelModel, Fresnel, 3, Schlick)
 
-// (1 - cosTheta)^5, the weight of f90 in Schlick's curve. Schlick 1994, "An Inexpensive BRDF Model for
-// Physically-based Rendering", eq. 15.
+// Returns (1 - cosTheta)^5, the weight of f90 in Schlick's curve. Schlick 1994, "An Inexpensive BRDF Model
+// for Physically-based Rendering", eq. 15.
 INLINE float SchlickWeight(float cosTheta) {
     float m = clamp(1.0f - cosTheta, 0.0f, 1.0f);
     return Sqr(Sqr(m)) * m;
@@ -39,7 +39,7 @@ INLINE vec3 FresnelSchlick(float cosTheta, vec3 f0, vec3 f90) {
     return f0 + (f90 - f0) * SchlickWeight(cosTheta);
 }
 
-// Reflectance of a dielectric at normal incidence; the same from both sides.
+// Returns the reflectance of a dielectric at normal incidence; the same from both sides.
 INLINE float DielectricF0(float eta) { return Sqr((eta - 1.0f) / (eta + 1.0f)); }
 
 // Returns the value of Schlick's curve for a dielectric at grazing angles, the same from both sides. It is 1
@@ -54,15 +54,15 @@ INLINE float DielectricF90(float eta) {
     return min(14.0f * r / (1.0f + 5.9f * r + 0.457f * sqrt(r)), 1.0f);
 }
 
-// The cosine on the far side of an interface, in [0, 1] for cosTheta >= 0, by Snell's law; -1 for
+// Returns the cosine on the far side of an interface, in [0, 1] for cosTheta >= 0, by Snell's law; -1 for
 // total reflection.
 INLINE float RefractedCosine(float cosTheta, float eta) {
     float sin2 = max(1.0f - cosTheta * cosTheta, 0.0f) / (eta * eta);
     return sin2 < 1.0f ? sqrt(1.0f - sin2) : -1.0f;
 }
 
-// Fresnel's equations for unpolarized light and two dielectrics. eta is the index below the surface over that
-// above it; cosTheta < 0 is light from below. 1 for total reflection.
+// Evaluates Fresnel's equations for unpolarized light and two dielectrics. eta is the index below the surface
+// over that above it; cosTheta < 0 is light from below. 1 for total reflection.
 INLINE float FresnelDielectric(float cosTheta, float eta) {
     float etaAhead = cosTheta < 0.0f ? 1.0f / eta : eta;
     float cosI = min(abs(cosTheta), 1.0f);
@@ -73,8 +73,9 @@ INLINE float FresnelDielectric(float cosTheta, float eta) {
     return 0.5f * (Sqr(parallel) + Sqr(perpendicular));
 }
 
-// Fresnel's equations for unpolarized light from vacuum onto a conductor, channel by channel, in real
-// arithmetic: Born and Wolf, Principles of Optics, 14.2; as in Lagarde 2013, "Memo on Fresnel equations".
+// Evaluates Fresnel's equations for unpolarized light from vacuum onto a conductor, channel by channel, in
+// real arithmetic: Born and Wolf, Principles of Optics, 14.2; as in Lagarde 2013, "Memo on Fresnel
+// equations".
 INLINE vec3 FresnelConductor(float cosTheta, vec3 eta, vec3 k) {
     float c = clamp(abs(cosTheta), 0.0f, 1.0f);
     float c2 = c * c;
@@ -100,17 +101,17 @@ INLINE vec3 ConductorF0(vec3 eta, vec3 k) {
 // The cosine where LazanyiWeight is largest, 1 / 7: 82 degrees.
 CONST float kLazanyiPeak = 0.142857142857143f;
 
-// The shape of the excess of Schlick's curve for metals, cos (1 - cos)^6: Lazányi and Szirmay-Kalos 2005,
-// "Fresnel Term Approximations for Metals". Their exponent is fitted to each metal; here it is 6 and only the
-// amplitude is fitted (Hoffman 2019, "Fresnel Equations Considered Harmful").
+// Returns the shape of the excess of Schlick's curve for metals, cos (1 - cos)^6: Lazányi and Szirmay-Kalos
+// 2005, "Fresnel Term Approximations for Metals". Their exponent is fitted to each metal; here it is 6 and
+// only the amplitude is fitted (Hoffman 2019, "Fresnel Equations Considered Harmful").
 INLINE float LazanyiWeight(float cosTheta) {
     float c = clamp(cosTheta, 0.0f, 1.0f);
     float m = 1.0f - c;
     return c * Sqr(Sqr(m)) * Sqr(m);
 }
 
-// The reflectance parameters of a conductor. Create them by one of the two functions below; a field that the
-// active model does not read costs nothing on the device.
+// Holds the reflectance parameters of a conductor. Create them by one of the two functions below; a field
+// that the active model does not read costs nothing on the device.
 struct ConductorFresnel {
     vec3 f0;       // at normal incidence
     vec3 f90;      // at grazing incidence; read by Schlick and Lazanyi

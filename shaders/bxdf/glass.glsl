@@ -24,18 +24,18 @@ CONST float kGlassMinRefraction = 1e-3f;
 
 struct GlassBxDF {
     FacetFresnel fresnel;
-    float eta;        // of the facets; of a thin wall, from outside
-    float mediumEta;  // of the media, by which radiance is scaled
+    float eta;        // index of the facets; for a thin wall, from outside
+    float mediumEta;  // index of the media, by which radiance is scaled
     vec3 reflect;     // factors on what facets reflect, and on what they transmit
     vec3 pass;
     vec3 rest;         // albedo of a diffuse reflection: light that facets sent on more than once
-    float compensationProbability;  // of sampling that
+    float compensationProbability;  // probability of sampling `rest`
     float weight;
-    vec3 albedo;  // of reflection and transmission, for LobeMean
+    vec3 albedo;  // albedo of reflection and transmission, for LobeMean
     vec3 transmittedAlbedo;
 };
 
-// A lobe of single scattering, for `share` of the light.
+// Returns a lobe of single scattering, for `share` of the light.
 INLINE GlassBxDF GlassOf(SurfaceMaterial material, float eta, bool isThin, float share) {
     GlassBxDF lobe;
     lobe.fresnel = DielectricFresnel(material, eta);
@@ -112,7 +112,7 @@ INLINE FresnelCoefficients EvaluateFresnel(GlassBxDF lobe, float cosI) {
     return EvaluateFresnel(lobe.fresnel, cosI, lobe.eta);
 }
 
-// The probability that a facet of these shares is sampled by reflection.
+// Returns the probability that a facet of these shares is sampled by reflection.
 INLINE float ReflectProbability(GlassBxDF lobe, FresnelCoefficients shares) {
     float reflected = Average(lobe.reflect * shares.reflected);
     float passed = Average(lobe.pass * shares.passed);
@@ -120,8 +120,8 @@ INLINE float ReflectProbability(GlassBxDF lobe, FresnelCoefficients shares) {
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
 
-// The refraction that the tables scale: masked like reflection, which is closer in shape to all bounces
-// together than one bounce is.
+// Returns the refraction that the tables scale: masked like reflection, which is closer in shape to all
+// bounces together than one bounce is.
 INLINE float CompensatedRefractionLobe(FacetView view, vec3 wi, vec3 wm, float eta) {
     float ci = abs(wi.z);
     float lo = LambdaCos(view.facets, view.wo);

@@ -31,7 +31,7 @@ SHADING_BEGIN
 // They take the place of the lobes that say so (IsWalked). f is an unbiased estimate that depends on `seed`.
 // Lobes are counted from 1 in the order of the list.
 
-// The probability that Sample_f chooses one of the walked lobes; 0 where no walk takes place.
+// Returns the probability that Sample_f chooses one of the walked lobes; 0 where no walk takes place.
 INLINE float WalkProbability(GltfBSDF g) {
     float sum = 0.0f;
     if (!UsesMicrosurfaceWalk() || g.view.isSmooth) return sum;
@@ -76,7 +76,7 @@ INLINE MicrosurfaceWalk WalkOf(GltfBSDF g, uint chosen) {
     return walk;
 }
 
-// The walks' estimate of f.
+// Returns the walks' estimate of f.
 INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkProbability) {
     WalkRng rng = StartWalkRng(g.seed ^ 0x5bd1e995u);
     uint chosen = ChooseWalkedLobe(g, WalkGet1D(rng), walkProbability);
@@ -87,8 +87,8 @@ INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkProbability) {
     return EstimateWalk(walk.surface, g.view.wo, wi, rng.state) * weight / abs(wi.z);
 }
 
-// The density that approximates the walks': single scattering, and a cosine lobe for the rest; half of it on
-// either side of lobes that transmit.
+// Returns the density that approximates the walks': single scattering, and a cosine lobe for the rest; half
+// of it on either side of lobes that transmit.
 INLINE float WalkPDF(GltfBSDF g, vec3 wi, float singlePDF) {
     float chance = 0.0f;
 #define RAYGRAPH_ADD_SIDE_(Lobe, name, feature)                                 \
@@ -100,7 +100,8 @@ INLINE float WalkPDF(GltfBSDF g, vec3 wi, float singlePDF) {
     return mix(singlePDF, chance * CosineHemispherePDF(abs(wi.z)), rescattered);
 }
 
-// A direction by the walk of a lobe, without what lies above it. f |wi.z| / pdf is an estimate, pdf is 1.
+// Returns a direction by the walk of a lobe, without what lies above it. f |wi.z| / pdf is an estimate, pdf
+// is 1.
 INLINE BSDFSample SampleWalk(GltfBSDF g, uint chosen, vec2 u) {
     MicrosurfaceWalk walk = WalkOf(g, chosen);
     WalkSample walked = SampleWalk(walk.surface, g.view.wo, g.seed ^ floatBitsToUint(u.x + 1.0f) * 31u);
@@ -117,12 +118,12 @@ INLINE BSDFSample SampleWalk(GltfBSDF g, uint chosen, vec2 u) {
     return result;
 }
 
-// The sum over all lobes.
+// Holds the sum over all lobes.
 struct LobeSum {
     vec3 value;  // without lobes that a walk takes the place of
     float pdf;
     vec3 diffuse;     // the part of value that is of diffuse lobes
-    float walkedPDF;  // of the others: their densities of single scattering
+    float walkedPDF;  // densities of single scattering of walked lobes
 };
 
 // The part of a lobe that goes back, in SumLobes.
@@ -184,8 +185,8 @@ INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, bool isDelta, OUT(float) pdf, OUT(vec3
     return sum.value;
 }
 
-// A direction of the walk of lobe number `walked`, or of a lobe beside those (0), with PDF, and f such that
-// f |wi.z| / pdf is an estimate.
+// Returns a direction of the walk of lobe number `walked`, or of a lobe beside those (0), with PDF, and f
+// such that f |wi.z| / pdf is an estimate.
 INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s, uint walked) {
     FacetPair pair = PairOf(g.view, s.wi, false);
     LobeSum sum = SumLobes(g, pair, true);
@@ -210,7 +211,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
 
     // Choose a lobe: from the bottom up, uc goes through their probabilities
     bool hasWalk = WalkProbability(g) > 0.0f;
-    float above = 1.0f - uc;  // of what remains of them, from the top
+    float above = 1.0f - uc;  // what remains of the probabilities, from the top
     float within = 0.0f;
     uint lobe = 0u;
     uint chosen = 0u;
@@ -230,7 +231,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     GLTF_LOBES(RAYGRAPH_CHOOSE_LOBE_)
 #undef RAYGRAPH_CHOOSE_LOBE_
 
-    // A direction of that lobe, or of its walk
+    // The direction is one of that lobe, or of its walk
     if (isWalked) {
         result = SampleWalk(g, chosen, u);
         if (isBack && result.wi.z > 0.0f) result.wi = Mirrored(result.wi);
@@ -277,7 +278,7 @@ INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
 
 // --- Straight passage, at smooth thin walls and between media of one index ---
 
-// The probability that Sample_f passes straight through, and the share of light that does.
+// Returns the probability that Sample_f passes straight through, and the share of light that does.
 INLINE float PassThroughProbability(GltfBSDF g) {
     float chance = 0.0f;
 #define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)             \
@@ -298,7 +299,7 @@ INLINE vec3 PassThroughWeight(GltfBSDF g) {
     return share;
 }
 
-// The surface without that; `chance` is PassThroughProbability, and below 1.
+// Returns the surface without that; `chance` is PassThroughProbability, and below 1.
 INLINE GltfBSDF WithoutPassThrough(GltfBSDF g, float chance) {
     float scale = 1.0f / (1.0f - chance);
     uint flags = kBxDFNone;
@@ -315,7 +316,7 @@ INLINE GltfBSDF WithoutPassThrough(GltfBSDF g, float chance) {
     return g;
 }
 
-// The share of light from wo that passes straight through, without the rest of the BSDF.
+// Returns the share of light from wo that passes straight through, without the rest of the BSDF.
 INLINE vec3 PassThroughWeight(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
     vec3 sum = vec3(0.0f);
     if (!(wo.z > 0.0f)) return sum;

@@ -35,12 +35,12 @@ SHADING_BEGIN
     Lobe name;                                      \
     float name##Chance;
 
-// The lobes as seen from one direction, and the probabilities that Sample_f chooses them: they sum to 1, or
-// all are 0. A lobe of probability 0 scatters nothing.
+// Holds the lobes as seen from one direction, and the probabilities that Sample_f chooses them: they sum to
+// 1, or all are 0. A lobe of probability 0 scatters nothing.
 struct GltfBSDF {
     FacetView view;
-    uint seed;   // of the walk
-    uint flags;  // of all lobes
+    uint seed;   // seed of the walk
+    uint flags;  // flags of all lobes
     GLTF_LOBES(RAYGRAPH_DECLARE_LOBE_)
 };
 #undef RAYGRAPH_DECLARE_LOBE_

@@ -21,9 +21,9 @@ struct LafortuneBxDF {
     float exponent;  // n, at least 0
 };
 
-// The exponent whose lobe is as wide, at normal incidence, as that of microfacets of this alpha. Theirs is
-// cos^(2 / alpha^2 - 2) of the angle of the normal (Walter et al. 2007), half that of the mirror direction;
-// to second order in the angle a quarter of the exponent does the same there.
+// Returns the exponent whose lobe is as wide, at normal incidence, as that of microfacets of this alpha.
+// Theirs is cos^(2 / alpha^2 - 2) of the angle of the normal (Walter et al. 2007), half that of the mirror
+// direction; to second order in the angle a quarter of the exponent does the same there.
 INLINE float LafortuneExponent(float alpha) {
     return max(0.5f / Sqr(clamp(alpha, kSmoothAlpha, 1.0f)) - 0.5f, 0.0f);
 }
@@ -33,15 +33,15 @@ INLINE uint Flags(LafortuneBxDF lobe) {
     return flags | (MaxComponent(lobe.specular) > 0.0f ? kBxDFReflection | kBxDFGlossy : kBxDFNone);
 }
 
-// The probabilities of the diffuse and of the specular part. Their sum exceeds 1 where different channels
-// have the largest share; then both are scaled to leave no absorption.
+// Returns the probabilities of the diffuse and of the specular part. Their sum exceeds 1 where different
+// channels have the largest share; then both are scaled to leave no absorption.
 INLINE vec2 LobeProbabilities(LafortuneBxDF lobe) {
     vec2 chances = vec2(MaxComponent(lobe.diffuse), MaxComponent(lobe.specular));
     return chances / max(chances.x + chances.y, 1.0f);
 }
 
-// cos^n of the angle between wi and the mirror direction of wo; 0 from a right angle on. The distance of
-// their ends gives that angle more precisely than its cosine does.
+// Returns cos^n of the angle between wi and the mirror direction of wo; 0 from a right angle on. The distance
+// of their ends gives that angle more precisely than its cosine does.
 INLINE float MirrorPower(float exponent, vec3 wo, vec3 wi) {
     vec3 difference = wi - vec3(-wo.x, -wo.y, wo.z);
     float oneMinusCos = 0.5f * dot(difference, difference);
@@ -71,7 +71,7 @@ INLINE BSDFSample Sample_f(LafortuneBxDF lobe, vec3 wo, float uc, vec2 u) {
         if (wo.z < 0.0f) wi.z = -wi.z;
         result.flags = kBxDFReflection | kBxDFDiffuse;
     } else {
-        // cos^(n + 1) = 1 - u about the mirror direction.
+        // The sample is cos^(n + 1) = 1 - u about the mirror direction.
         float logCos = LogOneMinus(u.x) / (lobe.exponent + 1.0f);
         float sinTheta = SafeSqrt(OneMinusExp(2.0f * logCos));
         vec2 cs = CosSinTurn(u.y);

@@ -47,16 +47,16 @@
 
 SHADING_BEGIN
 
-// The properties that shading needs in addition to a surface's material.
+// Holds the properties that shading needs in addition to a surface's material.
 struct SurfaceSetting {
     float eta;    // n(other side) / n(side of wo)
     bool isThin;  // there is no medium behind it: a thin wall of that index
     bool isMatched;  // IsIndexMatched (bxdf/bsdf.glsl); read if kTraceMatchedMedia is set
     vec2 alpha;   // roughness of its facets along x and y
-    uint seed;    // of the random walk and of bxdf/anisotropy.glsl; another one for each sample
-    vec3 coatNormal;  // of its clear coat, in the frame of the surface; not read without one
+    uint seed;    // seed of the random walk and of bxdf/anisotropy.glsl; another one for each sample
+    vec3 coatNormal;  // normal of the clear coat, in the frame of the surface; not read without a coat
     float coatAlpha;
-    float outerIor;  // of the medium that wo is in; read if kTraceIridescence is set
+    float outerIor;  // index of the medium that wo is in; read if kTraceIridescence is set
 };
 
 // `minAlpha`: no facets are less rough. For those that have no coat normal, which is the surface's, and are
@@ -74,17 +74,17 @@ INLINE SurfaceSetting SettingOf(SurfaceMaterial material, float eta, float minAl
     return setting;
 }
 
-// The facets of a surface as seen from one direction.
+// Holds the facets of a surface as seen from one direction.
 struct FacetView {
     vec3 wo;
     MicrofacetDistribution facets;
     bool isSmooth;  // the lobes of these facets are deltas
     bool isThin;
-    float roughness;     // as the material has it: setting.alpha may be raised
-    TableSpan row;       // of the energy tables, for IsotropicAlpha
+    float roughness;     // the material's roughness: setting.alpha may be raised
+    TableSpan row;       // row of the energy tables, for IsotropicAlpha
     FacetEnergy energy;  // towards wo
-    float higherOrderCurve;    // of its later bounces, HigherOrderCurve
-    float retroreflectedShare;     // of what they reflect: it goes back (bxdf/retroreflection.glsl). Read if
+    float higherOrderCurve;    // mean curve of its later bounces, HigherOrderCurve
+    float retroreflectedShare;  // share of the reflection that goes back (bxdf/retroreflection.glsl). Read if
                          // kTraceRetroreflection is set
 };
 
@@ -113,10 +113,10 @@ INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 w
 
 INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
 
-// The flag of what these facets reflect or transmit.
+// Returns the flag of what these facets reflect or transmit.
 INLINE uint FacetFlags(FacetView view) { return view.isSmooth ? kBxDFSpecular : kBxDFGlossy; }
 
-// A facet's normal by the density of what wo sees; the surface's where it is smooth.
+// Returns a facet's normal by the density of what wo sees; the surface's where it is smooth.
 INLINE vec3 SampleNormal(FacetView view, vec2 u) {
     return view.isSmooth ? vec3(0.0f, 0.0f, 1.0f) : Sample_wm(view.facets, view.wo, u);
 }
@@ -130,12 +130,12 @@ INLINE vec3 SampleCosineOrNormal(FacetView view, bool isCosine, vec2 u) {
 struct FacetPair {
     vec3 wi;
     bool isDelta;         // wi was sampled from a delta, and only deltas scatter there
-    float cosI;           // of wo to the normal that reflects it to wi, or to wi mirrored by a thin wall
+    float cosI;  // cosine of wo to the normal that reflects it to wi, or to wi mirrored by a thin wall
     float reflection;     // f of facets that reflect everything; of a delta, its factor
     float reflectionPDF;  // 0, like the two above: no facet does
 };
 
-// About the normal.
+// Mirrors a direction about the normal.
 INLINE vec3 Mirrored(vec3 w) { return vec3(-w.x, -w.y, w.z); }
 
 INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
@@ -172,7 +172,7 @@ INLINE bool IsForDiffuse(FacetPair pair) {
     return HasTraceFeature(kTraceDiffuseTransmission) ? pair.wi.z != 0.0f : pair.wi.z > 0.0f;
 }
 
-// A direction without its f and pdf, which Evaluate gives.
+// Returns a direction without its f and pdf, which Evaluate gives.
 INLINE BSDFSample SampledDirection(vec3 wi, float eta, uint flags) {
     BSDFSample result = NoSample();
     result.wi = wi;
@@ -181,26 +181,26 @@ INLINE BSDFSample SampledDirection(vec3 wi, float eta, uint flags) {
     return result;
 }
 
-// A direction drawn by the cosine; at the rim, which has no density, there is none.
+// Returns a direction drawn by the cosine; at the rim, which has no density, there is none.
 INLINE BSDFSample CosineDirection(vec3 wi, uint flags) {
     return wi.z > 0.0f ? SampledDirection(wi, 1.0f, kBxDFReflection | flags) : NoSample();
 }
 
-// wo reflected at a facet; into the surface it meets another facet, and that light is lost.
+// Returns wo reflected at a facet; into the surface it meets another facet, and that light is lost.
 INLINE BSDFSample ReflectedDirection(FacetView view, vec3 wm) {
     vec3 wi = Reflect(view.wo, wm);
     if (!(wi.z > 0.0f)) return NoSample();
     return SampledDirection(wi, 1.0f, kBxDFReflection | FacetFlags(view));
 }
 
-// A lobe as a whole, for those who look up light that has been filtered.
+// Describes a lobe as a whole, for those who look up light that has been filtered.
 struct LobeMean {
     vec3 albedo;
     vec3 wi;          // about the middle of its directions
-    float roughness;  // of facets with which they spread so
-    float slope;      // of transmitted light: standard deviation of the slope of its directions
+    float roughness;  // roughness of facets with which they spread so
+    float slope;      // for transmitted light: standard deviation of the slope of its directions
     bool isDiffuse;   // they are all of that side, by the cosine; wi is the normal
-    vec2 alpha;       // of reflecting facets; where HasAnisotropicAlpha, AnisotropySampleOf tells more
+    vec2 alpha;       // alpha of reflecting facets; where HasAnisotropicAlpha, AnisotropySampleOf tells more
 };
 
 INLINE LobeMean NoMean() {
@@ -214,8 +214,9 @@ INLINE LobeMean NoMean() {
     return mean;
 }
 
-// The dominant direction of a rough surface's reflection, between the mirror direction and the normal. S.
-// Lagarde and C. de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3.
+// Returns the dominant direction of a rough surface's reflection, between the mirror direction and the
+// normal. S. Lagarde and C. de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section
+// 4.9.3.
 INLINE vec3 DominantDirection(vec3 normal, vec3 mirrored, float roughness) {
     float smoothness = 1.0f - roughness;
     return normalize(mix(normal, mirrored, smoothness * (sqrt(smoothness) + roughness)));
@@ -240,7 +241,7 @@ INLINE LobeMean FacetMean(FacetView view, vec3 albedo) {
 struct AnisotropySample {
     vec3 wi;
     float roughness;
-    float weight;  // these have no common sum
+    float weight;  // weights have no common sum
 };
 
 INLINE AnisotropySample AnisotropySampleOf(vec2 alpha, vec3 wo, uint i, uint count) {
@@ -271,8 +272,8 @@ INLINE bool UsesMicrosurfaceWalk() {
     return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
 }
 
-// The factor by which single scattering of albedo `single` includes `multiple`. The tables count shares of
-// f90 in 65535ths: they do not tell less than one from none.
+// Returns the factor by which single scattering of albedo `single` includes `multiple`. The tables count
+// shares of f90 in 65535ths: they do not tell less than one from none.
 INLINE vec3 MultipleScatteringScale(vec3 single, vec3 multiple, vec3 f90) {
     if (!HasCompensation()) return vec3(1.0f);
     return vec3(1.0f) + multiple / max(single, max(f90 * (1.0f / 65535.0f), vec3(1e-20f)));
@@ -294,15 +295,15 @@ INLINE LobeMean FacetMean(FacetView view, vec3 scale, vec3 f0, vec3 f90) {
     return FacetMean(view, scale * SingleAlbedo(view.energy, f0, f90));
 }
 
-// A walk between the facets, and the factors on what it reflects and transmits.
+// Describes a walk between the facets, and the factors on what it reflects and transmits.
 struct MicrosurfaceWalk {
     WalkSurface surface;
     vec3 reflect;
     vec3 pass;
-    float eta;  // of a sample that is transmitted
+    float eta;  // index of a sample that is transmitted
 };
 
-// Facets that reflect, and nothing else.
+// Returns the walk of facets that reflect, and do nothing else.
 INLINE MicrosurfaceWalk ReflectedWalk(FacetView view, FacetFresnel fresnel, float eta, vec3 scale) {
     MicrosurfaceWalk walk;
     walk.surface.alpha = view.facets.alpha;
@@ -315,7 +316,7 @@ INLINE MicrosurfaceWalk ReflectedWalk(FacetView view, FacetFresnel fresnel, floa
     return walk;
 }
 
-// The material's film on facets that are seen from a medium of that index.
+// Returns the material's film on facets that are seen from a medium of that index.
 INLINE ThinFilm FilmOf(SurfaceMaterial material, float outerIor) {
     ThinFilm film = NoFilm();
     if (!HasTraceFeature(kTraceIridescence) || !(material.iridescenceThickness > 0.0f)) return film;
@@ -333,10 +334,10 @@ struct TableCurve {
 
 CONST uint kFilmViewCount = 6u;
 
-// The facets' own curve; under a film the one that reflects as much as they do to wo, by the mean over a few
-// of them. That is an estimate, for the chances of sampling, later bounces and what passes to a base: what is
-// evaluated is the film's reflectance. `isMasked`: only light that leaves by reflection counts, not light
-// that meets another facet.
+// Returns the facets' own curve; under a film the one that reflects as much as they do to wo, by the mean
+// over a few of them. That is an estimate, for the chances of sampling, later bounces and what passes to a
+// base: what is evaluated is the film's reflectance. `isMasked`: only light that leaves by reflection counts,
+// not light that meets another facet.
 INLINE TableCurve TableCurveOf(FacetFresnel fresnel, FacetView view, float eta, bool isMasked) {
     TableCurve curve;
     curve.f0 = fresnel.f0;
@@ -374,7 +375,7 @@ INLINE MicrosurfaceWalk NoWalk(FacetView view) {
     return ReflectedWalk(view, BlackFresnel(), 1.0f, vec3(0.0f));
 }
 
-// The Fresnel of a material's dielectric, whose index is eta times that of the medium before it.
+// Returns the Fresnel of a material's dielectric, whose index is eta times that of the medium before it.
 INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, float eta) {
     FacetFresnel fresnel;
     fresnel.f0 = min(DielectricF0(eta) * material.specularColor, vec3(1.0f)) * material.specular;
@@ -393,10 +394,10 @@ INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, SurfaceSetting s
     return fresnel;
 }
 
-// The index as seen from the thinner side, where nothing is reflected totally.
+// Returns the index as seen from the thinner side, where nothing is reflected totally.
 INLINE float OutsideEta(float eta) { return max(eta, 1.0f / eta); }
 
-// The share of light that meets the dielectric, and of that the one which it transmits.
+// Returns the share of light that meets the dielectric, and of that the one which it transmits.
 INLINE float DielectricShare(SurfaceMaterial material) { return 1.0f - material.metallic; }
 INLINE float GlassShare(SurfaceMaterial material) {
     return HasTraceFeature(kTraceGlass) ? DielectricShare(material) * material.transmission : 0.0f;

@@ -46,7 +46,7 @@ INLINE bool IsEffectivelySmooth(MicrofacetDistribution d) {
     return HasTraceFeature(kTraceSmooth) && max(d.alpha.x, d.alpha.y) < kSmoothAlpha;
 }
 
-// ln(1 - x) for 0 <= x < 1 without the cancellation near 0.
+// Returns ln(1 - x) for 0 <= x < 1 without the cancellation near 0.
 INLINE float LogOneMinus(float x) {
     if (x > 0.1f) return 0.693147180559945f * log2(1.0f - x);
     float t = x / (2.0f - x);
@@ -54,14 +54,14 @@ INLINE float LogOneMinus(float x) {
     return -2.0f * t * (1.0f + t2 * (0.333333333f + t2 * 0.2f));
 }
 
-// 1 - e^x for x <= 0 without the cancellation near 0.
+// Returns 1 - e^x for x <= 0 without the cancellation near 0.
 INLINE float OneMinusExp(float x) {
     if (x < -0.1f) return 1.0f - exp2(1.44269504088896f * x);
     return -x * (1.0f + x * (0.5f + x * (0.166666667f + x * (0.0416666667f + x * 0.00833333333f))));
 }
 
-// The density of normals: area of facets per solid angle and unit area of the surface. Its integral times the
-// cosine is 1.
+// Returns the density of normals: area of facets per solid angle and unit area of the surface. Its integral
+// times the cosine is 1.
 INLINE float D(MicrofacetDistribution d, vec3 wm) {
     float mx = wm.x / d.alpha.x;
     float my = wm.y / d.alpha.y;
@@ -81,14 +81,14 @@ INLINE float D(MicrofacetDistribution d, vec3 wm) {
     return peak / Sqr(slope2 + cos2);
 }
 
-// Smith's Lambda times abs(w.z): finite for every w.
+// Returns Smith's Lambda times abs(w.z): finite for every w.
 INLINE float LambdaCos(MicrofacetDistribution d, vec3 w) {
     float c = abs(w.z);
     float stretched2 = Sqr(d.alpha.x * w.x) + Sqr(d.alpha.y * w.y);
-    // Walter eq. 34 in Heitz's form, 2 Lambda = sqrt(1 + alpha^2 tan^2) - 1.
+    // This is Walter eq. 34 in Heitz's form, 2 Lambda = sqrt(1 + alpha^2 tan^2) - 1.
     float ggx = 0.5f * (sqrt(c * c + stretched2) - c);
     if (ActiveDistribution() == kDistributionGgx) return ggx;
-    // Walter eq. 27 with a = 1 / (alpha tan).
+    // This is Walter eq. 27 with a = 1 / (alpha tan).
     float beckmann = 0.0f;
     float s = sqrt(stretched2);
     if (c < 1.6f * s) {
@@ -105,19 +105,20 @@ INLINE float LambdaCos(MicrofacetDistribution d, vec3 w) {
 
 INLINE float Lambda(MicrofacetDistribution d, vec3 w) { return LambdaCos(d, w) / max(abs(w.z), 1e-12f); }
 
-// The visible share of the facets that face w. 0 for w.z = 0.
+// Returns the visible share of the facets that face w. 0 for w.z = 0.
 INLINE float G1(MicrofacetDistribution d, vec3 w) {
     float c = abs(w.z);
     return c > 0.0f ? c / (c + LambdaCos(d, w)) : 0.0f;
 }
 
-// ln Gamma(z) less (z - 1/2) ln z - z + ln(2 pi) / 2, by Stirling's series; 5e-6 at z = 2, less beyond.
+// Returns ln Gamma(z) less (z - 1/2) ln z - z + ln(2 pi) / 2, by Stirling's series; 5e-6 at z = 2, less
+// beyond.
 INLINE float StirlingRest(float z) {
     float r = 1.0f / z;
     return r * (0.0833333333f - r * r * (0.00277777778f - r * r * 0.000793650794f));
 }
 
-// Euler's beta function of 1 + a and 1 + b, for a, b >= 0; to 1e-5.
+// Returns Euler's beta function of 1 + a and 1 + b, for a, b >= 0; to 1e-5.
 INLINE float BetaOnePlus(float a, float b) {
     // B(x, y) = B(x + 1, y + 1) (x + y) (x + y + 1) / (x y) shifts the arguments to where Stirling's series
     // is accurate.
@@ -157,18 +158,18 @@ INLINE float GOverCosines(MicrofacetDistribution d, vec3 wo, vec3 wi) {
     return min(BetaOnePlus(a, b) / max(co * ci, 1e-24f), separable);
 }
 
-// The share of facets wm visible from both; 0 where either sees the back of the facet.
+// Returns the share of facets wm visible from both; 0 where either sees the back of the facet.
 INLINE float G(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm) {
     if (dot(wo, wm) * wo.z <= 0.0f || dot(wi, wm) * wi.z <= 0.0f) return 0.0f;
     return GOverCosines(d, wo, wi) * abs(wo.z * wi.z);
 }
 
-// A normal, wm.z >= 0, by the density that PDF gives. w.z > 0; w is the viewer's direction.
+// Returns a normal, wm.z >= 0, by the density that PDF gives. w.z > 0; w is the viewer's direction.
 INLINE vec3 Sample_wm(MicrofacetDistribution d, vec3 w, vec2 u) {
     vec2 cs = CosSinTurn(u.y);
     if (ActiveDistribution() == kDistributionGgx) {
-        // The upper cap of the unit sphere that a stretched viewer sees, reflected: Dupuy and Benyoub 2023,
-        // "Sampling Visible GGX Normals with Spherical Caps".
+        // Samples the upper cap of the unit sphere that a stretched viewer sees, reflected: Dupuy and Benyoub
+        // 2023, "Sampling Visible GGX Normals with Spherical Caps".
         vec3 v = normalize(vec3(d.alpha.x * w.x, d.alpha.y * w.y, max(w.z, 0.0f)));
         float z = (1.0f - u.x) * (1.0f + v.z) - v.z;
         float r = SafeSqrt(1.0f - z * z);
@@ -184,13 +185,13 @@ INLINE vec3 Sample_wm(MicrofacetDistribution d, vec3 w, vec2 u) {
         float scale = sqrt(sin2 / across2);
         return vec3(x * scale, y * scale, SafeSqrt(1.0f - sin2));
     }
-    // Walter eq. 28: tan^2 = -alpha^2 ln(1 - u).
+    // This is Walter eq. 28: tan^2 = -alpha^2 ln(1 - u).
     float r = sqrt(-LogOneMinus(u.x));
     return normalize(vec3(x * r, y * r, 1.0f));
 }
 
-// The density of Sample_wm per solid angle of wm. w and wm may each be turned around the surface, to -w
-// and -wm.
+// Returns the density of Sample_wm per solid angle of wm. w and wm may each be turned around the surface, to
+// -w and -wm.
 INLINE float PDF(MicrofacetDistribution d, vec3 w, vec3 wm) {
     if (ActiveDistribution() != kDistributionGgx) return D(d, wm) * abs(wm.z);
     float facing = dot(w, wm);
@@ -202,7 +203,7 @@ INLINE float PDF(MicrofacetDistribution d, vec3 w, vec3 wm) {
 
 INLINE vec3 Reflect(vec3 wo, vec3 wm) { return 2.0f * dot(wo, wm) * wm - wo; }
 
-// The normal that reflects wo into wi, wm.z >= 0; zero if there is none.
+// Returns the normal that reflects wo into wi, wm.z >= 0; zero if there is none.
 INLINE vec3 ReflectionNormal(vec3 wo, vec3 wi) {
     vec3 h = wo + wi;
     float length2 = dot(h, h);
@@ -221,8 +222,8 @@ INLINE bool Refract(vec3 wo, vec3 wm, float eta, OUT(vec3) wi) {
     return true;
 }
 
-// The normal that refracts wo into wi, wm.z >= 0 (Walter eq. 16); zero if there is none. eta is the index on
-// the side of wi over that on the side of wo.
+// Returns the normal that refracts wo into wi, wm.z >= 0 (Walter eq. 16); zero if there is none. eta is the
+// index on the side of wi over that on the side of wo.
 INLINE vec3 RefractionNormal(vec3 wo, vec3 wi, float eta) {
     vec3 h = wo + eta * wi;
     float length2 = dot(h, h);
@@ -230,12 +231,12 @@ INLINE vec3 RefractionNormal(vec3 wo, vec3 wi, float eta) {
     return h * ((h.z < 0.0f ? -1.0f : 1.0f) / sqrt(length2));
 }
 
-// D G / (4 cos cos), the reflection lobe of facets that reflect everything (Walter eq. 20).
+// Returns D G / (4 cos cos), the reflection lobe of facets that reflect everything (Walter eq. 20).
 INLINE float ReflectionLobe(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm) {
     return 0.25f * D(d, wm) * GOverCosines(d, wo, wi);
 }
 
-// The density of wo reflected at the normals of Sample_wm (Walter eq. 14).
+// Returns the density of wo reflected at the normals of Sample_wm (Walter eq. 14).
 INLINE float ReflectionPDF(MicrofacetDistribution d, vec3 wo, vec3 wm) {
     // For visible normals the cosine cancels.
     if (ActiveDistribution() == kDistributionGgx) return 0.25f * D(d, wm) / (abs(wo.z) + LambdaCos(d, wo));
@@ -247,19 +248,19 @@ INLINE float RefractionJacobian(vec3 wo, vec3 wi, vec3 wm, float eta) {
     return abs(dot(wi, wm)) / max(Sqr(dot(wi, wm) + dot(wo, wm) / eta), 1e-20f);
 }
 
-// The refraction lobe of facets that refract everything (Walter eq. 21), for radiance: it holds the factor
-// 1 / eta^2 by which radiance that comes from the side of wi changes. Refracts from wo.z > 0 alone.
+// Returns the refraction lobe of facets that refract everything (Walter eq. 21), for radiance: it holds the
+// factor 1 / eta^2 by which radiance that comes from the side of wi changes. Refracts from wo.z > 0 alone.
 INLINE float RefractionLobe(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm, float eta) {
     return D(d, wm) * GOverCosines(d, wo, wi) * abs(dot(wo, wm)) * RefractionJacobian(wo, wi, wm, eta) /
            (eta * eta);
 }
 
-// The density of wo refracted at the normals of Sample_wm.
+// Returns the density of wo refracted at the normals of Sample_wm.
 INLINE float RefractionPDF(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm, float eta) {
     return PDF(d, wo, wm) * RefractionJacobian(wo, wi, wm, eta);
 }
 
-// wo sees the front of the facet and wi, on the other side of the surface, its back.
+// Returns whether wo sees the front of the facet and wi, on the other side of the surface, its back.
 INLINE bool IsRefractedBy(vec3 wo, vec3 wi, vec3 wm) {
     return dot(wo, wm) * wo.z > 0.0f && dot(wi, wm) * wi.z > 0.0f;
 }

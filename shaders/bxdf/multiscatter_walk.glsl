@@ -66,7 +66,8 @@ INLINE vec2 WalkGet2D(INOUT(WalkRng) rng) {
     return vec2(x, WalkGet1D(rng));
 }
 
-// The area of facets seen from v, per area of the surface: (1 + Lambda) cos above, Lambda |cos| below.
+// Returns the area of facets seen from v, per area of the surface: (1 + Lambda) cos above, Lambda |cos|
+// below.
 INLINE float ProjectedMicrofacetArea(vec2 alpha, vec3 v) {
     float spread = Sqr(alpha.x * v.x) + Sqr(alpha.y * v.y);
     float root = sqrt(v.z * v.z + spread);
@@ -75,17 +76,18 @@ INLINE float ProjectedMicrofacetArea(vec2 alpha, vec3 v) {
     return max(area, 1e-12f);
 }
 
-// Walter's Lambda of an upward direction.
+// Returns Walter's Lambda of an upward direction.
 INLINE float WalkLambda(vec2 alpha, vec3 w) { return ProjectedMicrofacetArea(alpha, -w) / max(w.z, 1e-12f); }
 
-// GGX, m.z > 0 of unit length. cos^2 + (sin / alpha)^2 has no cancellation.
+// Returns GGX, for m.z > 0 of unit length. cos^2 + (sin / alpha)^2 has no cancellation.
 INLINE float WalkDistribution(vec2 alpha, vec3 m) {
     float a = m.z * m.z + Sqr(m.x / alpha.x) + Sqr(m.y / alpha.y);
     return kInvPi / (alpha.x * alpha.y * a * a);
 }
 
-// A facet seen from v, which may lie below the horizon: seen on the unit hemisphere, reflections of v fill
-// the cap z > -v.z evenly. Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps", HPG.
+// Returns a facet seen from v, which may lie below the horizon: seen on the unit hemisphere, reflections of v
+// fill the cap z > -v.z evenly. Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps",
+// HPG.
 INLINE vec3 SampleVisibleFacet(vec2 alpha, vec3 v, vec2 u) {
     vec3 stretched = normalize(vec3(alpha.x * v.x, alpha.y * v.y, v.z));
     float z = 1.0f - u.x * (1.0f + stretched.z);
@@ -97,7 +99,7 @@ INLINE vec3 SampleVisibleFacet(vec2 alpha, vec3 v, vec2 u) {
     return square > 0.0f ? m / sqrt(square) : vec3(0.0f, 0.0f, 1.0f);
 }
 
-// A ray inside the surface. `view` points back along it, seen from the side it is on.
+// Describes a ray inside the surface. `view` points back along it, seen from the side it is on.
 struct WalkRay {
     vec3 view;
     float depth;     // t above, 0 at the top
@@ -152,14 +154,14 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
     } else {
         ray.weight *= shares.passed / (1.0f - chance);
         float cosT = SafeSqrt(1.0f - (1.0f - cosI * cosI) / (eta * eta));
-        // Onwards and seen from the other side: inverted twice
+        // The direction goes onwards and is seen from the other side: it is inverted twice
         ray.view = normalize((cosI * m - ray.view) / eta - cosT * m);
         ray.side = -ray.side;
         ray.depth = DepthFromOtherSide(ray.depth);
     }
 }
 
-// The shares of light that a thin sheet reflects and passes.
+// Returns the shares of light that a thin sheet reflects and passes.
 INLINE FresnelCoefficients ThinSheetFresnel(WalkSurface surface, float firstCos, float lastCos) {
     FresnelCoefficients first = EvaluateFresnel(surface.fresnel, firstCos, surface.eta);
     FresnelCoefficients last = EvaluateFresnel(surface.fresnel, lastCos, surface.eta);
@@ -231,7 +233,7 @@ INLINE vec3 ConnectRefracted(WalkRay ray, WalkSurface surface, vec3 w) {
     float cosI = dot(ray.view, m);
     float cosT = -dot(w, m);
     if (!(cosI > 0.0f) || !(cosT > 0.0f)) return vec3(0.0f);
-    // Walter et al. 2007, equation 17: |dm / dw|
+    // This is |dm / dw| of Walter et al. 2007, equation 17
     float jacobian = eta * eta * cosT / Sqr(cosI - eta * cosT);
     float phase = WalkDistribution(surface.alpha, m) * cosI * jacobian /
                   ProjectedMicrofacetArea(surface.alpha, ray.view);
@@ -247,15 +249,15 @@ INLINE float SingleReflection(vec2 alpha, vec3 wo, vec3 wi) {
            (ProjectedMicrofacetArea(alpha, wo) + lambda * wo.z);
 }
 
-// An unbiased estimate of f |wi.z| with the factors that SampleWalk's weight has: a walk from wo, connected
-// to wi at each facet that it meets.
+// Returns an unbiased estimate of f |wi.z| with the factors that SampleWalk's weight has: a walk from wo,
+// connected to wi at each facet that it meets.
 INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
     bool isThin = surface.kind == kWalkPassesThin;
     bool isThrough = wi.z < 0.0f;
     if (wi.z == 0.0f || (isThrough && surface.kind == kWalkAbsorbs)) return vec3(0.0f);
     vec3 target = isThin && isThrough ? vec3(wi.x, wi.y, -wi.z) : wi;
 
-    // The first reflection.
+    // The first reflection is connected exactly.
     vec3 sum = vec3(0.0f);
     if (target.z > 0.0f) {
         float single = SingleReflection(surface.alpha, wo, target);
@@ -266,7 +268,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         }
     }
 
-    // All later bounces.
+    // All later bounces are those of the walk.
     WalkRng rng = StartWalkRng(seed);
     WalkRay ray = StartWalkRay(wo);
     vec3 multiple = vec3(0.0f);

@@ -7,17 +7,17 @@
 
 SHADING_BEGIN
 
-// The phase function of Henyey and Greenstein 1941, "Diffuse Radiation in the Galaxy": the density per solid
-// angle of a scattered direction. `cosTheta` is 1 where light goes straight on; g is its mean.
+// Returns the phase function of Henyey and Greenstein 1941, "Diffuse Radiation in the Galaxy": the density
+// per solid angle of a scattered direction. `cosTheta` is 1 where light goes straight on; g is its mean.
 INLINE float PhaseHG(float g, float cosTheta) {
     float square = Sqr(1.0f - g) + 2.0f * g * (1.0f - cosTheta);  // 1 + g^2 - 2 g cos, without cancellation
     return kInv4Pi * (1.0f - g * g) / (square * sqrt(square));
 }
 
-// A direction by that density, where light comes along +z.
+// Returns a direction by that density, where light comes along +z.
 INLINE vec3 SamplePhaseHG(float g, vec2 u) {
     float z = 1.0f - 2.0f * u.x;
-    // The inverse of the cumulated density; near g = 0 it is 0 / 0, and the density constant to 0.3 %
+    // This inverts the cumulated density; near g = 0 it is 0 / 0, and the density constant to 0.3 %
     if (abs(g) > 1e-3f) {
         float s = (1.0f - g * g) / (1.0f + g - 2.0f * g * u.x);
         z = clamp((1.0f + g * g - s * s) / (2.0f * g), -1.0f, 1.0f);
@@ -27,8 +27,8 @@ INLINE vec3 SamplePhaseHG(float g, vec2 u) {
     return vec3(r * turn.x, r * turn.y, z);
 }
 
-// About the share of light from all sides that a half space of the medium returns: van de Hulst 1980,
-// "Multiple Light Scattering".
+// Returns approximately the share of light from all sides that a half space of the medium returns: van de
+// Hulst 1980, "Multiple Light Scattering".
 INLINE vec3 MultiscatterColor(Medium medium) {
     vec3 color = vec3(0.0f);
     for (int i = 0; i < 3; ++i) {

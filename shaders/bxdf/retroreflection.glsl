@@ -19,7 +19,7 @@ INLINE bool HasRetroreflection(FacetView view, vec3 wi) {
     return HasTraceFeature(kTraceRetroreflection) && view.retroreflectedShare > 0.0f && wi.z > 0.0f;
 }
 
-// The pair for light that goes back; only for directions that HasRetroreflection.
+// Returns the pair for light that goes back; only for directions that HasRetroreflection.
 INLINE FacetPair RetroreflectedPair(FacetView view, vec3 wi, bool isDelta) {
     view.wo = Mirrored(view.wo);
     return PairOf(view, wi, isDelta);

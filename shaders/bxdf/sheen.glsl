@@ -17,20 +17,20 @@ SHADING_BEGIN
 struct SheenBxDF {
     vec3 color;         // times its share of the light
     float alpha;
-    TableSpan row;      // of the energy tables
+    TableSpan row;      // row of the energy tables
     float covered;      // the largest channel of the color
     vec2 energy;        // SheenEnergyAt wo
     float transmittanceScale;  // 1 / mean of what it passes
 };
 
-// The density of normals: its integral times the cosine is 1. Conty and Kulla, section 2.
+// Returns the density of normals: its integral times the cosine is 1. Conty and Kulla, section 2.
 INLINE float SheenD(float alpha, float cosTheta) {
     float exponent = 1.0f / alpha;
     float sin2 = max(1.0f - cosTheta * cosTheta, 0.0f);
     return (2.0f + exponent) * pow(sin2, 0.5f * exponent) * (0.5f * kInvPi);
 }
 
-// The exponent of Lambda for cosines below 0.5; the same paper, section 3.
+// Returns the exponent of Lambda for cosines below 0.5; the same paper, section 3.
 INLINE float SheenFit(float alpha, float x) {
     float t = Sqr(1.0f - alpha);
     float a = mix(21.5473f, 25.3245f, t);
@@ -47,7 +47,7 @@ INLINE float SheenLambda(float alpha, float cosTheta) {
     return exp2(1.44269504088896f * exponent);
 }
 
-// f of white sheen, of two directions above the surface.
+// Returns f of white sheen, for two directions above the surface.
 INLINE float SheenF(float alpha, vec3 wo, vec3 wi) {
     vec3 sum = wo + wi;
     float square = dot(sum, sum);
@@ -67,7 +67,7 @@ INLINE vec2 SheenEnergyAt(TableSpan row, float cosTheta) {
     return vec2(energy.x, energy.y);
 }
 
-// The mean of that albedo.
+// Returns the mean of that albedo.
 INLINE float MeanSheenAlbedo(TableSpan row) {
     uint at = kEnergySheenMeanOffset + row.first;
     return mix(EnergyEntryOf(at).first.x, EnergyEntryOf(at + 1u).first.x, row.t);

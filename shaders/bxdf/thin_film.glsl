@@ -24,7 +24,7 @@ SHADING_BEGIN
 
 struct ThinFilm {
     float weight;  // share of the facets that it is on
-    float eta;     // its index over that of the medium before it
+    float eta;     // index over that of the medium before the film
     float path;    // optical path through it and back along the normal, 2 index thickness; nm
 };
 
@@ -41,7 +41,7 @@ CONST float kMaxFilmPath = 1.0e5f;
 
 // ----------------------------------------------------------------------------------------- complex numbers
 
-// One for each channel.
+// Holds a complex number for each channel.
 struct ComplexColor {
     vec3 re;
     vec3 im;
@@ -68,21 +68,21 @@ INLINE ComplexColor Over(ComplexColor a, ComplexColor b) {
     return ComplexOf((a.re * b.re + a.im * b.im) * scale, (a.im * b.re - a.re * b.im) * scale);
 }
 
-// The root in the upper right quarter, of numbers in the upper half.
+// Returns the root in the upper right quarter, of numbers in the upper half.
 INLINE ComplexColor UpperRoot(ComplexColor a) {
     vec3 size = sqrt(AbsSquare(a));
     return ComplexOf(sqrt(max(0.5f * (size + a.re), vec3(0.0f))),
                      sqrt(max(0.5f * (size - a.re), vec3(0.0f))));
 }
 
-// (a - b) / (a + b): what Fresnel's equations are made of.
+// Returns (a - b) / (a + b), of which Fresnel's equations are made.
 INLINE ComplexColor Contrast(ComplexColor a, ComplexColor b) {
     return Over(ComplexOf(a.re - b.re, a.im - b.im), ComplexOf(a.re + b.re, a.im + b.im));
 }
 
 // ----------------------------------------------------------------------------------- means over the spectrum
 
-// The mean of exp(2 pi i m path / wavelength) over the response of each channel, for m = 1, 2, 3, 4.
+// Holds the mean of exp(2 pi i m path / wavelength) over the response of each channel, for m = 1, 2, 3, 4.
 struct PathSpectrum {
     ComplexColor once;
     ComplexColor twice;
@@ -128,11 +128,11 @@ INLINE PathSpectrum SpectrumOf(float path) {
     return spectrum;
 }
 
-// The mean wave number of each channel, 1 / nm.
+// Returns the mean wave number of each channel, 1 / nm.
 INLINE vec3 MeanWaveNumbers() { return vec3(1.5471e-3f, 1.8359e-3f, 2.2594e-3f); }
 
-// The real part of the mean of q / (1 - q), where each round trip of that path multiplies by q: four terms,
-// and a geometric series that goes on as the fourth followed the third.
+// Returns the real part of the mean of q / (1 - q), where each round trip of that path multiplies by q: four
+// terms, and a geometric series that goes on as the fourth followed the third.
 INLINE vec3 MeanOfRoundTrips(ComplexColor q, PathSpectrum spectrum) {
     ComplexColor q2 = Times(q, q);
     vec3 sum = Times(q, spectrum.once).re + Times(q2, spectrum.twice).re;
@@ -147,17 +147,17 @@ INLINE vec3 MeanOfRoundTrips(ComplexColor q, PathSpectrum spectrum) {
 
 // ----------------------------------------------------------------------------------------------- reflectance
 
-// Airy's reflectance for one polarization: r12 and r23 are the amplitudes of the upper face and of the lower,
-// the latter with what one round trip does to the light.
+// Returns Airy's reflectance for one polarization: r12 and r23 are the amplitudes of the upper face and of
+// the lower, the latter with what one round trip does to the light.
 INLINE vec3 AiryReflectance(ComplexColor r12, ComplexColor r23) {
     ComplexColor product = Times(r12, r23);
     return AbsSquare(Plus(r12, r23)) /
            max(AbsSquare(ComplexOf(vec3(1.0f) + product.re, product.im)), vec3(1e-12f));
 }
 
-// The gain for one polarization, of a film that light passes. With q = -r12 r23 exp(2 pi i path / wavelength)
-// Airy's reflectance is 1 - K (1 + 2 Re(q / (1 - q))), K = (1 - |r12|^2) (1 - |r23|^2) / (1 - |q|^2), and
-// without a path likewise.
+// Returns the gain for one polarization, of a film that light passes. With q = -r12 r23 exp(2 pi i path /
+// wavelength) Airy's reflectance is 1 - K (1 + 2 Re(q / (1 - q))), K = (1 - |r12|^2) (1 - |r23|^2) / (1 -
+// |q|^2), and without a path likewise.
 INLINE vec3 InterferenceGain(ComplexColor r12, ComplexColor r23, PathSpectrum spectrum) {
     vec3 upper = AbsSquare(r12);
     vec3 lower = AbsSquare(r23);
@@ -177,8 +177,8 @@ INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
     float sin2 = 1.0f - c * c;
     float square = film.eta * film.eta;
     ComplexColor baseSquare = ComplexOf(eta * eta - k * k, 2.0f * eta * k);
-    // Index times cosine, on the three sides of the two faces. Beyond total reflection at the upper face it
-    // is imaginary within the film
+    // These are index times cosine, on the three sides of the two faces. Beyond total reflection at the upper
+    // face it is imaginary within the film
     ComplexColor before = ComplexOf(vec3(c), zero);
     ComplexColor within = UpperRoot(ComplexOf(vec3(square - sin2), zero));
     ComplexColor below = UpperRoot(ComplexOf(baseSquare.re - vec3(sin2), baseSquare.im));

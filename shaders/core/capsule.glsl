@@ -15,7 +15,7 @@ using gpu::CapsuleRecord;
 
 SHADING_BEGIN
 
-// The part of a line that is inside of a convex shape; none: begin > end.
+// Holds the part of a line that is inside of a convex shape; none: begin > end.
 struct Chord {
     float begin;
     float end;
@@ -80,7 +80,7 @@ INLINE Chord CylinderChord(vec3 to, vec3 unit, vec3 axis, float len, float radiu
     return chord;
 }
 
-// The intersections of a ray with a capsule.
+// Holds the intersections of a ray with a capsule.
 struct CapsuleHit {
     float enter;  // where it enters, in lengths of its direction; below 0: nowhere, it starts inside
     float leave;  // where it leaves; below 0: nowhere, it misses
@@ -129,9 +129,9 @@ INLINE CapsuleHit IntersectCapsule(CapsuleRecord capsule, vec3 origin, vec3 dire
     return hit;
 }
 
-// A point of the surface, which two numbers say. x: the direction around the axis, 0 to 4, by the diamond
-// |x| + |y| = 1, which needs no trigonometry. y: 0 to 1 along the segment; -1 to 0 from the first end's
-// pole to its equator, 1 to 2 from the other equator to its pole, by a diamond too.
+// Describes a point of the surface, which two numbers say. x: the direction around the axis, 0 to 4, by the
+// diamond |x| + |y| = 1, which needs no trigonometry. y: 0 to 1 along the segment; -1 to 0 from the first
+// end's pole to its equator, 1 to 2 from the other equator to its pole, by a diamond too.
 struct CapsulePoint {
     vec3 position;  // in the space of the capsule
     vec3 normal;    // unit length, outwards
@@ -164,7 +164,8 @@ INLINE vec2 CapsulePlaceOf(CapsuleRecord capsule, vec3 point) {
     return vec2(turn, along);
 }
 
-// The mean curvature at a place: half of the sum of the principal ones, of which one is 0 along the segment.
+// Returns the mean curvature at a place: half of the sum of the principal ones, of which one is 0 along the
+// segment.
 INLINE float CapsuleCurvature(CapsuleRecord capsule, vec2 place) {
     vec3 segment = capsule.p1 - capsule.p0;
     bool isBody = place.y > 0.0f && place.y < 1.0f && dot(segment, segment) > 0.0f;

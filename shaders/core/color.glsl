@@ -6,10 +6,10 @@
 
 SHADING_BEGIN
 
-// Relative luminance Y of Rec. 709 primaries (ITU-R BT.709).
+// Returns the relative luminance Y of Rec. 709 primaries (ITU-R BT.709).
 INLINE float Luminance(vec3 c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
-// The transfer functions of IEC 61966-2-1, for values in [0, 1].
+// These are the transfer functions of IEC 61966-2-1, for values in [0, 1].
 INLINE float SrgbEncode(float linear) {
     return linear <= 0.0031308f ? 12.92f * linear : 1.055f * pow(linear, 1.0f / 2.4f) - 0.055f;
 }

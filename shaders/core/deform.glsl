@@ -28,7 +28,7 @@ INLINE void AddMorphTarget(INOUT(ShapedVertex) vertex, float weight, vec3 positi
     vertex.tangent += vec4(weight * tangent, 0.0f);
 }
 
-// After all targets: what has no length stays as it was.
+// Must be called after all targets: a vector without length stays as it was.
 INLINE ShapedVertex NormalizeMorphed(ShapedVertex vertex, ShapedVertex base) {
     vertex.normal = UnitOr(vertex.normal, base.normal);
     vec3 was = vec3(base.tangent.x, base.tangent.y, base.tangent.z);

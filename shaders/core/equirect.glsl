@@ -23,7 +23,7 @@ INLINE vec3 DirectionFromEquirect(vec2 uv, float rotation) {
     return vec3(polar.y * azimuth.x, polar.x, polar.y * azimuth.y);
 }
 
-// A density over uv (integral 1 over the unit square) as one over solid angle; 0 at the poles, where
+// Returns a density over uv (integral 1 over the unit square) as one over solid angle; 0 at the poles, where
 // none exists.
 INLINE float EquirectSolidAnglePDF(float uvPDF, float v) {
     float sinTheta = CosSinTurn(0.5f * v).y;

@@ -15,8 +15,8 @@ struct Frame {
     vec3 z;
 };
 
-// The frame about a unit vector; continuous except where z.z changes sign. Duff et al. 2017, "Building an
-// Orthonormal Basis, Revisited", JCGT 6(1). No special case: 1 + |z.z| is at least 1.
+// Returns the frame about a unit vector; continuous except where z.z changes sign. Duff et al. 2017,
+// "Building an Orthonormal Basis, Revisited", JCGT 6(1). No special case: 1 + |z.z| is at least 1.
 INLINE Frame FrameFromZ(vec3 z) {
     float s = z.z >= 0.0f ? 1.0f : -1.0f;
     float a = -1.0f / (s + z.z);
@@ -97,7 +97,7 @@ INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     if (!(square > 0.0f)) return ng;
     vec3 halfway = wo + mirrored * inversesqrt(square);
     float halfwaySquare = dot(halfway, halfway);
-    // Nearly opposite directions: the sum is only rounding
+    // For nearly opposite directions, the sum is only rounding
     return halfwaySquare > 1e-6f ? halfway * inversesqrt(halfwaySquare) : ng;
 }
 
@@ -107,10 +107,10 @@ INLINE vec3 TangentPlaneOffset(vec3 p, vec3 vertex, vec3 normal) {
     return max(dot(vertex - p, normal), 0.0f) * normal;
 }
 
-// The offset that lifts a point of a triangle onto the convex surface that its vertex normals describe:
-// to the mean of its projections onto the tangent planes at the vertices p0, p1, p2, of those planes
-// that lie above it. `weights` are its barycentrics, the normals of any length. Zero at the vertices, on
-// flat surfaces and concave ones. Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II,
+// Returns the offset that lifts a point of a triangle onto the convex surface that its vertex normals
+// describe: to the mean of its projections onto the tangent planes at the vertices p0, p1, p2, of those
+// planes that lie above it. `weights` are its barycentrics, the normals of any length. Zero at the vertices,
+// on flat surfaces and concave ones. Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II,
 // chapter 4.
 INLINE vec3 ShadowTerminatorOffset(vec3 weights, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 n0, vec3 n1,
                                    vec3 n2) {

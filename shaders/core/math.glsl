@@ -24,18 +24,19 @@ CONST float kInv4Pi = 0.0795774715459477f;
 
 INLINE float Sqr(float x) { return x * x; }
 
-// The root of a value that rounding may have left just below zero.
+// Returns the root of a value that rounding may have left just below zero.
 INLINE float SafeSqrt(float x) { return sqrt(max(x, 0.0f)); }
 
 INLINE float MaxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
-// Neither NaN nor infinite; by its bits, which no optimization for finite numbers takes away.
+// Returns whether x is neither NaN nor infinite; by its bits, which no optimization for finite numbers takes
+// away.
 INLINE bool IsFinite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 INLINE bool IsFinite(vec3 v) { return IsFinite(v.x) && IsFinite(v.y) && IsFinite(v.z); }
 
-// (cos x, sin x) for |x| <= pi / 4, to one unit in the last place: S. Moshier's polynomials (Cephes, sinf and
-// cosf). Shading uses these where it can, since GLSL's own may be off by 2^-11, and by different amounts on
-// each device.
+// Returns (cos x, sin x) for |x| <= pi / 4, to one unit in the last place: S. Moshier's polynomials (Cephes,
+// sinf and cosf). Shading uses these where it can, since GLSL's own may be off by 2^-11, and by different
+// amounts on each device.
 INLINE vec2 CosSinOctant(float x) {
     float x2 = x * x;
     float c = ((2.443315711809948e-5f * x2 - 1.388731625493765e-3f) * x2 + 4.166664568298827e-2f) * x2;
@@ -43,7 +44,7 @@ INLINE vec2 CosSinOctant(float x) {
     return vec2(1.0f + (c - 0.5f) * x2, x + s * x);
 }
 
-// (cos, sin) of so many whole turns, 0 <= turn <= 1.
+// Returns (cos, sin) of so many whole turns, 0 <= turn <= 1.
 INLINE vec2 CosSinTurn(float turn) {
     float quarter = floor(4.0f * turn + 0.5f);
     vec2 cs = CosSinOctant(kTwoPi * (turn - 0.25f * quarter));

@@ -7,7 +7,7 @@
 
 SHADING_BEGIN
 
-// OKLab to linear Rec. 709. B. Ottosson 2020, "A perceptual color space for image processing".
+// Converts OKLab to linear Rec. 709. B. Ottosson 2020, "A perceptual color space for image processing".
 INLINE vec3 LinearFromOklab(vec3 lab) {
     float l = lab.x + 0.3963377774f * lab.y + 0.2158037573f * lab.z;
     float m = lab.x - 0.1055613458f * lab.y - 0.0638541728f * lab.z;
@@ -20,8 +20,8 @@ INLINE vec3 LinearFromOklab(vec3 lab) {
                 -0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s);
 }
 
-// A ramp over t in [0, 1], from dark blue over violet and red to light yellow, linear Rec. 709. OKLab's
-// lightness grows evenly from 0.18 to 0.93, so that equal steps of t look equal, in gray too.
+// Returns a ramp over t in [0, 1], from dark blue over violet and red to light yellow, linear Rec. 709.
+// OKLab's lightness grows evenly from 0.18 to 0.93, so that equal steps of t look equal, in gray too.
 INLINE vec3 HeatColor(float t) {
     float x = clamp(t, 0.0f, 1.0f);
     float hue = 4.65f + 3.45f * x;  // radians, from blue upwards
@@ -31,8 +31,8 @@ INLINE vec3 HeatColor(float t) {
     return clamp(color, vec3(0.0f), vec3(1.0f));
 }
 
-// A distinct color for each id, display-encoded (not linear): neighbors get hues that are far apart, by steps
-// of the golden ratio, and two levels of brightness.
+// Returns a distinct color for each id, display-encoded (not linear): neighbors get hues that are far apart,
+// by steps of the golden ratio, and two levels of brightness.
 INLINE vec3 IdColor(uint id) {
     float hue = float((id * 2654435769u) >> 8u) * 5.9604644775390625e-8f;
     float value = (id & 1u) == 0u ? 0.95f : 0.7f;

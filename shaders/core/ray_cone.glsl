@@ -26,13 +26,13 @@ INLINE RayCone MakeCone(float width, float spread) {
     return cone;
 }
 
-// A pixel of that width (meters) at distance 1 along the camera's axis, in a direction at that cosine to it:
-// its solid angle falls by the cube of the cosine.
+// Returns the cone of a pixel of that width (meters) at distance 1 along the camera's axis, in a direction at
+// that cosine to it: its solid angle falls by the cube of the cosine.
 INLINE RayCone PerspectiveCone(float pixelWidth, float cosine) {
     return MakeCone(0.0f, pixelWidth * cosine * sqrt(cosine));
 }
 
-// Farther along the ray. A cone that narrows to a point goes on as one that widens.
+// Returns the cone farther along the ray. A cone that narrows to a point goes on as one that widens.
 INLINE RayCone AdvanceCone(RayCone cone, float distance) {
     float width = cone.width + cone.spread * distance;
     return width < 0.0f ? MakeCone(-width, -cone.spread) : MakeCone(width, cone.spread);
@@ -47,7 +47,7 @@ INLINE RayCone ReflectCone(RayCone cone, float curvature) {
 // Returns the cone after the refraction at a surface of relative index of refraction eta, near its normal:
 // angles to the normal shrink by eta.
 INLINE RayCone RefractCone(RayCone cone, float curvature, float eta) {
-    float turn = curvature * cone.width;  // of the normal over the cone
+    float turn = curvature * cone.width;  // turn of the normal over the cone
     return MakeCone(cone.width, (cone.spread + turn) / eta - turn);
 }
 
@@ -63,8 +63,9 @@ INLINE RayCone WidenCone(RayCone cone, float pdf) {
     return MakeCone(cone.width, cone.spread + sqrt(solidAngle));
 }
 
-// The mean curvature of a triangle with edges e1 and e2 from its first vertex, by its vertex normals: half
-// their divergence. Of unit normals; of any other vectors, in proportion to their length. 0 for a sliver.
+// Returns the mean curvature of a triangle with edges e1 and e2 from its first vertex, by its vertex normals:
+// half their divergence. Of unit normals; of any other vectors, in proportion to their length. 0 for a
+// sliver.
 INLINE float MeanCurvature(vec3 e1, vec3 e2, vec3 n0, vec3 n1, vec3 n2) {
     vec3 normal = cross(e1, e2);
     float inverse = InverseLength(normal);
@@ -78,9 +79,9 @@ INLINE float FootprintArea(float width, float cosine) {
     return width * width / max(abs(cosine), kLeastCosine);
 }
 
-// The level at which a footprint of so many texels of level 0 has one, plus `bias`; no finer than level 0. A
-// level has a quarter of the texels of the one before, or half, once the texture is one texel wide or high:
-// `side` is its shorter side in texels of level 0.
+// Returns the level at which a footprint of so many texels of level 0 has one, plus `bias`; no finer than
+// level 0. A level has a quarter of the texels of the one before, or half, once the texture is one texel wide
+// or high: `side` is its shorter side in texels of level 0.
 INLINE float TextureLevel(float texels, float side, float bias) {
     float logTexels = log2(max(texels, 1e-30f));
     return max(max(0.5f * logTexels, logTexels - log2(side)) + bias, 0.0f);

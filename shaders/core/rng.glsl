@@ -42,12 +42,12 @@ SHADING_BEGIN
 OPTION(SamplerKind, SamplerKind, 0, Sobol)
 
 struct Sampler {
-    uint pixelSeed;  // One-to-one with the pixel for a given seed, and with the seed for a given pixel.
-    uint index;      // The sample index; for Sobol with its bits reversed, as the scrambling needs it.
-    uint dimension;  // of the next draw
+    uint pixelSeed;  // one-to-one with the pixel for a given seed, and with the seed for a given pixel
+    uint index;      // sample index; for Sobol with its bits reversed, as the scrambling needs it
+    uint dimension;  // dimension of the next draw
 };
 
-// The top 24 bits as a float in [0, 1). Through int: that conversion is one instruction on CPUs.
+// Returns the top 24 bits as a float in [0, 1). Through int: that conversion is one instruction on CPUs.
 INLINE float BitsToUnit(uint bits) {
     return float(int(bits >> 8u)) * 5.9604644775390625e-8f;
 }
@@ -64,9 +64,9 @@ INLINE uint OwenScrambleReversed(uint x, uint seed) {
     return x;
 }
 
-// Dimension 2 of Sobol's sequence at `index`, bits reversed. Its generator matrix is Pascal's triangle modulo
-// 2, which factors into one masked shift-and-xor for each bit of the bit number (Ahmed 2024, "An
-// Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact"); dimension 1 reversed is the
+// Returns dimension 2 of Sobol's sequence at `index`, bits reversed. Its generator matrix is Pascal's
+// triangle modulo 2, which factors into one masked shift-and-xor for each bit of the bit number (Ahmed 2024,
+// "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact"); dimension 1 reversed is the
 // index itself.
 INLINE uint SobolSecondReversed(uint index) {
     index ^= index >> 16u;
@@ -77,11 +77,11 @@ INLINE uint SobolSecondReversed(uint index) {
     return index;
 }
 
-// A third dimension, with which blocks of 2^k points are (1,k,3)-nets. The index is read as a polynomial over
-// the field of two elements, and its digits in the base of another polynomial are written lowest first (S.
-// Tezuka 1993, "Polynomial Arithmetic Analogue of Halton Sequences"). Dimension 2 is that of x + 1; this is
-// that of x^2 + x + 1, whose digits have two bits. Its powers by 2^n have three terms, so that each step
-// divides all parts by one: by x^16 + x^8 + 1, x^8 + x^4 + 1, ...
+// Returns a third dimension, with which blocks of 2^k points are (1,k,3)-nets. The index is read as a
+// polynomial over the field of two elements, and its digits in the base of another polynomial are written
+// lowest first (S. Tezuka 1993, "Polynomial Arithmetic Analogue of Halton Sequences"). Dimension 2 is that of
+// x + 1; this is that of x^2 + x + 1, whose digits have two bits. Its powers by 2^n have three terms, so that
+// each step divides all parts by one: by x^16 + x^8 + 1, x^8 + x^4 + 1, ...
 INLINE uint SobolThirdReversed(uint index) {
     index ^= ((index >> 8u) & 0x00ffff00u) ^ ((index >> 16u) & 0x000000ffu) ^ (index >> 24u);
     index ^= ((index >> 4u) & 0x0ff00ff0u) ^ ((index >> 8u) & 0x000f000fu) ^ ((index >> 12u) & 0x000f000fu);
@@ -90,8 +90,9 @@ INLINE uint SobolThirdReversed(uint index) {
     return index;
 }
 
-// Another third dimension, of x^3 + x + 1: blocks of 2^k points are (2,k,3)-nets. As above, but that the
-// middle term of what a step divides by is so near to the first that a part of the quotient is divided again.
+// Returns another third dimension, of x^3 + x + 1: blocks of 2^k points are (2,k,3)-nets. As above, but that
+// the middle term of what a step divides by is so near to the first that a part of the quotient is divided
+// again.
 INLINE uint SobolThirdOfPairReversed(uint index) {
     uint quotient = index >> 24u;
     index ^= (quotient << 8u) ^ quotient;
@@ -118,10 +119,10 @@ INLINE uint TimesW2(uint x) {
     return (low ^ high) | (low << 1u);
 }
 
-// The index at which the second draw of a pair takes the dimensions that the first takes at `index`: Pascal's
-// triangle over the field of four elements, with powers of w. Of blocks of 4^k points the first two numbers
-// of both draws are then a (0,k,4)-net in base 4 (Faure's sequence), and those of each a (0,2k,2)-net in base
-// 2 as before. A. Ahmed et al. 2024, "SZ Sequences: Binary-Based (0, 2^q)-Sequences".
+// Returns the index at which the second draw of a pair takes the dimensions that the first takes at `index`:
+// Pascal's triangle over the field of four elements, with powers of w. Of blocks of 4^k points the first two
+// numbers of both draws are then a (0,k,4)-net in base 4 (Faure's sequence), and those of each a (0,2k,2)-net
+// in base 2 as before. A. Ahmed et al. 2024, "SZ Sequences: Binary-Based (0, 2^q)-Sequences".
 INLINE uint SobolSecondOfPair(uint index) {
     index ^= TimesW2(index >> 16u);
     index ^= TimesW((index >> 8u) & 0x00ff00ffu);
@@ -130,7 +131,7 @@ INLINE uint SobolSecondOfPair(uint index) {
     return index;
 }
 
-// The seed of a draw, from which the seeds of its three scramblings are derived.
+// Returns the seed of a draw, from which the seeds of its three scramblings are derived.
 INLINE uint SobolDrawSeed(Sampler rng) {
     return MixBits(rng.pixelSeed ^ (rng.dimension * 0x9e3779b9u));
 }
@@ -140,7 +141,7 @@ INLINE uint SobolSubSeed(uint drawSeed, uint factor) {
     return x ^ (x >> 15u);
 }
 
-// The sample index shuffled by nested scrambling: aligned blocks of 2^k indices go to aligned blocks.
+// Returns the sample index shuffled by nested scrambling: aligned blocks of 2^k indices go to aligned blocks.
 INLINE uint SobolShuffledIndex(Sampler rng, uint drawSeed) {
     return bitfieldReverse(OwenScrambleReversed(rng.index, drawSeed));
 }

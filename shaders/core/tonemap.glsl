@@ -31,7 +31,7 @@ INLINE float TonemapInput(float x) { return x > 0.0f ? min(x, kTonemapInputLimit
 
 INLINE vec3 TonemapReinhard(vec3 c) { return c / (vec3(1.0f) + c); }
 
-// The tone curve of Hill's fit, on a color in its working space.
+// Returns the tone curve of Hill's fit, on a color in its working space.
 INLINE vec3 AcesFitCurve(vec3 v) {
     vec3 numerator = v * (v + vec3(0.0245786f)) - vec3(0.000090537f);
     vec3 denominator = v * (0.983729f * v + vec3(0.4329510f)) + vec3(0.238081f);
@@ -39,8 +39,8 @@ INLINE vec3 AcesFitCurve(vec3 v) {
 }
 
 INLINE vec3 TonemapAces(vec3 c) {
-    // Columns. Into the transform's working space with its desaturation of the input, and back to sRGB with
-    // that of the output.
+    // The matrices are given by columns, into the transform's working space with its desaturation of the
+    // input, and back to sRGB with that of the output.
     mat3 toRrt = mat3(vec3(0.59719f, 0.07600f, 0.02840f), vec3(0.35458f, 0.90834f, 0.13383f),
                       vec3(0.04823f, 0.01566f, 0.83777f));
     mat3 fromOdt = mat3(vec3(1.60475f, -0.10208f, -0.00327f), vec3(-0.53108f, 1.10813f, -0.07276f),
@@ -48,8 +48,8 @@ INLINE vec3 TonemapAces(vec3 c) {
     return fromOdt * AcesFitCurve(toRrt * c);
 }
 
-// The sigmoid of AgX on log-encoded [0, 1]: slope 2 at the pivot (10 of 16.5 stops, value 0.5), power 3 below
-// it and 3.25 above, scaled to pass through (0, 0) and (1, 1).
+// Returns the sigmoid of AgX on log-encoded [0, 1]: slope 2 at the pivot (10 of 16.5 stops, value 0.5), power
+// 3 below it and 3.25 above, scaled to pass through (0, 0) and (1, 1).
 INLINE float AgXSigmoid(float x) {
     float d = x - 10.0f / 16.5f;
     float scale = d < 0.0f ? 59.507875f : 69.862789f;
@@ -90,7 +90,7 @@ INLINE vec3 TonemapNeutral(vec3 c) {
     return mix(c * (newPeak / peak), vec3(newPeak), white);
 }
 
-// Scene-linear to display-linear, both Rec. 709; the result is in [0, 1]. `op` is one of kTonemap*.
+// Maps scene-linear to display-linear, both Rec. 709; the result is in [0, 1]. `op` is one of kTonemap*.
 INLINE vec3 TonemapLinearLight(vec3 c, uint op) {
     c = vec3(TonemapInput(c.x), TonemapInput(c.y), TonemapInput(c.z));
     if (op == kTonemapReinhard)
@@ -104,7 +104,7 @@ INLINE vec3 TonemapLinearLight(vec3 c, uint op) {
     return clamp(c, vec3(0.0f), vec3(1.0f));
 }
 
-// The value for an 8-bit image: scene-linear radiance times 2^exposureEv, through `op`, encoded.
+// Returns the value for an 8-bit image: scene-linear radiance times 2^exposureEv, through `op`, encoded.
 INLINE vec3 Tonemap(vec3 radiance, float exposureEv, uint op) {
     vec3 c = TonemapLinearLight(radiance * exp2(exposureEv), op);
     if (op == kTonemapLinear) return c;

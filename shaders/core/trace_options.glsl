@@ -14,7 +14,7 @@ OPTION(Roulette, Roulette, 8, Throughput)
 OPTION_FEATURES(TraceFeatures, HasTraceFeature, 9, 12,
                 ~(kTraceShadowTerminator | kTraceTextureLod | kTraceHiddenEnvironment))
 
-// Options of the integrator's loop only.
+// These options are for the integrator's loop only.
 OPTION_BITS(LoopOptions, HasLoopOption, 10, 0u)
 
 SHADING_END

@@ -8,22 +8,24 @@
 
 SHADING_BEGIN
 
-// Unit disk, uniform by area. Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
+// Returns a point of the unit disk, uniform by area. Shirley and Chiu 1997, "A Low Distortion Map Between
+// Disk and Square".
 INLINE vec2 SampleUniformDiskConcentric(vec2 u) {
     float a = 2.0f * u.x - 1.0f;
     float b = 2.0f * u.y - 1.0f;
     bool isXMajor = abs(a) > abs(b);
     float radius = isXMajor ? a : b;
     if (radius == 0.0f) return vec2(0.0f, 0.0f);
-    // The angle from the nearer axis, at most pi / 4.
+    // This is the angle from the nearer axis, at most pi / 4.
     vec2 cs = CosSinOctant(kPiOver4 * ((isXMajor ? b : a) / radius));
     return vec2(radius * (isXMajor ? cs.x : cs.y), radius * (isXMajor ? cs.y : cs.x));
 }
 
 INLINE float UniformDiskPDF() { return kInvPi; }
 
-// Directions about +z with density cos(theta) / pi: the disk lifted to the hemisphere (Malley). Directions on
-// the rim (z = 0, density 0) occur with u.x = 0 or u.y = 0: callers test the pdf before they divide by it.
+// Returns a direction about +z with density cos(theta) / pi: the disk lifted to the hemisphere (Malley).
+// Directions on the rim (z = 0, density 0) occur with u.x = 0 or u.y = 0: callers test the pdf before they
+// divide by it.
 INLINE vec3 SampleCosineHemisphere(vec2 u) {
     vec2 d = SampleUniformDiskConcentric(u);
     return vec3(d.x, d.y, SafeSqrt(1.0f - d.x * d.x - d.y * d.y));
@@ -31,10 +33,10 @@ INLINE vec3 SampleCosineHemisphere(vec2 u) {
 
 INLINE float CosineHemispherePDF(float cosTheta) { return max(cosTheta, 0.0f) * kInvPi; }
 
-// Directions over the whole sphere; u.x runs from +z to -z (Archimedes).
+// Returns a direction of the whole sphere; u.x runs from +z to -z (Archimedes).
 INLINE vec3 SampleUniformSphere(vec2 u) {
     float z = 1.0f - 2.0f * u.x;
-    // 1 - z^2 without the cancellation at the poles.
+    // This is 1 - z^2 without the cancellation at the poles.
     float r = 2.0f * SafeSqrt(u.x * (1.0f - u.x));
     vec2 cs = CosSinTurn(u.y);
     return vec3(r * cs.x, r * cs.y, z);
@@ -42,7 +44,7 @@ INLINE vec3 SampleUniformSphere(vec2 u) {
 
 INLINE float UniformSpherePDF() { return kInv4Pi; }
 
-// Directions about +z; u.x is the cosine.
+// Returns a direction about +z; u.x is the cosine.
 INLINE vec3 SampleUniformHemisphere(vec2 u) {
     float z = u.x;
     float r = SafeSqrt(1.0f - z * z);
@@ -52,8 +54,8 @@ INLINE vec3 SampleUniformHemisphere(vec2 u) {
 
 INLINE float UniformHemispherePDF() { return kInv2Pi; }
 
-// Barycentric coordinates (weights of vertices 0, 1, 2; sum 1, none below 0), uniform by area. Heitz 2019, "A
-// Low-Distortion Map Between Triangle and Square".
+// Returns barycentric coordinates (weights of vertices 0, 1, 2; sum 1, none below 0), uniform by area. Heitz
+// 2019, "A Low-Distortion Map Between Triangle and Square".
 INLINE vec3 SampleUniformTriangle(vec2 u) {
     float b0 = 0.0f;
     float b1 = 0.0f;

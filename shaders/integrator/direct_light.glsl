@@ -16,16 +16,16 @@
 
 SHADING_BEGIN
 
-CONST uint kMaxRays = 4096u;  // of one path: a guard against rooms that cannot be left
+CONST uint kMaxRays = 4096u;  // limit for one path: a guard against rooms that cannot be left
 
 // Light from one point of one light, scattered by a surface or a medium to the camera, if it is not occluded.
 struct DirectLight {
     Ray ray;
-    float distance;  // that must be unoccluded; 0: no light
+    float distance;  // distance that must be unoccluded; 0: no light
     float ior;       // index of the medium on the way
     vec3 radiance;   // 0: no light
-    FirstLobe lobe;  // of the path, if kKeepsParts
-    uint light;      // its number
+    FirstLobe lobe;  // lobe of the path, if kKeepsParts
+    uint light;      // number of the light
     uint triangle;   // for a mesh: the triangle within it
     MediumStack media;   // where the ray starts; these two are set if kTraceMatchedMedia is
     SegmentStart start;

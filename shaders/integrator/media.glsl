@@ -75,7 +75,7 @@ INLINE uint PreferredMedium(uint first, uint second) {
     return MediumAt(second).priority > MediumAt(first).priority ? second : first;
 }
 
-// The present medium: a material, or kVacuum.
+// Returns the present medium: a material, or kVacuum.
 INLINE uint CurrentMedium(MediumStack media) {
     if (media.m1 == kVacuum) return media.m0;
     return PreferredMedium(PreferredMedium(PreferredMedium(media.m0, media.m1), media.m2), media.m3);
@@ -109,7 +109,7 @@ INLINE vec3 Transmittance(uint material, float distance) {
     return material == kVacuum ? vec3(1.0f) : Transmittance(MediumAt(material), distance);
 }
 
-// The media on both sides of a surface, for a path that crosses it.
+// Holds the media on both sides of a surface, for a path that crosses it.
 struct Boundary {
     MediumStack beyond;  // the volumes on the other side
     bool isReal;         // false: the medium does not change, and the path ignores the surface
@@ -136,7 +136,7 @@ INLINE bool AreAlike(Boundary boundary, float wavelength) {
     return DispersionOf(boundary.here) == DispersionOf(boundary.there);
 }
 
-// The index beyond over that on this side.
+// Returns the index beyond over that on this side.
 INLINE float RelativeIor(Boundary boundary, float wavelength) {
     return MediumIor(boundary.there, wavelength) / MediumIor(boundary.here, wavelength);
 }

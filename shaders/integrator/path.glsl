@@ -46,14 +46,14 @@
 
 SHADING_BEGIN
 
-// 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
+// Dimension 0 chooses a light; 1 and 2 a point on it; 3 a lobe; 4 and 5 a direction; 6 is for roulette.
 CONST uint kBounceDimensions = 7u;
 CONST uint kPassThroughDimensions = 0x40000000u;
 CONST uint kWavelengthDimension = 0x3fffffffu;
 CONST uint kFlightDimensions = 0x20000000u;  // 2 for each ray
 CONST uint kCandidateDimensions = 0x30000000u;
 
-// A surface as the path meets it.
+// Describes a surface as the path meets it.
 struct Vertex {
     SurfaceInteraction surface;
     MediumStack beyond;  // the media on its other side
@@ -61,7 +61,7 @@ struct Vertex {
     Frame frame;
 };
 
-// The contribution of a light that is `radiance` at the vertex.
+// Returns the contribution of a light that is `radiance` at the vertex.
 INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 radiance) {
     DirectLight direct;
     float side = dot(light.wi, vertex.surface.geometricNormal);
@@ -82,7 +82,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     return direct;
 }
 
-// The cone of the next ray, from that of the path where it met the surface.
+// Returns the cone of the next ray, from that of the path where it met the surface.
 INLINE RayCone ScatteredCone(RayCone cone, float curvature, BSDFSample scattered) {
     cone = IsTransmissive(scattered.flags) ? RefractCone(cone, curvature, scattered.eta)
                                            : ReflectCone(cone, curvature);
@@ -125,8 +125,8 @@ INLINE uint LightCandidates(Vertex vertex) {
                : 1u;
 }
 
-// u, moved on by `shift` and around the end. Exact: values that were equally likely stay so, which the table
-// of the environment relies on.
+// Returns u, moved by `shift` and wrapped around the end. It is exact: values that were equally likely stay
+// so, which the table of the environment relies on.
 INLINE float ToroidalShift(float u, float shift) {
     return u < 1.0f - shift ? u + shift : u - (1.0f - shift);
 }
@@ -170,7 +170,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     vec3 u = BounceDirectionSample(path);
     bool isEvaluated = false;
     BSDFSample scattered = SampleDirection(vertex.bsdf, u.z, vec2(u), isEvaluated);
-    vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
+    vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // diffuse part of scattered.f
 
     if (!HasTraceFeature(kTraceLightSampling)) {
         if (!isEvaluated)
@@ -266,8 +266,8 @@ INLINE FreeFlight SampleMediumFlight(INOUT(PathState) path, uint medium, float l
     return SampleFreeFlight(MediumAt(medium), path.throughput, limit, color, Get1D(path.rng));
 }
 
-// The point at `distance` of a segment's length `inside`. Where it is nearer to a surface than its own
-// rounding, a point that is off that surface: the path would find itself on the other side.
+// Returns the point at `distance` of a segment's length `inside`. Where it is nearer to a surface than its
+// own rounding, a point that is off that surface: the path would find itself on the other side.
 INLINE vec3 PositionInMedium(SegmentStart start, Ray ray, SurfaceInteraction end, bool isHit, float inside,
                              float distance) {
     float rest = (inside - distance) * abs(dot(ray.direction, end.geometricNormal));
@@ -319,7 +319,7 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
 // Adds the emission that the path's ray found, and scatters the path there. `direct` becomes the light that a
 // shadow ray must confirm. False: the path ends here.
 INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, INOUT(DirectLight) direct) {
-    // The ray's hit: a surface, or the environment
+    // The ray has hit a surface, or the environment
     bool isHit = IsHit(hit);
     SurfaceInteraction surface;
     if (isHit) {
@@ -388,7 +388,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         surface.material.ior = MediumIor(surface.material.id, path.wavelength);
     }
 
-    // Scattering at the surface
+    // The path scatters at the surface
     Vertex vertex;
     vertex.surface = surface;
     vertex.beyond = boundary.beyond;

@@ -28,7 +28,7 @@ struct PathParts {
     vec3 transmission;  // transmitted first, by any lobe
 };
 
-// The lobe of the first surface.
+// Holds the lobe of the first surface.
 struct FirstLobe {
     vec3 diffuse;      // the diffuse lobe's share; the rest is the facets'
     bool isThrough;    // it was transmitted

@@ -27,7 +27,8 @@ struct PathSettings {
     float regularize;     // minimum alpha of the BSDFs after the first bounce
 };
 
-// The state of a path: created by StartPath, extended by one ray with ExtendPath until that returns false.
+// Holds the state of a path: created by StartPath, extended by one ray with ExtendPath until that returns
+// false.
 struct PathState {
     Ray ray;  // the next one
     Sampler rng;
@@ -42,7 +43,7 @@ struct PathState {
     uint depth;       // bounces so far
     uint rayCount;    // rays traced
     float alpha;      // 1: the camera ray hit a surface
-    PathParts parts;  // of radiance; these two if kKeepsParts
+    PathParts parts;  // parts of the radiance; these two if kKeepsParts
     FirstLobe lobe;   // lobe of the first bounce
 };
 
@@ -67,7 +68,7 @@ INLINE PathState StartPath(Ray ray, Sampler rng) {
     return path;
 }
 
-// The share of a sample of density `pdf` where `other` is the density of the other strategy for it.
+// Returns the share of a sample of density `pdf` where `other` is the density of the other strategy for it.
 INLINE float MISWeight(float pdf, float other) {
     if (ActiveMis() == kMisBalance) return pdf / (pdf + other);
     float ratio = other / pdf;  // their squares may leave the range of float
@@ -107,7 +108,7 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
 INLINE void AddHitEmission(INOUT(PathState) path, vec3 radiance, uint light, uint triangle, float distance,
                          PathSettings settings) {
     float lightPDF = 0.0f;
-    // The point from which light sampling sampled: straight crossings may have moved the ray's origin
+    // Light sampling sampled from this point: straight crossings may have moved the ray's origin
     if (HasTraceFeature(kTraceThinWalls | kTraceMatchedMedia))
         distance += dot(path.ray.origin - path.scatter.position, path.ray.direction);
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
@@ -116,7 +117,7 @@ INLINE void AddHitEmission(INOUT(PathState) path, vec3 radiance, uint light, uin
     Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, triangle, settings);
 }
 
-// Russian roulette. False: the path is terminated; the weight of survivors keeps the mean.
+// Plays Russian roulette. Returns false if the path is terminated; the weight of survivors keeps the mean.
 INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     float survival = 1.0f;
     if (path.depth + 1u < settings.rouletteStart) return true;

@@ -15,7 +15,7 @@ INLINE bool IsScattering(uint material) {
     return material != kVacuum && MaxComponent(MediumAt(material).scattering) > 0.0f;
 }
 
-// Light on its way through a medium, up to a surface.
+// Describes light on its way through a medium, up to a surface.
 struct FreeFlight {
     bool isScattered;  // before it gets there
     float distance;    // where

@@ -10,10 +10,10 @@
 
 SHADING_BEGIN
 
-// The plane of the surface where a segment starts, as seen from the origin of the segment's ray.
+// Holds the plane of the surface where a segment starts, as seen from the origin of the segment's ray.
 struct SegmentStart {
     vec3 normal;   // unit length; 0: at the camera
-    float height;  // of the plane above the ray's origin, along the normal
+    float height;  // height of the plane above the ray's origin, along the normal
 };
 
 INLINE SegmentStart StartAtCamera() {

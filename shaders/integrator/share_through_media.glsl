@@ -6,9 +6,9 @@
 
 SHADING_BEGIN
 
-// The share of the light that arrives, where light passes from medium to medium. Which medium lies behind a
-// boundary depends on those before it, so they must be met in order: an any-hit shader would not. Counts its
-// rays.
+// Returns the share of the light that arrives, where light passes from medium to medium. Which medium lies
+// behind a boundary depends on those before it, so they must be met in order: an any-hit shader would not.
+// Counts its rays.
 INLINE vec3 MediaTransmittance(DirectLight direct, float wavelength, Sampler rng, INOUT(uint) rayCount) {
     if (!HasTraceFeature(kTraceMatchedMedia)) return vec3(0.0f);
     vec3 share = vec3(1.0f);

@@ -11,7 +11,7 @@
 
 SHADING_BEGIN
 
-// Solid angle of a cell in a row: dphi (cos theta0 - cos theta1), without the cancellation.
+// Returns the solid angle of a cell in a row: dphi (cos theta0 - cos theta1), without the cancellation.
 INLINE float EnvironmentCellSolidAngle(LightSetRecord lights, uint row) {
     float height = float(lights.environmentHeight);
     float middle = CosSinTurn((float(row) + 0.5f) * 0.5f / height).y;
@@ -24,8 +24,8 @@ struct EnvironmentSample {
     float pdf;  // per solid angle
 };
 
-// The entry that u chooses of `count` from `first`; the rest of u is uniform in it, as `fine` fills up its
-// digits.
+// Returns the entry that u chooses of `count` from `first`; the rest of u is uniform in it, as `fine` fills
+// up its digits.
 INLINE uint InvertEnvironmentTable(uint first, uint count, float fine, INOUT(float) u) {
     uint slot = min(uint(u * float(count)), count - 1u);
     uint low = EnvironmentEntryAt(first + slot).guide;
@@ -51,8 +51,8 @@ INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float fin
     uint column = InvertEnvironmentTable(firstCell, lights.environmentWidth, fract(fine * 4096.0f), u.x);
     float probability = EnvironmentEntryAt(firstCell + column).probability;
 
-    // Uniform in cos theta = 1 - 2 s, with s counted from the nearer pole: near it s is tiny and 1 - 2 s
-    // is not
+    // The position is uniform in cos theta = 1 - 2 s, with s counted from the nearer pole: near it s is tiny
+    // and 1 - 2 s is not
     float height = float(lights.environmentHeight);
     bool isUpper = 2u * row < lights.environmentHeight;
     float near = isUpper ? float(row) : float(lights.environmentHeight - row - 1u);
@@ -70,7 +70,7 @@ INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float fin
     return result;
 }
 
-// The density of a direction in SampleEnvironmentLight.
+// Returns the density of a direction in SampleEnvironmentLight.
 INLINE float EnvironmentLightPDF(LightSetRecord lights, vec3 wi) {
     vec2 uv = EquirectFromDirection(wi, lights.environmentRotation);
     uint column = min(uint(uv.x * float(lights.environmentWidth)), lights.environmentWidth - 1u);

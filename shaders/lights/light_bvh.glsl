@@ -24,9 +24,9 @@ INLINE ChosenLight NoChosenLight() {
 
 CONST float kUnitStep = 5.9604644775390625e-8f;  // between random numbers: 2^-24
 
-// A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
-// The remainders of both are uniform; that of `choice` has all its digits, since those that the decision
-// takes are filled up from the remainder of u.
+// Returns a light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it
+// is kept. The remainders of both are uniform; that of `choice` has all its digits, since those that the
+// decision takes are filled up from the remainder of u.
 INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOUT(float) choice) {
     uint slot = ChooseUniformly(u, count);
     AliasEntry entry = LightAliasAt(first + slot);
@@ -43,14 +43,14 @@ INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOU
     return result;
 }
 
-// cos and sin of max(0, a - b), from cos and sin of a and b in [0, pi].
+// Returns cos and sin of max(0, a - b), from cos and sin of a and b in [0, pi].
 INLINE vec2 SubtractAngleClamped(vec2 a, vec2 b) {
     if (a.x > b.x) return vec2(1.0f, 0.0f);
     return vec2(a.x * b.x + a.y * b.y, a.y * b.x - a.x * b.y);
 }
 
-// The importance of a node: an upper bound, up to a factor, of what the lights below it may contribute to a
-// context; 0 only if that is nothing.
+// Returns the importance of a node: an upper bound, up to a factor, of what the lights below it may
+// contribute to a context; 0 only if that is nothing.
 INLINE float Importance(LightNode node, LightContext context) {
     vec3 center = 0.5f * (node.boundsMin + node.boundsMax);
     vec3 halfSize = 0.5f * (node.boundsMax - node.boundsMin);
@@ -65,7 +65,7 @@ INLINE float Importance(LightNode node, LightContext context) {
     vec3 w = toContext / sqrt(distance2);
     float sinBounds2 = radius2 / distance2;
     vec2 bounds = vec2(SafeSqrt(1.0f - sinBounds2), sqrt(sinBounds2));
-    // The least angle between the emission of a light below and the way to the context
+    // This is the least angle between the emission of a light below and the way to the context
     float cosAxis = dot(node.axis, w);
     if ((node.link & kLightNodeTwoSided) != 0u) cosAxis = abs(cosAxis);
     vec2 cones = unpackSnorm2x16(node.cones);
@@ -75,7 +75,7 @@ INLINE float Importance(LightNode node, LightContext context) {
     if (angle.x <= cones.y) return 0.0f;
     float importance = node.power * angle.x / distance2;
 
-    // The least angle of incidence
+    // This is the least angle of incidence
     if (dot(context.normal, context.normal) > 0.0f) {
         float cosNormal = -dot(context.normal, w);
         vec2 incidence = vec2(cosNormal, SafeSqrt(1.0f - cosNormal * cosNormal));
@@ -84,7 +84,7 @@ INLINE float Importance(LightNode node, LightContext context) {
     return max(importance, 0.0f);
 }
 
-// The probability of the first of two children, which are adjacent from `first`; negative: neither
+// Returns the probability of the first of two children, which are adjacent from `first`; negative: neither
 // can contribute.
 INLINE float FirstChildProbability(uint first, LightContext context) {
     float importance0 = 0.0f;
@@ -120,7 +120,7 @@ INLINE ChosenLight SampleLightTree(uint root, LightContext context, INOUT(float)
     return result;
 }
 
-// The probability with which SampleLightTree chooses the light of a bit trail.
+// Returns the probability with which SampleLightTree chooses the light of a bit trail.
 INLINE float LightTreeProbability(uint root, LightContext context, uint bitTrail) {
     LightNode node = LightNodeAt(root);
     float probability = 1.0f;

@@ -10,7 +10,8 @@
 
 SHADING_BEGIN
 
-// The interval of increasing angles that holds one between the first and the last: the lower end's number.
+// Returns the interval of increasing angles that holds one between the first and the last: the lower end's
+// number.
 INLINE uint ProfileInterval(uint first, uint count, float angle) {
     uint low = 0u;
     uint high = count - 1u;
@@ -71,7 +72,7 @@ INLINE float ProfileIntensity(uint profile, vec3 d) {
 
 // Returns the intensity of a light with a profile, in a unit direction of the world.
 INLINE float LightProfileIntensity(LightRecord light, vec3 direction) {
-    // Turned by the quaternion (e1, spotScale)
+    // The direction is turned by the quaternion (e1, spotScale)
     vec3 across = cross(light.e1, direction) + light.spotScale * direction;
     vec3 d = direction + 2.0f * cross(light.e1, across);
     if ((light.flags & kLightMirrored) != 0u) d.y = -d.y;

@@ -44,8 +44,8 @@ OPTION(LightSampler, LightSampler, 6, Bvh)
 CONST float kInfinity = 3.0e38f;  // a distance beyond everything
 CONST float kOneMinusEpsilon = 0.999999940395355f;
 
-// The point for which light is sampled. Both strategies of one estimate (light sampling and BSDF sampling)
-// use the same context.
+// Holds the point for which light is sampled. Both strategies of one estimate (light sampling and BSDF
+// sampling) use the same context.
 struct LightContext {
     vec3 position;  // distances and directions are taken from here
     vec3 normal;    // unit length: light from below its plane does not count. 0: light from both sides does
@@ -59,7 +59,7 @@ struct LightSample {
     vec3 radiance;   // delta lights: irradiance at normal incidence, I / d^2 or E
     float pdf;       // per solid angle, times that of the light; delta lights: only the latter. 0: no sample
     uint isDelta;    // 1: no other strategy can find this light
-    uint light;      // its number
+    uint light;      // number of the light
     uint triangle;   // for a mesh: the triangle within it
 };
 

@@ -32,7 +32,7 @@
 
 SHADING_BEGIN
 
-// The kinds of light that the scene may have; constant-folded.
+// These tell the kinds of light that the scene may have; they are constant-folded.
 INLINE bool HasBoundedLights() { return HasTraceFeature(kTraceTriangleLights | kTracePunctualLights); }
 INLINE bool HasUnboundedLights() { return HasTraceFeature(kTraceEnvironmentLight | kTracePunctualLights); }
 
@@ -62,7 +62,7 @@ INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOU
     return result;
 }
 
-// The probability with which ChooseLight chooses a light; `bitTrail` is that of a bounded one.
+// Returns the probability with which ChooseLight chooses a light; `bitTrail` is that of a bounded one.
 INLINE float LightProbability(LightSetRecord lights, LightContext context, uint light, uint bitTrail) {
     AliasEntry byPower = LightAliasAt(light);
     if (byPower.probability == 0.0f) return 0.0f;  // dark
@@ -89,7 +89,8 @@ INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 
     return result;
 }
 
-// Point, spot and directional: one direction, pdf 1. KHR_lights_punctual gives the spot's falloff.
+// Samples point, spot and directional lights: one direction, pdf 1. KHR_lights_punctual gives the spot's
+// falloff.
 INLINE LightSample SamplePunctual(LightRecord light, LightContext context) {
     LightSample result = NoLightSample();
     result.isDelta = 1u;

@@ -54,7 +54,7 @@ INLINE ChosenLight ChooseMeshTriangle(LightMeshRecord mesh, mat4x3 objectToWorld
     return SampleLightAlias(mesh.firstAlias, mesh.triangleCount, u.x, u.y);
 }
 
-// The probability with which ChooseMeshTriangle chooses a triangle; `bitTrail` is that of its record.
+// Returns the probability with which ChooseMeshTriangle chooses a triangle; `bitTrail` is that of its record.
 INLINE float MeshTriangleProbability(LightMeshRecord mesh, mat4x3 objectToWorld, LightContext context,
                                      uint triangle, uint bitTrail) {
     float byPower = LightAliasAt(mesh.firstAlias + triangle).probability;

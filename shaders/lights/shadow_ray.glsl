@@ -10,16 +10,17 @@
 SHADING_BEGIN
 
 CONST uint kCameraDimensions = 4u;    // 0, 1: film; 2, 3: lens. The first bounce begins after them
-CONST float kShadowRayFraction = 0.99999f;  // of the segment to a light that must be free: less rounding
+// part of the segment to a light that must be unoccluded, less rounding
+CONST float kShadowRayFraction = 0.99999f;
 
-// A point off the surface, on the side of its geometric normal if `side` > 0.
+// Returns a point off the surface, on the side of its geometric normal if `side` > 0.
 INLINE vec3 OffsetOriginToSide(SurfaceInteraction surface, float side) {
     return OffsetRayOrigin(surface.position,
                            side > 0.0f ? surface.geometricNormal : -surface.geometricNormal,
                            surface.clearance);
 }
 
-// `distance`: how far the way must be free.
+// `distance` becomes the length of the ray that must be unoccluded.
 INLINE Ray ShadowRayFrom(vec3 origin, LightSample light, OUT(float) distance) {
     Ray ray;
     ray.origin = origin;

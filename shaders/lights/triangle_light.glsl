@@ -17,7 +17,7 @@ CONST float kMaxTriangleSolidAngle = 6.2f;
 // be one more value to keep: that costs shaders on GPUs registers, and 7 % of their speed.)
 CONST float kMinTangentSquare = 4.0e-7f;
 
-// A triangle as seen from a point.
+// Describes a triangle as seen from a point.
 struct SphericalTriangle {
     vec3 v0;  // unit vectors to its corners
     vec3 v1;
@@ -90,7 +90,7 @@ INLINE bool EmitsTowards(LightRecord light, float side) {
     return side > 0.0f || (side < 0.0f && (light.flags & kLightDoubleSided) != 0u);
 }
 
-// The unit normal on the side of the point.
+// Returns the unit normal on the side of the point.
 INLINE vec3 FacingNormal(LightRecord light, SphericalTriangle t) {
     vec3 normal = UnitOr(cross(light.e1, light.e2), vec3(0.0f, 0.0f, 1.0f));
     return t.volume < 0.0f ? normal : -normal;
@@ -103,7 +103,7 @@ INLINE float TriangleDensity(SphericalTriangle t, float distance) {
     return 2.0f * distance * distance / abs(t.volume / distance);
 }
 
-// The density of a direction in which a ray met the triangle; 0 where the triangle does not emit.
+// Returns the density of a direction in which a ray met the triangle; 0 where the triangle does not emit.
 INLINE float TriangleLightPDF(LightRecord light, vec3 position, float distance) {
     SphericalTriangle t = SphericalTriangleFrom(light, position);
     return EmitsTowards(light, -t.volume) ? TriangleDensity(t, distance) : 0.0f;
@@ -122,7 +122,7 @@ INLINE TrianglePoint SampleTriangleLight(LightRecord light, SphericalTriangle t,
     vec3 a = light.p0 - position;
     if (t.density > 0.0f) {
         result.wi = SampleSphericalTriangle(t, u);
-        // Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"
+        // Follows Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"
         float facing = 1.0f / dot(result.wi, cross(light.e1, light.e2));
         float b1 = clamp(dot(result.wi, cross(light.e2, a)) * facing, 0.0f, 1.0f);
         float b2 = clamp(dot(result.wi, cross(a, light.e1)) * facing, 0.0f, 1.0f - b1);

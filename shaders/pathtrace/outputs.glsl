@@ -29,7 +29,7 @@ layout(set = 0, binding = 23, rgba32f) OUTPUT_ACCESS uniform image2D transmissio
 layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passes/trace.h: TraceCounts
     uint acquiredCount;
     uint nonFiniteCount;
-    uint rayCount[2];  // of all paths: the low word and the high one
+    uint rayCount[2];  // rays of all paths: the low word and the high one
 } pixelQueue;
 
 // Adds to the number of traced rays: those of one path of the invocation, or of several.
@@ -39,7 +39,7 @@ void CountRays(uint count) {
     if (before + count < before) atomicAdd(pixelQueue.rayCount[1], 1u);
 }
 #ifdef LIGHT_GROUPS
-// A tile for each group, row by row; there may be fewer than kMaxLightGroups
+// Each group has a tile, row by row; there may be fewer than kMaxLightGroups
 layout(set = 0, binding = 25, rgba32f) OUTPUT_ACCESS uniform image2D lightGroups;
 
 int GroupCount(ivec2 size) {

@@ -24,7 +24,7 @@
 #include "integrator/extend_path.glsl"
 #include "pathtrace/start.glsl"
 
-// The next texel that no invocation has taken, in rows from the top. False: there is none.
+// Gives the next texel that no invocation has taken, in rows from the top. Returns false if there is none.
 bool AcquireTexel(uvec2 size, out uvec2 texel) {
     uint index = atomicAdd(pixelQueue.acquiredCount, 1u);
     texel = uvec2(index % size.x, index / size.x);

@@ -28,14 +28,14 @@ bool IsPastListEnd(uvec2 texel) {
     return HasTraceFeature(kTracePixelList) && ListIndexOf(texel) >= parameters.value.pixelListCount;
 }
 
-// The pixel of the picture that a texel of the outputs is of: they hold one sample below the other.
+// Returns the pixel of the picture that a texel of the outputs is of: they hold one sample below the other.
 uvec2 PixelOf(uvec2 texel) {
     uvec2 inRegion = uvec2(texel.x, texel.y % parameters.value.sampleRows);
     if (HasTraceFeature(kTracePixelList)) inRegion = PixelOf(ListedAt(texel));
     return inRegion + parameters.value.regionOffset;
 }
 
-// The random numbers of a texel.
+// Returns the random numbers of a texel.
 Sampler RngOf(uvec2 texel) {
     uint sampleIndex = parameters.value.sampleIndex + texel.y / parameters.value.sampleRows;
     if (HasTraceFeature(kTracePixelList)) sampleIndex += ListedAt(texel).sampleIndex;

@@ -23,7 +23,7 @@ void main() {
     uint count = PathCount();
     uint slot = 0u;
     PathState path;
-    uint rays = 0u;  // those of the other kernels are not among them
+    uint rays = 0u;  // does not include the rays of the other kernels
     bool isAlive = false;
     while (true) {
         if (!isAlive) {

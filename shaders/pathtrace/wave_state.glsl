@@ -45,7 +45,7 @@ layout(push_constant) uniform Wave { WaveConstants value; } wave;
 uint PixelCount() { return wave.value.size.x * wave.value.size.y; }
 ivec2 TexelOf(uint slot) { return ivec2(slot % wave.value.size.x, slot / wave.value.size.x); }
 
-// The number of paths in the step. In the first one, all texels have a path.
+// Returns the number of paths in the step. In the first one, all texels have a path.
 uint PathCount() { return wave.value.step == 0u ? PixelCount() : waveCounts.at[2u * wave.value.step]; }
 uint SlotAt(uint i) {
     return wave.value.step == 0u ? i : waveQueue.at[(wave.value.step & 1u) * PixelCount() + i];
@@ -58,7 +58,8 @@ uint SlotAt(uint i) {
 shared uint requestedEntries[2];
 shared uint firstEntries[2];
 
-// A place of its own in both queues for each invocation that wants one. Called in uniform control flow.
+// Reserves an entry of its own in both queues for each invocation that wants one. Must be called in uniform
+// control flow.
 uvec2 ReserveQueueEntries(bool wantsPath, bool wantsShadow) {
     if (gl_LocalInvocationIndex < 2u) requestedEntries[gl_LocalInvocationIndex] = 0u;
     barrier();
@@ -108,7 +109,8 @@ void Enqueue(uint slot, uint place) {
 #define WAVE_STORE_PATH_ROW(condition, members) \
     if (condition) wavePaths.at[row++] = WAVE_STORED_##members;
 
-// The first of a path. Not all kernels know how many rows a path has, which depends on PATH_PARTS.
+// Returns the first row of a path. Not all kernels know how many rows a path has, which depends on
+// PATH_PARTS.
 uint PathRow(uint slot) { return wave.value.pathRows * slot; }
 
 // Returns the row of the media around the origin of a camera ray: that of the path, which is stored later, or
@@ -180,7 +182,7 @@ struct WaveShadow {
     DirectLight light;
     uint slot;
     uint depth;     // at which the light is added
-    uint rayCount;  // of the path, this ray included
+    uint rayCount;  // rays of the path, this ray included
     float wavelength;
 };
 
@@ -198,7 +200,7 @@ void StoreShadow(uint at, WaveShadow shadow) {
 }
 #endif
 
-// The number of shadow rays of the step before.
+// Returns the number of shadow rays of the step before.
 uint ShadowCount() { return waveCounts.at[2u * wave.value.step - 1u]; }
 
 WaveShadow LoadShadow(uint at) {

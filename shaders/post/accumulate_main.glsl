@@ -18,14 +18,15 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSamples;
 
 layout(push_constant) uniform Constants {
-    uvec2 offset;  // of the new samples in the picture
-    uint isFirst;  // of its pixels: the stored contents are undefined
+    uvec2 offset;  // position of the new samples in the picture
+    uint isFirst;  // 1 for the first sample of its pixels: the stored contents are undefined
     uint sampleCount;
-    uint sampleRows;  // of each sample, which lie below each other; in each tile where there are more rows
+    // rows of each sample, which lie below each other; in each tile where there are more rows
+    uint sampleRows;
 #ifdef LISTED
     uint listWidth;      // texels: of a tile of the new samples, as sampleRows
     uint listCount;      // texels of a tile that are of a pixel
-    uvec2 pictureSize;   // of a tile of the sums
+    uvec2 pictureSize;   // size of a tile of the sums
     uvec2 list;          // address
 #endif
 } constants;
@@ -50,13 +51,13 @@ uvec4 sums[4];
 uvec4 squares[kSquareWords];
 #endif
 
-ExactWords words[4];  // of each channel's value
+ExactWords words[4];  // words of each channel's value
 
 uvec4 Words(int k) {
     return uvec4(WordOf(words[0], k), WordOf(words[1], k), WordOf(words[2], k), WordOf(words[3], k));
 }
 
-// The sum of three words, of which `carry` is at most 1; leaves the new carry.
+// Returns the sum of three words, of which `carry` is at most 1; leaves the new carry.
 uvec4 AddWords(uvec4 a, uvec4 b, inout uvec4 carry) {
     uvec4 first, second;
     uvec4 sum = uaddCarry(uaddCarry(a, b, first), carry, second);

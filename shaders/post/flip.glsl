@@ -5,7 +5,7 @@
 
 #include "core/color.glsl"
 
-// Linear Rec. 709 to XYZ over the white point's XYZ.
+// Converts linear Rec. 709 to XYZ over the white point's XYZ.
 vec3 FlipToWhiteRelative(vec3 c) {
     return vec3(10135552.0f * c.x + 8788810.0f * c.y + 4435075.0f * c.z,
                 2613072.0f * c.x + 8788810.0f * c.y + 887015.0f * c.z,
@@ -14,13 +14,13 @@ vec3 FlipToWhiteRelative(vec3 c) {
 }
 
 vec3 FlipFromWhiteRelative(vec3 v) {
-    // The inverse of the matrix above
+    // This is the inverse of the matrix above
     return vec3(3.08034199f * v.x - 1.53739897f * v.y - 0.54294302f * v.z,
                 -0.92117840f * v.x + 1.87592998f * v.y + 0.04524841f * v.z,
                 0.05288129f * v.x - 0.20401121f * v.y + 1.15112991f * v.z);
 }
 
-// Linearized CIELab (3.1.1).
+// Converts to linearized CIELab (3.1.1).
 vec3 FlipToOpponent(vec3 linear) {
     vec3 v = FlipToWhiteRelative(linear);
     return vec3(116.0f * v.y - 16.0f, 500.0f * (v.x - v.y), 200.0f * (v.y - v.z));
@@ -36,7 +36,7 @@ float FlipLabCurve(float t) {
     return t > delta * delta * delta ? pow(t, 1.0f / 3.0f) : t / (3.0f * delta * delta) + 4.0f / 29.0f;
 }
 
-// CIELab with chroma scaled by the lightness: Hunt's effect (3.1.2).
+// Converts to CIELab with chroma scaled by the lightness: Hunt's effect (3.1.2).
 vec3 FlipToHuntLab(vec3 linear) {
     vec3 v = FlipToWhiteRelative(linear);
     float y = FlipLabCurve(v.y);
@@ -50,7 +50,7 @@ float FlipHyAb(vec3 a, vec3 b) { return abs(a.x - b.x) + length(a.yz - b.yz); }
 // Converts a distance of colors to an error in [0, 1] (3.1.3). Powers of 0 are undefined in GLSL.
 float FlipColorError(vec3 reference, vec3 test) {
     const float exponent = 0.7f, share = 0.4f, at = 0.95f;
-    // The maximum distance within the gamut: between green and blue
+    // This is the maximum distance within the gamut: between green and blue
     float maximum = pow(FlipHyAb(FlipToHuntLab(vec3(0, 1, 0)), FlipToHuntLab(vec3(0, 0, 1))), exponent);
     float distance = FlipHyAb(reference, test);
     float error = distance > 0.0f ? pow(distance, exponent) : 0.0f;

@@ -11,7 +11,7 @@ layout(set = 0, binding = 0, rgba32f) readonly uniform image2D colors;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D features;
 layout(set = 0, binding = 2, scalar) uniform Kernels { FlipKernels value; } kernels;
 layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D labAndEdge;  // the response's length
-layout(set = 0, binding = 4, r32f) writeonly uniform image2D point;         // likewise
+layout(set = 0, binding = 4, r32f) writeonly uniform image2D point;         // points, likewise
 
 void main() {
     ivec2 size = imageSize(labAndEdge);

@@ -8,8 +8,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0) uniform sampler2D picture;  // sRGB-encoded
-layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D colors;    // by FlipKernels::color
-layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D features;  // by FlipKernels::feature
+layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D colors;    // filtered by FlipKernels::color
+layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D features;  // filtered by FlipKernels::feature
 layout(set = 0, binding = 3, scalar) uniform Kernels { FlipKernels value; } kernels;
 
 vec3 OpponentAt(ivec2 pixel) {

@@ -15,7 +15,7 @@ layout(push_constant) uniform Constants {
 
 vec4 CoarseAt(ivec2 pixel) { return imageLoad(coarse, clamp(pixel, ivec2(0), imageSize(coarse) - 1)); }
 
-// Bilinear filtering in the shader: not every device filters 32-bit floats.
+// Filters bilinearly in the shader, since not every device filters 32-bit floats.
 vec4 UpscaledAt(ivec2 pixel) {
     vec2 place = (vec2(pixel) + 0.5f) * vec2(imageSize(coarse)) / vec2(imageSize(picture)) - 0.5f;
     ivec2 first = ivec2(floor(place));

@@ -21,10 +21,10 @@ float DepthGray(float depth) {
     return 1.0f - (1.0f - kDarkestDepth) * share;
 }
 
-// The position of a count on the ramp: each doubling of 1 + count is one of `steps`.
+// Returns the position of a count on the ramp: each doubling of 1 + count is one of `steps`.
 vec3 CountHeatColor(float count, float steps) { return SrgbEncode(HeatColor(log2(1.0f + count) / steps)); }
 
-// Values in [0, 1], as shown. `value` is a mean over samples of which some may have hit nothing.
+// Returns values in [0, 1], as shown. `value` is a mean over samples of which some may have hit nothing.
 vec3 Paint(vec4 value) {
     float coverage = value.w;
     if (!(coverage > 0.0f)) return vec3(0.0f);

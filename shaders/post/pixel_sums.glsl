@@ -40,7 +40,7 @@ uint MeanOfCount(ExactSum sum, uint count) {
 }
 
 #ifdef WITH_VARIANCE
-// The bits of the variance of a color channel.
+// Returns the bits of the variance of a color channel.
 uint VarianceOf(PixelSums pixel, int channel, uint count) {
     ExactSquares squares;
     for (int k = 0; k < 4; ++k) squares.words[k] = pixel.squares[k][channel];

@@ -11,10 +11,11 @@ layout(set = 0, binding = 0, std430) writeonly buffer Texels {
 } texels;
 
 layout(push_constant) uniform Constants {
-    uvec2 offset;  // of the region
+    uvec2 offset;  // position of the region
     uvec2 size;
     uvec2 grid;
-    uint sampleCount;  // of each pixel; one more of those that a tile of the next sample has reached
+    // samples of each pixel; pixels that a tile of the next sample has reached have one more
+    uint sampleCount;
     uint doneRows, doneColumns, bandHeight;
 } constants;
 

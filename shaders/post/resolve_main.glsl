@@ -11,15 +11,15 @@ layout(set = 0, binding = 0, rgba32f) uniform image2D mean;
 layout(set = 0, binding = 1, rgba32f) uniform image2D variance;
 #endif
 #ifdef WITH_COUNTS
-layout(set = 0, binding = 2, r32ui) readonly uniform uimage2D counts;  // of each tile of the picture
+layout(set = 0, binding = 2, r32ui) readonly uniform uimage2D counts;  // samples of each tile of the picture
 #endif
 
 layout(push_constant) uniform Constants {
     uvec2 offset;
     uvec2 extent;
 #ifndef WITH_COUNTS
-    ExactDivisor divisor;  // of sampleCount
-    uint sampleCount;      // of these pixels
+    ExactDivisor divisor;  // divisor for sampleCount
+    uint sampleCount;      // samples of these pixels
 #endif
 } constants;
 

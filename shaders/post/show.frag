@@ -7,7 +7,7 @@ layout(set = 0, binding = 0) uniform sampler2D picture;
 layout(location = 0) out vec4 shown;
 
 layout(push_constant) uniform Constants {
-    vec2 size;  // of the target
+    vec2 size;  // size of the target
     uint isEncoding;
 } constants;
 

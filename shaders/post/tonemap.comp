@@ -11,7 +11,7 @@ layout(set = 0, binding = 0) uniform sampler2D radiance;
 layout(set = 0, binding = 1, rgba8) uniform image2D display;
 
 layout(push_constant, scalar) uniform Constants {
-    uvec2 offset;  // of the region
+    uvec2 offset;  // position of the region
     uvec2 size;
     float exposureEv;
     uint tonemapOperator;

@@ -8,7 +8,7 @@ layout(set = 0, binding = 2, rgba8) writeonly uniform image2D display;
 
 layout(push_constant) uniform Constants {
     int column;     // the first of the right picture
-    int lineWidth;  // of the columns from there on
+    int lineWidth;  // columns of the line from there on
 } constants;
 
 void main() {

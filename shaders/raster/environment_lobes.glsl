@@ -40,7 +40,7 @@ float SpecularOcclusion(float open, float cosine, float roughness) {
     return clamp(pow(cosine + open, exp2(-16.0f * roughness - 1.0f)) - 1.0f + open, 0.0f, 1.0f);
 }
 
-// The environment's mean over a lobe towards wo that is not diffuse.
+// Returns the environment's mean over a lobe towards wo that is not diffuse.
 vec3 LobeMeanEnvironment(LobeMean lobe, vec3 wo, Frame frame) {
     if (!HasAnisotropicAlpha(lobe.alpha)) return GlossyEnvironment(FromLocal(frame, lobe.wi), lobe.roughness);
     const uint count = 16u;
@@ -54,7 +54,8 @@ vec3 LobeMeanEnvironment(LobeMean lobe, vec3 wo, Frame frame) {
     return sum.xyz / max(sum.w, 1e-20f);
 }
 
-// The environment's light reflected by a lobe towards wo; `open` is the unoccluded share of directions.
+// Returns the environment's light reflected by a lobe towards wo; `open` is the unoccluded share of
+// directions.
 vec3 LobeEnvironment(LobeMean lobe, vec3 wo, float open, Frame frame) {
     if (lobe.isDiffuse) return open * lobe.albedo * DiffuseEnvironment(FromLocal(frame, lobe.wi));
     return SpecularOcclusion(open, wo.z, lobe.roughness) * lobe.albedo * LobeMeanEnvironment(lobe, wo, frame);

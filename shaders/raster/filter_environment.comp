@@ -20,7 +20,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D filtered;
 
-const uint kSamples = 256u;  // of each strategy
+const uint kSamples = 256u;  // samples of each strategy
 
 struct Lobe {
     bool isDiffuse;
@@ -43,7 +43,7 @@ vec3 SampleLobe(Lobe lobe, vec2 u) {
     return Reflect(vec3(0.0f, 0.0f, 1.0f), vec3(sine * azimuth.x, sine * azimuth.y, cosine));
 }
 
-// The weight of a sample, beside its density.
+// Returns the weight of a sample, beside its density.
 float LobeWeight(Lobe lobe, vec3 wi) { return lobe.isDiffuse ? 1.0f : max(wi.z, 0.0f); }
 
 // All texels of a level share their samples, whose numbers do not depend on the texel.

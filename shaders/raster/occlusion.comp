@@ -17,11 +17,11 @@ layout(set = 0, binding = 17) uniform sampler2D depths;
 
 const uint kLines = 3u;
 const uint kSteps = 8u;                // on each side
-const float kReach = 0.4f;             // of the picture's height
-const float kFade = 0.25f;             // of the reach, its last part
-const uint kOcclusionDimension = 64u;  // of the pixel's random numbers
+const float kReach = 0.4f;             // fraction of the picture's height
+const float kFade = 0.25f;             // last part of the reach
+const uint kOcclusionDimension = 64u;  // first dimension of the pixel's random numbers
 
-// The surface in a pixel, as the depth buffer has it. False: there is none.
+// Gives the surface in a pixel, as the depth buffer has it. Returns false if there is none.
 bool PositionAt(ivec2 pixel, out vec3 position) {
     float depth = texelFetch(depths, pixel, 0).x;
     if (depth == 0.0f) return false;
@@ -29,8 +29,8 @@ bool PositionAt(ivec2 pixel, out vec3 position) {
     return true;
 }
 
-// Cosine between wo and the horizon along a line of the screen (unit vector, so many pixels long), at least
-// `lowest`, that of the surface's own plane. Occluders fade out up to the reach.
+// Returns the cosine between wo and the horizon along a line of the screen (unit vector, so many pixels
+// long), at least `lowest`, that of the surface's own plane. Occluders fade out up to the reach.
 float HorizonCosine(vec3 position, vec3 wo, vec2 line, float pixels, float shift, float reach, float lowest) {
     float highest = lowest;
     for (uint i = 0u; i < kSteps; ++i) {

@@ -12,10 +12,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #endif
 layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
 layout(push_constant, scalar) uniform Constants {
-    vec2 filmOffset;  // of a pixel, from its upper left corner: (0.5, 0.5) is its center
+    vec2 filmOffset;  // position in a pixel, from its upper left corner: (0.5, 0.5) is its center
     uint punctualLights;
     uint option;       // SurfaceView: of shared/choice.h; RasterShade: of shared/shade_options.h
-    uint shadowTiles;  // of the atlas, a side
+    uint shadowTiles;  // tiles per side of the atlas
 } constants;
 
 #ifdef PIXEL_BY_RAY_GENERATION

@@ -27,8 +27,8 @@ layout(push_constant, scalar) uniform Constants {
 
 const float kMinSpotCosine = 0.5f;      // cosine of the half angle; wider ones are seen as point lights are
 const float kSplitByFactor = 0.8f;   // 1: cascades grow by a factor; 0: evenly
-const float kNearShare = 1e-4f;      // of the scene's size: nearer to a light, nothing casts a shadow
-const float kMinDepthShare = 2e-3f;  // of the farthest depth: cascades do not begin nearer
+const float kNearShare = 1e-4f;  // fraction of the scene's size: nearer to a light, nothing casts a shadow
+const float kMinDepthShare = 2e-3f;  // fraction of the farthest depth: cascades do not begin nearer
 
 shared uint lightOfView[kMaxShadowViews];
 shared uint indexOfView[kMaxShadowViews];
@@ -63,7 +63,7 @@ void AllocateTiles() {
     for (; next < constants.viewSlots; ++next) lightOfView[next] = kNoLight;
 }
 
-// A view that shows `halfWidth` to each side (perspective: at distance 1), and the margin around it.
+// Returns a view that shows `halfWidth` to each side (perspective: at distance 1), and the margin around it.
 ShadowView MakeView(vec3 origin, Frame frame, float halfWidth) {
     ShadowView view;
     view.texel = 2.0f * halfWidth / float(constants.tileSize - 2u * kShadowMargin);

@@ -9,12 +9,12 @@ float DistanceOf(CameraRecord camera, float depth) {
     return camera.orthographic != 0u ? (1.0f - depth) * camera.zFar : camera.zNear / depth;
 }
 
-// The depth of a distance.
+// Returns the depth of a distance.
 float RasterDepthOf(CameraRecord camera, float distance) {
     return camera.orthographic != 0u ? 1.0f - distance / camera.zFar : camera.zNear / distance;
 }
 
-// The point of a pixel's camera ray at the pixel's depth.
+// Returns the point of a pixel's camera ray at the pixel's depth.
 vec3 PositionAtRasterDepth(CameraRecord camera, Ray ray, float depth) {
     return ray.origin + ray.direction * (DistanceOf(camera, depth) / dot(ray.direction, camera.forward));
 }

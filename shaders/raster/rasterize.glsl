@@ -12,12 +12,12 @@ layout(constant_id = 32) const uint kDrawn = kDrawnAlpha | kDrawnGlass;
 layout(set = 0, binding = 19, scalar) buffer Nearest { uint64_t at[]; } nearest;
 layout(push_constant, scalar) uniform Constants {
     vec2 shift;
-    uvec2 size;         // of the picture, pixels
+    uvec2 size;         // size of the picture, in pixels
     uint drawCount;
     uint firstOfKind[4];  // draws, by DrawKind
 } constants;
 
-// A triangle to draw.
+// Describes a triangle to draw.
 struct Drawing {
     uint number;
     DrawnTriangle source;

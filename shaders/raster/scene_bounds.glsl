@@ -4,7 +4,7 @@
 
 #include "shared/shadow_records.h"
 
-// Unsigned numbers in the order of the floats; none is 0.
+// Returns unsigned numbers in the order of the floats; none is 0.
 uint OrderedBits(float value) {
     uint bits = floatBitsToUint(value);
     return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
@@ -32,7 +32,7 @@ SceneBox SceneBoxOf(SceneBoundsRecord bounds) {
     return box;
 }
 
-// Corner 0 to 7 of a box.
+// Returns corner 0 to 7 of a box.
 vec3 BoxCorner(vec3 low, vec3 high, uint corner) {
     return vec3((corner & 1u) != 0u ? high.x : low.x, (corner & 2u) != 0u ? high.y : low.y,
                 (corner & 4u) != 0u ? high.z : low.z);

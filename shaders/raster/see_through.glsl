@@ -14,7 +14,7 @@ layout(set = 0, binding = 23) uniform sampler2D behind;
 layout(set = 0, binding = 24) uniform sampler2D behindBlurred;
 layout(set = 0, binding = 25) uniform sampler2D behindDepth;
 
-// Color times alpha, and alpha, of a level about a place in pixels.
+// Returns color times alpha, and alpha, of a level about a position in pixels.
 vec4 SampleBackgroundLevel(vec2 place, uint level) {
     uvec2 size = uvec2(textureSize(behind, 0));
     if (level == 0u) {

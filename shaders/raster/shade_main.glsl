@@ -81,7 +81,8 @@ vec3 LightVisibility(SurfaceInteraction surface, LightSample light, uint ordinal
 #endif
 }
 
-// Direct light scattered towards wo: of all punctual lights, and of one point of the emitting triangles.
+// Returns direct light scattered towards wo: of all punctual lights, and of one point of the emitting
+// triangles.
 vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, Sampler rng) {
     vec3 sum = vec3(0.0f);
     if (!IsNonSpecular(bsdf.flags)) return sum;
@@ -98,7 +99,8 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
         else
             light = SampleEmitter(surface, bsdf.flags, rng);
         vec3 wi = ToLocal(frame, light.wi);
-        bool isLeaking = dot(light.wi, surface.geometricNormal) * wi.z <= 0.0f;  // of the shading normal
+        // The shading normal would leak light
+        bool isLeaking = dot(light.wi, surface.geometricNormal) * wi.z <= 0.0f;
         // Lights behind glass are in the picture behind it; what they send through diffusely is not
         bool isSeenThrough =
             i == constants.punctualLights && (constants.option & kShadeBehind) != 0u && wi.z < 0.0f;

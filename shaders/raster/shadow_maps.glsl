@@ -56,7 +56,7 @@ vec3 ProjectToTile(CameraRecord camera, vec3 position) {
     return vec3(0.5f * clip.xy / clip.w + 0.5f, clip.z / clip.w);
 }
 
-// The gradient of depth along a plane; it is constant, in perspective too.
+// Returns the gradient of depth along a plane; it is constant, in perspective too.
 vec2 SlopeOf(CameraRecord camera, vec3 position, vec3 normal, float step, vec3 place) {
     Frame plane = FrameFromZ(normal);
     vec3 x = ProjectToTile(camera, position + step * plane.x) - place;

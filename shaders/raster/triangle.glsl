@@ -12,7 +12,7 @@
 // Vertices in clip space, with x and y in pixels, times w.
 struct PictureTriangle {
     vec4 corners[3];
-    bool isMirrored;  // by its placement: it keeps its sides
+    bool isMirrored;  // its placement mirrors it: it keeps its sides
 };
 
 mat4 OffsetToPicture(CameraRecord camera, vec2 shift, uvec2 size) {

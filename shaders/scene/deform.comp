@@ -73,7 +73,7 @@ ShapedVertex DeformedAt(DeformRecord record, uint vertex) {
     return moved;
 }
 
-// The task that has this workgroup.
+// Returns the task that has this workgroup.
 uint TaskOf(uint group) {
     uint low = 0u, high = constants.taskCount;
     while (high - low > 1u) {

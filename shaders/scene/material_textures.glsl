@@ -17,7 +17,7 @@ struct Triangle {
 #ifdef PIXEL_FOOTPRINT
     vec3 weightsAcross, weightsDown;  // from this pixel to the next
 #else
-    vec2 uvAreas;  // of the ray's footprint, in uv0 and uv1
+    vec2 uvAreas;  // areas of the ray's footprint, in uv0 and uv1
 #endif
 };
 
@@ -104,7 +104,7 @@ Triangle WithTexCoords(Triangle triangle, GeometryRecord geometry) {
 // A material's texture of the name as SampleTexture takes it.
 #define TEXTURE_OF(material, name) material.name##Texture, material.name##Transform
 
-// A texture, at the level of what the ray or the pixel sees of it.
+// Reads a texture, at the level of what the ray or the pixel sees of it.
 vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle triangle) {
     uint index = slot & ~kSecondTexCoord;
     if (!HasTraceFeature(kTraceTextureLod)) return textureLod(textures[nonuniformEXT(index)], uv, 0.0f);

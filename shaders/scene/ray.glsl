@@ -21,7 +21,7 @@ struct Ray {
     RayCone cone;    // for the level of textures; set if kTraceTextureLod is
 };
 
-// The result of closest-hit: only 20 bytes. SurfaceAt looks up everything else.
+// Holds the result of closest-hit: only 20 bytes. SurfaceAt looks up everything else.
 struct Hit {
     float t;            // distance along the ray; negative: nothing was hit
     uint instance;      // index of the InstanceRecord
@@ -33,7 +33,7 @@ INLINE bool IsHit(Hit hit) { return hit.t >= 0.0f; }
 
 CONST uint kVacuum = 0xFFFFFFFFu;
 
-// A material evaluated at one point, including its textures.
+// Describes a material evaluated at one point, including its textures.
 struct SurfaceMaterial {
     vec3 baseColor;
     float metallic;
@@ -52,31 +52,31 @@ struct SurfaceMaterial {
 #include "shared/material_list.h"
 };
 
-// The inside of a closed surface.
+// Holds the inside of a closed surface.
 struct Medium {
     vec3 extinction;  // 1/m
-    vec3 scattering;  // its part that scatters, and the mean cosine of the angle; set if kTraceScattering is
+    vec3 scattering;  // the part that scatters, and the mean cosine of the angle; set if kTraceScattering is
     float anisotropy;
     float ior;
     float dispersion;  // 20 / Abbe number; set if kTraceDispersion is
     uint priority;
 };
 
-// A point on a surface as the integrator sees it. Normals have unit length and are on the side of `wo`, the
-// direction back along the ray.
+// Describes a point on a surface as the integrator sees it. Normals have unit length and are on the side of
+// `wo`, the direction back along the ray.
 struct SurfaceInteraction {
     vec3 position;
     vec3 instanceOrigin;  // position is the sum of these two, rounded
     vec3 fromInstance;
-    float clearance;  // of a ray that leaves here, along the geometric normal: RayClearance
+    float clearance;  // offset of a ray that leaves here, along the geometric normal: RayClearance
     vec3 geometricNormal;
     vec3 shadingNormal;
-    vec3 coatNormal;  // of the clear coat; set if kTraceClearcoat is
+    vec3 coatNormal;  // normal of the clear coat; set if kTraceClearcoat is
     float curvature;  // mean, 1/m; positive: convex on the side of wo. Set if kTraceTextureLod is
     vec3 stretch;  // along which facets are rougher, any length; 0: none. Set if kTraceAnisotropy is
     vec3 emission;  // radiance towards wo
     uint light;     // index of the light that this is, or kNoLight: light sampling does not find it
-    uint lightTriangle;  // of a mesh that is one light: the triangle within it. Set if kTraceMeshLights is
+    uint lightTriangle;  // for a mesh that is one light: the triangle within it. Set if kTraceMeshLights is
     bool isFront;   // wo is on the front of the surface
     SurfaceMaterial material;
 };

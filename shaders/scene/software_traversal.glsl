@@ -57,8 +57,8 @@ bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
 
 #include "scene/wide_bvh.glsl"
 
-// The nearest surface up to a distance; `terminateOnFirstHit`: any, of which only whether there is one
-// counts.
+// Returns the nearest surface up to a distance; `terminateOnFirstHit`: any, of which only whether there is
+// one counts.
 Hit HitWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
     WideCounts counts;  // nobody asks for them
     counts.nodes = 0u;

@@ -31,7 +31,7 @@ bool PreservesAxes(mat3x2 transform) {
     return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
 }
 
-// A vertex's tangent along the texture coordinate set that the stored ones are not made along.
+// Returns a vertex's tangent along the texture coordinate set that the stored ones are not made along.
 vec3 OtherTangentOf(GeometryRecord geometry, uint vertex) {
     vec3 tangent = Vec4Stream(geometry.tangents).at[vertex].xyz;
     vec2 turn = Vec2Stream(geometry.frameTurns).at[vertex];
@@ -74,8 +74,8 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
     return turned.w != 0.0f ? TurnTangent(tangent, ofTriangle, turned, n) : tangent;
 }
 
-// The normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit length.
-// e1 and e2 are the triangle's edges, in object space.
+// Returns the normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit
+// length. e1 and e2 are the triangle's edges, in object space.
 vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2 transform, float scale,
               Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
     if (!IsPresent(geometry.normals)) return ng;
@@ -101,7 +101,7 @@ vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialR
                     ng);
 }
 
-// The clear coat's, on the side of wo, as `ng` is.
+// Returns the clear coat's normal, on the side of wo, as `ng` is.
 vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
                   Triangle triangle, vec3 e1, vec3 e2, vec3 ng, bool isFront, vec3 wo) {
     vec3 n = NormalAt(instance, geometry, TEXTURE_OF(material, clearcoatNormal),
@@ -109,7 +109,8 @@ vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialReco
     return AdaptShadingNormal(isFront ? n : -n, ng, wo);
 }
 
-// The direction in which highlights are stretched (xy, in the frame of StretchToWorld) and its strength (z).
+// Returns the direction in which highlights are stretched (xy, in the frame of StretchToWorld) and its
+// strength (z).
 vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
     if (HasTraceFeature(kTraceTextures) && material.anisotropyTexture != kNoTexture) {
@@ -220,7 +221,7 @@ float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Tri
     vec3 normal = cross(e1, e2);
     vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
     float inverse = InverseLength(normal);
-    float shrink = inverse > 0.0f ? InverseLength(inWorld) / inverse : 0.0f;  // of areas
+    float shrink = inverse > 0.0f ? InverseLength(inWorld) / inverse : 0.0f;  // factor on areas
     return sqrt(shrink) * curvature;
 }
 

@@ -49,7 +49,8 @@ vec4 Encoded(vec4 mean) {
     return mean;
 }
 
-// The texels of the finer level that texel i of n covers: the first one, how many, and what share each has.
+// Holds the texels of the finer level that texel i of n covers: the first one, how many, and what share each
+// has.
 struct Cover {
     int first;
     int count;

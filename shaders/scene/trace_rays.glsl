@@ -55,8 +55,8 @@ void TraceRadiance(Ray ray, float distance, uint flags) {
 void TraceRadiance(Ray ray) { TraceRadiance(ray, kFarthest, 0u); }
 
 #ifndef OWN_RADIANCE_PAYLOAD
-// The nearest surface along a ray. Alpha tests use a random number that is a function of alphaSeed and
-// the triangle.
+// Returns the nearest surface along a ray. Alpha tests use a random number that is a function of alphaSeed
+// and the triangle.
 Hit Intersect(Ray ray, uint alphaSeed) {
     radiancePayload.alphaSeed = alphaSeed;
     TraceRadiance(ray);

@@ -44,10 +44,10 @@ using gpu::kWideTriangleWords;
 SHADING_BEGIN
 
 CONST uint kLowestNodeBit = 0x01000000u;
-CONST float kMinDirection = 1e-20f;  // of a component: its inverse is finite
+CONST float kMinDirection = 1e-20f;  // limit of a component: its inverse is finite
 CONST float kFarSlack = 1.000001f;      // more than the roundings of the distance of a side of a box
 
-// A ray in the space of a tree.
+// Describes a ray in the space of a tree.
 struct WideRay {
     vec3 origin;
     vec3 inverse;
@@ -88,8 +88,8 @@ INLINE WideRay MakeWideRay(vec3 origin, vec3 direction) {
 INLINE float WideStep(uint biasedExponent) { return uintBitsToFloat(biasedExponent << 23u); }
 INLINE float ByteOf(uint word, uint byte) { return float((word >> (8u * byte)) & 0xFFu); }
 
-// The bits of the four children in these words that the ray meets: where they are in a group of nodes, or of
-// primitives.
+// Returns the bits of the four children in these words that the ray meets: where they are in a group of
+// nodes, or of primitives.
 INLINE uint IntersectChildren(uint meta, uint nearX, uint farX, uint nearY, uint farY, uint nearZ, uint farZ,
                          vec3 scale, vec3 offset, float tMax, uint octant) {
     // Per byte: all ones for a node, whose place depends on the octant
@@ -107,7 +107,7 @@ INLINE uint IntersectChildren(uint meta, uint nearX, uint farX, uint nearY, uint
     return met;
 }
 
-// The two groups that a node's children make.
+// Makes the two groups of a node's children.
 INLINE void VisitWideNode(WideRay ray, float tMax, uint node, OUT(uvec2) nodes, OUT(uvec2) leaves) {
     uint at = kWideNodeWords * node;
     uvec4 head = WideNodeWord(at);
@@ -189,8 +189,8 @@ INLINE WideRay ToInstance(vec3 origin, vec3 direction, uvec4 x, uvec4 y, uvec4 z
     return MakeWideRay(moved, vec3(dot(rowX, direction), dot(rowY, direction), dot(rowZ, direction)));
 }
 
-// The nearest triangle below tMax, or any, where `isAny`. The direction may have any length, t is in it.
-// `hasOneLevel`: see shared/wide_bvh.h.
+// Returns the nearest triangle below tMax, or any, where `isAny`. The direction may have any length, t is in
+// it. `hasOneLevel`: see shared/wide_bvh.h.
 INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny, bool hasOneLevel,
                             INOUT(WideCounts) counts) {
     WideHit hit;
@@ -201,7 +201,7 @@ INLINE WideHit TraverseWide(vec3 origin, vec3 direction, float tMax, bool isAny,
     WideRay ray = MakeWideRay(origin, direction);
     uvec2 nodes = uvec2(WideInstanceWord(kWideInstanceWords - 1u).x, 0x80000000u);
     uint stackSize = 0u;
-    uint stackBase = 0u;                     // of the mesh's tree
+    uint stackBase = 0u;                     // base of the mesh's tree
     bool isInInstance = hasOneLevel;         // the ray is in a tree of triangles
     uint instance = 0u;
     uint flags = 0u;

@@ -27,7 +27,7 @@ constexpr bool IsCountedFromZero(std::initializer_list<uint32_t> values) {
     return true;
 }
 
-// All values of a choice, in their order.
+// Returns all values of a choice, in their order.
 template <typename Choice>
 constexpr auto Values() {
     std::array<Choice, Texts(Choice{}).size()> values{};

@@ -41,14 +41,14 @@ struct DeformRecord {
     uint isFlat;       // 1: three vertices a triangle, whose normal they get
 };
 
-// Displacements of all vertices of a primitive: vec3 each.
+// Holds displacements of all vertices of a primitive: vec3 each.
 struct DeformTarget {
     RAYGRAPH_ADDRESS positions;
     RAYGRAPH_ADDRESS normals;
     RAYGRAPH_ADDRESS tangents;
 };
 
-// A record to be deformed now, by the workgroups from firstGroup on.
+// Describes a record to be deformed now, by the workgroups from firstGroup on.
 struct DeformTask {
     uint record;
     uint firstGroup;

@@ -20,7 +20,7 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-// A group as it would be drawn if all of its placements were visible.
+// Describes a group as it would be drawn if all of its placements were visible.
 struct DrawRecord {
     vec3 boundsMin;  // object space
     uint vertexCount;
@@ -50,7 +50,7 @@ RAYGRAPH_CONSTANT uint kTileSize = 64u;                        // pixels a side
 RAYGRAPH_CONSTANT uint kTileCapacity = 1u << 20u;              // beyond it, an invocation draws a tile
 
 struct TriangleTile {
-    uint triangle;  // its number
+    uint triangle;  // number of the triangle
     uint tile;      // column, and row << 16
 };
 

@@ -28,7 +28,7 @@ using uint = uint32_t;
 RAYGRAPH_CONSTANT int kSumWords = 4;
 RAYGRAPH_CONSTANT int kSquareWords = 5;
 RAYGRAPH_CONSTANT int kUnitExponent = -64;
-RAYGRAPH_CONSTANT int kMaxExponent = 40;  // of the greatest value
+RAYGRAPH_CONSTANT int kMaxExponent = 40;  // exponent of the greatest value
 
 struct ExactSum {
     uint words[4];
@@ -50,16 +50,16 @@ struct ExactValue {
     bool isNegative;
 };
 
-// A value as words in units: words[0] is word `first`, and those beyond these are 0. Of a negative one the
-// complement of all words: adding 1 makes it the two's complement.
+// Describes a value as words in units: words[0] is word `first`, and those beyond these are 0. Of a negative
+// one the complement of all words: adding 1 makes it the two's complement.
 struct ExactWords {
     uint words[3];
     int first;
     uint complement;  // all ones for a negative one, else 0
 };
 
-// A count of samples as sums are divided by it: divisor / 2^shift is the count, and the highest bit of the
-// divisor is set. `reciprocal` is floor((2^64 - 1) / divisor) - 2^32.
+// Describes a count of samples as sums are divided by it: divisor / 2^shift is the count, and the highest bit
+// of the divisor is set. `reciprocal` is floor((2^64 - 1) / divisor) - 2^32.
 struct ExactDivisor {
     uint divisor, reciprocal;
     int shift;
@@ -86,7 +86,7 @@ RAYGRAPH_FUNCTION int LeadingZeros(uint value) {
 #endif
 }
 
-// The 32 bits of `value` from bit `offset` on; those outside of it are 0.
+// Returns the 32 bits of `value` from bit `offset` on; those outside of it are 0.
 RAYGRAPH_FUNCTION uint BitsFrom(UintPair value, int offset) {
     if (offset <= -32 || offset >= 64) return 0u;
     if (offset < 0) return value.low << uint(-offset);
@@ -122,12 +122,12 @@ RAYGRAPH_FUNCTION UintPair ShiftRightRounded(UintPair value, int shift) {
     return ShiftRight(sum, shift);
 }
 
-// The value of a sample in units, from the bits of its float.
+// Returns the value of a sample in units, from the bits of its float.
 RAYGRAPH_FUNCTION ExactValue ExactSample(uint bits) {
     int exponent = int((bits >> 23u) & 255u);
     ExactValue value;
     value.isNegative = (bits >> 31u) != 0u;
-    value.magnitude.low = (bits & 0x7FFFFFu) | 0x800000u;  // of a denormal too: it is far below a unit
+    value.magnitude.low = (bits & 0x7FFFFFu) | 0x800000u;  // also for a denormal: it is far below a unit
     value.magnitude.high = 0u;
     value.shift = exponent - 150 - kUnitExponent;
     if (exponent == 255) {
@@ -172,8 +172,8 @@ RAYGRAPH_FUNCTION uint WordOf(ExactWords value, int k) {
     return word ^ value.complement;
 }
 
-// The bits of the float nearest to (value + rest) * 2^exponent, ties to even. `value` is at least 2^24, and
-// rest is below 1: 0 if `hasRest` is false. Below the least normal float: 0.
+// Returns the bits of the float nearest to (value + rest) * 2^exponent, ties to even. `value` is at least
+// 2^24, and rest is below 1: 0 if `hasRest` is false. Below the least normal float: 0.
 RAYGRAPH_FUNCTION uint NearestFloat(uint value, bool hasRest, int exponent) {
     uint extra = uint(8 - LeadingZeros(value));  // bits beyond 24
     uint halfway = 1u << (extra - 1u), below = value & (2u * halfway - 1u);
@@ -184,8 +184,8 @@ RAYGRAPH_FUNCTION uint NearestFloat(uint value, bool hasRest, int exponent) {
     return (uint(biased) << 23u) + (mantissa - 0x800000u);  // carries into the exponent from 2^24
 }
 
-// The bits of the float nearest to n * 2^exponent / (high * 2^32 + low), ties to even. The divisor is not 0.
-// Below the least normal float: 0. Restoring division, a bit a step.
+// Returns the bits of the float nearest to n * 2^exponent / (high * 2^32 + low), ties to even. The divisor is
+// not 0. Below the least normal float: 0. Restoring division, a bit a step.
 RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair divisor) {
     for (int step = 0; step < 7; ++step) {
         if (n.words[7] != 0u) break;
@@ -234,12 +234,12 @@ RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair div
         }
     }
     rest |= high | low;
-    exponent += 5 * 32 + 7;  // of the quotient: the words and bits of n that it leaves out
+    exponent += 5 * 32 + 7;  // adjusts for the words and bits of n that the quotient leaves out
 
     return NearestFloat(quotient, rest != 0u, exponent);
 }
 
-// The magnitude of a sum; the words above it are 0.
+// Returns the magnitude of a sum; the words above it are 0.
 RAYGRAPH_FUNCTION ExactNumber MagnitudeOf(ExactSum sum) {
     bool isNegative = (sum.words[3] >> 31u) != 0u;
     ExactNumber magnitude;
@@ -262,7 +262,7 @@ inline ExactDivisor DivisorOf(uint count) {
 }
 #endif
 
-// The bits of the float nearest to the mean of samples whose count is the divisor's.
+// Returns the bits of the float nearest to the mean of samples whose count is the divisor's.
 RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, ExactDivisor count) {
     ExactNumber n = MagnitudeOf(sum);
     // The highest words of the number, from the first that is not 0.
@@ -302,8 +302,8 @@ RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, ExactDivisor count) {
     return mean == 0u ? 0u : mean | (sum.words[3] & 0x80000000u);
 }
 
-// The bits of the float nearest to the unbiased variance of `count` samples, 0 below two:
-// (count * sum(x^2) - sum(x)^2) / (count * (count - 1)), in integers.
+// Returns the bits of the float nearest to the unbiased variance of `count` samples, 0 below two: (count *
+// sum(x^2) - sum(x)^2) / (count * (count - 1)), in integers.
 RAYGRAPH_FUNCTION uint VarianceOfExactSums(ExactSum sum, ExactSquares squares, uint count) {
     if (count < 2u) return 0u;
     // count * squares, in units of 2^-128

@@ -93,8 +93,8 @@ RAYGRAPH_CONSTANT uint kLightNodeLeaf = 0x80000000u;  // the rest is a light, el
 RAYGRAPH_CONSTANT uint kLightNodeTwoSided = 0x40000000u;  // emits about -axis as it does about axis
 RAYGRAPH_CONSTANT uint kLightNodeIndex = 0x3FFFFFFFu;
 
-// Bounds of the lights below a node of the light tree: node 0 is the root, children are adjacent. Emission
-// leaves within an angle of thetaE about directions within thetaO of the axis.
+// Holds bounds of the lights below a node of the light tree: node 0 is the root, children are adjacent.
+// Emission leaves within an angle of thetaE about directions within thetaO of the axis.
 struct LightNode {
     vec3 boundsMin;
     float power;  // luminance of all lights below
@@ -104,7 +104,7 @@ struct LightNode {
     uint cones;  // packSnorm2x16(cos thetaO, cos thetaE), both rounded to the wider angle
 };
 
-// The values that all placements of a mesh share.
+// Holds the values that all placements of a mesh share.
 struct LightMeshRecord {
     uint firstLight;  // record of its first triangle
     uint triangleCount;
@@ -113,7 +113,7 @@ struct LightMeshRecord {
     uint firstAlias;
 };
 
-// One slot of an alias table: a slot is drawn uniformly, then stays with probability `keep`, else
+// Describes one slot of an alias table: a slot is drawn uniformly, then stays with probability `keep`, else
 // becomes `alias`.
 struct AliasEntry {
     float keep;
@@ -145,7 +145,7 @@ struct EnvironmentEntry {
     float end;
     // For entry i of n: no u in the i-th nth, nor one that rounds to it, chooses an entry before `guide`.
     uint guide;
-    float probability;  // of this row; of this cell in the whole map
+    float probability;  // probability of this row; of this cell in the whole map
 };
 
 // --- The environment map, prefiltered for rough surfaces ---
@@ -153,7 +153,7 @@ struct EnvironmentEntry {
 // + 1) kFilteredStep, the last one for diffuse surfaces. Without rotation and scale, like the map.
 
 RAYGRAPH_CONSTANT uint kFilteredWidth = 128u;
-RAYGRAPH_CONSTANT uint kFilteredHeight = 64u;  // of a level
+RAYGRAPH_CONSTANT uint kFilteredHeight = 64u;  // rows of a level
 RAYGRAPH_CONSTANT uint kFilteredLevels = 6u;
 RAYGRAPH_CONSTANT uint kFilteredDiffuse = kFilteredLevels - 1u;
 RAYGRAPH_CONSTANT float kFilteredStep = 0.2f;

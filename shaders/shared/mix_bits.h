@@ -12,8 +12,8 @@ using uint = uint32_t;
 #define RAYGRAPH_FUNCTION
 #endif
 
-// A bijection: two multiply-xorshift rounds with constants found by search (C. Wellons, "Prospecting for Hash
-// Functions", and its sequels).
+// Mixes the bits by a bijection: two multiply-xorshift rounds with constants found by search (C. Wellons,
+// "Prospecting for Hash Functions", and its sequels).
 RAYGRAPH_FUNCTION uint MixBits(uint x) {
     x ^= x >> 16u;
     x *= 0x21f0aaadu;

@@ -37,7 +37,7 @@ RAYGRAPH_CONSTANT float kIntersectionRoundings = 8.0f;
 // rays farther than they are wide.
 RAYGRAPH_CONSTANT float kMaxSliver = 64.0f;
 
-// The terms of cross(a, b), added up whatever their signs; none of a and b is negative.
+// Returns the terms of cross(a, b), added up whatever their signs; none of a and b is negative.
 RAYGRAPH_INLINE vec3 CrossOfSizes(vec3 a, vec3 b) {
     return vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
 }
@@ -46,9 +46,9 @@ RAYGRAPH_INLINE float SumOfSizes(vec3 v) {
     return abs(v.x) + abs(v.y) + abs(v.z);
 }
 
-// The error of the intersection test along the normal of a triangle with these edges, in roundings and times
-// the length of normal = cross(e1, e2). The weights of the vertices have errors, which move a hit in the
-// plane by a share of the edges, and so along each ray that is not at a right angle to the plane.
+// Returns the error of the intersection test along the normal of a triangle with these edges, in roundings
+// and times the length of normal = cross(e1, e2). The weights of the vertices have errors, which move a hit
+// in the plane by a share of the edges, and so along each ray that is not at a right angle to the plane.
 RAYGRAPH_INLINE float TestError(vec3 e1, vec3 e2, vec3 normal) {
     vec3 extent1 = abs(e1), extent2 = abs(e2), extent = max(extent1, extent2);
     float sliver = min(SumOfSizes(CrossOfSizes(extent1, extent2)), kMaxSliver * SumOfSizes(normal));

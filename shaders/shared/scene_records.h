@@ -52,7 +52,7 @@ struct InstanceRecord {
     uint draw;           // index of the group's DrawRecord, or kNotDrawn: it is hidden
 };
 
-// A round primitive, in object space (core/capsule.glsl).
+// Describes a round primitive, in object space (core/capsule.glsl).
 struct CapsuleRecord {
     vec3 p0;
     float radius;
@@ -106,7 +106,7 @@ struct MaterialRecord {
     uint flags;       // kMaterial*
     float ior;        // kInfiniteIor: reflects all
     vec3 extinction;  // of the medium inside, 1/m: the share that passes d meters is exp(-extinction d)
-    vec3 scattering;  // its part that scatters, 1/m
+    vec3 scattering;  // the part of it that scatters, 1/m
     float scatterAnisotropy;    // mean cosine of the medium's scattering angle
     vec2 iridescenceThickness;  // minimum, maximum; nm
 #define RAYGRAPH_MATERIAL_VALUE(type, name, field, object, key, quantity) type name;
@@ -141,13 +141,13 @@ struct EnvironmentRecord {
     uint hasMap;
 };
 
-// A pixel that Trace samples, where pixels have different numbers of samples (passes/pixel_list.h).
+// Describes a pixel that Trace samples, where pixels have different numbers of samples (passes/pixel_list.h).
 struct ListedPixel {
     uint texel;        // texel of the traced part of the picture: x + y * 65536
     uint sampleIndex;  // index of its first sample
 };
 
-// All parameters of a camera-ray pass; a uniform block.
+// Holds all parameters of a camera-ray pass; a uniform block.
 struct TraceParameters {
     CameraRecord camera;
     EnvironmentRecord environment;
@@ -167,7 +167,7 @@ struct TraceParameters {
     vec3 sceneOrigin;     // in world space; all other positions on the device are relative to it
     uvec2 pixelList;      // address of a ListedPixel for each texel of a sample, if kTracePixelList is set
     uint pixelListWidth;  // texels
-    uint pixelListCount;  // of a sample's texels, those that are of a pixel
+    uint pixelListCount;  // number of a sample's texels that belong to a pixel
 };
 
 #undef RAYGRAPH_CONSTANT

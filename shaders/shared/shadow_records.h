@@ -27,20 +27,20 @@ struct ShadowView {
     uint light;           // ordinal among the punctual lights, or kNoLight: the tile is unused
 };
 
-// The shadow views of a punctual light, by its ordinal.
+// Holds the shadow views of a punctual light, by its ordinal.
 struct ShadowLight {
     uint firstView;
     uint viewCount;  // 0: it casts no shadow
 };
 
-// A placement and the view that it is drawn into: an element of the list of casters.
+// Describes a placement and the view that it is drawn into: an element of the list of casters.
 struct ShadowCaster {
     uint placement;
     uint view;
 };
 
-// The box around all placements that are drawn, as maxima over unsigned numbers that are in the order of the
-// floats: of the coordinates, and of their negatives. 0: there are none.
+// Holds the box around all placements that are drawn, as maxima over unsigned numbers that are in the order
+// of the floats: of the coordinates, and of their negatives. 0: there are none.
 struct SceneBoundsRecord {
     uint negatedMin[3];
     uint max[3];

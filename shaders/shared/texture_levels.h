@@ -16,7 +16,7 @@ using uint = uint32_t;
 // The meaning of the four numbers of a texel.
 RAYGRAPH_CONSTANT uint kTexelsData = 0u;              // averaged as they stand
 RAYGRAPH_CONSTANT uint kTexelsColor = 1u;             // sRGB, with linear alpha: averaged in linear light
-RAYGRAPH_CONSTANT uint kTexelsTransparentColor = 2u;  // the same, weighted by alpha
+RAYGRAPH_CONSTANT uint kTexelsTransparentColor = 2u;  // as kTexelsColor, weighted by alpha
 RAYGRAPH_CONSTANT uint kTexelsNormals = 3u;           // unit vectors, from [-1, 1]
 
 struct TextureLevelConstants {

@@ -46,7 +46,7 @@ RAYGRAPH_CHOICE(BrdfModel, RAYGRAPH_BRDF_MODELS)
 RAYGRAPH_CHOICE(MisHeuristic, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE(Roulette, RAYGRAPH_ROULETTES)
 
-// A set of features (trace_feature_list.h). GLSL's uvec2 has the same operators.
+// Describes a set of features (trace_feature_list.h). GLSL's uvec2 has the same operators.
 struct TraceFeatures {
     uint32_t x = 0, y = 0;
 

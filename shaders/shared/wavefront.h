@@ -54,7 +54,7 @@ struct WaveConstants {
     uint pathRows;      // rows of a path
     uint isProbedOnce;  // the media of all camera rays are the same
     uint traces;        // kWaveTraces*
-    uint firstPaths;    // that the camera starts
+    uint firstPaths;    // number of paths that the camera starts
 };
 
 #undef RAYGRAPH_CONSTANT

@@ -28,8 +28,8 @@ using uint = uint32_t;
 #endif
 
 RAYGRAPH_CONSTANT uint kWideChildren = 8u;
-RAYGRAPH_CONSTANT uint kWideLeafPrimitives = 3u;  // of a child, at most
-RAYGRAPH_CONSTANT uint kWideNodeWords = 5u;       // of 16 bytes; likewise below
+RAYGRAPH_CONSTANT uint kWideLeafPrimitives = 3u;  // most primitives of a child
+RAYGRAPH_CONSTANT uint kWideNodeWords = 5u;       // words of 16 bytes; likewise below
 RAYGRAPH_CONSTANT uint kWideTriangleWords = 3u;
 RAYGRAPH_CONSTANT uint kWideInstanceWords = 4u;
 // Groups of nodes or primitives that wait while a ray is traversed; builders refuse deeper trees.
@@ -49,13 +49,13 @@ RAYGRAPH_CONSTANT uint kWideMirrored = 4u;
 // Primitives: as many ones in the highest three bits as there are, and their first one's place after
 // firstPrimitive.
 struct WideNode {
-    vec3 origin;  // of the coordinates of the boxes
+    vec3 origin;  // origin of the coordinates of the boxes
     // Exponents of x, y, z, biased as those of a float: a step is 2^e. Highest byte: bit s: slot s is a node
     uint exponents;
-    uint firstChild;  // those that are nodes are one after another, by slot
+    uint firstChild;  // children that are nodes are one after another, by slot
     uint firstPrimitive;
     uint meta[2];  // a byte a slot; likewise below
-    uint low[6];   // of boxes, in steps: two of x, two of y, two of z
+    uint low[6];   // low sides of boxes, in steps: two of x, two of y, two of z
     uint high[6];
 };
 
@@ -63,15 +63,15 @@ struct WideTriangle {
     vec3 p0;
     uint primitive;  // number in its mesh
     vec3 p1;
-    uint instance;  // of one level: its number, and
+    uint instance;  // in one level: number of the instance
     vec3 p2;
     uint flags;  // kWideBackCulled, ...
 };
 
 struct WideInstance {
     vec4 toObject[3];  // rows
-    uint root;         // of its mesh's tree
-    uint instance;     // its number
+    uint root;         // root of the mesh's tree
+    uint instance;     // number of the instance
     uint flags;        // kWideBackCulled, ...
     uint padding;
 };
@@ -82,14 +82,14 @@ struct WideHit {
     uint primitive;
     vec2 barycentrics;  // weights of p1 and p2
 };
-// The number of nodes, triangles and instances that a traversal visits.
+// Holds the number of nodes, triangles and instances that a traversal visits.
 struct WideCounts {
     uint nodes;
     uint triangles;
     uint instances;
 };
 
-// The input of both ways of tracing that a benchmark compares; they give WideHits.
+// Holds the input of both ways of tracing that a benchmark compares; they give WideHits.
 struct BenchRay {
     vec3 origin;
     float tMax;

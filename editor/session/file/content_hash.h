@@ -1,5 +1,5 @@
-// Hashes scenes and maps, to detect that they differ from those of a render. Not for security. Threads: pure
-// functions.
+// Hashes scenes and maps, to detect that they differ from those of a render. The hashes are no protection
+// against forgery. Threads: pure functions.
 #pragma once
 
 #include <string>

@@ -9,8 +9,8 @@ namespace raygraph::session {
 
 namespace {
 
-// The variance of the mean of pixel i is its variance by sampleCount * samplesOf(i). `hasError`: some have
-// two samples.
+// The variance of the mean of pixel i is its variance divided by sampleCount * samplesOf(i). `hasError` is
+// true if some pixel has two samples.
 template <typename SamplesOf>
 ImageStatistics MeasureWith(std::span<const float> mean, std::span<const float> variance, bool hasError,
                             uint32_t sampleCount, SamplesOf&& samplesOf) {

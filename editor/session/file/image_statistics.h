@@ -12,12 +12,13 @@ namespace raygraph::session {
 
 struct ImageStatistics {
     std::array<double, 3> mean{};  // linear
-    // The standard error of a pixel relative to the picture's mean: sqrt(mean(variance / n)) / mean, with
-    // means over the pixels and R, G and B. None below two samples, without variance, or for black.
+    // Holds the standard error of a pixel relative to the picture's mean: sqrt(mean(variance / n)) / mean,
+    // with means over the pixels and R, G and B. It is none below two samples, without variance, and for
+    // black.
     std::optional<double> relativeError;
 };
 
-// A picture's relative error at a number of samples.
+// Holds a picture's relative error at a number of samples.
 struct MeasuredError {
     uint32_t samples = 0;
     std::optional<double> relativeError;  // see ImageStatistics

@@ -34,7 +34,8 @@ void RequireCompatible(const NamedRender& first, const NamedRender& other) {
 void RequireSums(const NamedRender& part) {
     const std::string missing = FirstMissingChannel(part.render);
     if (missing.empty()) return;
-    // The editor's albedo and normals are those of the pixels' centers; a session traces those of the samples
+    // The editor's albedo and normals are those of the pixels' centers, whereas a session traces those of the
+    // samples
     const bool isViewportCapture = HasSums(part.render, {Aov::Albedo, Aov::Normal});
     throw MakeError(ErrorKind::BadInput, "{} lacks sums of samples: there is no channel {}{}", part.name,
                     missing,

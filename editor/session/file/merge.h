@@ -10,7 +10,7 @@
 
 namespace raygraph::session {
 
-// A render with the name that errors use for it.
+// Holds a render with the name that errors use for it.
 struct NamedRender {
     std::string name;
     RenderFile render;

@@ -19,7 +19,7 @@ namespace raygraph::session {
 
 namespace {
 
-// Puts the channels of these names into RGBA texels; false if the first of them is not there.
+// Puts the channels of these names into RGBA texels. Returns false if the first of them is missing.
 template <typename Names>
 bool ReadColorChannels(const image::ExrImage& file, const Names& names, Texels& texels) {
     if (file.FloatChannel(names[0]) == nullptr) return false;
@@ -41,7 +41,7 @@ std::string TextAttribute(const image::ExrImage& file, const char* name) {
     return *text;
 }
 
-// The sums of a file, picture after picture.
+// Reads the sums of a file, one picture after another.
 class SumsReader {
   public:
     explicit SumsReader(const image::ExrImage& file)
@@ -67,7 +67,7 @@ class SumsReader {
         return std::move(predicted.sums);
     }
 
-    // After the last one.
+    // Must be called after the last Take. Throws unless the sums have the digest of the file.
     void RequireDigest() const {
         if (!m_hasPredicted || TextAttribute(m_file, kAttributeSumsDigest) == Text("{:016x}", m_digest))
             return;
@@ -122,7 +122,7 @@ const std::vector<uint32_t>& CountsOf(const image::ExrImage& file) {
     return *counts;
 }
 
-// Every pixel has as many samples, unless the render is adaptive.
+// Requires equally many samples of all pixels, unless the render is adaptive.
 void RequireUniformCounts(const image::ExrImage& file, uint64_t sampleCount) {
     for (const uint32_t count : CountsOf(file))
         if (count != sampleCount)
@@ -211,7 +211,8 @@ void ReadMotion(const image::ExrImage& file, std::vector<float>& motion) {
     }
 }
 
-// The one of an AOV: a RenderFile has the means and RenderSums their sums in members of the same names.
+// Returns the member of an AOV: a RenderFile has the means and RenderSums their sums in members of the same
+// names.
 template <typename Owner>
 auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
     const auto from = [&](Aov first) { return static_cast<size_t>(aov) - static_cast<size_t>(first); };
@@ -222,7 +223,7 @@ auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
     return &owner.parts[from(Aov::Emission)];
 }
 
-// Returns the settings.
+// Returns the render's settings, and requires that the file has its picture where they say.
 PictureSettings RequireWindow(const image::ExrImage& file, const RenderFile& render) {
     PictureSettings settings;
     try {
@@ -239,7 +240,7 @@ PictureSettings RequireWindow(const image::ExrImage& file, const RenderFile& ren
     return settings;
 }
 
-// Settings that files of earlier versions have, and that do not change the picture.
+// Returns whether files of earlier versions have this setting, which does not change the picture.
 bool IsLegacySetting(std::string_view name) {
     return name == "integrator-form" || name == "traversal";
 }
@@ -289,7 +290,7 @@ RenderFile FromExr(const image::ExrImage& file) {
             throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
         render.settings[name] = TextAttribute(file, attribute.c_str());
     }
-    // Files that do not say are from before there was one
+    // Files without this setting are older than it
     render.settings.try_emplace(std::string(kLightSetting), Name(DefaultLight::None));
     const PictureSettings settings = RequireWindow(file, render);
     if (settings.isAdaptive) ReadCounts(file, render);
@@ -405,7 +406,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     };
     std::vector<uint32_t> samples{static_cast<uint32_t>(SampleCount(render.samples))};
     if (render.adaptive) samples = render.adaptive->counts;
-    std::deque<SumResiduals> residuals;  // where they are, as the planes are spans of them
+    std::deque<SumResiduals> residuals;  // keep their place, since the planes are spans of them
     uint64_t digest = 0;
     const auto addSums = [&](const auto& names, const passes::ExactSums& sums, const Texels& mean,
                              const Texels& variance, const std::vector<uint32_t>& counts) {

@@ -39,7 +39,7 @@
 
 namespace raygraph::session {
 
-// RGBA, rows from the top, 4 * width * height floats; empty if it was not rendered.
+// Holds RGBA, rows from the top, 4 * width * height floats; it is empty if it was not rendered.
 using Texels = std::vector<float>;
 
 // Holds the sums whose means are the pictures of a RenderFile.
@@ -55,14 +55,14 @@ struct RenderFile {
     Extent2D size;                                     // in pixels, of the rendered part (RenderedPart)
     Texels radiance;                                   // mean of the samples; alpha: coverage
     Texels variance;                                   // unbiased variance of one sample; w is undefined
-    Texels denoised;                                   // of the radiance; written, but not read
+    Texels denoised;                                   // denoised radiance; written, but not read
     Texels albedo;                                     // w: coverage; not stored
     Texels normal;                                     // w is undefined
     std::array<Texels, passes::kPathPartCount> parts;  // parts of the radiance by PathPart; w is not stored
-    // By Bias: mean and variance of second trace minus sample; w is not stored.
+    // By Bias, these are mean and variance of second trace minus sample; w is not stored.
     std::array<Texels, kBiasCount> removed, removedVariance;
     uint32_t removedSamples = 0;      // samples that were traced twice
-    std::vector<Texels> lightGroups;  // by LightGroupNames of the settings; w is not stored
+    std::vector<Texels> lightGroups;  // indexed by LightGroupNames of the settings; w is not stored
     RenderSums sums;                  // w is stored for the radiance only
     std::vector<float> depth;
     std::vector<uint32_t> instance;
@@ -71,8 +71,8 @@ struct RenderFile {
 
     SampleRanges samples;                   // adaptive: as many as the average per pixel, rounded down
     std::optional<AdaptiveState> adaptive;  // set if PictureSettings::isAdaptive
-    // The last measurement of a run to a relative error, from which a resumed one continues. None for merged
-    // renders.
+    // Holds the last measurement of a run to a relative error, from which a resumed one continues. Merged
+    // renders have none.
     std::optional<MeasuredError> measuredError;
     SettingTexts settings;
     std::string sceneFile;        // file name without folders
@@ -95,7 +95,7 @@ RAYGRAPH_API const passes::ExactSums* SumsOf(const RenderSums& sums, Aov aov);
 // Returns the first missing channel of the sums that all means but `others` need: "albedo.sum0.R"; empty if
 // none is missing.
 RAYGRAPH_API std::string FirstMissingChannel(const RenderFile& render, const AovSet& others = {});
-// Is appended to that if there are no sums at all.
+// A message about such a channel ends with this if there are no sums at all.
 inline constexpr const char* kHalfHint = ", as in any file of half floats";
 // Returns whether no channel is missing.
 RAYGRAPH_API bool HasSums(const RenderFile& render, const AovSet& others = {});

@@ -1,6 +1,6 @@
-// The reader and the writer of a render's file share this: names of channels and attributes, flaws of a
-// render that was not read from a file, and sums. For editor/session/ alone. Threads: pure functions, for
-// any thread.
+// The names of channels and attributes that the reader and the writer of a render's file share, flaws of a
+// render that was not read from a file, and sums. For editor/session/ alone. Threads: pure functions, for any
+// thread.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,11 @@
 
 namespace raygraph::session {
 
-// Version of channels and attributes together. 1 had no such attribute, and means without sums. In 2, scenes
-// had another hash. 3, which can be read, has the words of the sums themselves.
+// The version counts changes of channels and attributes. Version 1 had no such attribute, and means without
+// sums. In 2, scenes had another hash. 3, which can be read, has the words of the sums themselves.
 inline constexpr std::string_view kFormat = "4", kWordFormat = "3";
 
-// Attributes; settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
+// Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
 inline constexpr const char* kAttributeFormat = "raygraph.format";
 inline constexpr const char* kAttributeVersion = "raygraph.version";
 inline constexpr const char* kAttributeDevice = "raygraph.device";
@@ -35,9 +35,9 @@ inline constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHa
 inline constexpr const char* kAttributeSamples = "raygraph.samples";            // decimal: number of samples
 inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  // decimal: index of the first
 inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // e.g. "0-63 128-191"
-// decimal: samples that were traced twice
+// The number of samples that were traced twice, decimal.
 inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";
-// e.g. "64 0.021": samples, relative error
+// Samples and relative error, e.g. "64 0.021".
 inline constexpr const char* kAttributeMeasuredError = "raygraph.measuredError";
 inline constexpr const char* kAttributeSumsDigest = "raygraph.sumsDigest";  // hexadecimal: digest of all sums
 inline constexpr const char* kAttributeStage = "raygraph.adaptiveStage";    // "128 256": by color
@@ -48,7 +48,7 @@ inline constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "va
 inline constexpr const char* kDenoisedNames[] = {"denoised.R", "denoised.G", "denoised.B"};
 inline constexpr const char* kMotionNames[] = {"motion.X", "motion.Y"};
 
-// Channels of an AOV that is a mean.
+// These are the channels of an AOV that is a mean.
 using ChannelNames = std::array<std::string, 3>;
 inline ChannelNames ColorChannels(const std::string& name) {
     return {name + ".R", name + ".G", name + ".B"};
@@ -67,17 +67,17 @@ inline std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
     return channels;
 }
 
-// Returns the variance's channels of the light that a bias removed.
+// Returns the channels of the variance of the light that a bias removed.
 inline ChannelNames VarianceChannels(Bias bias) {
     return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
 }
 
-// Channels of an adaptive render (AdaptiveState).
+// An adaptive render has these channels (AdaptiveState).
 inline constexpr const char* kCountsName = "samples";
 inline constexpr const char* kWantedName = "samples.wanted";
 inline constexpr std::string_view kVariancePrefix = "samples.variance", kMeanPrefix = "samples.mean";
 
-// "albedo.R" becomes "albedo.sum0.R"; "R" becomes "sum0.R".
+// Makes "albedo.sum0.R" of "albedo.R", and "sum0.R" of "R".
 inline std::string WordChannel(const std::string& channel, const char* what, size_t word) {
     std::string name = channel;
     return name.insert(name.rfind('.') + 1, Text("{}{}.", what, word));
@@ -96,7 +96,7 @@ inline uint64_t DigestSeed(std::string_view channel) {
 }
 
 // Returns the sample counts of an AOV's mean, per pixel or one for all, if those of the radiance are
-// `counts`. Not for what biases removed.
+// `counts`. It does not apply to what biases removed.
 inline std::vector<uint32_t> CountsOf(Aov aov, const std::vector<uint32_t>& counts) {
     if (aov != Aov::Albedo && aov != Aov::Normal) return counts;
     return {*std::ranges::min_element(counts)};

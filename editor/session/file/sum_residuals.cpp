@@ -20,7 +20,7 @@ namespace {
 
 __extension__ using Wide = unsigned __int128;
 
-// 160 bits, two's complement.
+// Describes an integer of 160 bits, as two's complement.
 struct Squares {
     Wide low = 0;
     uint32_t high = 0;
@@ -33,7 +33,7 @@ Squares operator-(const Squares& a, const Squares& b) {
     return {a.low - b.low, a.high - b.high - (a.low < b.low ? 1u : 0u)};
 }
 
-// 0, 1, 2, 3, 4 stand for 0, -1, 1, -2, 2.
+// Maps 0, -1, 1, -2, 2 to 0, 1, 2, 3, 4.
 Wide ZigZag(Wide value) {
     return (value << 1) ^ (Wide{0} - (value >> 127));
 }
@@ -51,7 +51,7 @@ Squares FromZigZag(const Squares& code) {
             (code.high >> 1) ^ (0u - sign)};
 }
 
-// value * 2^shift in 160 bits; half a unit is rounded up.
+// Returns value * 2^shift in 160 bits; half a unit is rounded up.
 Squares Shifted(Wide value, int shift) {
     if (shift <= -128 || shift >= 160) return {};
     if (shift < 0) return {(value >> -shift) + ((value >> (-shift - 1)) & 1)};
@@ -60,7 +60,7 @@ Squares Shifted(Wide value, int shift) {
     return {0, static_cast<uint32_t>(value) << (shift - 128)};
 }
 
-// |value| * factor; 0 for denormals and what is not finite.
+// Returns |value| * factor; 0 for denormals and for infinities and NaN.
 Squares Product(float value, uint32_t factor) {
     const uint32_t bits = std::bit_cast<uint32_t>(value) & 0x7FFFFFFFu, exponent = bits >> 23;
     if (exponent == 0 || exponent == 255) return {};
@@ -86,7 +86,7 @@ Squares PredictedSquares(Wide sum, float variance, uint32_t count) {
     return spread + Shifted(Wide{top} * top / count, 2 * (64 - zeros) + gpu::kUnitExponent);
 }
 
-// The sums of a pixel.
+// Holds the sums of a pixel.
 struct Pixel {
     std::array<Wide, 4> sums{};
     std::array<Squares, 3> squares{};
@@ -129,10 +129,10 @@ Words WordsOfSquares(size_t channel) {
     return {WordsOfSum(4).first + kCount * channel, kCount};
 }
 
-// Byte 0 of a row of words is the lowest one of the first pixel.
+// The codes rely on it that byte 0 of a row of words is the lowest one of the first pixel.
 static_assert(std::endian::native == std::endian::little);
 
-// The codes of a row on their way into the picture. For one thread.
+// Collects the codes of a row on their way into the picture. Threads: one at a time.
 class CodesOfRow {
   public:
     explicit CodesOfRow(size_t width) : m_width(width), m_words(kSumWordCount * width) {}
@@ -144,7 +144,7 @@ class CodesOfRow {
             SetByte(words, b, x, static_cast<uint8_t>(code.high));
     }
 
-    // Puts them to `rowOf(i)` for those words i that are not all 0, and forgets them.
+    // Copies them to `rowOf(i)` for those words i that are not all 0, and clears them.
     template <typename RowOf>
     void Put(const RowOf& rowOf) {
         for (size_t i = 0; i < kSumWordCount; ++i) {
@@ -169,7 +169,7 @@ class CodesOfRow {
     static_assert(kSumWordCount <= 32);
 };
 
-// A row of words, or null where they are all 0.
+// A row of words is null where they are all 0.
 using RowOfWords = std::array<const uint8_t*, kSumWordCount>;
 
 Squares CodeOf(const Words& words, const RowOfWords& row, size_t width, size_t x) {
@@ -187,8 +187,8 @@ Squares CodeOf(const Words& words, const RowOfWords& row, size_t width, size_t x
     return code;
 }
 
-// Calls ofSum(channel, predicted) for the sums of a pixel, then ofSquares likewise; they return what the sums
-// are. Returns the pixel's part of the digest.
+// Calls ofSum(channel, predicted) for the sums of a pixel, then ofSquares likewise; both return the actual
+// sums. Returns the pixel's part of the digest.
 template <typename OfSum, typename OfSquares>
 uint64_t ForEachSum(size_t channels, size_t squareChannels, const SumPrediction& prediction, size_t pixel,
                     uint64_t seed, const OfSum& ofSum, const OfSquares& ofSquares) {

@@ -44,8 +44,8 @@ struct SumPrediction {
 };
 
 struct SumResiduals {
-    // By kSumWords, for all pixels. Empty: 0 for all, or not stored; the lowest words of stored sums are
-    // never empty.
+    // By kSumWords, for all pixels. An empty array stands for 0 in all pixels, or for words that are not
+    // stored; the lowest words of stored sums are never empty.
     std::array<LargeArray<uint32_t>, kSumWordCount> words;
     uint64_t digest = 0;  // digest of the sums
 };

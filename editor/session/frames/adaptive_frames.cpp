@@ -97,7 +97,7 @@ void AdaptiveFrames::AllocateStage(uint32_t color, const passes::Accumulation& r
         const std::vector<float> none(state.counts.size(), 0.0f);
         return m_counts.AllocateStage(color, {none, none});
     }
-    // The others were noted before they got more
+    // The variances of the other pixels were recorded before these got more samples
     std::vector<gpu::ListedPixel> pixels;
     ForPixelsOfColor(m_size, 1 - color, [&](size_t i) {
         const auto pixel = static_cast<uint32_t>(i);
@@ -177,12 +177,12 @@ AdaptiveState AdaptiveFrames::Take() const {
 namespace {
 
 constexpr int kReach = 3;  // pixels around one, to each side
-// Relative to the picture's mean: pixels that are darker than this need no smaller an error for it.
+// Pixels that are darker than this, relative to the picture's mean, need no smaller an error for it.
 constexpr double kDark = 0.5;
-// Pixels around which nothing varies count as much as this part of the average pixel.
+// Pixels around which nothing varies weigh as much as this part of the average pixel.
 constexpr double kLeastWeight = 0.02;
 
-// The variance of pixels of the color that was noted, relative to the square of how bright they are.
+// Returns the recorded variances of the pixels of one color, relative to the squares of their brightness.
 std::vector<double> RelativeVariances(rhi::Extent2D picture, uint32_t color, const PixelVariances& noted) {
     double sum = 0.0;
     ForPixelsOfColor(picture, color, [&](size_t i) { sum += std::max(0.0f, noted.mean[i]); });
@@ -209,7 +209,7 @@ std::vector<double> WeightsOf(rhi::Extent2D picture, uint32_t color, const Pixel
         double sum = 0.0, shares = 0.0;
         for (int64_t dy = std::max<int64_t>(-kReach, -y); dy <= std::min<int64_t>(kReach, height - 1 - y);
              ++dy) {
-            // The other color: dx + dy is odd
+            // A pixel has the other color where dx + dy is odd
             for (int64_t dx = (dy % 2 == 0) ? -kReach : 1 - kReach; dx <= kReach; dx += 2) {
                 if (x + dx < 0 || x + dx >= width) continue;
                 const double share = 1.0 / static_cast<double>(dx * dx + dy * dy);
@@ -225,7 +225,7 @@ std::vector<double> WeightsOf(rhi::Extent2D picture, uint32_t color, const Pixel
     return weights;
 }
 
-// Pixels of one color, by their place in the rows of that color.
+// Allocates samples to the pixels of one color, by their index in the rows of that color.
 class Allocation {
   public:
     Allocation(std::vector<double> weights, std::vector<uint32_t> least, uint32_t average)
@@ -234,9 +234,9 @@ class Allocation {
           m_most(static_cast<double>(average) * kMostTimes),
           m_wanted(static_cast<double>(average) * static_cast<double>(m_weights.size())) {}
 
-    // Powers of two, where `least` are: of Sobol points the first ones of such a number are spread best, and
-    // of few different counts each is that of many pixels, which take their steps together. What a pixel is
-    // rounded down by, the next ones get.
+    // Returns powers of two, if `least` are: the first Sobol points of such a number are distributed best,
+    // and each of few different counts belongs to many pixels, which take their steps together. What rounding
+    // takes from a pixel goes to the next ones.
     std::vector<uint32_t> Counts() const {
         const double factor = Factor();
         std::vector<uint32_t> counts(m_least);
@@ -252,7 +252,7 @@ class Allocation {
             }
             total += counts[i];
         }
-        // Never less than the average, so that each color's stage ends for itself
+        // The total is never below the average, so that each color's stage ends independently of the other
         while (total < m_wanted) {
             for (size_t i = 0; i < counts.size() && total < m_wanted; ++i) {
                 if (2.0 * counts[i] > m_most) continue;
@@ -279,11 +279,12 @@ class Allocation {
         return {samples, slope};
     }
 
-    // The factor of the weights that gives as many samples as are wanted, as if there were parts of samples.
+    // Returns the factor of the weights that gives the wanted number of samples, before counts are rounded.
     double Factor() const {
-        double low = 0.0, high = 0.0;  // too few, enough
+        double low = 0.0, high = 0.0;  // give too few samples, and enough
         for (const double weight : m_weights) high = std::max(high, m_most / weight);
-        // Newton's steps, each with the pixels between their bounds; within the bracket
+        // Newton's method, where only pixels between their bounds have a slope; bisection keeps it within the
+        // bracket
         double factor = m_wanted / Sum(m_weights);
         for (int step = 0; step < 32 && high - low > 1e-9 * high; ++step) {
             const auto [samples, slope] = SamplesAt(factor);
@@ -321,7 +322,7 @@ constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 // color has the stage's average, so that the other one can decide by them when it has it.
 constexpr uint32_t kTurns = 2;
 
-// The next number of samples at which variances are noted.
+// Returns the next number of samples at which variances are recorded.
 uint32_t NextBase(uint32_t count) {
     return std::max(std::bit_ceil(count + 1), kFirstBase);
 }
@@ -392,7 +393,7 @@ AdaptiveCounts::Next AdaptiveCounts::NextTo(uint32_t average) const {
         if (missing[color] > 0 && isWalking(color)) return samples(color);
     for (const uint32_t color : {behind, 1 - behind})
         if (missing[color] > 0 && CanDecide(color)) return {Next::Kind::Decision, color};
-    // In a file that no render has written, the color that decides may be behind
+    // In a file that was not written by a render, the color that decides may be behind
     for (const uint32_t color : {behind, 1 - behind})
         if (isWalking(color)) return samples(color);
     for (const uint32_t color : {behind, 1 - behind})
@@ -440,7 +441,7 @@ void AdaptiveCounts::FindWalk(uint32_t color) {
     }
     const uint32_t stage = m_state.stages[color];
     uint32_t leastOfOthers = kNone;
-    // Few pixels miss a number that no other one does
+    // Pixels with the same number of missing samples take their steps together
     std::map<uint32_t, std::vector<WalkPixel>, std::greater<>> byMissing;
     for (uint32_t turn = 1; turn <= kTurns && byMissing.empty(); ++turn) {
         // Stop at the first base that one of the pixels reaches

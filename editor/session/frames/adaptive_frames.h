@@ -20,7 +20,7 @@
 namespace raygraph::session {
 
 // --- AdaptiveState: what is needed to resume an adaptive render ---
-// It has how many samples each pixel has, and how many it is to have.
+// It has the number of samples of each pixel, and the number that it will get.
 
 // Pixels are colored like a chessboard: `color` 0 is white, the first pixel's, and 1 is black.
 inline constexpr uint32_t kColors = 2;
@@ -39,8 +39,8 @@ void ForPixelsOfColor(rhi::Extent2D picture, uint32_t color, Visit&& visit) {
 // At first all pixels get kFirstBase samples. A stage's number is the average count of a color's pixels at
 // its end: 128, 256, 512, ....
 inline constexpr uint32_t kFirstBase = 16, kLastStage = 1u << 26;
-// The first samples of each pixel, the base, decide a stage: this part of the average. No pixel is wanted to
-// have more than kMostTimes the average, or barely more.
+// The first samples of each pixel, the base, decide a stage: this part of the average. No pixel gets more
+// than kMostTimes the average, or barely more.
 inline constexpr uint32_t kBasePart = 8, kMostTimes = 16;
 
 // Returns the base by which the stage after this one is decided.
@@ -58,8 +58,8 @@ struct PixelVariances {
 struct RAYGRAPH_API AdaptiveState {
     std::vector<uint32_t> counts;  // samples that each pixel has, at least 1
     std::vector<uint32_t> wanted;  // samples that it gets in this stage; empty: cannot be resumed
-    std::array<uint32_t, kColors> stages{kFirstBase, kFirstBase};  // by color
-    // By the base of a later stage: the pixels that already have more samples; 0 for the others.
+    std::array<uint32_t, kColors> stages{kFirstBase, kFirstBase};  // indexed by color
+    // Holds, by the base of a later stage, the pixels that already have more samples; 0 for the others.
     std::map<uint32_t, PixelVariances> noted;
 
     bool operator==(const AdaptiveState&) const = default;
@@ -119,7 +119,7 @@ class RAYGRAPH_API AdaptiveCounts {
             Samples    // call Advance
         } kind = Kind::Nothing;
         uint32_t color = 0;  // color of the walk
-        // These pixels get equally many samples, none of which has been taken
+        // These pixels get equally many samples, none of which has been taken yet
         uint32_t pixels = 0;  // number of WalkPixels, from the first
         uint32_t taken = 0;   // samples of each since the walk began
         uint32_t length = 0;  // samples of each to take: at least 1, at most what the average needs
@@ -136,8 +136,8 @@ class RAYGRAPH_API AdaptiveCounts {
     };
     const std::vector<WalkPixel>& WalkPixels(uint32_t color) const { return m_walks[color].pixels; }
     uint64_t WalkId(uint32_t color) const { return m_walks[color].id; }  // differs between walks
-    // At the start of a walk: variance and mean of its pixels with exactly this many samples are to be noted
-    // before they get more; 0: of none.
+    // At the start of a walk: returns the number of samples at which variance and mean of its pixels are to
+    // be recorded before they get more; 0 if there is none.
     uint32_t BaseToRecord(uint32_t color) const;
 
     // Returns the first base that later decisions need.
@@ -152,7 +152,7 @@ class RAYGRAPH_API AdaptiveCounts {
     struct Walk {
         std::vector<WalkPixel> pixels;
         std::vector<uint32_t> leastOfFirst,
-            leastOfLast;  // [n]: of the first n pixels, and of the others once those are done
+            leastOfLast;  // [n]: the least count of the first n pixels, and of the others once those are done
         uint32_t inFlight = 0, taken = 0;
         uint32_t leastOfOthers = 0;  // smallest count of the color's pixels outside of the walk
         uint64_t total = 0;          // samples of the color

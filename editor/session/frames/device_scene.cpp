@@ -16,7 +16,7 @@ namespace raygraph::session {
 
 namespace {
 
-// Distance along the view to the middle of the scene, for a lens that was given no focus.
+// Returns the distance along the view to the middle of the scene, for a lens without a given focus.
 float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
     if (bounds.IsEmpty()) return 1.0f;
     const float distance = glm::dot(bounds.Center() - glm::vec3(view.eye), view.forward);
@@ -33,13 +33,13 @@ scene::CameraView ViewFrom(const PictureSettings& settings, const std::string& c
     }
 }
 
-// Only views that read texture levels need them.
+// Only views that read texture levels need these levels on the device.
 GpuSceneDesc SceneDescFor(const PictureSettings& settings, Traversal traversal) {
     const bool isDrawn = settings.view == View::Raster;
     return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
             .textureBudget = settings.textureBudget,
             .traversal = settings.view == View::PathTraced ? traversal : Traversal::Driver,
-            .measuresLight = settings.light == DefaultLight::Auto,  // a session has decided it
+            .measuresLight = settings.light == DefaultLight::Auto,  // the session has decided already
             .lightRule = LightRule::Always};
 }
 

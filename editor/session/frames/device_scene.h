@@ -72,7 +72,7 @@ class DeviceScene {
 
   private:
     scene::CameraView ViewAtRest(const std::string& camera) const;
-    // Poses the scene at its time, with view, focus and origin as if it had no other time.
+    // Poses the scene at its time, with view, focus and origin as if it had always been at that time.
     void StartPicture();
     void PlaceView(const scene::CameraView& view, const scene::Bounds& bounds);
     void MoveTo(double seconds);
@@ -85,7 +85,7 @@ class DeviceScene {
     std::optional<SceneMotion> m_motion;
     scene::SceneData m_atRest;  // cameras and bounds only
     scene::CameraView m_restView;
-    float m_focus = 0.0f;  // of the picture, throughout the shutter's time
+    float m_focus = 0.0f;  // distance to the plane in focus, for all times of the shutter
     passes::TraceSettings m_traced;
 };
 

@@ -20,7 +20,7 @@ struct PassTime {
     uint32_t count = 0;
 };
 
-// Passes with the same name are one entry: their times within a frame are added; `count` is of frames.
+// Passes of one name are one entry: their times within a frame are added, and `count` counts frames.
 class RAYGRAPH_API PassTimes {
   public:
     void Add(const FrameTiming& frame);

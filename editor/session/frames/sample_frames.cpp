@@ -22,7 +22,7 @@ TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) 
     return renderer.Persist("motion hits", {passes::RegionOf(settings).Extent(), Format::Rgba32Uint});
 }
 
-// 0 of what is behind the camera at one of the times.
+// The motion is 0 for a surface that is behind the camera at one of the times.
 std::vector<float> MotionOf(const Texels& open, const Texels& close) {
     std::vector<float> motion(open.size() / 2, 0.0f);
     for (size_t i = 0; i < open.size() / 4; ++i) {
@@ -112,7 +112,7 @@ uint32_t SampleFrames::ChooseBatchSize() const {
     const uint32_t most =
         passes::PreferredBatchSize(m_renderer.Device(), settings,
                                    hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
-    // Frames end where half of few samples does, for the denoiser
+    // For the denoiser, frames end where half of few samples does
     if (m_plan.isDenoised) return std::min(most, 8u);
     // Albedo and normal have passes for each sample
     return m_isKeepingAlbedo || m_isKeepingNormal ? std::min(most, 16u) : most;
@@ -171,8 +171,8 @@ void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSetti
     if (m_isKeepingNormal) AccumulateFrame(hits.normal, 1, m_normal, isLast);
 }
 
-// Decisions at random, as whether a surface that is partly transparent is seen, are those of the picture's
-// first sample: whoever renders it, and however often it is finished.
+// Decisions at random, as whether a partly transparent surface is visible, are those of the picture's first
+// sample, whichever device renders it and however often the picture is finished.
 void SampleFrames::TraceUnblurred() {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareUnblurred();
@@ -236,7 +236,7 @@ passes::AccumulatedIds SampleFrames::ReadBack(Accumulated& from, Extent2D extent
 }
 
 void SampleFrames::KeepFirstHalf() {
-    constexpr uint32_t kLeast = 8;  // fewer say little
+    constexpr uint32_t kLeast = 8;  // a smaller number gives no useful estimate
     if (!m_plan.isDenoised || m_submitted < std::max(kLeast, 2 * m_firstHalves[1].count)) return;
     m_firstHalves[0] = std::move(m_firstHalves[1]);
     m_renderer.BeginFrame();
@@ -454,7 +454,7 @@ void SampleFrames::RenderListed(uint32_t average) {
 }
 
 void SampleFrames::DeclareUniformSamples(const SceneIds& ids) {
-    // They have passes for each sample
+    // Each of them has passes for each sample
     constexpr uint32_t kAtOnce = 16;
     const bool hasAverages = m_isKeepingAlbedo || m_isKeepingNormal;
     const uint32_t end = std::min(m_adaptive->Counts().MinimumCount(), m_uniformSamples + kAtOnce);
@@ -539,7 +539,7 @@ passes::ExactSums SampleFrames::RadianceSums() {
 
 double ShutterPosition(uint32_t sampleIndex, uint32_t seed) {
     const uint32_t scramble = gpu::MixBits(seed ^ 0x5bd1e995u);
-    uint32_t above = 1;  // The bits so far behind a leading 1, which tells their number.
+    uint32_t above = 1;  // the bits so far, behind a leading 1 that tells their number
     double position = 0.0, half = 0.5;
     for (uint32_t bit = 0; bit < 32; ++bit, half *= 0.5) {
         const uint32_t unscrambled = (sampleIndex >> bit) & 1u;
@@ -554,7 +554,7 @@ double ShutterPosition(uint32_t sampleIndex, uint32_t seed) {
 
 namespace {
 
-// Calls copy(row of the picture, the same row in the tiles) with where these begin, in floats.
+// Calls copy(row of the picture, the same row in the tiles) with the positions of their first floats.
 template <typename Copy>
 void ForEachRow(Extent2D size, uint32_t groupCount, uint32_t group, const Copy& copy) {
     const uint32_t columns = passes::LightGroupTiles(groupCount).width;

@@ -35,8 +35,8 @@ struct FramePlan {
     bool withSums = false;                  // returns the sums of everything accumulated
     bool isDenoised = false;                // see SessionDesc
     uint32_t batchSize = 0;                 // see SessionDesc
-    passes::RasterSettings raster;          // of the raster view
-    passes::TonemapSettings tonemap;        // of the display picture
+    passes::RasterSettings raster;          // settings of the raster view
+    passes::TonemapSettings tonemap;        // settings of the display picture
     bool hasUnblurred = true;               // renders depth, ids and motion if asked for
     RetracedBiases retraced{};              // biases without which samples are traced again
     const RenderFile* continues = nullptr;  // render that is continued; only used by the constructor
@@ -61,8 +61,9 @@ class SampleFrames {
     uint32_t SamplesToRestore() const { return m_toRestore; }
     // Submits the surfaces of the next such sample; waits as RenderSamples does.
     void RestoreSample();
-    // Return the samples in the picture, continued ones included: those that the device has finished, all
-    // submitted ones, and their ranges. For an adaptive picture they are averages per pixel, rounded down.
+    // These return the samples in the picture, continued ones included: those that the device has finished,
+    // all submitted ones, and their ranges. For an adaptive picture they are averages per pixel, rounded
+    // down.
     uint32_t SamplesDone();
     uint32_t SamplesSubmitted() const { return m_submitted; }
     const SampleRanges& Samples() const { return m_samples; }
@@ -77,7 +78,7 @@ class SampleFrames {
     uint64_t NonFiniteSamples();
     // Waits until the device has finished what was submitted.
     void WaitForSamples();
-    Extent2D Size() const;  // of the picture
+    Extent2D Size() const;  // returns the size of the picture
 
     // Submits the readback of what Take* return. More samples may follow.
     void FinishPicture();
@@ -96,15 +97,16 @@ class SampleFrames {
     // Returns the sums of the radiance alone, with squares; zeros without a sample.
     passes::ExactSums RadianceSums();
 
-    // Rays of a path, on average over all that were rendered here; none without a path.
+    // Returns the number of rays of a path, on average over all paths that were rendered here; none without a
+    // path.
     std::optional<double> RaysPerSample();
-    // GPU times of all frames of samples.
+    // Returns GPU times of all frames of samples.
     const PassTimes& Times();
     bool ShowsLight() const { return passes::ShowsLight(m_plan.view); }
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
-    // An accumulated picture; FinishPicture sets the readbacks.
+    // Holds an accumulated picture; FinishPicture sets the readbacks.
     struct Accumulated {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;
@@ -118,14 +120,14 @@ class SampleFrames {
     struct Measurement {
         uint32_t sampleCount = 0;
         Readback mean, variance;
-        std::vector<uint32_t> counts;  // by pixel, for adaptive pictures
+        std::vector<uint32_t> counts;  // samples of each pixel, for adaptive pictures
     };
 
     void RestoreFrom(const RenderFile& render);
     uint32_t ChooseBatchSize() const;
     // Declares samples of the radiance, by the pipeline of all samples.
     passes::TraceIds DeclareSamples(const SceneIds& ids, const passes::TraceSettings& settings);
-    // Adds the samples and their by-products.
+    // Adds the samples, and what is computed beside them.
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings);
     // Declares a view that shows no light.
     void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings);
@@ -151,9 +153,9 @@ class SampleFrames {
                                     const std::optional<TextureId>& counts = {}, bool withVariance = false);
     TextureId DeclareDisplay(TextureId mean);
     void TakeMeans(RenderFile& render) const;
-    // Keeps the sums of the samples so far, if half of all might be as many, for the denoiser.
+    // Stores the sums of the samples so far for the denoiser, if they might be half of all samples.
     void KeepFirstHalf();
-    // Restores the last sums that are of at most two thirds of the samples, if there are any.
+    // Restores the last stored sums of at most two thirds of the samples, if there are any.
     void RestoreFirstHalf(passes::Accumulation& into);
     // Declares the denoised picture; `firstHalf` has the first samples of the picture.
     TextureId DeclareDenoised(const passes::AccumulatedIds& radiance, TextureId albedo, TextureId normal,
@@ -170,10 +172,10 @@ class SampleFrames {
     bool m_hasPicture = false;
     bool m_wasSharpTraced = false;
     uint32_t m_submitted = 0;     // samples in the picture, continued ones included
-    SampleRanges m_samples;       // which
-    uint32_t m_lastRestored = 0;  // the last sample of the render that goes on
-    uint32_t m_toRestore = 0;     // the last ones of those that were continued
-    // Submitted samples that may not be done: the timeline's value when they are
+    SampleRanges m_samples;       // the ranges of m_submitted
+    uint32_t m_lastRestored = 0;  // index of the last sample of the continued render
+    uint32_t m_toRestore = 0;     // how many of the continued samples are still to be traced again
+    // Submitted samples may not be done until the timeline reaches this value
     struct PendingSamples {
         uint64_t doneAt;
         uint64_t count;  // adaptive pictures: of all pixels together
@@ -192,7 +194,7 @@ class SampleFrames {
         uint32_t count = 0;
         passes::SumsReadback sums;
     };
-    std::array<FirstSamples, 2> m_firstHalves;  // the older ones first
+    std::array<FirstSamples, 2> m_firstHalves;  // by age, the older one first
     Readback m_variance, m_denoised, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
     struct CountsOfFrame {
         Readback counts;  // TraceCounts
@@ -200,7 +202,7 @@ class SampleFrames {
     };
     std::deque<CountsOfFrame> m_counts;  // until they have arrived
     uint64_t m_nonFiniteSamples = 0, m_rays = 0, m_paths = 0;
-    std::optional<Measurement> m_measurement;  // under way
+    std::optional<Measurement> m_measurement;  // pending until its readback has arrived
     std::optional<MeasuredError> m_error;
     PassTimes m_times;
 };

@@ -87,8 +87,8 @@ BlockDealer::BlockDealer(SampleRange samples, uint32_t workerCount, double block
     RG_CHECK(samples.count > 0 && workerCount > 0 && std::has_single_bit(leastCount));
 }
 
-// A worker that was not measured yet gets one sample. It gets what a device renders at once if that takes it
-// no longer than a block: nothing ends a block early.
+// A worker that was not measured yet gets one sample. A measured one gets as many as a device renders at
+// once, if those take no longer than a block, because a block cannot end early.
 uint32_t BlockDealer::BlockSize(double samplesPerSecond) const {
     if (samplesPerSecond <= 0.0) return 1;
     const uint32_t inTime = std::bit_floor(

@@ -18,7 +18,7 @@ namespace raygraph::session {
 
 namespace {
 
-// A block takes its device so long. Another process is asked by messages, which take longer than a lock.
+// A block keeps its device busy for this long. Messages between processes take longer than a lock.
 constexpr double kBlockSeconds = 0.1, kBlockSecondsOfGroup = 1.0;
 constexpr std::chrono::microseconds kTick = std::chrono::milliseconds(20);
 
@@ -35,7 +35,7 @@ PictureSettings WithCommonTextureBudget(const PictureSettings& settings,
     return agreed;
 }
 
-// Each on a thread of its own, with an input of its own.
+// Makes each device's render on a thread of its own, with an input of its own.
 std::vector<std::unique_ptr<DeviceRender>> MakeDevices(std::span<rhi::Device* const> devices,
                                                        SceneInput& input, const PictureSettings& settings,
                                                        const TracingChoice& tracing) {
@@ -92,7 +92,7 @@ void SharedRender::SynchronizeTraversal() {
 }
 
 std::optional<MeasuredError> SharedRender::Begin(const FramePlan& requested) {
-    // All processes need this of a render that the root continues
+    // All processes need these values of a render that the root continues
     struct {
         uint32_t sampleCount = 0;
         uint32_t retraced = 0;       // a bit for each bias
@@ -272,7 +272,8 @@ MeasuredError SharedRender::MeasureError() {
     return error;
 }
 
-// One device after another, so that the memory of the host is that of two pictures, however many there are.
+// Combines one device after another, so that the memory of the host is that of two pictures, however many
+// devices there are.
 void SharedRender::CombineSums(RenderFile& render) {
     bool isFirst = true;
     for (const auto& device : m_devices) {
@@ -338,7 +339,7 @@ constexpr uint32_t kMostAtStep = 1u << 16;  // samples of a pixel, on average
 }  // namespace
 
 void DeviceRender::Estimate() {
-    // Estimate at the first count that reaches each power of two
+    // The error is estimated at the first count that reaches each power of two
     const int width = std::bit_width(m_frames->SamplesSubmitted());
     if (std::exchange(m_estimatedWidth, width) != width) m_frames->MeasureError();
     const std::optional<MeasuredError>& error = m_frames->NewestError();
@@ -349,7 +350,7 @@ void DeviceRender::Estimate() {
 
 void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEstimating,
                                 const std::function<void()>& afterSamples) {
-    // Measured by what the device has finished: frames are in flight
+    // The speed is measured by finished samples, since frames are in flight
     Stopwatch watch;
     uint32_t doneBefore = m_frames->SamplesDone();
     const auto samples = [&] { return m_samples + (m_frames->SamplesDone() - doneBefore); };
@@ -379,7 +380,7 @@ void DeviceRender::RenderBlocks(BlockSource& source, uint32_t device, bool isEst
 
 void DeviceRender::RenderAdaptive(uint32_t average, bool isEstimating,
                                   const std::function<bool()>& afterFrames) {
-    // A run may end between two steps: they take about as long, whatever a sample takes
+    // A run may end between two steps, each of which takes about this long, whatever the cost of a sample
     constexpr double kShortest = 0.1, kLongest = 0.5;
     do {
         const Stopwatch watch;

@@ -55,7 +55,7 @@ class DeviceRender {
     DeviceScene m_scene;
     std::unique_ptr<SampleFrames> m_frames;
     bool m_isWarm = false;                    // the first sample, which compiles pipelines, is done
-    double m_seconds = 0.0, m_samples = 0.0;  // of all other samples, in finished rounds
+    double m_seconds = 0.0, m_samples = 0.0;  // seconds and number of all other samples, in finished rounds
     int m_estimatedWidth = 0;                 // bits of the sample count at the last estimate
     uint32_t m_step = 1;                      // adaptive pictures: average samples per pixel and step
     std::atomic<double> m_errorOfOneSample{0.0};
@@ -85,7 +85,7 @@ class SharedRender {
     bool IsRoot() const { return m_group == nullptr || m_group->IsRoot(); }
     // Returns whether this process has one device, and there is no other process.
     bool IsAlone() const { return m_group == nullptr && m_devices.size() == 1; }
-    uint32_t SampleCount() const { return m_sampleCount; }  // of the picture
+    uint32_t SampleCount() const { return m_sampleCount; }  // samples of the picture
 
     // Returns how many samples of the picture are known to be done.
     uint32_t SamplesDone();
@@ -116,7 +116,7 @@ class SharedRender {
                          const std::function<void(uint32_t count)>& onRestored);
 
   private:
-    // Makes all devices trace in one way: by the driver, unless all can use own trees.
+    // Makes all devices trace in one way: by the driver, unless all can use software traversal.
     void SynchronizeTraversal();
     RoundEnd RunAdaptive(uint32_t average, bool isEstimating, const std::function<RoundEnd()>& tick);
     RoundEnd RunRound(BlockDealer* dealer, bool isEstimating, const std::function<RoundEnd()>& tick);
@@ -130,8 +130,8 @@ class SharedRender {
     uint32_t m_firstSample = 0;
     uint32_t m_sampleCount = 0;
     uint32_t m_samplesOfRounds = 0;         // samples before the round
-    const BlockDealer* m_dealer = nullptr;  // the round's, on the root
-    // With several devices, after Finish
+    const BlockDealer* m_dealer = nullptr;  // deals the blocks of the round, on the root
+    // Holds the combined picture of several devices after Finish
     std::optional<RenderFile> m_pooled;
     image::Image8 m_display;
     uint64_t m_nonFiniteSamples = 0;

@@ -1,4 +1,4 @@
-// Reads what a user named.
+// AsInput reads a file that a user named.
 #pragma once
 
 #include "base/error.h"

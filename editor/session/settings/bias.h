@@ -15,7 +15,7 @@
 
 namespace raygraph::session {
 
-// The names are those of the AOV removed_max_depth and of the report.
+// The names follow those of the AOV removed_max_depth and of the report.
 #define RAYGRAPH_BIASES(X, Of)                          \
     X(Of, MaxDepth, 0, "max_depth", "")                 \
     X(Of, ClampIndirect, 1, "clamp_indirect", "")       \
@@ -41,10 +41,10 @@ RAYGRAPH_API passes::TraceSettings Without(passes::TraceSettings settings, Bias 
 struct RemovedLight {
     uint32_t samples = 0;  // number of samples that were traced twice
     double mean = 0.0;
-    // An upper bound; none below two samples. It takes pixels as independent, and channels as fully
+    // Holds an upper bound; none below two samples. It takes pixels as independent, and channels as fully
     // dependent.
     std::optional<double> standardError;
-    // Relative to the mean without the bias, with its standard error; none if that mean is not positive.
+    // The share is relative to the mean without the bias; none if that mean is not positive.
     std::optional<double> share, shareStandardError;
 };
 

@@ -54,7 +54,7 @@ class Matcher {
         }
         return first;
     }
-    // Returns the group of the node and its ancestors.
+    // Returns the first group that the node or one of its ancestors is in.
     uint32_t OfNode(uint32_t node) {
         uint32_t first = gpu::kLightGroupRest;
         for (; node != scene::kNone; node = m_scene.nodes[node].parent)

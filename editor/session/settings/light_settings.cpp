@@ -39,8 +39,8 @@ double AreaOf(const scene::Primitive& primitive, const glm::dmat3& toWorld) {
     double area = 0.0;
     const auto at = [&](size_t i) { return toWorld * glm::dvec3(primitive.positions[primitive.indices[i]]); };
     if (primitive.IsRound()) {
-        // The root of the mean square of what areas are scaled by, over all directions of their normals: of a
-        // sphere that is flattened, too, whose volume is next to nothing
+        // The areas scale by the root mean square over all directions of their normals; this also holds for a
+        // sphere that is flattened to almost no volume
         const glm::dvec3 *axes = &toWorld[0], yz = glm::cross(axes[1], axes[2]),
                          zx = glm::cross(axes[2], axes[0]), xy = glm::cross(axes[0], axes[1]);
         const double scale =
@@ -58,7 +58,7 @@ double AreaOf(const scene::Primitive& primitive, const glm::dmat3& toWorld) {
 
 glm::dvec3 PowerOfSurfaces(const scene::SceneData& scene) {
     const std::vector<bool> visible = scene::VisibleNodes(scene);
-    std::map<uint32_t, glm::dvec3> radiances;  // by material
+    std::map<uint32_t, glm::dvec3> radiances;  // keyed by material
     const auto radianceOf = [&](uint32_t index) {
         const auto [found, isNew] = radiances.try_emplace(index, 0.0);
         if (!isNew) return found->second;

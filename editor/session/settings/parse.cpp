@@ -14,7 +14,7 @@ namespace {
     throw MakeError(ErrorKind::Usage, "{} is not {}", Quoted(text), expected);
 }
 
-// A bound as the user would write it: 1000000, not 1000000.000000.
+// Returns a bound as the user would write it: 1000000, not 1000000.000000.
 std::string BoundText(double value) {
     std::array<char, 32> text{};
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -92,7 +92,7 @@ std::array<float, 3> ParseRadiance(std::string_view text) {
             return radiance;
         }
     } catch (const Error&) {
-        // refused below
+        // The check below rejects the text
     }
     RejectText(text, "three numbers like 0.5,0.5,1, none of them negative");
 }

@@ -13,7 +13,7 @@
 
 namespace raygraph::session {
 
-// maximal width and height of a picture, in pixels
+// Bounds the width and height of a picture, in pixels.
 inline constexpr uint32_t kMaxImageSide = 16384;
 
 // Parses decimal digits alone: no sign, no space, no "0x".

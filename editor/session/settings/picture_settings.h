@@ -34,7 +34,7 @@ struct Shutter {
     bool operator==(const Shutter&) const = default;
 };
 
-// Is appended to the help of a setting of pointsAndLines.
+// The help of a setting of pointsAndLines ends with this.
 inline constexpr const char* kRadiusHelp =
     ": in meters, or with % of the diagonal of the scene's bounds (off: left out)";
 
@@ -44,7 +44,7 @@ struct PictureSettings {
     View view = View::PathTraced;
     std::string camera;                    // see scene::ChooseView; CameraText converts a view
     std::string scene;                     // glTF scene by name or index; "": the file's default
-    std::string variant;                   // of materials, by name or index; "": none
+    std::string variant;                   // variant of the materials, by name or index; "": none
     std::optional<double> at;              // time of the animations, in seconds; none: the rest pose
     std::string clips;                     // animations in effect, see scene::FindClips
     std::optional<Shutter> shutter;        // motion blur; none: all samples see the scene at `at`
@@ -56,7 +56,7 @@ struct PictureSettings {
     passes::RasterSettings raster{};   // only the shadows are recorded: the others have no option
     float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // factor on a map's radiance
-    // Constant radiance if no map is given. None: the scene's own environment, the studio, or black.
+    // The constant radiance where no map is given. None: the scene's own environment, the studio, or black.
     std::optional<std::array<float, 3>> background;
     // Selects whether the studio is the environment: a session decides what Auto leaves open
     // (light_settings.h), and records its decision. Studio excludes a background and a map.

@@ -91,7 +91,7 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     loading.scene = options.scene;
     loading.pointsAndLines = options.pointsAndLines;
     loading.root = options.root;
-    // An error is one line: warnings are sent once it is known that there is none.
+    // An error is one line, so warnings are sent once it is known that there is none.
     loading.log = Log(
         [&options](const LogMessage& message) {
             if (message.level != LogLevel::Warning)

@@ -45,7 +45,8 @@ struct InputOptions {
     // Selects a scene of the file by name or index; "": the default. It must be the scene in the picture's
     // settings: an input with another one is refused when it is rendered.
     std::string scene;
-    std::string variant;      // of materials, by name or index; "": none; must equal the settings', too
+    // Variant of the materials, by name or index; "": none. It must equal that of the settings.
+    std::string variant;
     bool isAnimated = false;  // loads animations, for settings with a time
     std::string clips;        // animations to be shown (scene::FindClips); a missing one is refused early
     scene::PointsAndLines pointsAndLines =
@@ -53,7 +54,7 @@ struct InputOptions {
     std::filesystem::path root = {};    // scene::LoadOptions::root
     std::filesystem::path environment;  // equirectangular .hdr or .exr; "": none
     Log log;                            // receives warnings
-    // Called on the loading thread, `fraction` from 0 to 1.
+    // Is called on the loading thread, with `fraction` from 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
 };
 

@@ -7,7 +7,7 @@
 
 namespace raygraph::session {
 
-// Throws Error{Usage}: "Session: " and the reason.
+// Throws Error{Usage} with the text "Session: " and the reason.
 [[noreturn]] void Reject(const std::string& why);
 
 // Throws as the constructor of Session does, for what can be checked without a scene.

@@ -47,8 +47,8 @@ class DeformOutline {
 
 // --- Which deformed copies of its meshes a scene needs ---
 
-// A mesh as it is deformed by a skin and by the weights of a node. Instances that agree in these share a
-// copy. With targets and without a node, an instance has a copy of its own.
+// Describes a mesh as it is deformed by a skin and by the weights of a node. Instances that agree in these
+// share a copy. With targets and without a node, an instance has a copy of its own.
 struct DeformedCopy {
     uint32_t mesh = 0;
     uint32_t skin = scene::kNone;  // kNone: no skin deforms it

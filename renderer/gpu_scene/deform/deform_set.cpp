@@ -16,7 +16,7 @@
 namespace raygraph {
 namespace {
 
-// The push constants of shaders/scene/deform.comp.
+// Holds the push constants of shaders/scene/deform.comp.
 struct DeformConstants {
     uint32_t taskCount;
     uint32_t groupCount;

@@ -26,7 +26,7 @@ namespace raygraph {
 
 struct SceneContext;
 
-// The shape of a group as the file has it.
+// Holds the shape of a group as the file has it.
 struct BaseShape {
     struct Part {
         gpu::DeformRecord record{};                // without output addresses and fields of a copy
@@ -48,7 +48,7 @@ void ResolveBaseAddresses(BaseShape::Part& part, const gpu::GeometryRecord& geom
                           uint64_t firstVertex, VkDeviceAddress start, StreamPacker& packer);
 
 struct DeformedGroup {
-    uint32_t group = 0;  // into SceneGeometry::groups
+    uint32_t group = 0;  // index into SceneGeometry::groups
     OutlinePose pose;    // as the joints and weights are now
     RefitQuality quality;
     bool refitPending = false;    // the vertices have changed since the BLAS was built or refitted
@@ -57,10 +57,10 @@ struct DeformedGroup {
 
 struct DeformedMesh {
     std::vector<uint32_t> instances;
-    uint32_t mesh = 0;  // into SceneGeometry::meshes
+    uint32_t mesh = 0;  // index into SceneGeometry::meshes
     uint32_t skin = scene::kNone;
     uint32_t firstWeight = 0, weightCount = 0;
-    uint32_t firstRecord = 0, recordCount = 0;  // into DeformResources::records
+    uint32_t firstRecord = 0, recordCount = 0;  // index into DeformResources::records
     std::vector<DeformedGroup> groups;
     bool poseDirty = false;      // joints or weights changed, and Follow has not run since
     bool deformPending = false;  // Follow has run, and the device has yet to deform the vertices

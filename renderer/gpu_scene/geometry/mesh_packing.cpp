@@ -73,7 +73,7 @@ std::vector<GroupKind> AllGroupKinds() {
     return kinds;
 }
 
-// A primitive, or a part of a split one, in its group.
+// Describes a primitive, or a part of a split one, in its group.
 struct Piece {
     scene::PrimitivePiece content;
     GroupPart part;
@@ -347,7 +347,7 @@ class Grid {
 // Skilling 2004, "Programming the Hilbert curve". All points of a block are processed at once, without
 // branches.
 struct Block {
-    std::array<std::array<uint32_t, kBlock>, 3> x{};  // by axis
+    std::array<std::array<uint32_t, kBlock>, 3> x{};  // indexed by axis
 
     void ToCurve() {
         for (uint32_t bit = kAxisBits - 1; bit > 0; --bit) {

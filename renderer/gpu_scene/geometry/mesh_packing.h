@@ -24,7 +24,7 @@
 
 namespace raygraph {
 
-// A group of a mesh. Positions in `streams` are offsets, or StreamPacker::kAbsent.
+// Describes a group of a mesh. Positions in `streams` are offsets, or StreamPacker::kAbsent.
 struct PackedGroup {
     GroupKind kind;
     std::vector<GroupPart> parts;
@@ -35,7 +35,7 @@ struct PackedGroup {
     uint64_t geometries = StreamPacker::kAbsent;
     uint64_t lights = StreamPacker::kAbsent;
     std::vector<gpu::GeometryRecord> records;  // one per part, with offsets
-    std::vector<uint32_t> firstVertices;       // by part
+    std::vector<uint32_t> firstVertices;       // indexed by part
     EmitterLists emitters;
     uint32_t vertexCount = 0;
     uint64_t triangleCount = 0;  // 0 for round primitives
@@ -58,7 +58,7 @@ struct PackedMesh {
 // order of the BLAS, and memory to build that BLAS.
 inline constexpr scene::PieceLimits kPortableLimits{.maxTriangles = 1u << 24, .maxBytes = 512u << 20};
 
-// The properties of materials that packing reads, by material index.
+// Holds the properties of materials that packing reads, by material index.
 struct PackingMaterials {
     std::vector<gpu::MaterialRecord> records;  // their texture slots are not read
     std::vector<float> textureAlphas;          // see LowestTextureAlphas
@@ -90,7 +90,7 @@ struct GroupCapsules {
     // By capsule: its primitive within the group; empty if there is only one primitive.
     std::vector<uint32_t> geometries;
     std::vector<uint32_t> originals;      // by capsule: its index in its primitive
-    std::vector<uint32_t> firstVertices;  // by primitive
+    std::vector<uint32_t> firstVertices;  // indexed by primitive
 };
 
 // Merges the capsules of all primitives into one list in spatial order. Moves positions, indices and radii

@@ -36,14 +36,14 @@ struct GroupKind {
     bool operator==(const GroupKind&) const = default;
 };
 
-// The material of a part in a variant of the scene, and its properties for rays.
+// Holds the material of a part in a variant of the scene, and its properties for rays.
 struct PartVariant {
     uint32_t variant = scene::kNone;
     uint32_t material = 0;
     float lowestAlpha = 1.0f;
 };
 
-// The inputs from which a part's kind is found, kept after the primitive has been freed.
+// Holds the inputs from which a part's kind is found, kept after the primitive has been freed.
 struct GroupPart {
     uint32_t material = 0;
     float lowestAlpha = 1.0f;                // of vertex colors times the base color's texture
@@ -57,7 +57,7 @@ inline gpu::InstanceRecord EmptyInstanceRecord() {
     return record;
 }
 
-// The primitives of a mesh that were of one kind when the scene was set, as one list of triangles or of
+// Holds the primitives of a mesh that were of one kind when the scene was set, as one list of triangles or of
 // capsules in one BLAS: a mesh has up to six groups of either. A changed material may turn a group of one
 // kind into one of several.
 struct GroupResources {

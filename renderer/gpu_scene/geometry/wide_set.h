@@ -48,14 +48,14 @@ class WideSet {
     struct Range {
         uint32_t first = 0, count = 0;
     };
-    // The position of a mesh's tree in the tables.
+    // Holds the position of a mesh's tree in the tables.
     struct Placed {
         std::shared_ptr<WideMesh> tree;  // null: the group has no tree
         Range nodes, triangles;
         Box box;
         uint32_t depth = 0;
     };
-    // A visible placement of a group of the geometry.
+    // Describes a visible placement of a group of the geometry.
     struct Part {
         std::shared_ptr<WideMesh> tree;
         uint32_t group = 0;
@@ -65,7 +65,7 @@ class WideSet {
 
         bool operator==(const Part&) const = default;
     };
-    // The tree that follows the instances: over all triangles (one level), or over the instances (two
+    // Holds the tree that follows the instances: over all triangles (one level), or over the instances (two
     // levels).
     struct Top {
         // Indices of children and primitives count from the tree's own first ones.
@@ -79,7 +79,7 @@ class WideSet {
         std::vector<uint32_t> sources;
         std::vector<Box> boxes;  // with two levels, by primitive: the instance's box
     };
-    // The result of a build: exactly one of the two is set.
+    // Holds the result of a build: exactly one of the two is set.
     struct Built {
         std::vector<Part> parts;
         WideLevel level;
@@ -88,7 +88,7 @@ class WideSet {
 
     // Stores where the scene has its instances when it is set, for trees that keep their topology.
     void StoreInitialPlacements(const SceneGeometry& geometry, const InstanceSet& instances);
-    // The largest number of triangles for which a tree of one level may be built now.
+    // Returns the largest number of triangles for which a tree of one level may be built now.
     uint64_t MaxOneLevelTriangles() const;
     // Returns the visible parts. If one of them has no tree, returns none and sets m_unavailableReason.
     std::vector<Part> VisibleParts(const SceneGeometry& geometry, const InstanceSet& instances);
@@ -167,7 +167,7 @@ class BoxTree {
     double Cost() const { return m_levels.size() < 2 ? 0.0 : m_levels[m_levels.size() - 2].CostOf(0); }
 
   private:
-    // The boxes of one parent. Missing children have empty boxes.
+    // Holds the boxes of one parent. Missing children have empty boxes.
     struct alignas(64) Family {
         std::array<scene::Bounds, kChildren> boxes;
         scene::Bounds Around() const;

@@ -20,7 +20,7 @@ GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::Material
 // Sets the geometry flags of a group's BLAS. Returns true if they have changed.
 bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
 
-// The effects of a change of materials.
+// Holds the effects of a change of materials.
 struct KindChanges {
     bool structuresChanged = false;  // BLASes wait to be built
     bool sidesChanged = false;       // culling or alpha has changed

@@ -26,8 +26,8 @@ namespace raygraph {
 
 class InstanceSet {
   public:
-    // An instance of the TLAS: one group of one scene instance. Its index is the custom index, and the index
-    // of its record.
+    // Describes an instance of the TLAS: one group of one scene instance. Its index is the custom index, and
+    // the index of its record.
     struct Placement {
         uint32_t instance = 0;
         uint32_t group = 0;       // kNoGroup: the index is free
@@ -111,8 +111,8 @@ class InstanceSet {
 
   private:
     static constexpr uint32_t kUnplaced = ~0u;
-    // The data that a frame needs to move an instance, in two adjacent cache lines: most of the time goes
-    // into cache misses.
+    // Holds the data that a frame needs to move an instance, in two adjacent cache lines: most of the time
+    // goes into cache misses.
     struct alignas(128) Instance {
         scene::PlacedTransform objectToWorld;
         bool isVisible = true;
@@ -185,9 +185,9 @@ class InstanceSet {
     LargeArray<Instance> m_instances;
     std::vector<bool> m_exists;  // by instance; it is small enough to stay in caches
     std::vector<Placement> m_placements;
-    SlotRanges m_indices;           // of instances
-    SlotRanges m_placementIndices;  // of m_placements
-    SlotRanges m_slots;             // of the TLAS
+    SlotRanges m_indices;           // indices of instances
+    SlotRanges m_placementIndices;  // indices of m_placements
+    SlotRanges m_slots;             // slots of the TLAS
     std::vector<bool> m_isSlotUsed;
     std::vector<uint32_t> m_placementsOf;  // by group: their number
     std::vector<uint32_t> m_added;         // instances that have or had no slot in the TLAS
@@ -200,7 +200,7 @@ class InstanceSet {
     uint64_t m_version = 1;
     scene::Bounds m_reach;
     bool m_needsOrder = true;    // implies a rebuild
-    bool m_needsRebuild = true;  // of the TLAS on the device
+    bool m_needsRebuild = true;  // the TLAS on the device must be rebuilt
     bool m_needsUpdate = false;  // visible instances have changed since the TLAS was built or updated
 
     BoxTree m_boxes;  // by slot: the box of an instance is at its first slot

@@ -13,7 +13,7 @@
 
 namespace raygraph {
 
-// The triangles of a group in the order of its BLAS.
+// Holds the triangles of a group in the order of its BLAS.
 struct GroupTriangles {
     std::vector<glm::vec3> positions;
     std::vector<uint32_t> indices;
@@ -21,10 +21,10 @@ struct GroupTriangles {
     std::vector<uint32_t> geometries;
     // By triangle: its index in its primitive; empty if the order is unchanged.
     std::vector<uint32_t> originals;
-    std::vector<uint32_t> firstVertices;  // by primitive
+    std::vector<uint32_t> firstVertices;  // indexed by primitive
 };
 
-// The material of an emitter in a variant of the scene.
+// Holds the material of an emitter in a variant of the scene.
 struct EmitterVariant {
     uint32_t emitter = 0;   // index in the group
     uint32_t geometry = 0;  // its primitive within the group
@@ -47,13 +47,13 @@ class Enclosure {
     // `corners` has three per triangle.
     static Enclosure Of(std::span<const glm::vec3> corners);
 
-    // True if there is a volume, and the sum of the area vectors is at most a tenth of the area. The area
-    // vectors of a closed mesh sum to zero, as do those of a plane figure that is wound both ways.
+    // Returns whether there is a volume, and the sum of the area vectors is at most a tenth of the area. The
+    // area vectors of a closed mesh sum to zero, as do those of a plane figure that is wound both ways.
     bool IsClosed() const;
     // Returns the volume over area^1.5: 0.068 for a cube, and 0.35 times its height for a flat square box
     // whose sides are 1. Returns 0 for a value that may be a rounding error.
     double Fullness() const;
-    // True for flat boxes that are 350 times as wide as high, for example.
+    // Returns true for flat boxes that are 350 times as wide as high, for example.
     bool IsThin() const { return Fullness() < 1e-3; }
 
   private:
@@ -82,7 +82,7 @@ class EmitterFinder {
                       bool isDoubleSided);
 
   private:
-    // A material that a primitive may have.
+    // Describes a material that a primitive may have.
     struct Candidate {
         uint32_t material = 0;
         bool mayEmit = false;
@@ -106,7 +106,7 @@ class EmitterFinder {
 
     const scene::SceneData& m_scene;
     std::vector<bool> m_isAnimated;             // by material: an animation may make it emit
-    std::map<uint32_t, LitTexels> m_litTexels;  // by image
+    std::map<uint32_t, LitTexels> m_litTexels;  // keyed by image
 };
 
 // Returns InstanceRecord::triangleLights: each triangle's index among the emitters, or gpu::kNoLight. Empty

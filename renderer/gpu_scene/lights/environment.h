@@ -51,7 +51,7 @@ EnvironmentTable ConstantEnvironmentTable();
 // Returns a texture of one white texel, for unused texture slots.
 rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader);
 
-// A map, and the table from which directions to it are sampled.
+// Holds a map, and the table from which directions to it are sampled.
 struct EnvironmentOnDevice {
     rhi::Texture map;
     ResourceState mapState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
@@ -71,7 +71,7 @@ EnvironmentOnDevice BlankEnvironment(rhi::Device& device, rhi::Uploader& uploade
 
 class LightSet;
 
-// The light sources that keep DefaultLight::Auto from showing the studio.
+// Holds the light sources that keep DefaultLight::Auto from showing the studio.
 struct LightSources {
     bool isScene = false;
     std::set<uint32_t> parts;              // owners of parts with light

@@ -26,7 +26,7 @@ struct LightBounds {
 // Returns the bounds of a triangle, point or spot light with that power.
 LightBounds BoundsOf(const gpu::LightRecord& light, float power);
 
-// A box around a light, for each kind of light that has a record.
+// Describes a box around a light, for each kind of light that has a record.
 struct LightBox {
     glm::vec3 min, max;
 };

@@ -36,7 +36,7 @@ class LightTree {
 
   private:
     static constexpr uint32_t kNoNode = 0xFFFFFFFFu;
-    // The values of a node that the device does not have, or has rounded.
+    // Holds the values of a node that the device does not have, or has rounded.
     struct Rest {
         float thetaO = 0.0f;
         float thetaE = 0.0f;

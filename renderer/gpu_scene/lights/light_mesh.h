@@ -12,7 +12,7 @@
 
 namespace raygraph {
 
-// A triangle that emits if its material does, in object space.
+// Describes a triangle that emits if its material does, in object space.
 struct Emitter {
     glm::vec3 p0{0.0f}, p1{0.0f}, p2{0.0f};
     uint32_t primitive = 0;  // its number in the BLAS
@@ -53,7 +53,7 @@ class LightMesh {
     const std::vector<gpu::LightRecord>& Lights() const { return m_lights; }
     // Indices of children count from the first node, those of lights from the first triangle.
     const std::vector<gpu::LightNode>& Nodes() const { return m_nodes; }
-    // The two alias tables of a mesh, without offsets: see light_records.h.
+    // Returns the two alias tables of a mesh, without offsets: see light_records.h.
     const std::vector<gpu::AliasEntry>& Alias() const { return m_alias; }
     uint32_t ActiveCount() const { return static_cast<uint32_t>(m_facets.size()); }
     // Tells whether a placement of the mesh by this transform has the flag gpu::kLightOutward.
@@ -67,7 +67,7 @@ class LightMesh {
     void PlaceBox(const glm::mat4x3& objectToWorld, LightBounds& bounds) const;
 
   private:
-    // A triangle that shines.
+    // Describes a triangle that shines.
     struct Facet {
         glm::dvec3 area{0.0};   // along the normal
         double exitance = 0.0;  // luminance, W/m^2, over both sides if both emit

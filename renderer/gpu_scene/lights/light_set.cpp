@@ -90,7 +90,7 @@ void LightSet::AddGroup(uint32_t group, std::vector<Emitter> emitters,
     m_scene.isDeformed[group] = isDeformed;
 }
 
-// An upper bound of the lights that Number makes of the group.
+// Returns an upper bound of the lights that Number makes of the group.
 LightSet::LightCounts LightSet::CountsOf(uint32_t group, uint32_t placementCount) const {
     const size_t emitters = m_scene.groups[group].size();
     const bool isShared = m_scene.Shares(group, placementCount) ||

@@ -134,7 +134,7 @@ class LightSet {
     void DropRemoved();
     // Renumbers all lights if that is pending.
     void Number();
-    // A table of lights or nodes on the device.
+    // Describes a table of lights or nodes on the device.
     struct Records {
         RecordTable table;
         ChangeList changed;
@@ -161,7 +161,7 @@ class LightSet {
     std::vector<uint32_t> m_removedPunctual;
     std::vector<bool> m_isEmitterMaterial;
     std::vector<uint32_t> m_placementCounts;                         // by group: existing placements
-    std::map<uint32_t, std::vector<uint32_t>> m_deformedPlacements;  // by group
+    std::map<uint32_t, std::vector<uint32_t>> m_deformedPlacements;  // indexed by group
     LightCounts m_counts;                                            // sum over all placements
     uint64_t m_removedLights = 0;                                    // lights of removed placements
     // Lights of all placements, removed ones included, when they were numbered.

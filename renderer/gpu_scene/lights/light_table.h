@@ -21,15 +21,15 @@ namespace raygraph {
 
 // --- Punctual lights, with a profile or without, as records ---
 
-// The profiles of a scene's lights in the layout of shaders/lights/light_profile.glsl.
+// Holds the profiles of a scene's lights in the layout of shaders/lights/light_profile.glsl.
 struct ProfileTable {
     std::vector<float> words;
-    std::vector<uint32_t> firstWords;  // by profile
+    std::vector<uint32_t> firstWords;  // indexed by profile
     std::vector<double> means;         // mean intensity over all directions, candela
 };
 ProfileTable MakeProfileTable(std::span<const scene::LightProfile> profiles);
 
-// A light and its power (luminance, W).
+// Holds a light and its power (luminance, W).
 struct PoweredLight {
     gpu::LightRecord record;
     double power = 0.0;
@@ -38,12 +38,12 @@ struct PoweredLight {
 PoweredLight PunctualLight(const scene::Light& light, bool isHidden, const ProfileTable& profiles,
                            double sceneRadius);
 
-// One TLAS instance of a group with emitters. It is one light for each of them, in their order, or one light
-// in all.
+// Describes one TLAS instance of a group with emitters. It is one light for each of them, in their order, or
+// one light in all.
 struct EmitterPlacement {
     uint32_t record = 0;     // index of its InstanceRecord
-    uint32_t instance = 0;   // into LightScene::instances
-    uint32_t group = 0;      // into LightScene::groups
+    uint32_t instance = 0;   // index into LightScene::instances
+    uint32_t group = 0;      // index into LightScene::groups
     bool isRemoved = false;  // the numbers of its lights stay taken, and the lights are dark
     uint32_t firstLight = 0;
     uint32_t lightCount = 0;
@@ -79,7 +79,7 @@ struct LightScene {
     uint32_t environmentWidth = 1, environmentHeight = 1;  // cells of its table
 
     uint32_t maxExpandedLights = kMaxExpandedLights;
-    std::vector<bool> isShared;  // by group
+    std::vector<bool> isShared;  // indexed by group
 
     // Tells whether each of `placementCount` placements of a group is one light.
     bool Shares(size_t group, uint64_t placementCount) const;
@@ -134,14 +134,14 @@ class LightTable {
 
     // Counts and shares, without the record of the environment.
     const gpu::LightSetRecord& Set() const { return m_set; }
-    // The record with the environment as it is in the scene now.
+    // Returns the record with the environment as it is in the scene now.
     gpu::LightSetRecord SetIn(const LightScene& scene) const;
     uint64_t EmissiveTriangleCount() const { return m_emissiveTriangleCount; }  // those that shine
     const std::vector<gpu::LightMeshRecord>& Meshes() const { return m_meshRecords; }
     const std::vector<gpu::AliasEntry>& Alias() const { return m_alias; }  // without those of meshes
     const std::vector<gpu::AliasEntry>& MeshAlias() const { return m_meshAlias; }
-    // The tables as on the device. Records between those of the lights and those of the meshes are never
-    // read.
+    // These are the tables as on the device. Records between those of the lights and those of the meshes are
+    // never read.
     size_t LightCount() const { return m_lights.size() + m_meshLights.size(); }
     size_t NodeCount() const { return FirstMeshNode() + m_meshNodes.size(); }
     size_t AliasCount() const { return FirstMeshAlias() + m_meshAlias.size(); }

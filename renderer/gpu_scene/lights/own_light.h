@@ -41,8 +41,8 @@ RAYGRAPH_CHOICE(DefaultLight, RAYGRAPH_DEFAULT_LIGHTS)
 // the triangles of the placed meshes, and traces some 50,000 rays.
 RAYGRAPH_API bool HasOwnLight(const scene::SceneData& scene, uint32_t maxThreads = 0);
 
-// True if the scene has any light at all, however little, where textures are taken as white. It takes no
-// time. HasOwnLight measures a scene only if this is true.
+// Returns whether the scene has any light at all, however little, where textures are taken as white. It takes
+// no time. HasOwnLight measures a scene only if this is true.
 RAYGRAPH_API bool MayHaveOwnLight(const scene::SceneData& scene);
 
 }  // namespace raygraph

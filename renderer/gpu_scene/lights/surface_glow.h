@@ -20,8 +20,8 @@ class SurfaceGlow {
     // Keeps a reference to the scene, whose vertices and texels must stay.
     explicit SurfaceGlow(const scene::SceneData& scene);
 
-    // True if anything shines in the brightest pose (brightest_pose.h), where textures are taken as white: a
-    // punctual light, or a placed surface that is visible in that pose.
+    // Returns whether anything shines in the brightest pose (brightest_pose.h), where textures are taken as
+    // white: a punctual light, or a placed surface that is visible in that pose.
     bool IsAny() const;
     const BrightestPose& Pose() const { return m_pose; }
     bool MayGlow(const scene::Mesh& mesh) const;

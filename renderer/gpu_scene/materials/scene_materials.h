@@ -61,7 +61,7 @@ class SceneMaterials {
     uint64_t FeatureUpdates() const { return m_featureUpdates; }
 
   private:
-    // The properties of a material that the host keeps beside its record.
+    // Holds the properties of a material that the host keeps beside its record.
     struct Use {
         std::vector<uint32_t> textures;  // textures that it reads, each once
         uint32_t partCount = 0;          // parts that have it in some variant

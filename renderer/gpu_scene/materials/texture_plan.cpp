@@ -106,7 +106,7 @@ namespace {
 using scene::Material;
 using scene::TextureRef;
 
-// The roles of one texture over all materials.
+// Holds the roles of one texture over all materials.
 struct Roles {
     bool isNormals = false, isRoughness = false, isOther = false;
     bool isOpaque = false;  // some material shows it opaque, or its alpha is not opacity

@@ -16,7 +16,7 @@
 
 namespace raygraph {
 
-// One of the sizes that a texture can have on the device.
+// Describes one of the sizes that a texture can have on the device.
 struct TextureChoice {
     uint32_t firstLevel = 0;  // level of the image that is the texture's level 0
     uint64_t bytes = 0;
@@ -25,7 +25,7 @@ struct TextureChoice {
     bool operator==(const TextureChoice&) const = default;
 };
 
-// The possible sizes of a texture.
+// Holds the possible sizes of a texture.
 struct TextureSizes {
     rhi::Extent2D extent;                // of level 0
     std::vector<TextureChoice> choices;  // at least one; each takes less memory than the one before
@@ -39,7 +39,7 @@ TextureSizes BlockTextureSizes(rhi::Extent2D extent, std::span<const uint64_t> l
                                bool makesMipLevels);
 
 struct TexturePlan {
-    std::vector<TextureChoice> choices;  // by texture
+    std::vector<TextureChoice> choices;  // indexed by texture
     uint64_t bytes = 0;                  // sum over all textures
 };
 
@@ -53,9 +53,9 @@ std::string ReductionText(std::span<const TextureSizes> textures, const TextureP
 
 // --- For what the materials of a scene use its textures ---
 
-// The normal map at the same texture coordinates as a roughness texture.
+// Holds the normal map at the same texture coordinates as a roughness texture.
 struct PairedNormals {
-    uint32_t texture = 0;  // into SceneData::textures
+    uint32_t texture = 0;  // index into SceneData::textures
     float normalScale = 1.0f;
     float roughnessFactor = 1.0f;
 

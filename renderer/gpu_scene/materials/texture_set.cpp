@@ -291,7 +291,7 @@ class TextureUpload::Impl {
         return bytes;
     }
 
-    // An image that is being copied to the device.
+    // Describes an image that is being copied to the device.
     struct Transfer {
         rhi::Texture texture;  // the texture that is shown, or the source from which its levels are made
         rhi::Texture made;     // the texture with the levels that are made
@@ -336,7 +336,7 @@ class TextureUpload::Impl {
         ImageOf(index).blocks = {};
     }
 
-    // The means of a normal map, kept over several frames.
+    // Holds the means of a normal map, kept over several frames.
     struct StoredMeans {
         rhi::Texture texture;
         rhi::Extent2D extent;  // that of the image
@@ -415,7 +415,7 @@ class TextureUpload::Impl {
     scene::SceneData& m_scene;
     TextureUploadSettings m_settings;
     std::vector<uint32_t> m_usesLeft;                         // by image of the scene
-    std::vector<TextureUse> m_uses;                           // by texture
+    std::vector<TextureUse> m_uses;                           // indexed by texture
     std::vector<uint32_t> m_imageOf;                          // by texture: its image on the device
     std::vector<std::shared_ptr<const SceneImage>> m_images;  // on the device; null: not complete
     // By image on the device: the first texture that uses it.

@@ -21,7 +21,7 @@
 
 namespace raygraph {
 
-// An image on the device, in the layout SHADER_READ_ONLY_OPTIMAL.
+// Describes an image on the device, in the layout SHADER_READ_ONLY_OPTIMAL.
 struct SceneImage {
     rhi::Texture texture;
     std::shared_ptr<const rhi::Texture> hostTexture;  // the host's texture, if it is one
@@ -132,13 +132,13 @@ enum class TexelContent : uint8_t {
     Normals,           // unit vectors, encoded from [-1, 1]; those of each level are normalized again
 };
 
-// The means of an image as floats (rgba32f), from its level 1 on: the values before encoding.
+// Holds the means of an image as floats (rgba32f), from its level 1 on: the values before encoding.
 struct TextureMeans {
     TextureId levels;
     Extent2D extent;  // that of the image
 };
 
-// A texture with roughness in its green channel, and the normal map that bends its surface.
+// Describes a texture with roughness in its green channel, and the normal map that bends its surface.
 struct RoughnessWidening {
     TextureMeans normals;  // means of its normal map, at the same texture coordinates
     // The levels of the normal map's image that materials read. The variance of levels before the first is

@@ -39,13 +39,13 @@ class SceneStreams {
     bool IsDone() const { return m_parts.empty() && !NextUpload(); }
 
   private:
-    // A part that is being copied: its prepared content, and its progress.
+    // Describes a part that is being copied: its prepared content, and its progress.
     struct Part {
         std::unique_ptr<PreparedContent> content;
         std::shared_ptr<AddedPart> added;
         TextureUpload textures;  // these refer to members above
         MeshUpload meshes;
-        std::vector<bool> isVisible;  // by node
+        std::vector<bool> isVisible;  // indexed by node
         bool isStreamed = false;      // never waits for the device
         // The next object of each kind, by its index in the part.
         uint32_t light = 0, instance = 0, mesh = 0, material = 0, texture = 0;

@@ -21,7 +21,7 @@ void VisitField(const List& fields, size_t index, Visit&& visit) {
     std::apply([&](const auto&... field) { (look(field), ...); }, fields);
 }
 
-// The numbers of a value of a field, of a type that can be animated.
+// Returns how many numbers a value of a field has, of a type that can be animated.
 size_t Width(float) {
     return 1;
 }
@@ -93,7 +93,8 @@ bool SetField(Owner& owner, const FieldType& field, const double* value) {
         return false;
 }
 
-// The limit that ranges of fields cannot express: the largest factor of a color whose product is finite.
+// Returns the limit that ranges of fields cannot express: the largest factor of a color whose product is
+// finite.
 float MaxFactor(const glm::vec3& color) {
     return std::numeric_limits<float>::max() / std::max({1.0f, color.x, color.y, color.z});
 }

@@ -9,7 +9,7 @@
 namespace raygraph::scene {
 namespace {
 
-// The index of the last key at or before a time that lies between the first and the last one.
+// Returns the index of the last key at or before a time that lies between the first and the last one.
 uint32_t FindInterval(const std::vector<float>& times, double seconds, uint32_t guess) {
     const auto contains = [&](size_t i) {
         return i + 1 < times.size() && double{times[i]} <= seconds && seconds < double{times[i + 1]};
@@ -41,8 +41,8 @@ void StoreRotation(const glm::dquat& rotation, const float* instead, double* val
     value[0] = unit.x, value[1] = unit.y, value[2] = unit.z, value[3] = unit.w;
 }
 
-// Appendix C.5 of glTF 2.0: `part` is the share of the interval that has passed, `length` its seconds, by
-// which the tangents are scaled. `left` and `right` are the triples of the two keys.
+// Follows appendix C.5 of glTF 2.0: `part` is the share of the interval that has passed, `length` its
+// seconds, by which the tangents are scaled. `left` and `right` are the triples of the two keys.
 double Hermite(const float* left, const float* right, size_t width, size_t i, double part, double length) {
     const double t = part, t2 = t * t, t3 = t2 * t;
     const double from = double{left[width + i]}, leaving = length * double{left[2 * width + i]};

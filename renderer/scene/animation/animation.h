@@ -24,17 +24,17 @@
 namespace raygraph::scene {
 
 enum class Interpolation : uint8_t {
-    Step,         // The value of the key before.
-    Linear,       // Straight from key to key; rotations along the shortest arc, at constant speed.
-    CubicSpline,  // Hermite, with tangents per second at each key; rotations normalized after it.
+    Step,         // the value of the key before
+    Linear,       // straight from key to key; rotations along the shortest arc, at constant speed
+    CubicSpline,  // Hermite, with tangents per second at each key; rotations normalized after it
 };
 
-// Values over time. `width` numbers make a value: 3 of a translation, 4 (x, y, z, w) of a rotation, as many
-// as there are targets of weights.
+// Holds values over time. `width` numbers make a value: 3 of a translation, 4 (x, y, z, w) of a rotation, as
+// many as there are targets of weights.
 struct AnimationSampler {
     Interpolation interpolation = Interpolation::Linear;
     uint32_t width = 1;
-    std::vector<float> times;  // Seconds.
+    std::vector<float> times;  // in seconds
     // A value for each time. CubicSpline: three, which are the tangent before, the value and the tangent
     // after.
     std::vector<float> values;
@@ -48,7 +48,7 @@ enum class AnimatedProperty : uint8_t {
     // Mesh::weights of the mesh `object`: all, or the one of `element`. For nodes without their own.
     MeshWeights,
     Weights,           // the node `object`: its own weights, all or the one of `element`
-    Visibility,        // and Node::isVisible: not 0.
+    Visibility,        // and Node::isVisible: not 0
     MaterialField,     // the material `object`, field `field` of material_fields::kAll
     TextureTransform,  // or field `element` of kTransformFields of the texture that this field is.
     CameraField,       // the camera `object`, field `field` of camera_fields::kAll
@@ -59,27 +59,27 @@ struct AnimationTarget {
     AnimatedProperty property = AnimatedProperty::Translation;
     uint8_t field = 0;
     uint32_t object = 0;       // Into the list of SceneData that the property says.
-    uint32_t element = kNone;  // kNone: the whole.
+    uint32_t element = kNone;  // kNone: the whole
 
     auto operator<=>(const AnimationTarget&) const = default;
 };
 
 struct AnimationChannel {
-    uint32_t sampler = 0;  // Into Animation::samplers.
+    uint32_t sampler = 0;  // index into Animation::samplers
     AnimationTarget target;
 };
 
 struct Animation {
     std::string name;
     std::vector<AnimationSampler> samplers;
-    std::vector<AnimationChannel> channels;  // No two of the same target.
-    float duration = 0.0f;                   // Seconds: the last time of all samplers; 0 without any.
+    std::vector<AnimationChannel> channels;  // no two of the same target
+    float duration = 0.0f;                   // seconds: the last time of all samplers; 0 without any
     // The defect that LoadGltf found in the keys of something that pictures show: one line with the file, the
     // place and the value. Such an animation cannot be played (RequirePlayable in pose.h). Empty: none.
     std::string defect = {};
 };
 
-// The joints that deform a mesh, each a node. Which nodes have it says Node::skin.
+// Holds the joints that deform a mesh, each a node. Which nodes have it says Node::skin.
 struct Skin {
     std::string name;
     std::vector<uint32_t> joints;  // Into SceneData::nodes, all of them in nodeOrder if a placed node has it.

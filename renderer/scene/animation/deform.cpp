@@ -13,13 +13,13 @@
 namespace raygraph::scene {
 namespace {
 
-// A stream's element; 0 of one that is absent.
+// Returns a stream's element; 0 of one that is absent.
 template <typename Vector>
 Vector At(const std::vector<Vector>& stream, uint32_t vertex) {
     return stream.empty() ? Vector(0.0f) : stream[vertex];
 }
 
-// The displacements of all targets lie in it. Contains 0.
+// Returns a box in which the displacements of all targets lie. It contains 0.
 Bounds DisplacementBounds(const Primitive& primitive, std::span<const float> weights) {
     Bounds sum{glm::vec3(0.0f), glm::vec3(0.0f)};
     for (size_t i = 0; i < weights.size() && i < primitive.targets.size(); ++i) {

@@ -44,29 +44,29 @@ RAYGRAPH_API std::span<const float> MorphWeights(const SceneData& scene, const I
 
 struct DeformedVertex {
     glm::vec3 position{0.0f};
-    glm::vec3 normal{0.0f};   // Unit length; 0 of a primitive without normals.
-    glm::vec4 tangent{0.0f};  // xyz unit length; 0 of a primitive without tangents.
+    glm::vec3 normal{0.0f};   // unit length; 0 of a primitive without normals
+    glm::vec4 tangent{0.0f};  // xyz unit length; 0 of a primitive without tangents
 };
 
-// A vertex with the targets added, as many weights as there are targets: normal + sum of weight *
+// Returns a vertex with the targets added, as many weights as there are targets: normal + sum of weight *
 // displacement, to unit length; the same of tangents, whose w stays. What has then no length stays as it was.
 RAYGRAPH_API DeformedVertex MorphVertex(const Primitive& primitive, uint32_t vertex,
                                         std::span<const float> weights);
 
-// A vertex, morphed or not, moved by its joints. With M the weighted sum of their matrices: M * position;
-// normals by the cofactors of M, which are its inverse transpose times its determinant: that needs no
-// inverse, and keeps the normal on the side that the winding of the moved triangle says; tangents by M.
+// Returns a vertex, morphed or not, moved by its joints. With M the weighted sum of their matrices: M *
+// position; normals by the cofactors of M, which are its inverse transpose times its determinant: that needs
+// no inverse, and keeps the normal on the side that the winding of the moved triangle says; tangents by M.
 RAYGRAPH_API DeformedVertex SkinVertex(const Primitive& primitive, uint32_t vertex,
                                        const DeformedVertex& morphed,
                                        std::span<const glm::mat4x3> jointMatrices);
 
-// A tangent made perpendicular to the unit normal (Gram-Schmidt): tangent - dot(tangent, normal) * normal, to
-// unit length, w as it was. One along the normal stays as it is.
+// Returns a tangent made perpendicular to the unit normal (Gram-Schmidt): tangent - dot(tangent, normal) *
+// normal, to unit length, w as it was. One along the normal stays as it is.
 RAYGRAPH_API glm::vec4 TangentInPlane(const glm::vec4& tangent, const glm::vec3& normal);
 
-// All vertices of a primitive. Without weights or matrices, that part is left out. Where the primitive has
-// flat normals, they are those of the deformed triangles. The tangents of flat and of morphed vertices are
-// TangentInPlane of what joints have moved: targets displace normals and tangents each by themselves.
+// Holds all vertices of a primitive. Without weights or matrices, that part is left out. Where the primitive
+// has flat normals, they are those of the deformed triangles. The tangents of flat and of morphed vertices
+// are TangentInPlane of what joints have moved: targets displace normals and tangents each by themselves.
 struct DeformedStreams {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
@@ -75,8 +75,8 @@ struct DeformedStreams {
 RAYGRAPH_API void DeformPrimitive(const Primitive& primitive, std::span<const float> weights,
                                   std::span<const glm::mat4x3> jointMatrices, DeformedStreams& deformed);
 
-// A box around the deformed vertices, up to rounding, without looking at them: the targets' boxes by their
-// weights around the box, and of joints the box of what each moves, where it moves it.
+// Returns a box around the deformed vertices, up to rounding, without looking at them: the targets' boxes by
+// their weights around the box, and of joints the box of what each moves, where it moves it.
 RAYGRAPH_API Bounds DeformedBounds(const Primitive& primitive, std::span<const float> weights,
                                    std::span<const glm::mat4x3> jointMatrices);
 

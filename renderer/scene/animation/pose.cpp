@@ -346,7 +346,7 @@ bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
     return hasAnyMoved;
 }
 
-// m_isMoved: also of what is below a node that was moved.
+// Fills in m_isMoved, also of what is below a node that was moved.
 void PoseApplier::MoveNodes(const SceneData& scene) {
     for (const uint32_t index : scene.nodeOrder) {
         if (!m_isMoved[index] && !IsIn(m_isMoved, m_parents[index])) continue;
@@ -455,7 +455,8 @@ void PoseApplier::UpdateVisibility(const SceneData& scene) {
         if (Replace(m_isLightVisible[i], isSeen(scene.lights[i].node))) m_changes.lightsShown.push_back(i);
 }
 
-// The box of one instance in the world. False if it is deformed, and its vertices may be at no place.
+// Measures the box of one instance in the world. Returns false if it is deformed, and its vertices may be at
+// no place.
 bool PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
     const Instance& instance = scene.instances[index];
     const std::span<const float> weights =

@@ -26,7 +26,7 @@ namespace raygraph::scene {
 // An animation that plays, at a time and with a weight. Before its first key a property has the value of the
 // first key, after its last key that of the last. For a loop, take the time modulo Animation::duration.
 struct ClipState {
-    uint32_t animation = 0;  // Into SceneData::animations.
+    uint32_t animation = 0;  // index into SceneData::animations
     double seconds = 0.0;
     float weight = 1.0f;  // 0 or less: as if it were not there.
 
@@ -37,20 +37,20 @@ struct ClipState {
 // a defect, and Error{Usage} if there is no such animation.
 RAYGRAPH_API void RequirePlayable(const SceneData& scene, std::span<const ClipState> clips);
 
-// A property that some animation of the scene changes, and where its value is in Pose::values.
+// Describes a property that some animation of the scene changes, and where its value is in Pose::values.
 struct PosedProperty {
-    AnimationTarget target;  // A whole: of weights all.
+    AnimationTarget target;  // a whole: of weights all
     size_t first = 0;
     size_t count = 0;
 };
 
-// The values of all that any animation of the scene changes, whether or not a clip does now, and of what has
-// to be kept legal beside it (a spot's inner cone angle beside the outer one): what none changes has its rest
-// value. Numbers are not yet in the range of their field; rotations are x, y, z, w of unit
-// length; flags are their share, of which half is true.
+// Holds the values of all that any animation of the scene changes, whether or not a clip does now, and of
+// what has to be kept legal beside it (a spot's inner cone angle beside the outer one): what none changes has
+// its rest value. Numbers are not yet in the range of their field; rotations are x, y, z, w of unit length;
+// flags are their share, of which half is true.
 struct Pose {
     std::vector<PosedProperty>
-        properties;  // In the order of their targets; the same in every pose of a scene.
+        properties;  // in the order of their targets; the same in every pose of a scene
     std::vector<double> values;
 };
 
@@ -114,7 +114,7 @@ struct PoseChanges {
     }
 };
 
-// A copy of a scene without vertices, images, environment and light profiles: enough to be posed.
+// Returns a copy of a scene without vertices, images, environment and light profiles: enough to be posed.
 RAYGRAPH_API SceneData PoseOutline(const SceneData& scene);
 
 class RAYGRAPH_API PoseApplier {
@@ -143,9 +143,9 @@ class RAYGRAPH_API PoseApplier {
     // Returns whether the nodes of an instance are visible, and it is not collapsed.
     bool IsVisible(uint32_t instance) const { return m_isInstanceVisible[instance] != 0; }
     bool IsLightVisible(uint32_t light) const { return m_isLightVisible[light] != 0; }
-    // The node and all above it are visible.
+    // Returns whether the node and all above it are visible.
     bool IsNodeVisible(uint32_t node) const { return m_isNodeVisible[node] != 0; }
-    // The bounds of an instance in world space, whether or not it is visible.
+    // Returns the bounds of an instance in world space, whether or not it is visible.
     const Bounds& BoundsOf(uint32_t instance) const { return m_instanceBounds[instance]; }
     std::span<const PlacedTransform> NodeTransforms() const { return m_nodeToWorld; }
 
@@ -174,14 +174,14 @@ class RAYGRAPH_API PoseApplier {
     PoseChanges m_changes;
     std::vector<PlacedTransform> m_nodeToWorld;
     std::vector<uint8_t> m_isMoved, m_isReweighted;  // by node, in this call
-    std::vector<uint8_t> m_isMeshReweighted;         // by mesh
+    std::vector<uint8_t> m_isMeshReweighted;         // indexed by mesh
     std::vector<uint8_t> m_isNodeVisible, m_isInstanceVisible, m_isLightVisible;
     std::vector<uint8_t> m_isSkinned, m_hasNoArea;  // by instance; m_hasNoArea depends on its transform alone
     // Copies of the fields that every call reads of each object, so that it reads few bytes.
-    std::vector<uint32_t> m_parents;        // by node
-    std::vector<uint32_t> m_instanceNodes;  // by instance
-    std::vector<uint8_t> m_isDeformed;      // by instance
-    std::vector<size_t> m_followers;        // by property
+    std::vector<uint32_t> m_parents;        // indexed by node
+    std::vector<uint32_t> m_instanceNodes;  // indexed by instance
+    std::vector<uint8_t> m_isDeformed;      // indexed by instance
+    std::vector<size_t> m_followers;        // indexed by property
     std::vector<Bounds> m_instanceBounds;
     BoundsTree m_visibleBounds;  // of instances that are seen
     std::vector<PosedSkin> m_skins;

@@ -19,19 +19,19 @@ namespace {
 using glm::dvec3;
 
 constexpr uint32_t kMinHeight = 128;   // Interpolation between the map's rows keeps its moments to 1e-4.
-constexpr uint32_t kMaxHeight = 4096;  // 512 MiB.
+constexpr uint32_t kMaxHeight = 4096;  // 512 MiB
 constexpr uint32_t kMaxDrawnSize = kMaxHeight / 2;  // of a face: the finest that the largest map can show
 constexpr size_t kBandBytes = size_t{16} << 20;
 constexpr uint32_t kTileSize = 32;  // Texels a side. Those of the largest face are half as high as a band.
 
-// A point of the plane.
+// Describes a point of the plane.
 struct Spot {
-    double x = 0.0;  // Columns of the map, from its seam at -x.
-    double z = 0.0;  // From 1, the zenith, to -1.
+    double x = 0.0;  // columns of the map, from its seam at -x
+    double z = 0.0;  // from 1, the zenith, to -1
     bool isPole = false;
 };
 
-// A point of a face, s to the right and t down, both in [-1, 1]; not of unit length.
+// Returns a point of a face, s to the right and t down, both in [-1, 1]; not of unit length.
 dvec3 FacePoint(size_t face, double s, double t) {
     switch (face) {
         case 0:
@@ -83,7 +83,7 @@ class Band {
         }
     }
 
-    // Mean radiance of the cells, into the map's rows.
+    // Stores the mean radiance of the cells in the map's rows.
     void Store(image::ImageF& map) const {
         for (size_t row = 0; row + 1 < m_edges.size(); ++row) {
             const double scale = 1.0 / (m_edges[row] - m_edges[row + 1]);
@@ -99,7 +99,7 @@ class Band {
     }
 
   private:
-    // An edge within a row; `weight` is radiance times its height.
+    // Adds an edge within a row; `weight` is radiance times its height.
     void AddInRow(size_t row, double x0, double x1, const dvec3& weight) {
         if (x0 > x1) std::swap(x0, x1);
         dvec3* const sums = &m_sums[row * (m_width + 2)];
@@ -119,7 +119,7 @@ class Band {
     }
 
     uint32_t m_width, m_firstRow;
-    std::vector<double> m_edges;  // Heights, from the top.
+    std::vector<double> m_edges;  // heights, from the top
     std::vector<dvec3> m_sums;
 };
 
@@ -150,7 +150,7 @@ class Drawing {
   private:
     using Polygon = std::vector<Spot>;
 
-    // A part of a face; it is somewhere between these heights.
+    // Describes a part of a face; it is somewhere between these heights.
     struct Tile {
         size_t face;
         uint32_t left, top, width, height;
@@ -169,7 +169,7 @@ class Drawing {
         for (const double x : {0.0, 1.0})
             for (const double y : {0.0, 1.0})
                 radius = std::max(radius, std::acos(std::min(glm::dot(center, direction(x, y)), 1.0)));
-        radius += 1e-6;  // Far more than rounding, far less than a row.
+        radius += 1e-6;  // far more than rounding, far less than a row
         const double polar = std::acos(std::clamp(center.y, -1.0, 1.0));
         if (polar > radius) tile.highest = std::cos(polar - radius);
         if (polar + radius < glm::pi<double>()) tile.lowest = std::cos(polar + radius);
@@ -208,7 +208,7 @@ class Drawing {
         return {turn * m_width, d.y, d.x * d.x + d.z * d.z < 1e-20};
     }
 
-    // Across a tile: that many points a texel. Neighbors have the same ones where they meet.
+    // Returns points across a tile: that many points a texel. Neighbors have the same ones where they meet.
     std::vector<Spot> Line(const Tile& tile, double row, uint32_t pointsPerTexel) const {
         std::vector<Spot> spots;
         for (uint32_t i = 0; i <= pointsPerTexel * tile.width; ++i)
@@ -219,7 +219,7 @@ class Drawing {
     // Returns the way from x to that of a neighbor, the shorter way around.
     double WrappedDifference(double from, double to) const { return std::remainder(to - from, m_width); }
 
-    // Corners and middles of edges, around a texel.
+    // An outline has corners and middles of edges, around a texel.
     using Outline = std::array<Spot, 9>;
 
     void DrawTexel(Band& band, size_t face, uint32_t column, uint32_t row, const Outline& outline,
@@ -272,7 +272,8 @@ class Drawing {
             }
     }
 
-    // Closed, without jumps at the seam. A polygon through or around a pole has a part of the pole's line.
+    // Returns a closed polygon without jumps at the seam. A polygon through or around a pole has a part of
+    // the pole's line.
     Polygon Unwrapped(const Polygon& corners) const {
         const size_t count = corners.size();
         size_t start = 0;
@@ -332,7 +333,7 @@ class Drawing {
     std::vector<Tile> m_tiles;
 };
 
-// The curve of IEC 61966-2-1.
+// Returns the curve of IEC 61966-2-1.
 std::array<float, 256> SrgbTable() {
     std::array<float, 256> table{};
     for (size_t i = 0; i < table.size(); ++i) {
@@ -356,10 +357,10 @@ glm::vec3 MeanRadiance(const ImageData& face, uint32_t size, uint32_t column, ui
         return FaceRadiance(&face.rgba[4 * (y * face.width + x)]);
     };
     if (face.width == size) return at(column, row);
-    // The overlap of a texel of the smaller face with one of the larger: lengths in units of which a texel of
-    // the larger face is `size` long.
+    // Holds the overlap of a texel of the smaller face with one of the larger: lengths in units of which a
+    // texel of the larger face is `size` long.
     struct Part {
-        double length, center;  // From -1 to 1.
+        double length, center;  // from -1 to 1
     };
     const auto partOf = [&](uint64_t place, uint64_t texel) {
         const auto begin = static_cast<double>(std::max(place * face.width, texel * size));

@@ -16,7 +16,7 @@ namespace raygraph::scene {
 // +y and -y have -z and +z at the top, and both -x at the right.
 struct CubeMap {
     std::array<const ImageData*, 6> faces{};
-    float intensity = 1.0f;                      // Factor on all of it.
+    float intensity = 1.0f;                      // factor on all of it
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // Turns the map: +x is then where rotation * +x points.
 };
 
@@ -30,10 +30,10 @@ uint32_t EquirectHeight(uint32_t faceSize);
 // Returns a texel of the face scaled down to `size` texels a side: the mean over its solid angle.
 glm::vec3 MeanRadiance(const ImageData& face, uint32_t size, uint32_t column, uint32_t row);
 
-// The map: a texel is the mean radiance over its solid angle, where a texel of a face has one radiance. So no
-// light is lost, however small the sun is. Faces finer than the map can show are made smaller before. On that
-// many threads; the same for any number. The time grows with the texels that are drawn, where one counts
-// again for each part of the map that is drawn by itself.
+// Returns the map: a texel is the mean radiance over its solid angle, where a texel of a face has one
+// radiance. So no light is lost, however small the sun is. Faces finer than the map can show are made smaller
+// before. On that many threads; the same for any number. The time grows with the texels that are drawn, where
+// one counts again for each part of the map that is drawn by itself.
 image::ImageF ToEquirect(const CubeMap& cube, unsigned threads, uint64_t* drawnTexels = nullptr);
 
 }  // namespace raygraph::scene

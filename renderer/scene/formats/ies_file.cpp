@@ -13,8 +13,8 @@ namespace raygraph::scene {
 namespace {
 
 constexpr size_t kMaxAngles = 10'000;  // in each direction of the web: steps of a fiftieth of a degree
-constexpr double kMaxCandela = 1e30;   // With all factors: products with colors and areas stay finite.
-constexpr double kSameAngle = 1e-3;    // Degrees.
+constexpr double kMaxCandela = 1e30;   // with all factors: products with colors and areas stay finite
+constexpr double kSameAngle = 1e-3;    // in degrees
 constexpr double kMinStep = 1e-4;      // Degrees; less vanishes in floats.
 
 bool IsBlank(char c) {
@@ -119,7 +119,7 @@ bool IsBefore1995(std::string_view firstLine) {
 struct Web {
     PhotometricType type = PhotometricType::C;
     std::vector<double> vertical, horizontal;
-    std::vector<std::vector<float>> planes;  // By horizontal angle.
+    std::vector<std::vector<float>> planes;  // by horizontal angle
 };
 
 std::vector<double> ReadAngles(IesReader& reader, size_t count, const char* what, double min, double max) {

@@ -11,7 +11,7 @@
 namespace raygraph::scene {
 
 struct IesFile {
-    LightProfile profile;               // Without a name.
+    LightProfile profile;               // without a name
     std::vector<std::string> warnings;  // what was repaired, without the file's name
 };
 

@@ -20,7 +20,7 @@ namespace raygraph::scene {
 inline constexpr float kMinRadius = 1e-9f;
 inline constexpr float kMaxRadius = 1e9f;
 
-// The radius that points or lines are given; 0: they are left out.
+// Holds the radius that points or lines are given; 0: they are left out.
 struct RoundRadius {
     float value = 0.0f;       // meters in the world,
     bool isRelative = false;  // or diagonals of the bounds of the scene's vertices
@@ -42,7 +42,7 @@ RAYGRAPH_API RoundRadius ParseRoundRadius(std::string_view text);
 // Returns the text that ParseRoundRadius reads as the same radius.
 RAYGRAPH_API std::string ToText(const RoundRadius& radius);
 
-// A box around a capsule, with room for the rounding of a ray's intersection with it.
+// Returns a box around a capsule, with room for the rounding of a ray's intersection with it.
 RAYGRAPH_API Bounds RoundBox(const glm::vec3& a, const glm::vec3& b, float radius);
 // Returns the box around all capsules of a primitive, and the one around positions.
 RAYGRAPH_API Bounds RoundBounds(const Primitive& primitive);

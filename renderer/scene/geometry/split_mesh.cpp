@@ -76,7 +76,7 @@ class Splitter {
 
     glm::vec3 Centroid(uint32_t triangle) const {
         glm::vec3 sum(0.0f);
-        // Each divided first: a sum could be beyond the range of float
+        // Each is divided first: a sum could be beyond the range of float
         for (const uint32_t corner : CornersOf(triangle))
             sum += m_primitive.positions[corner] / static_cast<float>(m_corners);
         return sum;

@@ -20,7 +20,7 @@
 
 namespace raygraph::scene {
 
-// The limits of each piece. Bytes are those of all its streams on the host.
+// Holds the limits of each piece. Bytes are those of all its streams on the host.
 struct PieceLimits {
     uint64_t maxTriangles = std::numeric_limits<uint64_t>::max();
     uint64_t maxVertices = std::numeric_limits<uint64_t>::max();
@@ -34,9 +34,9 @@ struct PrimitivePiece {
     std::vector<uint32_t> originals;
 };
 
-// One piece if the primitive is within the limits: it is then moved, not looked at. Error{OutOfMemory} if a
-// single triangle is beyond them; the primitive is then, and when memory ends, as it was. Takes
-// O(n log n) time for n triangles, and with the pieces twice the primitive's memory at its end.
+// Returns one piece if the primitive is within the limits: it is then moved, not looked at.
+// Error{OutOfMemory} if a single triangle is beyond them; the primitive is then, and when memory ends, as it
+// was. Takes O(n log n) time for n triangles, and with the pieces twice the primitive's memory at its end.
 RAYGRAPH_API std::vector<PrimitivePiece> SplitPrimitive(Primitive&& primitive, const PieceLimits& limits);
 
 // Returns the host bytes of all streams.

@@ -29,16 +29,16 @@ dvec3 Normalized(const dvec3& v) {
     const double length = glm::length(v);
     return length > 0.0 ? v / length : dvec3(0.0);
 }
-// The part of v in the plane perpendicular to the unit vector n, at unit length or zero.
+// Returns the part of v in the plane perpendicular to the unit vector n, at unit length or zero.
 dvec3 Tangential(const dvec3& v, const dvec3& n) {
     return Normalized(v - n * glm::dot(n, v));
 }
 
 struct Face {
-    dvec3 tangent{0.0};         // Unit length, along increasing u; zero if neutral.
+    dvec3 tangent{0.0};         // unit length, along increasing u; zero if neutral
     bool isMirrored = false;    // Its picture is seen mirrored. A neutral face: as the first group it joins.
     bool isNeutral = true;      // No area in uv: starts no group, adds to no mean.
-    bool isDegenerate = false;  // Two corners in one place: no part in grouping.
+    bool isDegenerate = false;  // two corners in one place: no part in grouping
 };
 
 Face Measure(const std::array<dvec3, 3>& p, const std::array<dvec2, 3>& uv) {
@@ -51,7 +51,7 @@ Face Measure(const std::array<dvec3, 3>& p, const std::array<dvec2, 3>& uv) {
     const dvec3 bitangent = a.x * (p[2] - p[0]) - b.x * (p[1] - p[0]);
     if (area == 0.0 || tangent == dvec3(0.0) || bitangent == dvec3(0.0)) return face;
     face.isNeutral = false;
-    face.isMirrored = area > 0.0;  // v runs downwards.
+    face.isMirrored = area > 0.0;  // v runs downwards
     face.tangent = Normalized(area < 0.0 ? -tangent : tangent);
     return face;
 }
@@ -115,7 +115,7 @@ class TangentGenerator {
     dvec2 Uv(uint32_t corner) const { return m_uv[m_indices[corner]]; }
     uint32_t CornerCount() const { return static_cast<uint32_t>(m_indices.size()); }
 
-    // m_welded: by vertex, the first of those equal to it in position, normal and uv.
+    // Fills in m_welded: by vertex, the first of those equal to it in position, normal and uv.
     void Weld() {
         m_welded = FirstOfEqual<8>(m_positions.size(), [this](uint32_t i) {
             const glm::vec3 &p = m_positions[i], &n = m_normals[i];
@@ -136,8 +136,8 @@ class TangentGenerator {
     // Where more than two triangles meet in an edge, they are paired in their order.
     void JoinEdges() {
         struct Edge {
-            uint32_t low, high;  // Welded vertices.
-            bool isForward;      // From low to high.
+            uint32_t low, high;  // welded vertices
+            bool isForward;      // from low to high
             uint32_t corner;
             auto operator<=>(const Edge&) const = default;
         };
@@ -200,7 +200,7 @@ class TangentGenerator {
         }
     }
 
-    // The mean of the tangents of corners of one group.
+    // Returns the mean of the tangents of corners of one group.
     glm::vec4 MeanTangent(std::span<const uint32_t> corners) const {
         const dvec3 normal = m_normals[m_indices[corners[0]]];
         dvec3 sum(0.0);
@@ -273,7 +273,7 @@ class TangentGenerator {
     std::vector<uint32_t> m_welded;
     std::vector<Face> m_faces;
     std::vector<uint32_t> m_opposite;
-    std::vector<uint32_t> m_groupOf;  // By corner; kNone: of no group.
+    std::vector<uint32_t> m_groupOf;  // by corner; kNone: of no group
     std::vector<glm::vec4> m_groupTangents;
 };
 

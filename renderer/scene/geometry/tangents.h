@@ -11,7 +11,7 @@
 
 namespace raygraph::scene {
 
-// The vertices that a mesh has once it has tangents: a vertex where several tangents meet is split.
+// Holds the vertices that a mesh has once it has tangents: a vertex where several tangents meet is split.
 struct TangentMesh {
     // By new vertex: the old one, whose other attributes it takes. The first ones are the old vertices, in
     // order.
@@ -33,7 +33,7 @@ struct TangentMesh {
 TangentMesh GenerateTangents(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
                              std::span<const glm::vec2> uv, std::span<const uint32_t> indices);
 
-// A triangle list in one shape. Streams are of one length and finite, normals of unit length.
+// Describes a triangle list in one shape. Streams are of one length and finite, normals of unit length.
 struct TangentShape {
     std::span<const glm::vec3> positions;
     std::span<const glm::vec3> normals;

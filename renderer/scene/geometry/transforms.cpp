@@ -13,7 +13,7 @@ constexpr double kLeastRatio = 0x1p-30;
 constexpr double kLeastDeterminant = 0x1p-21;  // is several roundings of float
 constexpr double kLeastWidth = 0x1p-18;        // is s2 / s1, below which a mesh is a line
 
-// The sum of the sizes of the terms of the determinant.
+// Returns the sum of the sizes of the terms of the determinant.
 double TermsOf(const glm::dmat3& m) {
     const glm::dvec3 x = glm::abs(m[0]), y = glm::abs(m[1]), z = glm::abs(m[2]);
     return x.x * (y.y * z.z + y.z * z.y) + x.y * (y.z * z.x + y.x * z.z) + x.z * (y.x * z.y + y.y * z.x);
@@ -30,7 +30,7 @@ bool IsSurelySolid(const glm::mat4x3& m) {
     return std::isnormal(least) && determinant * determinant >= least;
 }
 
-// The decomposition of a matrix whose s3 is far below its s2.
+// Holds the decomposition of a matrix whose s3 is far below its s2.
 struct Squeeze {
     glm::dvec3 normal{0.0}, squeezed{0.0};  // n and m
     double s3 = 0.0;                        // negative if the matrix mirrors
@@ -58,7 +58,7 @@ glm::mat4x3 Thickened(const glm::mat4x3& matrix, const Squeeze& squeeze, double 
     return result;
 }
 
-// The sine of the angle between a unit vector and the nearest axis.
+// Returns the sine of the angle between a unit vector and the nearest axis.
 double ObliquityOf(const glm::dvec3& unit) {
     const glm::dvec3 sizes = glm::abs(unit);
     const double cosine = std::max({sizes.x, sizes.y, sizes.z});
@@ -184,7 +184,7 @@ glm::mat4x3 Matrix(const TransformParts& parts) {
     return node.LocalTransform();
 }
 
-// Within rounding of products of such matrices.
+// Returns whether both are equal within rounding of products of such matrices.
 bool IsNear(const glm::mat4x3& a, const glm::mat4x3& b) {
     for (int column = 0; column < 4; ++column) {
         const float size = glm::length(a[column]) + glm::length(b[column]);

@@ -14,7 +14,7 @@
 
 namespace raygraph::scene {
 
-// A position in double precision as the sum of two floats.
+// Holds a position in double precision as the sum of two floats.
 struct FloatPair {
     glm::vec3 rounded{0.0f};  // to float
     glm::vec3 rest{0.0f};     // the remainder of the rounding
@@ -53,8 +53,8 @@ RAYGRAPH_API bool IsFlat(const glm::mat4x3& transform);
 // Returns whether WithThickness may return another transform: it is flat, or flatter than kObliqueThickness.
 RAYGRAPH_API bool MayGainThickness(const glm::mat4x3& transform);
 
-// The transform with which an instance of a mesh with this box (object space) is shown: `placed`, bit for
-// bit, unless it is flat, or almost so and oblique. A flattened box has its middle in the plane, so its
+// Returns the transform with which an instance of a mesh with this box (object space) is shown: `placed`, bit
+// for bit, unless it is flat, or almost so and oblique. A flattened box has its middle in the plane, so its
 // shape may be far from its origin. Nothing if no area is left, or what is left has no inverse in float
 // (CanInvert): a scale of 0 on two axes or more, numbers that are not finite.
 RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const PlacedTransform& placed, const Bounds& mesh,
@@ -64,20 +64,20 @@ RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const PlacedTransform&
 RAYGRAPH_API std::optional<PlacedTransform> WithThickness(const SceneData& scene, const Instance& instance,
                                                           const PlacedTransform& placed);
 
-// The transform of a node for what only has directions, a camera or a light: where the node is flat, the axis
-// that is squeezed keeps the direction that it has with a small positive scale.
+// Returns the transform of a node for what only has directions, a camera or a light: where the node is flat,
+// the axis that is squeezed keeps the direction that it has with a small positive scale.
 RAYGRAPH_API PlacedTransform WithDirections(const SceneData& scene, uint32_t node,
                                             const PlacedTransform& nodeToWorld);
 
-// The factor by which the transform scales lengths on average over the directions that it does not squeeze:
-// the cube root of the volume of the unit cube's image; of a flat one, the square root of the greatest area
-// that the image of a unit square has.
+// Returns the factor by which the transform scales lengths on average over the directions that it does not
+// squeeze: the cube root of the volume of the unit cube's image; of a flat one, the square root of the
+// greatest area that the image of a unit square has.
 RAYGRAPH_API double MeanScale(const glm::mat4x3& transform);
 
 // --- Properties of the linear part of a transform, computed from its three columns ---
 
-// The determinant times the inverse transpose, which is finite where there is no inverse: it carries normals
-// over, and the lengths of its columns are the areas of the faces of the unit cube's image.
+// Returns the determinant times the inverse transpose, which is finite where there is no inverse: it carries
+// normals over, and the lengths of its columns are the areas of the faces of the unit cube's image.
 template <typename T>
 glm::mat<3, 3, T> Cofactors(const glm::mat<3, 3, T>& m) {
     return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
@@ -93,8 +93,8 @@ inline double SquareOf(const glm::dmat3& m) {
     return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
 }
 
-// The two greater singular values, of the square of a matrix and the area of its cofactors. Where s3 is 0,
-// their squares are s1^2 + s2^2 and s1^2 s2^2.
+// Holds the two greater singular values, of the square of a matrix and the area of its cofactors. Where s3 is
+// 0, their squares are s1^2 + s2^2 and s1^2 s2^2.
 struct Widths {
     double s1 = 0.0, s2 = 0.0;
 };
@@ -112,15 +112,15 @@ inline double Flatness(const glm::mat4x3& transform) {
     return s2 > 0.0 ? std::abs(glm::determinant(linear)) / (area * s2) : 0.0;
 }
 
-// A local transform as translation, rotation and scale, as a node without a matrix has it.
+// Describes a local transform as translation, rotation and scale, as a node without a matrix has it.
 struct TransformParts {
     glm::vec3 translation{0.0f};
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // unit length
     glm::vec3 scale{1.0f};
 };
 
-// The parts that make `local` but for rounding of products of such matrices, as many as may be the node's own
-// to the bit; nothing if it shears, or is flat.
+// Returns the parts that make `local` but for rounding of products of such matrices, as many as may be the
+// node's own to the bit; nothing if it shears, or is flat.
 RAYGRAPH_API std::optional<TransformParts> PartsOf(const glm::mat4x3& local, const Node& own);
 
 }  // namespace raygraph::scene

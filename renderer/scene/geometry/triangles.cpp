@@ -15,7 +15,7 @@ bool Normalize(glm::dvec3 v, glm::vec3& out) {
     return true;
 }
 
-// Twice the triangle's area times its normal.
+// Returns twice the triangle's area times its normal.
 glm::dvec3 AreaNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
     const glm::dvec3 origin(a);
     return glm::cross(glm::dvec3(b) - origin, glm::dvec3(c) - origin);
@@ -87,7 +87,7 @@ std::vector<glm::vec3> FlatNormals(std::span<const glm::vec3> positions) {
 
 size_t NormalizeNormals(std::span<glm::vec3> normals, std::span<const glm::vec3> positions,
                         std::span<const uint32_t> indices) {
-    std::vector<uint32_t> lost;  // In ascending order.
+    std::vector<uint32_t> lost;  // in ascending order
     for (size_t i = 0; i < normals.size(); ++i)
         if (!Normalize(normals[i], normals[i])) lost.push_back(static_cast<uint32_t>(i));
     if (lost.empty()) return 0;

@@ -20,9 +20,9 @@ enum class PrimitiveMode : uint8_t {
     TriangleFan
 };
 
-// A list of the triangles that `indices` draw in `mode` (one of the three triangle modes), each wound as
-// glTF 3.7.2.1 says: strip triangle i is (i, i + 1 + i % 2, i + 2 - i % 2), fan triangle i is (i + 1, i + 2,
-// 0). Indices left over at the end draw nothing.
+// Returns a list of the triangles that `indices` draw in `mode` (one of the three triangle modes), each wound
+// as glTF 3.7.2.1 says: strip triangle i is (i, i + 1 + i % 2, i + 2 - i % 2), fan triangle i is (i + 1, i +
+// 2, 0). Indices left over at the end draw nothing.
 std::vector<uint32_t> TriangleList(PrimitiveMode mode, std::vector<uint32_t> indices);
 
 // Returns two indices for each of the points or segments that `indices` draw in `mode` (one of the other

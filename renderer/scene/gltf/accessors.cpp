@@ -50,11 +50,11 @@ ComponentType ReadComponentType(int type) {
     }
 }
 
-// Bytes of an element. Matrix columns start at multiples of four bytes; the padding after the last one need
-// not be there at the end of a buffer.
+// Gives the bytes of an element. Matrix columns start at multiples of four bytes; the padding after the last
+// one need not be there at the end of a buffer.
 struct ElementSize {
     uint64_t stride = 0;  // the stride of tightly packed elements
-    uint64_t used = 0;    // Up to the end of the last component.
+    uint64_t used = 0;    // up to the end of the last component
 };
 
 ElementSize SizeOf(const ElementShape& shape, ComponentType type) {
@@ -142,7 +142,7 @@ class TableReader {
         return accessor;
     }
 
-    // The run of `count` elements that an accessor or a part of a sparse one covers.
+    // Returns the run of `count` elements that an accessor or a part of a sparse one covers.
     ElementRun ReadRun(const Place& where, const Place& countAt, int viewIndex, uint64_t byteOffset,
                        const ElementSize& element, uint64_t count, bool mayStride) const {
         ElementRun run{

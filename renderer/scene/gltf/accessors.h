@@ -20,7 +20,7 @@ struct BufferView {
     uint32_t buffer = 0;
     uint64_t byteOffset = 0;
     uint64_t byteLength = 0;
-    uint32_t byteStride = 0;  // 0: tightly packed.
+    uint32_t byteStride = 0;  // 0: tightly packed
     // The source of the view's bytes, if they are not in `buffer`.
     std::optional<MeshoptView> meshopt;
 };
@@ -28,10 +28,10 @@ struct BufferView {
 enum class ComponentType : uint8_t { Int8, Uint8, Int16, Uint16, Uint32, Float };
 size_t ByteSize(ComponentType type);
 
-// A strided run of elements in a buffer view. `view` is kNone: all zeros.
+// Describes a strided run of elements in a buffer view. `view` is kNone: all zeros.
 struct ElementRun {
     uint32_t view = kNone;
-    uint64_t byteOffset = 0;  // In the view.
+    uint64_t byteOffset = 0;  // in the view
     uint64_t byteStride = 0;
 };
 
@@ -53,7 +53,7 @@ struct Accessor {
 };
 
 struct AccessorTables {
-    std::vector<uint64_t> bufferLengths;  // buffers[i].byteLength.
+    std::vector<uint64_t> bufferLengths;  // buffers[i].byteLength
     std::vector<BufferView> views;
     std::vector<Accessor> accessors;
 };
@@ -80,7 +80,7 @@ class GltfBuffers {
     const AccessorTables& m_tables;
     const GltfContainer& m_container;
     std::vector<std::optional<std::vector<std::byte>>> m_files;    // those not in the .glb
-    std::vector<std::optional<std::vector<std::byte>>> m_decoded;  // By view.
+    std::vector<std::optional<std::vector<std::byte>>> m_decoded;  // indexed by view
 };
 
 }  // namespace raygraph::scene

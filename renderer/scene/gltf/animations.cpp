@@ -81,7 +81,7 @@ class ShownTargets {
 
     const SceneData& m_scene;
     std::vector<bool> m_isPlaced;  // By node: the scene has it.
-    std::vector<bool> m_isShown;   // By node: the scene places something at it or below it.
+    std::vector<bool> m_isShown;   // by node: the scene places something at it or below it
     std::vector<bool> m_isSkinUsed, m_isMeshUsed, m_isMaterialUsed;
 };
 

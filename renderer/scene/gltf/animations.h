@@ -15,14 +15,14 @@
 
 namespace raygraph::scene {
 
-// A defect in the keys of a sampler. `topic` is that of its warning.
+// Describes a defect in the keys of a sampler. `topic` is that of its warning.
 struct KeyDefect {
     Place where;
     const char* topic;
     std::string what;
 };
 
-// A sampler whose accessors are of fitting types; nothing is decoded yet.
+// Describes a sampler whose accessors are of fitting types; nothing is decoded yet.
 struct SamplerLayout {
     Place where;
     uint32_t input = 0, output = 0;
@@ -30,7 +30,7 @@ struct SamplerLayout {
     ValueKind kind = ValueKind::Plain;
     uint32_t width = 1;
     bool isMorphWeights = false;           // Which are scalars in the file.
-    bool isShown = false;                  // Pictures show the target of one of its channels.
+    bool isShown = false;                  // pictures show the target of one of its channels
     std::optional<KeyDefect> defect = {};  // Its values are not as many as its keys need.
 };
 

@@ -23,7 +23,7 @@ constexpr std::string_view GltfName(Choice value) {
     return kGltfNames<Choice>[static_cast<size_t>(value)];
 }
 
-// The value of a name; left as it is for a name that is none of them, which the schema does not let pass.
+// Reads the value of a name; leaves it as it is for a name that is none of them, which the schema rejects.
 template <typename Choice>
 constexpr void ReadChoice(std::string_view name, Choice& value) {
     for (const Choice known : Values<Choice>())

@@ -20,7 +20,7 @@ constexpr uint32_t kBinaryChunk = 0x004E4942;  // "BIN\0"
     throw MakeError(ErrorKind::BadInput, "{}: {}", label, why);
 }
 
-// Little endian, wherever we run.
+// Reads little endian, whatever the machine.
 uint32_t ReadU32(std::span<const std::byte> bytes, size_t at) {
     uint32_t value = 0;
     for (size_t i = 0; i < 4; ++i) value |= std::to_integer<uint32_t>(bytes[at + i]) << (8 * i);
@@ -69,7 +69,7 @@ GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label)
     return container;
 }
 
-// A scan, not a parse: counts brackets outside strings.
+// Scans without parsing: counts brackets outside strings.
 void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDepth) {
     uint32_t depth = 0;
     bool isInString = false;
@@ -89,7 +89,7 @@ void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDep
     }
 }
 
-// The code unit of "\\uXXXX" at the start of `text`; nothing if it does not start so.
+// Returns the code unit of "\\uXXXX" at the start of `text`; nothing if it does not start so.
 std::optional<unsigned> EscapedUnit(std::string_view text) {
     if (text.size() < 6 || !text.starts_with("\\u")) return std::nullopt;
     unsigned unit = 0;
@@ -98,7 +98,7 @@ std::optional<unsigned> EscapedUnit(std::string_view text) {
     return unit;
 }
 
-// The first character of a text inside of a JSON string.
+// Holds the first character of a text inside of a JSON string.
 struct Character {
     size_t bytes = 1;
     bool isBroken = false;
@@ -188,7 +188,8 @@ nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
         if (!json.is_object()) Fail(label, "the JSON text is not an object");
         return json;
     } catch (const nlohmann::json::exception& error) {
-        // "[json.exception.parse_error.101] parse error at line 1, column 3: ..." without the code.
+        // The text is "[json.exception.parse_error.101] parse error at line 1, column 3: ..." without the
+        // code.
         std::string_view what = error.what();
         if (const size_t end = what.find("] "); what.starts_with('[') && end != what.npos)
             what.remove_prefix(end + 2);

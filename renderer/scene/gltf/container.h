@@ -18,9 +18,9 @@ namespace raygraph::scene {
 // Views into the bytes of the file, which must outlive them.
 struct GltfContainer {
     std::string_view json;
-    std::span<const std::byte> binary;  // The BIN chunk.
+    std::span<const std::byte> binary;  // the BIN chunk
     bool hasBinary = false;
-    std::span<const std::byte> rest;  // All chunks of a .glb after the first.
+    std::span<const std::byte> rest;  // all chunks of a .glb after the first
     bool isGlb = false;
 };
 
@@ -28,11 +28,11 @@ struct GltfContainer {
 // "label: ...", on a broken .glb; unknown chunks are skipped, as the format asks.
 GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label);
 
-// The bytes of a .glb: a JSON chunk, and what comes after it, as chunks. Error{Usage} above 4 GiB.
+// Returns the bytes of a .glb: a JSON chunk, and what comes after it, as chunks. Error{Usage} above 4 GiB.
 std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte> rest);
 
-// A JSON text in whose strings U+FFFD stands for halves of surrogate pairs, bytes that are not UTF-8 and
-// control characters: parsers refuse a text for the sake of any, and most are in names.
+// Describes a JSON text in whose strings U+FFFD stands for halves of surrogate pairs, bytes that are not
+// UTF-8 and control characters: parsers refuse a text for the sake of any, and most are in names.
 struct RepairedText {
     std::string text;
     size_t count = 0;  // the number of replacements
@@ -55,8 +55,8 @@ bool IsDataUri(std::string_view uri);
 // Replaces "%20" by a space and so on; a '%' without two hexadecimal digits stays.
 std::string PercentDecode(std::string_view text);
 
-// The bytes of a data URI, base64 or percent-encoded (RFC 2397). Throws Error{BadInput} with the reason alone
-// (the caller puts the place before it) if it is malformed or has more than `maxBytes`.
+// Returns the bytes of a data URI, base64 or percent-encoded (RFC 2397). Throws Error{BadInput} with the
+// reason alone (the caller puts the place before it) if it is malformed or has more than `maxBytes`.
 std::vector<std::byte> DecodeDataUri(std::string_view uri, uint64_t maxBytes);
 
 }  // namespace raygraph::scene

@@ -31,7 +31,7 @@ class Warnings {
     bool IsNew(std::string_view topic, std::string_view text);
 
     std::vector<Entry> m_entries;
-    std::unordered_set<uint64_t> m_said;  // Hashes.
+    std::unordered_set<uint64_t> m_said;  // hashes
 };
 
 // Returns "there are 2 meshes" or "there is 1 mesh". `one` and `many` are as of Counted.
@@ -43,9 +43,9 @@ struct GltfContext {
     const ConfinedFolder& folder;
     Warnings warnings;
     uint64_t bytesRead = 0;        // of all files and data URIs so far
-    uint64_t geometryBytes = 0;    // Charged so far.
+    uint64_t geometryBytes = 0;    // charged so far
     uint64_t compressedBytes = 0;  // charged for primitives so far
-    uint64_t imageTexels = 0;      // Decoded so far.
+    uint64_t imageTexels = 0;      // decoded so far
 
     // Returns "label: path: what", without the path if it is empty.
     std::string Line(const std::string& path, const std::string& what) const;
@@ -64,7 +64,7 @@ struct GltfContext {
     // Returns LoadOptions::maxThreads, resolved to a number.
     unsigned ThreadCount() const;
 
-    // The bytes of a URI: a data URI, or a file in the scene's folder. Fails at `where`.
+    // Returns the bytes of a URI: a data URI, or a file in the scene's folder. Fails at `where`.
     std::vector<std::byte> ReadUri(const std::string& uri, const Place& where);
 
   private:

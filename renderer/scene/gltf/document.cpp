@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The elements of an array of the tree; none if it is absent.
+// Returns the elements of an array of the tree; none if it is absent.
 Json::array_t* ArrayOf(Json& object, const char* name) {
     const auto found = object.find(name);
     return found == object.end() ? nullptr : found->get_ptr<Json::array_t*>();

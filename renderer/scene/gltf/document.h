@@ -17,17 +17,17 @@
 namespace raygraph::scene {
 
 struct BufferSource {
-    std::optional<std::string> uri;  // None: the BIN chunk.
+    std::optional<std::string> uri;  // none: the BIN chunk
     uint64_t byteLength = 0;
 };
 
 struct ImageSource {
     std::string name;
-    std::optional<std::string> uri;  // None: the buffer view.
+    std::optional<std::string> uri;  // none: the buffer view
     uint32_t view = kNone;
 };
 
-// The numbers of an accessor's "sparse"; zeros if it has none.
+// Holds the numbers of an accessor's "sparse"; zeros if it has none.
 struct SparseNumbers {
     uint64_t count = 0;
     uint64_t indicesOffset = 0;
@@ -39,12 +39,12 @@ inline constexpr const char* kAnimationPointer = "KHR_animation_pointer";
 struct SkinSource {
     std::string name;
     std::vector<uint32_t> joints;
-    uint32_t inverseBinds = kNone;  // An accessor.
+    uint32_t inverseBinds = kNone;  // an accessor
 };
 
 struct AnimationSource {
     struct Sampler {
-        uint32_t input = 0, output = 0;  // Accessors.
+        uint32_t input = 0, output = 0;  // accessors
         Interpolation interpolation = Interpolation::Linear;
     };
     struct Channel {
@@ -66,8 +66,8 @@ struct GltfDocument {
     std::vector<BufferSource> buffers;
     std::vector<ImageSource> images;
     // Values that tinygltf refuses, or cuts to 31 bits. They are not in the model.
-    std::vector<uint32_t> strides;      // By buffer view; 0: none.
-    std::vector<SparseNumbers> sparse;  // By accessor.
+    std::vector<uint32_t> strides;      // by buffer view; 0: none
+    std::vector<SparseNumbers> sparse;  // indexed by accessor
     // Objects that need none of tinygltf's checks.
     std::vector<SkinSource> skins;
     std::vector<AnimationSource> animations;
@@ -76,8 +76,8 @@ struct GltfDocument {
 // Parses the text, checks all of it against the schema (gltf/schema.h) and makes the model. Opens nothing.
 GltfDocument ReadDocument(GltfContext& context, std::string_view json);
 
-// A glTF extension that is known here: one of those that are read, or another with the reason why it is not.
-// One that is not listed is unknown, and treated as one that is not read.
+// Describes a glTF extension that is known here: one of those that are read, or another with the reason why
+// it is not. One that is not listed is unknown, and treated as one that is not read.
 struct GltfExtension {
     std::string_view name;
     bool isRead = false;

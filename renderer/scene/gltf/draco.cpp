@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 
-// Numbers of a primitive, by its accessors.
+// Gives the numbers of a primitive, by its accessors.
 struct Expected {
     GltfContext& context;
     const Place& where;
@@ -138,7 +138,8 @@ void CheckPrediction(const draco::DecoderBuffer& buffer, uint64_t entries, uint6
                                                    Counted(entries, "value")));
 }
 
-// One of Draco's decoders. An Error does not pass through it: it is kept, and the decoder told to stop.
+// Adapts one of Draco's decoders. An Error does not pass through it: it is kept, and the decoder told to
+// stop.
 template <typename Decoder>
 class CheckedDecoder final : public Decoder {
   public:
@@ -249,7 +250,7 @@ draco::DataType TypeOf(ComponentType type) {
     return draco::DT_INVALID;
 }
 
-// The values of each vertex, in their order.
+// Returns the values of each vertex, in their order.
 std::vector<std::byte> ValuesOf(const draco::PointAttribute& attribute, const Expected& expected,
                                 size_t bytes, const std::string& name) {
     const auto damaged = [&] {

@@ -13,7 +13,7 @@
 
 namespace raygraph::scene {
 
-// A decoded primitive: a list of triangles, all indices below the layout's vertex count.
+// Describes a decoded primitive: a list of triangles, all indices below the layout's vertex count.
 struct DracoPrimitive {
     std::vector<uint32_t> indices;
     // Tightly packed, as the attribute's accessor says; empty for those that are not in the compressed data.

@@ -42,7 +42,7 @@ std::filesystem::path RelativePath(std::string_view uri) {
     const std::string text = PercentDecode(uri);
     if (text.find('\0') != std::string::npos) FailUri(uri, "contains a zero byte");
     if (text.find('\\') != std::string::npos) FailUri(uri, "contains a backslash");
-    // Once more after decoding: "c%3A..." must not become a drive.
+    // The check is repeated after decoding: "c%3A..." must not become a drive.
     if (UriScheme(text)) FailUri(uri, "must be a relative path or a data URI");
     std::filesystem::path path(text);
     if (path.is_absolute()) FailUri(uri, "must be a relative path, not an absolute one");

@@ -18,8 +18,8 @@ namespace raygraph::scene {
 class RAYGRAPH_API FileReader {
   public:
     virtual ~FileReader() = default;
-    // The bytes of the regular file at `path` (absolute, no symbolic links in it). Throws Error{Io} if it
-    // cannot be read, is no regular file (device, pipe, socket, folder) or has more than `maxBytes`.
+    // Returns the bytes of the regular file at `path` (absolute, no symbolic links in it). Throws Error{Io}
+    // if it cannot be read, is no regular file (device, pipe, socket, folder) or has more than `maxBytes`.
     virtual std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) = 0;
 };
 
@@ -51,7 +51,7 @@ class RAYGRAPH_API ConfinedFolder {
   private:
     void RequireInside(std::string_view uri, const std::filesystem::path& path) const;
 
-    std::filesystem::path m_folder, m_root;  // Canonical.
+    std::filesystem::path m_folder, m_root;  // canonical
     FileReader* m_reader;
 };
 

@@ -69,16 +69,16 @@ class ImageDecoder {
 
   private:
     struct Picture {
-        ImageData data;  // Without its name.
+        ImageData data;  // without its name
         std::vector<std::string> warnings;
     };
     struct Attempt {
-        std::optional<Picture> picture;  // None: it failed, for whatever reason.
+        std::optional<Picture> picture;  // none: it failed, for whatever reason
         double seconds = 0.0;
     };
     struct Task {
         std::string name;
-        std::string label;  // For messages.
+        std::string label;  // for messages
         std::vector<std::byte> file;
         std::span<const std::byte> bytes;
         std::exception_ptr unread;     // Why there are no bytes.
@@ -155,7 +155,7 @@ class ImageDecoder {
         }
     }
 
-    // The image of the task, or another one of the choice.
+    // Returns the image of the task, or another one of the choice.
     ImageData Finish(Task& task, const ImageChoice& choice) {
         for (size_t next = 1;; ++next) {
             try {

@@ -17,7 +17,7 @@ namespace raygraph::scene {
 
 namespace {
 
-// Half the size of an orthographic view.
+// Returns half the size of an orthographic view.
 float Magnification(GltfContext& context, double value, const Place& where) {
     const float number = ToFloat(value);
     if (number == 0.0f) context.Fail(where, "is 0, must not be");
@@ -32,7 +32,7 @@ Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& w
         file.type == camera_fields::kPerspective ? Projection::Perspective : Projection::Orthographic;
     ForEachCameraField(camera.projection, [&](const auto& field) {
         float& value = camera.*field.member;
-        // A number of tinygltf, by its key
+        // Reads a number of tinygltf, by its key
 #define RAYGRAPH_READ(view, number) \
     if (file.type == #view && field.key == std::string_view(#number)) value = ToFloat(file.view.number);
         RAYGRAPH_READ(perspective, yfov)
@@ -168,7 +168,7 @@ EnvironmentLight MakeEnvironmentLight(GltfContext& context, const ImageLight& li
     if (light.size != 0 && light.size != size)
         context.Warn(where["specularImageSize"], "specularImageSize",
                      Text("is {}, but the images are {} x {}; ignored", light.size, size, size));
-    // Four times the bytes of a texture
+    // Each texel takes four times the bytes of a texture
     const uint64_t height = EquirectHeight(size), texels = 4 * (2 * height * height);
     const uint64_t left = context.options.limits.maxAllImageTexels - context.imageTexels;
     if (texels > left)

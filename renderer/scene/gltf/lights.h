@@ -29,18 +29,18 @@ inline constexpr const char* kImageLightExtension = "EXT_lights_image_based";
 
 struct ImageLight {
     std::string name;
-    uint32_t index = 0;  // Into the file's list.
+    uint32_t index = 0;  // into the file's list
     float intensity = 1.0f;
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};
     uint32_t size = 0;                // specularImageSize; 0: the file does not say.
-    std::array<uint32_t, 6> faces{};  // Images: +x, -x, +y, -y, +z, -z.
+    std::array<uint32_t, 6> faces{};  // images: +x, -x, +y, -y, +z, -z
 };
 
 // Returns the image light of a scene, if it has one. `scene` is kNone if the file has no scenes. Opens
 // nothing.
 std::optional<ImageLight> ReadImageLight(GltfContext& context, const gltf::Model& model, uint32_t scene);
 
-// The images that its faces are, each once.
+// Returns the images that its faces are, each once.
 std::vector<uint32_t> ImagesOf(const ImageLight& light);
 
 // Resamples the faces; `images` are those of ImagesOf, decoded. Fails at a face that is not square, or of
@@ -54,8 +54,8 @@ inline constexpr const char* kProfileExtension = "EXT_lights_ies";
 
 struct ProfileSource {
     std::string name;
-    uint32_t index = 0;              // Into the file's list.
-    std::optional<std::string> uri;  // None: the buffer view.
+    uint32_t index = 0;              // into the file's list
+    std::optional<std::string> uri;  // none: the buffer view
     uint32_t view = kNone;
 };
 
@@ -65,7 +65,7 @@ Place ProfilePlace(size_t profile);
 std::vector<ProfileSource> ReadProfileSources(const gltf::Model& model,
                                               const std::vector<uint32_t>& profiles);
 
-// The light of a node that has one: its name, color and factor.
+// Returns the light of a node that has one: its name, color and factor.
 Light ReadProfileLight(const gltf::Model& model, uint32_t node);
 
 // Decodes the profiles. Fails at a file that cannot be read or is not of IES LM-63.

@@ -26,7 +26,7 @@
 namespace raygraph::scene {
 namespace {
 
-// The default one's index, which it gets if a primitive needs it; kNone: none does.
+// Returns the index of the default material, which it gets if a primitive needs it; kNone if none does.
 uint32_t AddDefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& scene) {
     const auto lacksOne = [](const PrimitiveLayout& primitive) { return primitive.material == kNone; };
     for (const MeshLayout& layout : layouts) {
@@ -79,7 +79,7 @@ void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutlin
     }
 }
 
-// The images of materials, and those of the environment.
+// Decodes the images of materials, and those of the environment.
 void DecodePictures(GltfContext& context, const GltfOutline& outline, GltfBuffers& buffers,
                     SceneData& scene) {
     std::vector<ImageChoice> images = outline.images;

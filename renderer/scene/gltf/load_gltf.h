@@ -22,7 +22,7 @@ namespace raygraph::scene {
 
 // Bounds on what a file may make the process read and allocate. Beyond any of them: Error{BadInput}.
 struct LoadLimits {
-    uint64_t maxFileBytes = uint64_t{16} << 30;  // The scene file, its buffers and images together.
+    uint64_t maxFileBytes = uint64_t{16} << 30;  // the scene file, its buffers and images together
     uint64_t maxJsonBytes = uint64_t{256} << 20;
     uint32_t maxJsonDepth = 64;  // Nested arrays and objects; glTF itself needs about ten.
     // Decoded vertices, indices, keys and joints: this many bytes, plus 64 for each byte of file read; and
@@ -30,8 +30,8 @@ struct LoadLimits {
     // file that claims a billion vertices, draws one accessor a million times or lists a million empty
     // materials.
     uint64_t maxGeometryBytes = uint64_t{1} << 30;
-    uint32_t maxImageExtent = 16384;              // Texels a side.
-    uint64_t maxImageTexels = uint64_t{1} << 28;  // An image.
+    uint32_t maxImageExtent = 16384;              // texels a side
+    uint64_t maxImageTexels = uint64_t{1} << 28;  // an image
     // All images; four bytes a texel. Of those that are decoded at once, a quarter of it or one image: a
     // decoder takes up to nine bytes a texel more.
     uint64_t maxAllImageTexels = uint64_t{1} << 31;
@@ -49,7 +49,7 @@ struct LoadOptions {
     // The scene may also name files below this folder, as "../textures/wood.png"; "": only those below its
     // own.
     std::filesystem::path root = {};
-    FileReader* reader = nullptr;  // nullptr: the disk.
+    FileReader* reader = nullptr;  // nullptr: the disk
     // Images are decoded on so many threads, which end before the call does; 0: as many as there are cores.
     // The scene, or the error, is the same for any number.
     uint32_t maxThreads = 0;

@@ -58,20 +58,20 @@ Sampler ReadSampler(const gltf::Sampler& file) {
     return sampler;
 }
 
-// A color; left as it is when absent.
+// Reads a color; leaves it as it is when absent.
 template <typename Color>
 void ReadColor(const std::vector<double>& numbers, Color& color) {
     for (size_t i = 0; i < numbers.size(); ++i) color[static_cast<int>(i)] = ToFloat(numbers[i]);
 }
 
-// A texture as the file has it: no color space, perhaps no image.
+// Describes a texture as the file has it: no color space, perhaps no image.
 struct FileTexture {
     std::string name;
     ImageChoice images;
     Sampler sampler;
 };
 
-// A texture as a material names it.
+// Describes a texture as a material names it.
 struct FileTextureInfo {
     int index = -1;
     int texCoord = 0;
@@ -85,7 +85,7 @@ void ReadTransform(const ValueReader& extension, FileTextureInfo& info) {
     extension.Read("texCoord", info.texCoord);
 }
 
-// `info`: any of tinygltf's kinds of them.
+// `info` is any of tinygltf's kinds of texture infos.
 template <typename Info>
 FileTextureInfo ReadTextureInfo(const Info& info) {
     FileTextureInfo read{.index = info.index, .texCoord = info.texCoord, .transform = {}};
@@ -158,7 +158,7 @@ class MaterialImporter {
         return slot->second;
     }
 
-    // The texture of a field; `info` is what its place in the file says.
+    // Reads the texture of a field; `info` is what its place in the file says.
     void Read(const TextureField& field, const FileTextureInfo& info, const Place& where,
               Material& material) {
         const Place object = *field.object == 0 ? where : where[field.object];
@@ -212,7 +212,7 @@ class MaterialImporter {
             m_context.Warn(extensions[FieldOf(&Material::scatterStrengthFactor).object],
                            "texture of a medium",
                            "has textures, which are not read: a medium is the same everywhere");
-        // A double: an int does not hold all priorities
+        // The number is read as a double, since an int does not hold all priorities
         if (file.extras.IsObject() && file.extras.Has(kPriority))
             material.priority = static_cast<uint32_t>(file.extras.Get(kPriority).GetNumberAsDouble());
         return material;

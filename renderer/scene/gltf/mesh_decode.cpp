@@ -19,7 +19,7 @@
 namespace raygraph::scene {
 namespace {
 
-// The vertex attributes that the materials of a primitive read.
+// Holds the vertex attributes that the materials of a primitive read.
 struct VertexUse {
     std::array<bool, 2> texCoords{};
     bool tangents = false;
@@ -147,7 +147,7 @@ class PrimitiveDecoder {
         ClampColors(primitive.colors);
     }
 
-    // The primitive's indices into the file's vertices, all checked.
+    // Returns the primitive's indices into the file's vertices, all checked.
     std::vector<uint32_t> Indices() {
         std::vector<uint32_t> indices;
         if (m_layout.indices == kNone) {
@@ -166,7 +166,7 @@ class PrimitiveDecoder {
         return indices;
     }
 
-    // The primitive's triangles.
+    // Returns the primitive's triangles.
     std::vector<uint32_t> Triangles() {
         std::vector<uint32_t> indices = Indices();
         const size_t count = indices.size();
@@ -179,7 +179,7 @@ class PrimitiveDecoder {
         return TriangleList(m_layout.mode, std::move(indices));
     }
 
-    // The distinct vertices of `indices` in ascending order; `indices` become positions in it.
+    // Returns the distinct vertices of `indices` in ascending order; `indices` become positions in it.
     std::vector<uint32_t> CompactVertices(std::vector<uint32_t>& indices) {
         m_context.ChargeGeometry(m_layout.where, indices.size() * sizeof(uint32_t));
         std::vector<uint32_t> used = indices;
@@ -214,7 +214,7 @@ class PrimitiveDecoder {
             return map.texCoord != first->texCoord && hasCoordinates(map);
         });
         if (!primitive.targets.empty()) {
-            constexpr uint64_t kBytesPerVertex = 160;  // The moved shape, and working tables.
+            constexpr uint64_t kBytesPerVertex = 160;  // the moved shape, and working tables
             m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * kBytesPerVertex);
             for (MorphTarget& target : primitive.targets) MoveTangentsBy(target, primitive);
             return;  // Targets change the angles between the sets: other maps have the frame of the triangle.
@@ -328,7 +328,7 @@ bool DiffersInMapping(const TextureRef& a, const TextureRef& b) {
            glm::sign(a.transform.scale) != glm::sign(b.transform.scale);
 }
 
-// The directional textures of the primitive's own material, then those of its variants.
+// Returns the directional textures of the primitive's own material, then those of its variants.
 std::vector<TextureRef> DirectionalTextures(const Primitive& primitive, std::span<const Material> materials) {
     std::vector<TextureRef> maps = materials[primitive.material].DirectionalTextures();
     for (const VariantMaterial& variant : primitive.variants) {
@@ -581,7 +581,7 @@ class LayoutReader {
         return draco;
     }
 
-    // Empty if all variants show the primitive's own material.
+    // Returns nothing if all variants show the primitive's own material.
     std::vector<VariantMaterial> ReadVariants(const gltf::Primitive& primitive,
                                               const PrimitiveLayout& layout) const {
         std::vector<VariantMaterial> variants;
@@ -595,7 +595,7 @@ class LayoutReader {
             for (int i = 0; i < static_cast<int>(indices.ArrayLen()); ++i)
                 variants.push_back({static_cast<uint32_t>(indices.Get(i).GetNumberAsInt()), material});
         }
-        // The first of each
+        // Only the first entry of each variant is kept
         std::ranges::stable_sort(variants, {}, &VariantMaterial::variant);
         const auto isRepeated = [&](const VariantMaterial& first, const VariantMaterial& next) {
             if (first.variant != next.variant) return false;

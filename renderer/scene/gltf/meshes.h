@@ -48,7 +48,7 @@ constexpr bool IsJoints(Attribute attribute) {
     return attribute >= Attribute::Joints0 && attribute < Attribute::Weights0;
 }
 
-// The accessors of a morph target; kNone: no displacement.
+// Holds the accessors of a morph target; kNone: no displacement.
 struct MorphLayout {
     uint32_t positions = kNone, normals = kNone, tangents = kNone;
 };
@@ -63,7 +63,7 @@ struct DracoLayout {
 struct PrimitiveLayout {
     Place where;
     PrimitiveMode mode = PrimitiveMode::Triangles;
-    std::array<uint32_t, kAttributeCount> accessors;  // kNone: absent.
+    std::array<uint32_t, kAttributeCount> accessors;  // kNone: absent
     uint32_t indices = kNone;
     uint32_t material = kNone;
     uint64_t vertexCount = 0;
@@ -86,7 +86,7 @@ struct MeshLayout {
 std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
                                         const AccessorTables& tables);
 
-// The skin of a mesh whose joints are the fewest, of those that it is placed with.
+// Holds the skin of a mesh whose joints are the fewest, of those that it is placed with.
 struct JointLimit {
     uint32_t skin = kNone;  // kNone: there is none, joints are not read.
     size_t count = 0;

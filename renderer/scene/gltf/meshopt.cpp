@@ -31,7 +31,7 @@ uint64_t Number(const gltf::Value& extension, const char* name) {
     return extension.Has(name) ? static_cast<uint64_t>(extension.Get(name).GetNumberAsDouble()) : 0;
 }
 
-// The rules of the extensions on strides and counts; an empty text: none is broken.
+// Returns which rule of the extensions on strides and counts is broken; "" if none is.
 std::string BrokenRule(const MeshoptView& view) {
     const uint32_t stride = view.byteStride;
     if (view.mode == MeshoptMode::Attributes) {

@@ -114,8 +114,8 @@ class GraphReader {
             if (!isReached[i]) m_context.Fail(NodeAt(i), "is its own ancestor, or below a node that is");
     }
 
-    // Children of node i: m_children[m_firstChild[i]] to m_children[m_firstChild[i + 1] - 1], in the file's
-    // order.
+    // Sorts the children: those of node i are m_children[m_firstChild[i]] to m_children[m_firstChild[i + 1] -
+    // 1], in the file's order.
     void BuildChildLists() {
         m_firstChild.assign(1, 0);
         for (const gltf::Node& node : m_model.nodes) {
@@ -131,7 +131,8 @@ class GraphReader {
         return roots;
     }
 
-    // `roots` and all below them, depth first, parents before children. Not recursive: a chain may be long.
+    // Returns `roots` and all below them, depth first, parents before children. It is not recursive, since a
+    // chain may be long.
     std::vector<uint32_t> Descendants(const std::vector<uint32_t>& roots) const {
         std::vector<uint32_t> order;
         std::vector<uint32_t> stack(roots.rbegin(), roots.rend());
@@ -145,7 +146,7 @@ class GraphReader {
         return order;
     }
 
-    // The root nodes of the scene that was asked for.
+    // Returns the root nodes of the scene that was asked for.
     std::vector<uint32_t> ChooseRoots() {
         const std::vector<gltf::Scene>& scenes = m_model.scenes;
         std::vector<std::vector<uint32_t>> roots;
@@ -194,7 +195,7 @@ class GraphReader {
                         Quoted(requested), names.empty() ? " none" : ": " + names);
     }
 
-    // The loaded scene's nodes that have `thing`, by the thing's index, then by the order of nodes.
+    // Returns the loaded scene's nodes that have `thing`, by the thing's index, then by the order of nodes.
     std::vector<uint32_t> NodesWith(const std::vector<uint32_t>& objectOfNode) const {
         std::vector<uint32_t> nodes;
         for (const uint32_t node : m_scene.nodeOrder)
@@ -267,8 +268,8 @@ std::vector<bool> NodesThatMayGrow(const SceneData& scene) {
     return mayGrow;
 }
 
-// False if nothing of the instance is seen; unless it may grow, as isCollapsed says before the call. After
-// it, isCollapsed says whether nothing is seen of it now.
+// Returns false if nothing of the instance is visible, unless it may grow, as isCollapsed says before the
+// call. Afterwards isCollapsed says whether nothing of it is visible now.
 bool PlaceAt(const SceneData& scene, const PlacedTransform& placed, Instance& instance) {
     const bool mayGrow = instance.isCollapsed;
     const std::optional<PlacedTransform> shown = WithThickness(scene, instance, placed);
@@ -279,10 +280,10 @@ bool PlaceAt(const SceneData& scene, const PlacedTransform& placed, Instance& in
     return true;
 }
 
-// The instances of one node: `one`, at each of the layout's transforms.
+// Places the instances of one node: `one`, at each of the layout's transforms.
 void PlaceInstancing(GltfContext& context, AccessorReader& reader, const InstancingLayout& layout,
                      Instance one, const PlacedTransform& nodeToWorld, SceneData& scene) {
-    // The memory of an instance, here and in GpuScene and its users.
+    // Charges this memory for an instance, here and in GpuScene and its users.
     constexpr uint64_t kBytesPerInstance = 4 * sizeof(Instance);
     context.ChargeGeometry(layout.where, layout.count * kBytesPerInstance);
     const std::vector<glm::mat4x3> transforms = DecodeInstancing(context, reader, layout);
@@ -460,7 +461,7 @@ bool IsSomeRound(const SceneData& scene) {
     });
 }
 
-// The largest scale at which each mesh is placed; 0: not at all.
+// Returns the largest scale at which each mesh is placed; 0: not at all.
 std::vector<double> ScalesOf(const SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     std::vector<double> scales(scene.meshes.size(), 0.0);

@@ -15,9 +15,9 @@ namespace raygraph::scene {
 
 // --- EXT_mesh_gpu_instancing: a node's mesh placed many times ---
 
-// The accessors of one node's instances, of fitting types and of one count; nothing is decoded yet.
+// Holds the accessors of one node's instances, of fitting types and of one count; nothing is decoded yet.
 struct InstancingLayout {
-    Place where;  // Its "attributes".
+    Place where;  // its "attributes"
     uint32_t translation = kNone, rotation = kNone, scale = kNone;
     uint64_t count = 0;  // 0: the node's mesh is placed once, by the node alone.
 };
@@ -27,7 +27,7 @@ struct InstancingLayout {
 std::vector<InstancingLayout> ReadInstancing(GltfContext& context, const gltf::Model& model,
                                              const AccessorTables& tables);
 
-// The transforms from the mesh to its node. The caller has charged their memory.
+// Returns the transforms from the mesh to its node. The caller has charged their memory.
 std::vector<glm::mat4x3> DecodeInstancing(GltfContext& context, AccessorReader& reader,
                                           const InstancingLayout& layout);
 
@@ -37,7 +37,7 @@ std::vector<glm::mat4x3> DecodeInstancing(GltfContext& context, AccessorReader& 
 struct GraphIndices {
     uint32_t scene = kNone;          // kNone: the file has no scenes.
     std::vector<uint32_t> profiles;  // the file's index of each element of SceneData::profiles
-    std::vector<uint32_t> cameras;   // By SceneData::cameras.
+    std::vector<uint32_t> cameras;   // by SceneData::cameras
     std::vector<uint32_t> lights;    // By SceneData::lights, without those that have a profile.
 };
 

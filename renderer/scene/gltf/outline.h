@@ -19,9 +19,9 @@
 
 namespace raygraph::scene {
 
-// The path of a scene file, and its name in messages.
+// Holds the path of a scene file, and its name in messages.
 struct ScenePath {
-    std::filesystem::path file;  // Canonical.
+    std::filesystem::path file;  // canonical
     // The one named, so that a link to a scene finds what stands beside the link.
     std::filesystem::path folder;
     std::string label;
@@ -31,19 +31,19 @@ ScenePath Locate(const std::filesystem::path& path);
 
 struct GltfOutline {
     AccessorTables tables;
-    std::vector<BufferSource> bufferSources;  // By buffer.
-    std::vector<ImageSource> imageSources;    // By the file's image.
+    std::vector<BufferSource> bufferSources;  // indexed by buffer
+    std::vector<ImageSource> imageSources;    // by the file's image
     // Materials, textures, nodes, cameras, lights and skins, without transforms and matrices.
     SceneData scene;
     std::vector<ImageChoice> images;           // from ReadMaterials
     std::vector<bool> isShown;                 // By `images`: by a material of a mesh that is placed.
-    std::optional<ImageLight> imageLight;      // The loaded scene's.
-    std::vector<ProfileSource> profiles;       // By SceneData::profiles.
-    std::vector<MeshLayout> layouts;           // By mesh.
-    std::vector<InstancingLayout> instancing;  // By node.
-    std::vector<SkinSource> skins;             // By skin.
-    std::vector<AnimationLayout> animations;   // By animation.
-    uint32_t defaultMaterial = kNone;          // Added to scene.materials, if a primitive names none.
+    std::optional<ImageLight> imageLight;      // the loaded scene's
+    std::vector<ProfileSource> profiles;       // by SceneData::profiles
+    std::vector<MeshLayout> layouts;           // indexed by mesh
+    std::vector<InstancingLayout> instancing;  // indexed by node
+    std::vector<SkinSource> skins;             // indexed by skin
+    std::vector<AnimationLayout> animations;   // indexed by animation
+    uint32_t defaultMaterial = kNone;          // added to scene.materials, if a primitive names none
 };
 
 // Parses the text, checks all of the file's structure, and opens nothing.

@@ -44,7 +44,7 @@ void Use(OrderedJson& root, const char* extension) {
 
 // --- Nodes ---
 
-// `isMoved`: its place is another than that of the file, whose numbers may have more digits.
+// `isMoved` says that its position differs from that of the file, whose numbers may have more digits.
 void PutMatrix(OrderedJson& node, const Node& edited, bool isMoved) {
     const glm::mat4x3 local = edited.LocalTransform();
     OrderedJson place = JsonPlace(local[3], edited.translationResidual);
@@ -123,7 +123,7 @@ void PutField(OrderedJson& object, const Field<Owner, T>& field, const T& value)
 
 // --- Materials ---
 
-// The shortest number that gives this roughness again.
+// Returns the shortest number that gives this roughness again.
 OrderedJson JsonGlossiness(float roughness) {
     const double exact = 1.0 - double{roughness};
     const OrderedJson shortest = JsonNumber(static_cast<float>(exact));
@@ -220,7 +220,7 @@ void RequireSameKind(const Material& loaded, const Material& edited, size_t inde
     });
 }
 
-// The JSON of the default material, made one of the file's that every primitive without one names.
+// Adds the default material to the file's materials, for every primitive without one, and returns its JSON.
 OrderedJson& AddDefault(OrderedJson& root) {
     OrderedJson& materials = root["materials"];
     if (!materials.is_array()) materials = OrderedJson::array();
@@ -272,8 +272,9 @@ void PutProfileLight(OrderedJson& node, const Light& loaded, Light edited) {
     if (edited.intensity != loaded.intensity) light["multiplier"] = JsonOf(edited.intensity);
 }
 
-// The edited light of each loaded one, by their nodes, which have at most one each, and one with a profile: a
-// light that was split when the file was saved is another place down in the file than in what was edited.
+// Returns the edited light of each loaded one, by their nodes, which have at most one each, and one with a
+// profile: a light that was split when the file was saved has a later index in the file than in what was
+// edited.
 std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData& edited) {
     std::vector<const Light*> byNode[2];
     for (std::vector<const Light*>& ofKind : byNode) ofKind.resize(loaded.nodes.size(), nullptr);
@@ -357,7 +358,7 @@ void PatchLights(OrderedJson& root, const SceneData& loaded, const SceneData& ed
     std::vector<size_t> userCount(lights.size(), 0);  // nodes
     for (OrderedJson& node : nodes)
         if (const OrderedJson* light = LightOf(node)) userCount[light->get<size_t>()]++;
-    // The scene's lights by the file's: those of one are neighbors (SceneData::lights)
+    // The scene's lights are visited by the file's: those of one are neighbors (SceneData::lights)
     for (size_t first = 0, end = 0; first < count; first = end) {
         const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
         const size_t index = lightOf(first);

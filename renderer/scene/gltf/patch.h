@@ -15,7 +15,7 @@ void PatchNodes(nlohmann::ordered_json& root, const SceneData& loaded, const Sce
 void PatchMaterials(nlohmann::ordered_json& root, const GltfOutline& loaded, const SceneData& edited);
 void PatchLights(nlohmann::ordered_json& root, const SceneData& loaded, const SceneData& edited);
 
-// The shortest decimal number that is this float.
+// Returns the shortest decimal number that is this float.
 nlohmann::ordered_json JsonNumber(float value);
 
 }  // namespace raygraph::scene

@@ -25,7 +25,7 @@ class Place {
 
   private:
     struct Step {
-        const char* name = nullptr;  // nullptr: an array index.
+        const char* name = nullptr;  // nullptr: an array index
         size_t index = 0;
     };
 

@@ -14,7 +14,7 @@ namespace {
 
 using Steps = std::span<const std::string>;
 
-// The names of a pointer, without its escapes; nothing if it is none.
+// Returns the names of a pointer, without its escapes; nothing if it is none.
 std::optional<std::vector<std::string>> StepsOf(std::string_view pointer) {
     std::vector<std::string> steps;
     if (pointer.empty() || pointer.front() != '/') return std::nullopt;
@@ -46,7 +46,7 @@ bool Take(Steps& steps, std::string_view object, std::string_view key) {
            take(parts.key);
 }
 
-// The index of the element of `list` for which take(element) holds.
+// Returns the index of the element of `list` for which take(element) holds.
 template <typename List, typename TakeOne>
 size_t IndexOf(const List& list, const TakeOne& takeOne) {
     size_t index = 0, found = std::tuple_size_v<List>;

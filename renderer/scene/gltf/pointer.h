@@ -14,12 +14,12 @@ namespace raygraph::scene {
 // The conversion from the numbers of an accessor to those of a target.
 enum class ValueKind : uint8_t {
     Plain,
-    Rotation,    // Unit length.
-    Flag,        // 0 or not.
-    Glossiness,  // 1 minus them.
+    Rotation,    // unit length
+    Flag,        // 0 or not
+    Glossiness,  // 1 minus them
 };
 
-// The scene as the outline has it, the file's indices of its cameras and lights (which ascend), and how
+// Holds the scene as the outline has it, the file's indices of its cameras and lights (which ascend), and how
 // many objects the file has.
 struct PointerScene {
     const SceneData& scene;

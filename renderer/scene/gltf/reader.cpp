@@ -12,7 +12,7 @@
 namespace raygraph::scene {
 namespace {
 
-// A run of elements in memory. `bytes` may be unaligned.
+// Describes a run of elements in memory. `bytes` may be unaligned.
 struct Elements {
     const std::byte* bytes = nullptr;
     size_t stride = 0;
@@ -20,7 +20,7 @@ struct Elements {
     bool isNormalized = false;
 };
 
-// glTF's section 3.11 for the integer types.
+// Follows glTF's section 3.11 for the integer types.
 template <typename T>
 float ToFloat(T value, bool isNormalized) {
     const float number = static_cast<float>(value);
@@ -110,7 +110,7 @@ void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, 
     const std::vector<bool> isUsed = selection.UsedElements();
     const float* const instead =
         selection.used && !selection.used->empty() ? out + selection.used->front() * components : fill.data();
-    // Used ones first: what is copied is then finite
+    // Used elements come first: what is copied is then finite
     for (const bool isForUsed : {true, false})
         for (size_t i = 0; i < selection.count; ++i) {
             float* const element = out + i * components;

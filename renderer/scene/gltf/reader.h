@@ -20,7 +20,7 @@ namespace raygraph::scene {
 // Selects the elements of an accessor to read, and their order: all, or those listed (all below the count).
 struct ElementSelection {
     size_t count = 0;
-    const uint32_t* ids = nullptr;  // nullptr: 0 to count - 1.
+    const uint32_t* ids = nullptr;  // nullptr: 0 to count - 1
     // The places in the selection whose elements a picture depends on; nullptr: all.
     const std::vector<uint32_t>* used = nullptr;
 
@@ -57,12 +57,12 @@ class AccessorReader {
         return vectors;
     }
 
-    // The bytes of a view.
+    // Returns the bytes of a view.
     std::span<const std::byte> View(uint32_t view) { return m_buffers.View(view); }
     const AccessorTables& Tables() const { return m_tables; }
 
-    // All elements of an accessor of unsigned scalars, which the caller has made sure it is. `where` (the
-    // property that names it) is for messages.
+    // Returns all elements of an accessor of unsigned scalars, which the caller has made sure it is. `where`
+    // (the property that names it) is for messages.
     std::vector<uint32_t> ReadIndices(uint32_t accessor, const Place& where);
 
   private:

@@ -60,7 +60,7 @@ bool IsSameFolder(const fs::path& a, const fs::path& b) {
     return fs::equivalent(a.empty() ? "." : a, b.empty() ? "." : b, error) && !error;
 }
 
-// The indentation of a JSON text, as Json::dump takes it; -1 for one in a single line.
+// Holds the indentation of a JSON text, as Json::dump takes it; -1 for one in a single line.
 struct Indentation {
     int width = -1;
     char character = ' ';
@@ -75,7 +75,7 @@ Indentation IndentationOf(std::string_view text) {
             character};
 }
 
-// A name that a URI may hold as it is, but for a few characters.
+// Escapes the characters of a name that a URI may not hold.
 std::string PercentEncode(const std::string& name) {
     constexpr std::string_view kPlain = "-._~!$&'()*+,;=@";
     std::string uri;

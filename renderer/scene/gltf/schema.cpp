@@ -44,7 +44,7 @@ std::string Shown(float limit) {
     return limit == std::floor(limit) ? Text("{}", static_cast<int64_t>(limit)) : Text("{:f}", limit);
 }
 
-// "1, 2 or 3".
+// Returns a text such as "1, 2 or 3".
 template <typename Values>
 std::string Listed(const Values& values) {
     std::string list;
@@ -132,7 +132,7 @@ class Checker {
     }
 
   private:
-    // A step of the path to the value that is looked at: a name, or an index if there is none.
+    // Describes a step of the path to the value that is looked at: a name, or an index if there is none.
     struct PathStep {
         std::string_view name;
         size_t index = 0;
@@ -355,7 +355,7 @@ class Checker {
         m_context.Warn(Path(), "extension " + name, Text("{} is not supported, ignored", Shown(value)));
     }
 
-    // A value of another type than the row's.
+    // Handles a value of another type than the row's.
     bool Reject(const Json& value, const Property& row) {
         const bool isWhole = row.type == PropertyType::Whole && row.misfit == Misfit::OmitInvalid;
         const std::string needed = isWhole ? IntegerRequirement(row) : TypeRequirement(row.type);
@@ -363,7 +363,7 @@ class Checker {
         return Omit(value, row, needed);
     }
 
-    // A value of the row's type and out of its range.
+    // Handles a value of the row's type that is out of its range.
     bool Omit(const Json& value, const Property& row, const std::string& needed) {
         if (row.misfit == Misfit::Refuse || row.misfit == Misfit::ClampToRange) FailValue(value, needed);
         if (row.topic)

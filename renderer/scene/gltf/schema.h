@@ -24,15 +24,15 @@ namespace raygraph::scene {
 enum class PropertyType : uint8_t {
     Bool,
     String,
-    Number,      // Finite as a float.
+    Number,      // finite as a float
     Whole,       // At least 0; may be written 2.0 or 2e0.
-    Index,       // A Whole below the length of an array of the document.
+    Index,       // a Whole below the length of an array of the document
     Numbers,     // an array of the row's count
     NumberList,  // an array of any count, with any values
     Indices,
     IndexLists,  // At least one list, each of as many as the row says.
     Object,
-    Objects,             // An array of objects.
+    Objects,             // an array of objects
     Extensions,          // An object of extensions, which are objects.
     UsedExtensions,      // An array of strings; a warning for each that is not supported.
     RequiredExtensions,  // An array of strings; all must be supported.
@@ -63,7 +63,7 @@ enum class Target : uint8_t {
 
 enum class Misfit : uint8_t {
     Refuse,        // The file is bad.
-    ClampToRange,  // A warning, and the nearest value of the range.
+    ClampToRange,  // a warning, and the nearest value of the range
     Omit,          // A warning that ends in the row's remedy, and the property is absent.
     OmitInvalid,   // like Omit, also for a value of another type: it belongs to an application
 };
@@ -306,8 +306,8 @@ constexpr ObjectsRow Objects(std::string_view name, std::span<const Property> ro
 constexpr Row Extensions(ExtensionPlace place) {
     return Row("extensions", PropertyType::Extensions).With([&](Row& row) { row.place = place; });
 }
-// A row for the data of applications, of any type; of the properties of `rows`, only values of the right type
-// are kept.
+// Returns a row for the data of applications, of any type; of the properties of `rows`, only values of the
+// right type are kept.
 constexpr ObjectRow Extras(std::span<const Property> rows) {
     return Object("extras", rows).With([](ObjectRow& row) {
         row.misfit = Misfit::OmitInvalid;

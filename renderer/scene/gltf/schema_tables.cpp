@@ -64,7 +64,7 @@ constexpr auto kAccessor = Table(Index("bufferView", Target::BufferViews), Whole
 
 constexpr auto kImage = Table(kName, Text("uri"), Index("bufferView", Target::BufferViews));
 
-// OpenGL's numbers.
+// These are OpenGL's numbers.
 constexpr std::array<uint64_t, 3> kWraps{10497, 33648, 33071};
 constexpr std::array<uint64_t, 2> kMagFilters{9728, 9729};
 constexpr std::array<uint64_t, 6> kMinFilters{9728, 9729, 9984, 9985, 9986, 9987};
@@ -74,7 +74,7 @@ constexpr auto kSampler = Table(Whole("wrapS").OneOf(kWraps), Whole("wrapT").One
 constexpr auto kTexture = Table(kName, Index("sampler", Target::Samplers), Index("source", Target::Images),
                                 Extensions(ExtensionPlace::Texture));
 
-// The extensions that name another file of the same picture.
+// These extensions name another file of the same picture.
 constexpr auto kTextureSource = Table(Index("source", Target::Images));
 
 // --- Materials ---
@@ -89,8 +89,8 @@ constexpr auto kTextureInfo = Table(kTextureIndex, kTexCoord, kTextureInfoExtens
 // A texture that nothing reads.
 constexpr auto kUnreadTextureInfo = Table(kTextureIndex, Whole("texCoord"));
 
-// The row of a field of a material or of a texture's transform. A value out of range is clamped, but left out
-// where 0 stands for infinite: no number of the range does.
+// Returns the row of a field of a material or of a texture's transform. A value out of range is clamped, but
+// left out where 0 stands for infinite: no number of the range does.
 template <typename Owner>
 constexpr auto FactorRow(const Field<Owner, float>& field) {
     const NumberRow row = RowFor(field);
@@ -121,7 +121,7 @@ constexpr auto kTextureTransformRows =
     Table(Factor(&TextureTransform::offset), Factor(&TextureTransform::rotation),
           Factor(&TextureTransform::scale), kTexCoord);
 
-// Texture infos with a factor of their own.
+// These texture infos have a factor of their own.
 constexpr auto kNormalTextureInfo =
     Table(kTextureIndex, kTexCoord, Factor(&Material::normalScale), kTextureInfoExtensions);
 constexpr auto kOcclusionTextureInfo =
@@ -135,7 +135,7 @@ constexpr ObjectRow FactorRow(const TextureField& field) {
     return Object(field.key, InfoOf(field.member));
 }
 
-// The rows of one of a material's objects.
+// Holds the rows of one of a material's objects.
 struct MaterialRows {
     std::array<Property, 16> rows{};
     size_t count = 0;
@@ -170,7 +170,7 @@ constexpr MaterialRows kMaterial = [] {
     return rows;
 }();
 
-// The extensions that fields are in, each once.
+// Holds the extensions that fields are in, each once.
 struct MaterialExtensions {
     std::array<std::string_view, 64> names{};
     size_t count = 0;

@@ -42,7 +42,7 @@ std::string OmissionReason(const Node& node, const std::vector<MeshLayout>& layo
     return "";
 }
 
-// One vertex: influences that do nothing are left out, the others sum to 1.
+// Collects the influences on one vertex: those that do nothing are left out, the others sum to 1.
 class Influences {
   public:
     struct Influence {
@@ -55,7 +55,7 @@ class Influences {
         if (weight > 0.0f && m_count < m_list.size()) m_list[m_count++] = {weight, joint};
     }
 
-    // `first`: the joint that a vertex follows whose weights are all 0.
+    // `first` is the joint that a vertex follows whose weights are all 0.
     void Normalize(uint32_t first) {
         double sum = 0.0;
         for (size_t i = 0; i < m_count; ++i) sum += double{m_list[i].weight};
@@ -63,7 +63,7 @@ class Influences {
             ++m_emptyCount;
             m_list[m_count++] = {1.0f, first};
         } else if (sum != 1.0) {
-            // More than the rounding of four bytes
+            // The limit is more than the rounding of four bytes
             if (std::abs(sum - 1.0) > 1e-2) ++m_unevenCount;
             for (size_t i = 0; i < m_count; ++i)
                 m_list[i].weight = static_cast<float>(double{m_list[i].weight} / sum);
@@ -95,7 +95,7 @@ class Influences {
     size_t m_negativeCount = 0, m_emptyCount = 0, m_unevenCount = 0;
 };
 
-// The sets of a primitive.
+// Holds the sets of a primitive.
 struct JointSets {
     size_t count = 0;
     std::array<std::vector<glm::vec4>, kJointSets> joints, weights;
@@ -111,7 +111,7 @@ void ReadSkins(GltfContext& context, const GltfDocument& document, const Accesso
         ReadSkin(context, document.skins[i], tables, Place("skins")[i], scene.skins[i]);
     std::vector<bool> isPlaced(scene.nodes.size(), false);
     for (const uint32_t node : scene.nodeOrder) isPlaced[node] = true;
-    std::vector<uint32_t> missingJoint;  // by skin
+    std::vector<uint32_t> missingJoint;  // indexed by skin
     for (const Skin& skin : scene.skins) {
         const auto found =
             std::ranges::find_if(skin.joints, [&](uint32_t joint) { return !isPlaced[joint]; });

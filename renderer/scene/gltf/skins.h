@@ -35,7 +35,7 @@ JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, c
 
 // --- Morph targets: displacements of vertices, and their weights ---
 
-// The weights that a mesh or a node has: none, or one a target. Fails at `where` otherwise.
+// Returns the weights that a mesh or a node has: none, or one a target. Fails at `where` otherwise.
 std::vector<float> ReadMorphWeights(GltfContext& context, const std::vector<double>& file, size_t targetCount,
                                     const Place& where);
 

@@ -26,7 +26,8 @@ uint32_t FindAnimation(const SceneData& scene, std::string_view choice) {
                      [](const Animation& animation) -> const std::string& { return animation.name; });
 }
 
-// One of the list. A name may contain a colon: what follows the last one is a weight if it is a number.
+// Finds one animation of the list. A name may contain a colon: the text after the last one is a weight if it
+// is a number.
 ClipState FindClip(const SceneData& scene, std::string_view text, double seconds) {
     ClipState clip{.seconds = seconds};
     const size_t colon = text.rfind(':');
@@ -56,8 +57,8 @@ std::string TextOf(const SceneData& scene, const ClipState& clip) {
     return text;
 }
 
-// The shape of an instance: instances of one mesh and one skin with the same weights share their vertices.
-// None: the vertices are those of the mesh.
+// Identifies the shape of an instance: instances of one mesh and one skin with the same weights share their
+// vertices. None: the vertices are those of the mesh.
 using Shape = std::tuple<uint32_t, uint32_t, std::vector<float>>;
 
 Shape ShapeOf(const SceneData& scene, const Instance& instance) {

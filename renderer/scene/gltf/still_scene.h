@@ -18,13 +18,13 @@
 
 namespace raygraph::scene {
 
-// The animations that a list names, at a time: "walk", "0", "walk,nod", "walk:0.3,run:0.7". Each is a name
-// (the first animation of that name) or an index as decimal digits, with its weight behind a colon (1). "":
-// the first animation, if there is one; "all": all of them. Error{BadInput} for what is none of this, naming
-// what there is.
+// Returns the animations that a list names, at a time: "walk", "0", "walk,nod", "walk:0.3,run:0.7". Each is a
+// name (the first animation of that name) or an index as decimal digits, with its weight behind a colon (1).
+// "": the first animation, if there is one; "all": all of them. Error{BadInput} for what is none of this,
+// naming what there is.
 RAYGRAPH_API std::vector<ClipState> FindClips(const SceneData& scene, std::string_view list, double seconds);
-// The list that FindClips makes these of: names where they are unambiguous, else indices. Clips without
-// weight are left out.
+// Returns the list that FindClips makes these of: names where they are unambiguous, else indices. Clips
+// without weight are left out.
 RAYGRAPH_API std::string ClipsText(const SceneData& scene, std::span<const ClipState> clips);
 
 // Gives the scene the pose of these clips; without any, its rest pose, in which skins and the default weights

@@ -23,14 +23,15 @@ bool HasDirection(const glm::vec3& v) {
 void SetFrame(CameraView& view, const glm::vec3& forward, const glm::vec3& up) {
     view.forward = forward;
     glm::vec3 right = HasDirection(up) ? glm::cross(forward, glm::normalize(up)) : glm::vec3(0.0f);
-    // Parallel within rounding: +y if that is not, else -z, which is "north" when looking straight down.
+    // Where forward and up are parallel within rounding, +y stands for up; if that is parallel, too, -z does,
+    // which is "north" when looking straight down.
     if (glm::length(right) < 1e-4f) right = glm::cross(forward, glm::vec3(0, 1, 0));
     if (glm::length(right) < 1e-4f) right = glm::cross(forward, glm::vec3(0, 0, -1));
     view.right = glm::normalize(right);
     view.up = glm::cross(view.right, forward);
 }
 
-// The numbers of `text`, or nothing if it holds anything else.
+// Returns the numbers of `text`, or nothing if it holds anything else.
 std::optional<std::vector<double>> Numbers(std::string_view text) {
     const auto isSeparator = [](char c) { return c == ' ' || c == ',' || c == '\t'; };
     std::vector<double> numbers;

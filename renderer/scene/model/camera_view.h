@@ -20,11 +20,11 @@ struct RAYGRAPH_API CameraView {
     glm::vec3 up{0.0f, 1.0f, 0.0f};
     glm::vec3 right{1.0f, 0.0f, 0.0f};
     Projection projection = Projection::Perspective;
-    float yFov = 0.8f;    // Full vertical angle, radians; perspective only.
+    float yFov = 0.8f;    // full vertical angle, radians; perspective only
     float height = 2.0f;  // Meters seen from bottom to top; orthographic only.
-    float aspect = 1.0f;  // Width over height of the picture.
+    float aspect = 1.0f;  // width over height of the picture
     float zNear = 0.01f;  // Meters, for raster views. Always above 0.
-    float zFar = 0.0f;    // Meters, for raster views; 0 = infinite.
+    float zFar = 0.0f;    // meters, for raster views; 0 = infinite
 
     bool operator==(const CameraView&) const = default;
 
@@ -33,12 +33,12 @@ struct RAYGRAPH_API CameraView {
     static CameraView LookAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::vec3& up);
 };
 
-// A placed camera. The vertical extent is kept, whatever the aspect ratio of the picture is. Scale and shear
-// of its node are ignored; a mirroring one does not mirror the picture.
+// Returns a placed camera. The vertical extent is kept, whatever the aspect ratio of the picture is. Scale
+// and shear of its node are ignored; a mirroring one does not mirror the picture.
 RAYGRAPH_API CameraView ViewOf(const Camera& camera, float aspect);
 
-// A perspective camera that sees all of `bounds`, from the front, the right and slightly above. An empty box
-// is taken as the unit cube around the origin.
+// Returns a perspective camera that sees all of `bounds`, from the front, the right and slightly above. An
+// empty box is taken as the unit cube around the origin.
 RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov = 0.7f);
 
 // "eye target up fov": numbers separated by spaces or commas, fov the vertical angle in degrees.
@@ -50,12 +50,12 @@ RAYGRAPH_API CameraView ViewFromText(std::string_view text, float aspect);
 // nothing else.)
 RAYGRAPH_API bool IsViewText(std::string_view text);
 
-// The camera of this name, else of this index; none: the scene has none such.
+// Returns the camera of this name, else of this index; none: the scene has none such.
 RAYGRAPH_API std::optional<uint32_t> FindCamera(const SceneData& scene, std::string_view choice);
 
-// The view of `--camera NAME|INDEX|"eye target up fov"`: a camera of the scene by name, then by index, then
-// by text; for an empty choice the scene's first camera, else one that frames its bounds. Throws Error{Usage}
-// listing the cameras.
+// Returns the view of `--camera NAME|INDEX|"eye target up fov"`: a camera of the scene by name, then by
+// index, then by text; for an empty choice the scene's first camera, else one that frames its bounds. Throws
+// Error{Usage} listing the cameras.
 RAYGRAPH_API CameraView ChooseView(const SceneData& scene, std::string_view choice, float aspect);
 
 }  // namespace raygraph::scene

@@ -201,7 +201,7 @@ void CheckEnvironment(const EnvironmentLight& light, const Subject& subject) {
                         "environment: its radiance must be finite and not negative");
 }
 
-// A forest, in the order of nodeOrder.
+// Requires a forest, in the order of nodeOrder.
 void CheckNodes(const SceneData& scene, const Subject& subject) {
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
         const Node& node = scene.nodes[i];

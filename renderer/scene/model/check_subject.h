@@ -28,7 +28,7 @@ bool AllFinite(const Vector& v) {
     return true;
 }
 
-// The object that is being checked. Its name is built only for a message.
+// Holds the object that is being checked. Its name is built only for a message.
 struct Subject {
     const std::string& text;
     ErrorKind kind;

@@ -42,11 +42,11 @@ enum class Hashed : uint8_t {
     // Where it is not at its default, with a label before it: a struct may get such a field, and the hashes
     // of scenes without it stay. A flag with a label of its own is that label alone.
     IfChanged,
-    Always,  // Without a label, before all others of the struct.
+    Always,  // without a label, before all others of the struct
     Never,   // No picture depends on it, or it follows from others.
 };
 
-// A field that has no place of its own in a file.
+// Describes a field that has no place of its own in a file.
 template <typename Owner, typename T, Hashed how>
 struct NamedField {
     using Value = T;
@@ -63,7 +63,7 @@ constexpr NamedField<Owner, T, how> Named(T Owner::*member, const char* name, co
     return {member, name, label};
 }
 
-// A field's name, and where it is. Its default is that of the struct.
+// Describes a field's name, and where it is. Its default is that of the struct.
 template <typename Owner, typename T>
 struct FieldPlace {
     using Value = T;
@@ -89,7 +89,7 @@ struct Field : FieldPlace<Owner, T> {
     constexpr bool ZeroIsInfinite() const { return omitsZero || range.mayBeZero; }
 };
 
-// The parts of a key: "a" and "b" of "a.b"; "" and "b" of "b".
+// Holds the parts of a key: "a" and "b" of "a.b"; "" and "b" of "b".
 struct KeyParts {
     std::string_view object, key;
 };
@@ -120,13 +120,13 @@ constexpr auto FindField(T Owner::*member, const List& list) {
         list);
 }
 
-// A value that converts to any type, without a definition: it serves to count fields.
+// Converts to any type, without a definition: it serves to count fields.
 struct AnyValue {
     template <typename T>
     operator T() const;
 };
 
-// How many fields a struct without constructors has.
+// Returns how many fields a struct without constructors has.
 template <typename T, typename... Values>
 constexpr size_t FieldCount() {
     if constexpr (requires { T{Values{}..., AnyValue{}}; })

@@ -7,7 +7,7 @@
 namespace raygraph::scene {
 namespace {
 
-// Integrals over [from, to] of sin x and of x sin x about `from`.
+// Holds integrals over [from, to] of sin x and of x sin x about `from`.
 struct SineMoments {
     double zeroth, first;
 };

@@ -16,7 +16,7 @@ namespace raygraph::scene {
 // The value of an index that refers to nothing.
 inline constexpr uint32_t kNone = 0xFFFFFFFFu;
 
-// An axis-aligned box. Default-constructed: empty (min above max).
+// Describes an axis-aligned box. Default-constructed: empty (min above max).
 struct RAYGRAPH_API Bounds {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};
@@ -27,12 +27,12 @@ struct RAYGRAPH_API Bounds {
     glm::vec3 Center() const { return 0.5f * (min + max); }
     // Returns half the diagonal; 0 for an empty box.
     float Radius() const { return IsEmpty() ? 0.0f : 0.5f * glm::length(max - min); }
-    // The box around this box's eight corners moved by an affine transform; empty stays empty.
+    // Returns the box around this box's eight corners moved by an affine transform; empty stays empty.
     Bounds Transformed(const glm::mat4x3& transform) const;
 };
 
-// The material that a variant of the scene gives a primitive. `variant` indexes SceneData::variants; kNone is
-// for those that are not listed, and for none chosen.
+// Holds the material that a variant of the scene gives a primitive. `variant` indexes SceneData::variants;
+// kNone is for those that are not listed, and for none chosen.
 struct VariantMaterial {
     uint32_t variant = kNone;
     uint32_t material = 0;
@@ -40,8 +40,8 @@ struct VariantMaterial {
     bool operator==(const VariantMaterial&) const = default;
 };
 
-// The joints of a skin that move the vertices of a primitive, and their weights: `perVertex` of each vertex,
-// those of vertex i from perVertex * i on. A node that places the mesh has the skin, so that the same
+// Holds the joints of a skin that move the vertices of a primitive, and their weights: `perVertex` of each
+// vertex, those of vertex i from perVertex * i on. A node that places the mesh has the skin, so that the same
 // vertices may follow several. Empty: nothing does.
 struct JointInfluences {
     uint32_t perVertex = 0;
@@ -57,8 +57,8 @@ struct JointInfluences {
     size_t JointCount() const { return bounds.size(); }
 };
 
-// Displacements of a primitive's vertices, added as many times as the target's weight says. Each stream is
-// empty (all zeros) or as long as `positions` of the primitive. Tangents have a direction to be displaced,
+// Holds displacements of a primitive's vertices, added as many times as the target's weight says. Each stream
+// is empty (all zeros) or as long as `positions` of the primitive. Tangents have a direction to be displaced,
 // their w stays.
 struct MorphTarget {
     std::vector<glm::vec3> positions;
@@ -95,7 +95,7 @@ struct Primitive {
     std::vector<glm::vec4> colors;
     // Triangle list, three a triangle, counter-clockwise seen from the front; or two a capsule.
     std::vector<uint32_t> indices;
-    uint32_t material = 0;  // Into SceneData::materials; always valid.
+    uint32_t material = 0;  // index into SceneData::materials; always valid
     Bounds bounds;          // object space; for round primitives with their radii
     // KHR_materials_variants: what scene::SetVariant chooses `material` from, ascending by variant. Empty:
     // `material` in all of them.
@@ -106,7 +106,7 @@ struct Primitive {
     // The deformation (renderer/scene/animation/deform.h). Positions, normals and tangents are the base
     // shape, before joints and targets. Round primitives have neither.
     JointInfluences influences;
-    std::vector<MorphTarget> targets;  // Empty, or as many as Mesh::weights.
+    std::vector<MorphTarget> targets;  // empty, or as many as Mesh::weights
     // Each triangle has its own normal, which no stream of the file said: three vertices a triangle, in
     // order. Deformed, the normals are again those of the triangles.
     bool hasFlatNormals = false;

@@ -20,9 +20,9 @@ bool IsNumber(std::string_view text, Number& value) {
     return error == std::errc() && end == text.data() + text.size();
 }
 
-// The first thing of that name, which is not empty, else that of this index as decimal digits. Otherwise
-// Error{BadInput}: "there is no variant "x"; the scene has 0 "red", 1 "blue"", as far as they fit a line, or
-// `none` where the list is empty.
+// Returns the first thing of that name, which is not empty, else that of this index as decimal digits.
+// Otherwise Error{BadInput}: "there is no variant "x"; the scene has 0 "red", 1 "blue"", as far as they fit a
+// line, or `none` where the list is empty.
 template <typename List, typename NameOf>
 uint32_t FindNamed(const List& list, std::string_view choice, const char* kind, const char* none,
                    NameOf&& nameOf) {

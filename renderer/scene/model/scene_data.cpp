@@ -53,8 +53,9 @@ Bounds Bounds::Transformed(const glm::mat4x3& transform) const {
 
 namespace {
 
-// The single-scattering albedo of a medium whose half space, seen from within, has the albedo `color`: Kulla
-// and Conty 2017, "Revisiting Physically Based Shading at Imageworks", as KHR_materials_volume_scatter says.
+// Returns the single-scattering albedo of a medium whose half space, seen from within, has the albedo
+// `color`: Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks", as
+// KHR_materials_volume_scatter says.
 float SingleScatteringAlbedo(float color, float anisotropy) {
     if (!(color > 0.0f)) return 0.0f;
     const float s =
@@ -127,7 +128,7 @@ PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance
 
 namespace {
 
-// The boxes of deformed instances in object space, each shape's once: of a mesh, a skin and weights.
+// Computes the boxes of deformed instances in object space, once for each shape: a mesh, a skin and weights.
 class DeformedBoxes {
   public:
     DeformedBoxes(const SceneData& scene, std::span<const PlacedTransform> nodeToWorld)
@@ -157,7 +158,7 @@ class DeformedBoxes {
 
     const SceneData& m_scene;
     std::span<const PlacedTransform> m_nodeToWorld;
-    std::vector<std::vector<glm::mat4x3>> m_matrices;  // by skin
+    std::vector<std::vector<glm::mat4x3>> m_matrices;  // indexed by skin
     std::map<std::array<uint32_t, 3>, Bounds> m_boxes;
 };
 

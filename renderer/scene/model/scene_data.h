@@ -59,8 +59,8 @@ struct TextureTransform {
     bool operator==(const TextureTransform&) const = default;
 };
 
-// A reference of a material to a texture. `texture` indexes SceneData::textures; -1: none, only the factor
-// counts.
+// Describes a reference of a material to a texture. `texture` indexes SceneData::textures; -1: none, only the
+// factor counts.
 struct TextureRef {
     int32_t texture = -1;
     int32_t texCoord = 0;  // 0 or 1: uv0 or uv1. The primitive may lack that stream: (0, 0) then.
@@ -75,33 +75,33 @@ struct TextureRef {
 // with the factor beside it.
 struct RAYGRAPH_API Material {
     std::string name;
-    glm::vec4 baseColorFactor{1.0f};  // Linear rgb, alpha.
-    TextureRef baseColorTexture;      // sRGB rgb, linear alpha.
+    glm::vec4 baseColorFactor{1.0f};  // linear rgb, alpha
+    TextureRef baseColorTexture;      // sRGB rgb, linear alpha
     float metallicFactor = 1.0f;
-    float roughnessFactor = 1.0f;         // Perceptual: alpha = roughness^2.
-    TextureRef metallicRoughnessTexture;  // g = roughness, b = metallic.
-    TextureRef normalTexture;     // Tangent space, rgb in [0,1] -> [-1,1], +y to the image's top (green up).
-    float normalScale = 1.0f;     // On the x and y of the unpacked normal.
+    float roughnessFactor = 1.0f;         // perceptual: alpha = roughness^2
+    TextureRef metallicRoughnessTexture;  // g = roughness, b = metallic
+    TextureRef normalTexture;     // tangent space, rgb in [0,1] -> [-1,1], +y to the image's top (green up)
+    float normalScale = 1.0f;     // on the x and y of the unpacked normal
     TextureRef occlusionTexture;  // r. Kept for raster views; a path tracer has no use for it.
     float occlusionStrength = 1.0f;
-    glm::vec3 emissiveFactor{0.0f};  // Radiance, W/(sr m^2) as a number, before `emissiveStrength`.
-    float emissiveStrength = 1.0f;   // KHR_materials_emissive_strength.
-    TextureRef emissiveTexture;      // sRGB.
+    glm::vec3 emissiveFactor{0.0f};  // radiance, W/(sr m^2) as a number, before `emissiveStrength`
+    float emissiveStrength = 1.0f;   // KHR_materials_emissive_strength
+    TextureRef emissiveTexture;      // sRGB
     AlphaMode alphaMode = AlphaMode::Opaque;
     float alphaCutoff = 0.5f;  // for AlphaMode::Mask: where alpha is below it there is a hole
     bool isDoubleSided = false;
 
-    float ior = 1.5f;                     // KHR_materials_ior: at least 1; or 0: reflects everything.
+    float ior = 1.5f;                     // KHR_materials_ior: at least 1; or 0: reflects everything
     float specularFactor = 1.0f;          // KHR_materials_specular: strength of the dielectric's reflection,
     TextureRef specularTexture;           // alpha;
     glm::vec3 specularColorFactor{1.0f};  // and its color at normal incidence, not bounded by 1,
-    TextureRef specularColorTexture;      // sRGB.
+    TextureRef specularColorTexture;      // sRGB
     float transmissionFactor = 0.0f;      // KHR_materials_transmission: share transmitted, not diffuse,
-    TextureRef transmissionTexture;       // r.
-    float thicknessFactor = 0.0f;         // KHR_materials_volume: above 0, the surface bounds a medium.
+    TextureRef transmissionTexture;       // r
+    float thicknessFactor = 0.0f;         // KHR_materials_volume: above 0, the surface bounds a medium
     glm::vec3 attenuationColor{1.0f};     // Color of white light after a path through the medium
-    float attenuationDistance = 0.0f;     // of this length, meters; 0 = infinite.
-    bool isUnlit = false;                 // KHR_materials_unlit: shows its base color and nothing else.
+    float attenuationDistance = 0.0f;     // of this length, meters; 0 = infinite
+    bool isUnlit = false;                 // KHR_materials_unlit: shows its base color and nothing else
     float clearcoatFactor = 0.0f;         // KHR_materials_clearcoat: weight of a layer over all of it,
     TextureRef clearcoatTexture;          // r;
     float clearcoatRoughnessFactor = 0.0f;
@@ -112,7 +112,7 @@ struct RAYGRAPH_API Material {
         0.0f};                     // KHR_materials_sheen: fibers that stand on the surface, below the coat,
     TextureRef sheenColorTexture;  // sRGB;
     float sheenRoughnessFactor = 0.0f;
-    TextureRef sheenRoughnessTexture;  // alpha.
+    TextureRef sheenRoughnessTexture;  // alpha
     // KHR_materials_anisotropy: the strength of the stretching of highlights, and its direction in radians,
     // counterclockwise from the tangent.
     float anisotropyStrength = 0.0f;
@@ -121,18 +121,18 @@ struct RAYGRAPH_API Material {
     // KHR_materials_iridescence: share of the surface under a thin film, the film's index, and its thickness
     // in nm where the texture's g is 0 and where it is 1, or there is none.
     float iridescenceFactor = 0.0f;
-    TextureRef iridescenceTexture;  // r.
+    TextureRef iridescenceTexture;  // r
     float iridescenceIor = 1.3f;
     float iridescenceThicknessMinimum = 100.0f;
     float iridescenceThicknessMaximum = 400.0f;
     TextureRef iridescenceThicknessTexture;
-    float dispersion = 0.0f;  // KHR_materials_dispersion: 20 / Abbe number of the medium.
+    float dispersion = 0.0f;  // KHR_materials_dispersion: 20 / Abbe number of the medium
     // KHR_materials_diffuse_transmission: share of the diffuse light that passes to the other side, and its
     // color.
     float diffuseTransmissionFactor = 0.0f;
-    TextureRef diffuseTransmissionTexture;  // alpha.
+    TextureRef diffuseTransmissionTexture;  // alpha
     glm::vec3 diffuseTransmissionColorFactor{1.0f};
-    TextureRef diffuseTransmissionColorTexture;  // sRGB.
+    TextureRef diffuseTransmissionColorTexture;  // sRGB
     float retroreflectionFactor = 0.0f;  // KHR_materials_retroreflection: share of the facets' reflection
     TextureRef retroreflectionTexture;   // that goes back to where the light came from; r.
     // KHR_materials_volume_scatter: the medium's albedo by multiple scattering, and the mean cosine of the
@@ -143,9 +143,9 @@ struct RAYGRAPH_API Material {
     // textures. A surface that bounds none scatters this share of what it would transmit: half of it to each
     // side, or (1 + mean cosine) / 2 to the other one.
     float scatterStrengthFactor = 0.0f;
-    TextureRef scatterStrengthTexture;  // alpha.
+    TextureRef scatterStrengthTexture;  // alpha
     glm::vec3 scatterColorFactor{1.0f};
-    TextureRef scatterColorTexture;  // sRGB.
+    TextureRef scatterColorTexture;  // sRGB
     float scatterMeanCosine = 0.0f;
     // KHR_materials_pbrSpecularGlossiness: roughness is 1 - glossiness, which the alpha of
     // specularColorTexture scales: 1 - (1 - roughnessFactor) * alpha. Everything else of the extension is
@@ -157,9 +157,9 @@ struct RAYGRAPH_API Material {
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
-    // The textures whose texels are directions in the tangent frame. A primitive's tangents are generated
-    // along the coordinates of the first of these whose set it has. Anisotropy without any such texture needs
-    // a frame, too: an absent texture that reads the first set then stands for it.
+    // Returns the textures whose texels are directions in the tangent frame. A primitive's tangents are
+    // generated along the coordinates of the first of these whose set it has. Anisotropy without any such
+    // texture needs a frame, too: an absent texture that reads the first set then stands for it.
     std::vector<TextureRef> DirectionalTextures() const;
     bool IsAnisotropic() const { return anisotropyStrength > 0.0f; }
     // Returns the emitted radiance before the texture. An unlit material emits its base color instead.
@@ -182,8 +182,8 @@ struct RAYGRAPH_API Material {
 
     static constexpr float kMaxExtinction = 1e9f;
     static constexpr float kMaxFilm = 1e5f;                 // nm: far above where a film has any color.
-    static constexpr float kMaxScatterAnisotropy = 0.999f;  // A beam hardly wider than no scattering at all.
-    static constexpr float kMaxIor = 1e4f;  // A mirror to four digits, and its square far from a float's end.
+    static constexpr float kMaxScatterAnisotropy = 0.999f;  // a beam hardly wider than no scattering at all
+    static constexpr float kMaxIor = 1e4f;  // a mirror to four digits, and its square far from a float's end
 };
 
 enum class WrapMode : uint8_t { Repeat, MirroredRepeat, ClampToEdge };
@@ -194,28 +194,28 @@ struct Sampler {
     WrapMode wrapV = WrapMode::Repeat;
     FilterMode magFilter = FilterMode::Linear;
     FilterMode minFilter = FilterMode::Linear;
-    FilterMode mipFilter = FilterMode::Linear;  // Between levels; meaningless without `usesMips`.
+    FilterMode mipFilter = FilterMode::Linear;  // between levels; meaningless without `usesMips`
     bool usesMips = true;
 
     bool operator==(const Sampler&) const = default;
 };
 
 enum class ColorSpace : uint8_t {
-    Linear,  // Data: normals, roughness, occlusion.
+    Linear,  // data: normals, roughness, occlusion
     Srgb,    // Color: decode r, g and b by the sRGB curve when sampled; alpha is linear.
 };
 
-// An image, how to sample it and how to read its values. An image used both as color and as data gives two
-// textures.
+// Describes an image, how to sample it and how to read its values. An image used both as color and as data
+// gives two textures.
 struct Texture {
     std::string name;
-    uint32_t image = 0;  // Into SceneData::images.
+    uint32_t image = 0;  // index into SceneData::images
     Sampler sampler;
     ColorSpace colorSpace = ColorSpace::Linear;
 };
 
-// A decoded image: 8-bit RGBA, rows from the top, tightly packed: rgba.size() == 4 * width * height. Alpha is
-// not premultiplied. The textures that use it say whether rgb is sRGB or linear.
+// Describes a decoded image: 8-bit RGBA, rows from the top, tightly packed: rgba.size() == 4 * width *
+// height. Alpha is not premultiplied. The textures that use it say whether rgb is sRGB or linear.
 struct ImageData {
     std::string name;
     uint32_t width = 0;
@@ -235,29 +235,29 @@ struct RAYGRAPH_API Node {
     glm::vec3 translation{0.0f};
     glm::vec3 translationResidual{0.0f};         // the part that `translation`, or the matrix's, loses by
                                                  // rounding
-    glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // w, x, y, z; unit length.
+    glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // w, x, y, z; unit length
     glm::vec3 scale{1.0f};
     std::optional<glm::mat4x3> matrix;
     uint32_t mesh = kNone;
     // KHR_node_visibility. False: meshes and lights of the node and of all below it are neither seen nor
     // shine (VisibleNodes).
     bool isVisible = true;
-    uint32_t skin = kNone;       // Into SceneData::skins: what deforms its mesh.
+    uint32_t skin = kNone;       // index into SceneData::skins: what deforms its mesh
     std::vector<float> weights;  // weights of its mesh's morph targets; empty: Mesh::weights
 
     // Returns the transform from node space to parent space.
     glm::mat4x3 LocalTransform() const;
 };
 
-// One placed mesh: that of a node, or one of those that the node has placed by EXT_mesh_gpu_instancing. The
-// transform may mirror (negative determinant): the winding seen in world space is then
-// reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
-// the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
-// IsMirrored(). If the scene's nodes are flat, the transform has a thickness (transforms.h). LoadGltf
-// leaves out a node whose mesh is scaled to nothing or to a line, with a warning.
+// Describes one placed mesh: that of a node, or one of those that the node has placed by
+// EXT_mesh_gpu_instancing. The transform may mirror (negative determinant): the winding seen in world space
+// is then reversed, but the front stays the front. So take the geometric normal in object space and carry it
+// over by the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
+// IsMirrored(). If the scene's nodes are flat, the transform has a thickness (transforms.h). LoadGltf leaves
+// out a node whose mesh is scaled to nothing or to a line, with a warning.
 struct Instance {
     uint32_t mesh = 0;
-    uint32_t node = kNone;  // The node that placed it; kNone for one without a node.
+    uint32_t node = kNone;  // the node that placed it; kNone for one without a node
     glm::mat4x3 objectToWorld{1.0f};
     glm::vec3 translationResidual{0.0f};
     glm::mat4x3 objectToNode{1.0f};  // Moves with the node. The identity without EXT_mesh_gpu_instancing.
@@ -274,17 +274,17 @@ struct Instance {
 
 enum class Projection : uint8_t { Perspective, Orthographic };
 
-// A camera placed by a node; one per node that refers to a camera.
+// Describes a camera placed by a node; one per node that refers to a camera.
 struct Camera {
     std::string name;  // The camera's, else the node's; may be empty.
     uint32_t node = kNone;
     Projection projection = Projection::Perspective;
-    float yFov = 0.8f;         // Perspective: full vertical angle, radians.
-    float aspectRatio = 0.0f;  // Perspective: width over height the author had in mind; 0 = not given.
-    float xMag = 1.0f;         // Orthographic: half the width of the view, meters.
-    float yMag = 1.0f;         // Orthographic: half the height of the view, meters.
+    float yFov = 0.8f;         // perspective: full vertical angle, radians
+    float aspectRatio = 0.0f;  // perspective: width over height the author had in mind; 0 = not given
+    float xMag = 1.0f;         // orthographic: half the width of the view, meters
+    float yMag = 1.0f;         // orthographic: half the height of the view, meters
     float zNear = 0.0f;        // Meters. Kept for raster views.
-    float zFar = 0.0f;         // Meters; 0 = infinite.
+    float zFar = 0.0f;         // meters; 0 = infinite
     glm::mat4x3 cameraToWorld{1.0f};
     glm::vec3 translationResidual{0.0f};
 };
@@ -296,27 +296,27 @@ struct Camera {
     X(Of, Spot, 2, "spot", "spot")
 RAYGRAPH_CHOICE(LightType, RAYGRAPH_LIGHT_TYPES)
 
-// A light of KHR_lights_punctual placed by a node, along the node's -z where it has a direction; or one of
-// EXT_lights_ies: a point light with a profile, whose axes are those of the node.
+// Describes a light of KHR_lights_punctual placed by a node, along the node's -z where it has a direction; or
+// one of EXT_lights_ies: a point light with a profile, whose axes are those of the node.
 struct Light {
     std::string name;  // The light's, else the node's; may be empty.
     uint32_t node = kNone;
     LightType type = LightType::Point;
-    glm::vec3 color{1.0f};  // Linear.
+    glm::vec3 color{1.0f};  // linear
     // Point and spot: cd. Directional: lx. The values are used as they are, see the README. A light with a
     // profile multiplies it with this factor.
     float intensity = 1.0f;
     float range = 0.0f;           // Meters; 0 = infinite. A hint for raster views, no part of the physics.
-    float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
-    float outerConeAngle = 0.785398163f;  // Spot: radians from the axis, nothing outside.
-    uint32_t profile = kNone;             // Into SceneData::profiles, of a point light.
+    float innerConeAngle = 0.0f;  // spot: radians from the axis, full intensity within
+    float outerConeAngle = 0.785398163f;  // spot: radians from the axis, nothing outside
+    uint32_t profile = kNone;             // index into SceneData::profiles, of a point light
     glm::mat4x3 lightToWorld{1.0f};
     glm::vec3 translationResidual{0.0f};
 
     bool operator==(const Light&) const = default;
 };
 
-// The light from infinity that a scene brings along (EXT_lights_image_based), turned and scaled.
+// Holds the light from infinity that a scene brings along (EXT_lights_image_based), turned and scaled.
 struct EnvironmentLight {
     std::string name;
     uint32_t faceSize = 0;  // texels a side of the file's cube map
@@ -329,10 +329,10 @@ struct SceneData {
     std::string name;
     std::vector<Mesh> meshes;
     std::vector<Material> materials;  // One more than the file has if a primitive names none: glTF's default.
-    std::vector<Texture> textures;    // Only those that materials use.
-    std::vector<ImageData> images;    // Only those that textures use.
-    std::vector<Node> nodes;          // All of the file's nodes, in the file's order.
-    std::vector<uint32_t> nodeOrder;  // The nodes of the loaded scene, every parent before its children.
+    std::vector<Texture> textures;    // only those that materials use
+    std::vector<ImageData> images;    // only those that textures use
+    std::vector<Node> nodes;          // all of the file's nodes, in the file's order
+    std::vector<uint32_t> nodeOrder;  // the nodes of the loaded scene, every parent before its children
     // One per node of `nodeOrder` whose mesh has a primitive, in that order; those of a node with
     // EXT_mesh_gpu_instancing are neighbors. One that is scaled to nothing or to a line is left out when
     // loading, with a warning.
@@ -341,17 +341,17 @@ struct SceneData {
     // The lights placed in the loaded scene, by the file's light index; then those with a profile, by its
     // index.
     std::vector<Light> lights;
-    std::vector<LightProfile> profiles;  // Only those that lights use.
+    std::vector<LightProfile> profiles;  // only those that lights use
     EnvironmentLight environment;
-    Bounds bounds;                      // World space, of all visible instances.
+    Bounds bounds;                      // world space, of all visible instances
     std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.
-    std::vector<std::string> variants;  // KHR_materials_variants: their names, in the file's order.
-    uint32_t variant = kNone;           // The one shown (renderer/scene/model/variants.h).
-    std::vector<Skin> skins;            // All of the file's, in the file's order.
+    std::vector<std::string> variants;  // KHR_materials_variants: their names, in the file's order
+    uint32_t variant = kNone;           // the one shown (renderer/scene/model/variants.h)
+    std::vector<Skin> skins;            // all of the file's, in the file's order
     std::vector<Animation> animations;  // Likewise. They are no part of what is shown: pose.h applies them.
 };
 
-// A transform whose translation has the digits of a double: matrix[3] + rest.
+// Describes a transform whose translation has the digits of a double: matrix[3] + rest.
 struct RAYGRAPH_API PlacedTransform {
     glm::mat4x3 matrix{1.0f};
     glm::vec3 rest{0.0f};
@@ -394,22 +394,22 @@ RAYGRAPH_API bool HasEmission(const SceneData& scene);
 // Returns true if some light is visible.
 RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);
 
-// The lowest of all texels' alpha, 0 to 255: what is known of the image, else by looking at each.
+// Returns the lowest of all texels' alpha, 0 to 255: what is known of the image, else by looking at each.
 RAYGRAPH_API uint8_t LowestAlpha(const ImageData& image);
 
 struct SceneStatistics {
     uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.
-    uint64_t placedTriangles = 0;  // Each instance counted.
+    uint64_t placedTriangles = 0;  // each instance counted
     uint64_t placedSpheres = 0;    // Likewise of round primitives: segments without length,
-    uint64_t placedCapsules = 0;   // and the others.
+    uint64_t placedCapsules = 0;   // and the others
     uint64_t instanceCount = 0;
     uint64_t meshCount = 0;
     uint64_t materialCount = 0;
     uint64_t textureCount = 0;
     uint64_t lightCount = 0;
     uint64_t cameraCount = 0;
-    uint64_t geometryBytes = 0;  // Host bytes of all vertex and index streams.
-    uint64_t imageBytes = 0;     // Host bytes of all decoded images.
+    uint64_t geometryBytes = 0;  // host bytes of all vertex and index streams
+    uint64_t imageBytes = 0;     // host bytes of all decoded images
 };
 RAYGRAPH_API SceneStatistics Statistics(const SceneData& scene);
 

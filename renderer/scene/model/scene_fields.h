@@ -105,7 +105,7 @@ constexpr void ForEachLightField(const Light& light, Visit&& visit) {
     ForEachLightField(light.type, look);
 }
 
-// The unit of a field of a light of `type`: the intensity of a directional one is what arrives.
+// Returns the unit of a field of a light of `type`: the intensity of a directional one is what arrives.
 template <typename T>
 constexpr std::string_view UnitOf(const Field<Light, T>& field, LightType type) {
     const std::string_view unit = field.unit;
@@ -144,7 +144,7 @@ struct TextureField : FieldPlace<Material, TextureRef> {
 
 namespace material_fields {
 
-// The kinds of numbers, by the names that shaders/shared/material_list.h uses.
+// Holds the kinds of numbers, by the names that shaders/shared/material_list.h uses.
 struct Quantity {
     FieldRange range;
     const char* unit = "";
@@ -199,8 +199,8 @@ constexpr auto FieldOf(T Material::*member) {
 
 inline constexpr const char* kSpecularGlossiness = FieldOf(&Material::isSpecularGlossiness).object;
 
-// A field of a material that isSpecularGlossiness: with its place in the extension and the range there, if it
-// is one of those that the extension has. Nothing: such a material has no such field.
+// Returns a field of a material that isSpecularGlossiness: with its place in the extension and the range
+// there, if it is one of those that the extension has. Nothing: such a material has no such field.
 template <typename Field>
 constexpr std::optional<Field> SpecularGlossinessField(Field field) {
     struct Key {

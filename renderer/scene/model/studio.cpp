@@ -14,8 +14,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr uint32_t kWidth = 256, kHeight = 128;
 
-// A luminous rectangle that stands upright and faces the scene, in units of its distance. Angles in degrees:
-// azimuth from +z towards +x, elevation above the horizon.
+// Describes a luminous rectangle that stands upright and faces the scene, in units of its distance. Angles in
+// degrees: azimuth from +z towards +x, elevation above the horizon.
 struct SoftBox {
     double azimuth, elevation;
     double halfWidth, halfHeight;  // tangents of angles
@@ -28,7 +28,7 @@ constexpr SoftBox kKey{-22.0, 46.0, 0.62, 0.38, 0.55, 8.0};
 constexpr SoftBox kFill{98.0, 14.0, 1.0, 0.75, 1.0, 1.2};
 constexpr SoftBox kBackRim{158.0, 58.0, 0.5, 0.2, 0.6, 5.0};
 constexpr SoftBox kSideRim{-108.0, 52.0, 0.16, 0.4, 0.6, 7.0};
-// The backdrop below, at the horizon and above.
+// These are the radiances of the backdrop below, at the horizon and above.
 constexpr double kFloor = 0.42, kHorizon = 0.58, kCeiling = 0.38;
 
 double SmoothStep(double from, double to, double x) {
@@ -59,7 +59,7 @@ double Radiance(const glm::dvec3& direction) {
     return radiance;
 }
 
-// The direction that the texel's middle shows, as shaders/core/equirect.glsl maps it.
+// Returns the direction that the texel's middle shows, as shaders/core/equirect.glsl maps it.
 glm::dvec3 DirectionOf(uint32_t x, uint32_t y) {
     const double longitude = 2.0 * kPi * ((x + 0.5) / kWidth - 0.5), polar = kPi * (y + 0.5) / kHeight;
     return {std::sin(polar) * std::cos(longitude), std::cos(polar), std::sin(polar) * std::sin(longitude)};
