@@ -193,7 +193,7 @@ DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId pilot
 }
 
 TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureId noise,
-                       const DenoiseCandidates& candidates, bool isSingle) {
+                       const DenoiseCandidates& candidates, uint32_t samples) {
     // Without what is seen, the mean stands for it: the difference of both is 0
     const DenoiseInputs::Seen seen = inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean});
     const Extent2D extent =
@@ -216,6 +216,12 @@ TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureI
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
     TextureId denoised = renderer.CreateTexture("denoised", {extent, Format::Rgba32Float});
+    constexpr float kMargin = 0.6f, kSamplesOfFullMargin = 256.0f;
+    const struct {
+        float margin;
+        uint32_t isSingle;
+    } constants{1.0f + kMargin * std::min(kSamplesOfFullMargin / static_cast<float>(samples), 1.0f),
+                samples == 1 ? 1u : 0u};
     renderer.AddPass(
         "DenoiseBlend", PassKind::Compute,
         [&](PassBuilder& pass) {
@@ -225,7 +231,7 @@ TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureI
             pass.Reads("removed", removed);
             pass.Reads("seen", seen.bySamples);
             pass.Reads("seenByAll", seen.byAll);
-            pass.Constants(isSingle ? 1u : 0u);
+            pass.Constants(constants);
             denoised = pass.Writes("denoised", denoised);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
@@ -239,7 +245,7 @@ TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs, const Denoise
     const TextureId pilot =
         Pilot(renderer, FirstGuide(renderer, noise, features, settings.samples < 8 ? 2 : 1), features);
     return BlendByError(renderer, inputs, noise, Candidates(renderer, inputs.mean, pilot, features),
-                        settings.samples == 1);
+                        settings.samples);
 }
 
 }  // namespace raygraph::passes

@@ -65,9 +65,10 @@ using DenoiseCandidates = std::array<TextureId, 3>;
                                                         const DenoiseFeatures& features);
 
 // Mixes candidates by their estimated errors, and blends the result with the mean. `noise` is the variance of
-// the mean. `isSingle`: it is a guess, and the mean is not used.
+// the mean, more the more samples there are: estimates of the noise then tell less than those of the fit's
+// error. Of a single sample, noise is a guess, and the mean is not used.
 [[nodiscard]] RAYGRAPH_API TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs,
                                                   TextureId noise, const DenoiseCandidates& candidates,
-                                                  bool isSingle);
+                                                  uint32_t samples);
 
 }  // namespace raygraph::passes

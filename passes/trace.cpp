@@ -165,7 +165,8 @@ PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const Trace
     return hits;
 }
 
-GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings) {
+GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, TextureId mean,
+                     TextureId variance) {
     constexpr uint32_t kLeast = 16, kFurther = 192;
     const bool hasSeen = settings.sampleCount <= kMostSeenSamples && !scene.features.Has(kTraceProbeMedia);
     const uint32_t own = hasSeen ? settings.sampleCount : 0;
@@ -195,6 +196,8 @@ GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSetti
             BindEnvironment(pass, scene);
             BindLights(pass, scene);
             pass.Reads("energyTables", scene.energyTables);
+            pass.Reads("mean", mean);
+            pass.Reads("variance", variance);
             pass.Constants(constants);
             guides.albedo = pass.Writes("albedo", guides.albedo);
             guides.normal = pass.Writes("normal", guides.normal);

@@ -225,9 +225,11 @@ struct GuideIds {
 };
 inline constexpr uint32_t kMostSeenSamples = 1024;
 
-// `settings` have the samples of the picture, from sampleIndex on.
+// `settings` have the samples of the picture, from sampleIndex on; `mean` and `variance` are its own, and say
+// where a light may be that the first of the samples miss.
 [[nodiscard]] RAYGRAPH_API GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene,
-                                                const TraceSettings& settings);
+                                                const TraceSettings& settings, TextureId mean,
+                                                TextureId variance);
 
 // Returns a picture of the scene's surfaces that needs a small program only, for a viewport that has nothing
 // better yet: the base colors of what the camera sees, lit from the camera, times `gain`; dark gray where it

@@ -14,10 +14,10 @@ layout(set = 0, binding = 3, rgba32f) readonly uniform image2D seen;
 layout(set = 0, binding = 4, rgba32f) readonly uniform image2D seenByAll;
 layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D denoised;
 
-layout(push_constant) uniform Constants { uint isSingle; } constants;  // one sample: its noise is a guess
-
-// The share is raised by the fluctuation that sums over the window have.
-const float kMargin = 1.6f;
+layout(push_constant) uniform Constants {
+    float margin;   // raises the share, by the fluctuation that sums over the window have
+    uint isSingle;  // one sample: its noise is a guess
+} constants;
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
@@ -26,7 +26,7 @@ void main() {
     vec2 sums = vec2(0.0f);
     for (int y = begin.y; y <= end.y; ++y)
         for (int x = begin.x; x <= end.x; ++x) sums += imageLoad(removed, ivec2(x, y)).xy;
-    float kept = sums.x > 0.0f ? clamp(1.0f - kMargin * sums.x / sums.y, 0.0f, 1.0f) : 1.0f;
+    float kept = sums.x > 0.0f ? clamp(1.0f - constants.margin * sums.x / sums.y, 0.0f, 1.0f) : 1.0f;
     if (constants.isSingle != 0u) kept = 0.0f;
     vec4 value = imageLoad(mean, pixel);
     vec3 blended = kept * FiniteOr0(value.xyz) + (1.0f - kept) * imageLoad(estimate, pixel).xyz;

@@ -293,7 +293,7 @@ TEST_F(Denoising, RegressionsAreThoseInDoublePrecision) {
 
 TEST_F(Denoising, EstimateWithTheSmallestErrorIsBlendedByWhatNoiseExplains) {
     const Extent2D extent{23, 21};
-    const auto blend = [&](std::array<float, 3> values, float variance, bool isSingle) {
+    const auto blend = [&](std::array<float, 3> values, float variance, uint32_t samples) {
         return harness
             .Run([&](PassHarness& h) {
                 const auto filled = [&](const char* name, float value, float w) {
@@ -306,7 +306,7 @@ TEST_F(Denoising, EstimateWithTheSmallestErrorIsBlendedByWhatNoiseExplains) {
                                                            filled("medium", values[1], 0.25f),
                                                            filled("smoothed", values[2], 0.25f)};
                 return passes::BlendByError(h.Graph(), Inputs(extent, {mean, mean, mean, mean, {}}),
-                                            filled("noise", variance, 0.0f), candidates, isSingle);
+                                            filled("noise", variance, 0.0f), candidates, samples);
             })
             .values;
     };
@@ -314,14 +314,16 @@ TEST_F(Denoising, EstimateWithTheSmallestErrorIsBlendedByWhatNoiseExplains) {
     const double kept = 1.0 - 1.6 * 0.075 / 0.25;
     for (const std::array<float, 3>& values :
          {std::array{2.0f, 9.0f, 9.0f}, {9.0f, 2.0f, 9.0f}, {9.0f, 9.0f, 2.0f}, {2.0f, 2.0f, 2.0f}}) {
-        const Picture out = blend(values, 0.1f, false);
+        const Picture out = blend(values, 0.1f, 64);
         EXPECT_NEAR(out[0], 2.0 - 0.5 * kept, 1e-5);
         EXPECT_NEAR(out[4 * (10 * 23 + 11)], 2.0 + 0.5 * kept, 1e-5);
         EXPECT_EQ(out[3], 1.0f);
     }
-    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.3f, false)[0], 2.0f);
-    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.0f, false)[0], 1.5f);
-    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.0f, true)[0], 2.0f);
+    // With many samples, less
+    EXPECT_NEAR(blend({2.0f, 9.0f, 9.0f}, 0.1f, 25600)[0], 2.0 - 0.5 * (1.0 - 1.006 * 0.3), 1e-5);
+    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.3f, 64)[0], 2.0f);
+    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.0f, 64)[0], 1.5f);
+    EXPECT_EQ(blend({2.0f, 9.0f, 9.0f}, 0.0f, 1)[0], 2.0f);
 }
 
 // A light that covers a part of each pixel in the samples of the picture, and a half in further ones.

@@ -10,8 +10,10 @@ the references cancels. relMSE is that of all pixels; FLIP and SSIM are of pictu
 import argparse
 import os
 import pathlib
+import struct
 import subprocess
 import sys
+import zlib
 
 import numpy
 
@@ -136,6 +138,22 @@ def flip(reference, picture):
     return (color ** (1 - numpy.sqrt(numpy.clip(feature / numpy.sqrt(2), 0, 1)))).mean()
 
 
+SHOWN = ("nested_dielectrics", "material_row")
+
+
+def write_png(file, rgb):
+    y = numpy.clip(rgb, 0, 1)
+    y = numpy.where(y <= 0.0031308, 12.92 * y, 1.055 * y ** (1 / 2.4) - 0.055)
+    lines = (255 * y + 0.5).astype(numpy.uint8).repeat(2, 0).repeat(2, 1)
+    height, width, _ = lines.shape
+    packed = zlib.compress(b"".join(b"\0" + line.tobytes() for line in lines), 9)
+    with open(file, "wb") as out:
+        out.write(b"\x89PNG\r\n\x1a\n")
+        for kind, data in ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)), (b"IDAT", packed),
+                           (b"IEND", b"")):
+            out.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
@@ -143,10 +161,11 @@ def main():
     parser.add_argument("--size", default="128x128")
     parser.add_argument("--most", type=int, default=1024, help="samples")
     parser.add_argument("--reference", type=int, default=256, help="samples of each reference")
+    parser.add_argument("--picture", type=pathlib.Path, help="PNG")
     arguments = parser.parse_args()
     arguments.work.mkdir(exist_ok=True)
     counts = [n for n in (4**i for i in range(8)) if n <= arguments.most]
-    rows, details = [], []
+    rows, details, shown = [], [], []
     for scene in SCENES:
         name = scene.split()[0]
         references = [arguments.work / f"{name}.reference{seed}.exr" for seed in (7, 8)]
@@ -163,12 +182,16 @@ def main():
             raw, denoised = colors(planes), colors(planes, "denoised.")
             errors = [((x - first) * (x - second) * weight).mean() for x in (raw, denoised)]
             row.append(f"{errors[0] / errors[1]:.2f}")
+            if count == 64 and scene in SHOWN:
+                shown.append(numpy.concatenate([raw, denoised, truth], 1))
             if count == 64:
                 details.append([scene, f"{errors[0]:.5f}", f"{errors[1]:.5f}"] +
                                [f"{of(truth, x):.3f}" for of in (flip, ssim) for x in (raw, denoised)] +
                                [f"{100 * (denoised.mean() / raw.mean() - 1):+.2f} %"])
         rows.append(row)
         print(*row, flush=True)
+    if arguments.picture:
+        write_png(arguments.picture, numpy.concatenate(shown))
     for head, table in ((["scene", *counts], rows),
                         (["scene", "relMSE", "denoised", "FLIP", "denoised", "SSIM", "denoised", "energy"],
                          details)):

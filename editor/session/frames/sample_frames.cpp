@@ -264,7 +264,8 @@ TextureId SampleFrames::DeclareDenoised(const passes::AccumulatedIds& radiance, 
         const uint32_t first = m_samples.front().first;
         passes::TraceSettings settings = m_scene.SettingsFor(first);
         settings.sampleCount = m_submitted;
-        const passes::GuideIds guides = passes::TraceGuides(m_renderer, m_scene.Declare(first), settings);
+        const passes::GuideIds guides = passes::TraceGuides(m_renderer, m_scene.Declare(first), settings,
+                                                            radiance.mean, radiance.variance);
         inputs.albedo = guides.albedo;
         inputs.normal = guides.normal;
         // Of a picture with gaps between its samples, these would be others
