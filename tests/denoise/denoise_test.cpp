@@ -9,6 +9,7 @@
 #include <random>
 
 #include "renderer/graph/pass_harness.h"
+#include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing::denoise_test {
@@ -457,6 +458,45 @@ TEST_F(Denoising, WrongInputsAreUsageErrors) {
         return passes::Denoise(h.Graph(), inputs, {4, 2});
     }),
                  Error);
+}
+
+// A black light scatters nothing: what is seen is all of the radiance. Some pixels at its edges are covered by
+// less than a sixteenth.
+TEST_F(Denoising, SeenIsTheRadianceOfTheSameSamplesAndNearsItsMeanWithFurtherOnes) {
+    SceneRender render(Device());
+    render.scene.SetScene(SceneOf({QuadMesh(0.5f)}, {Lambert(glm::vec3(0.0f), glm::vec3(4.0f, 2.0f, 1.0f))}));
+    const passes::TraceSettings settings = LookAt({0.31f, 0.17f, 3.0f}, {0.31f, 0.17f, 0.0f}, 0.5f, 24);
+    const FloatImage truth = render.Render(settings, 4096).mean;
+    for (const uint32_t count : {4u, 64u}) {
+        passes::Accumulation accumulation(count == 4 ? "few" : "many");
+        passes::TraceSettings some = settings;
+        some.sampleCount = count;
+        render.renderer.BeginFrame();
+        const TextureId samples = passes::Trace(render.renderer, render.Declare(), some).radiance;
+        render.renderer.Present(
+            passes::Accumulate(render.renderer, samples, {.count = count, .height = 24}, accumulation, true)
+                .mean);
+        render.renderer.Execute();
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.Declare();
+        const passes::AccumulatedIds picture = passes::Resolve(render.renderer, accumulation, {24, 24}, true);
+        const passes::GuideIds guides =
+            passes::TraceGuides(render.renderer, ids, some, picture.mean, picture.variance);
+        const Readback readbacks[] = {render.renderer.ReadBack(guides.seen),
+                                      render.renderer.ReadBack(guides.seenByAll)};
+        render.renderer.Execute();
+        const FloatImage mean = render.Render(settings, count).mean, seen = ToFloatImage(readbacks[0]),
+                         byAll = ToFloatImage(readbacks[1]);
+        double before = 0.0, after = 0.0;
+        for (size_t i = 0; i < mean.values.size(); ++i) {
+            // A light that covers almost all of a pixel may seem to cover all of it
+            EXPECT_NEAR(seen.values[i].x, mean.values[i].x, 0.05f * mean.values[i].x + 1e-5f) << count;
+            before += std::pow(double(mean.values[i].x) - truth.values[i].x, 2);
+            after += std::pow(
+                double(mean.values[i].x) - seen.values[i].x + byAll.values[i].x - truth.values[i].x, 2);
+        }
+        EXPECT_LT(1.5 * after, before) << count;
+    }
 }
 
 }  // namespace raygraph::testing::denoise_test
