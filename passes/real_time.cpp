@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <vector>
 
 #include "passes/compare.h"
 #include "passes/scene_bindings.h"
@@ -35,7 +36,7 @@ bool IsSameView(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
 }  // namespace
 
 SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                         const gpu::CameraRecord& before, BufferId instancesBefore, TextureId surfaces) {
+                         const SceneBefore& before, TextureId surfaces) {
     RequireFullFrame(settings, "TraceSurfaces");
     const Extent2D extent = settings.extent;
     const auto create = [&](const char* name) {
@@ -45,6 +46,8 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
     TraceFeatures features = ProgramFeatures(scene, settings);
     features = features & (FeaturesOfKind(TraceFeatureKind::Textures) | kTraceAnyHit | kTraceCapsules |
                            kTraceTextureLod);
+    const bool isDeformed = scene.deformedStreams.IsValid() && before.deformedStreams.IsValid();
+    const uint64_t deformedBytes = isDeformed ? renderer.Desc(scene.deformedStreams).size : 0;
     renderer.AddPass(
         "TraceSurfaces", PassKind::RayTracing,
         [&](PassBuilder& pass) {
@@ -54,8 +57,11 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindGeometry(pass, scene);
             BindMaterials(pass, scene);
-            pass.Reads("instancesBefore", instancesBefore);
-            pass.Uniform("before", before);
+            pass.Reads("instancesBefore", before.instances);
+            pass.Reads("deformed", isDeformed ? scene.deformedStreams : scene.instances);
+            pass.Reads("deformedBefore", isDeformed ? before.deformedStreams : before.instances);
+            pass.Constants(deformedBytes);
+            pass.Uniform("before", before.camera);
             seen.albedo = pass.Writes("albedo", seen.albedo);
             seen.surfaces = pass.Writes("surfaces", seen.surfaces);
             seen.motion = pass.Writes("motion", seen.motion);
@@ -178,12 +184,13 @@ class RealTimeFrame {
     RealTimeFrame(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                   RealTimeHistory& history, const RealTimeSettings& realTime)
         : m_renderer(renderer), m_scene(scene), m_settings(settings), m_history(history), m_of(realTime) {
-        m_instances = renderer.PersistBuffer(history.Name() + ".instances",
-                                             {.size = renderer.Desc(scene.instances).size});
+        m_instances = Kept("instances", scene.instances);
+        if (scene.deformedStreams.IsValid()) m_deformed = Kept("deformed", scene.deformedStreams);
         m_before = Persistent(false);
         m_now = Persistent(true);
         m_camera = ParametersFor(scene, settings).camera;
-        m_hasInstances = !renderer.IsFresh(m_instances);
+        m_hasInstances =
+            !renderer.IsFresh(m_instances) && !(m_deformed.IsValid() && renderer.IsFresh(m_deformed));
         const bool isFresh = renderer.IsFresh(m_before.mean.mean);
         if (m_hasInstances && !isFresh && history.m_before && history.m_before->extent == settings.extent)
             m_limit = history.m_isLimited ? history.m_limit : kNoLimit;
@@ -197,8 +204,8 @@ class RealTimeFrame {
 
     TextureId Declare(TextureId sample) {
         const gpu::CameraRecord before = m_limit > 0 ? m_history.m_before->camera : m_camera;
-        const SurfaceIds seen =
-            TraceSurfaces(m_renderer, m_scene, m_settings, before, m_instances, m_now.mean.surfaces);
+        const SurfaceIds seen = TraceSurfaces(m_renderer, m_scene, m_settings,
+                                              {before, m_instances, m_deformed}, m_now.mean.surfaces);
         const MovingMeanIds mean =
             AccumulateMoving(m_renderer, sample, seen, m_before.mean, before,
                              std::min(m_limit, m_of.mostSamples), m_of.mostSamples, m_now.mean);
@@ -231,6 +238,10 @@ class RealTimeFrame {
                 persist("picture", Format::Rgba32Float)};
     }
 
+    BufferId Kept(const char* part, BufferId of) {
+        return m_renderer.PersistBuffer(m_history.Name() + "." + part, {.size = m_renderer.Desc(of).size});
+    }
+
     void Clear(TextureId& texture, const float (&rgba)[4]) {
         m_renderer.AddPass(
             "ClearHistory", PassKind::Transfer, [&](PassBuilder& pass) { texture = pass.CopiesTo(texture); },
@@ -239,24 +250,35 @@ class RealTimeFrame {
             });
     }
 
-    // Keeps the instances for the next frame, which they tell from where everything has moved. The pass is
-    // executed if the picture is shown, which needs what it overwrites or, in the first frame, what it
-    // writes.
+    // Keeps instances and deformed vertices for the next frame, which they tell from where everything has
+    // moved. The pass is executed if the picture is shown, which needs what it overwrites or, in the first
+    // frame, what it writes.
     void KeepInstances() {
         const bool isStill = m_limit > 0 && !m_history.m_isLimited &&
                              IsSameView(m_history.m_before->camera, m_camera) &&
                              m_history.m_before->eye == EyeOf(m_settings.camera);
+        struct Copy {
+            BufferId from, to;
+            uint64_t bytes;
+        };
+        std::vector<Copy> copies{{m_scene.instances, m_instances, m_renderer.Desc(m_instances).size}};
+        if (m_deformed.IsValid())
+            copies.push_back({m_scene.deformedStreams, m_deformed, m_renderer.Desc(m_deformed).size});
         m_renderer.AddPass(
             "KeepInstances", PassKind::Transfer,
             [&](PassBuilder& pass) {
                 pass.CopiesFrom(m_scene.instances);
                 m_instances = pass.CopiesTo(m_instances);
+                if (!m_deformed.IsValid()) return;
+                pass.CopiesFrom(m_scene.deformedStreams);
+                m_deformed = pass.CopiesTo(m_deformed);
             },
-            [from = m_scene.instances, to = m_instances, bytes = m_renderer.Desc(m_instances).size,
-             &history = m_history, isStill,
+            [copies, &history = m_history, isStill,
              frame = RealTimeHistory::Frame{m_settings.extent, m_camera, EyeOf(m_settings.camera)}](
                 CommandList& commands, const PassResources& resources) {
-                commands.CopyBuffer(resources.Buffer(from), 0, resources.Buffer(to), 0, bytes);
+                for (const Copy& copy : copies)
+                    commands.CopyBuffer(resources.Buffer(copy.from), 0, resources.Buffer(copy.to), 0,
+                                        copy.bytes);
                 commands.OnSubmitted([&history, isStill, frame] {
                     history.m_before = frame;
                     history.m_isOdd = !history.m_isOdd;
@@ -274,7 +296,7 @@ class RealTimeFrame {
     gpu::CameraRecord m_camera;
     uint32_t m_limit = 0;  // 0: there is nothing before
     bool m_hasInstances = false;
-    BufferId m_instances;
+    BufferId m_instances, m_deformed;
     Textures m_before, m_now;
 };
 
@@ -323,7 +345,7 @@ TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& 
 }
 
 void Release(Renderer& renderer, RealTimeHistory& history) {
-    renderer.Release(history.Name() + ".instances");
+    for (const char* part : {"instances", "deformed"}) renderer.Release(history.Name() + "." + part);
     for (const char* part : {"surfaces", "mean", "square", "picture"})
         for (const bool isNext : {false, true}) renderer.Release(history.NameOf(part, isNext));
     history = RealTimeHistory(history.Name());

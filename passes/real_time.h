@@ -94,12 +94,15 @@ struct SurfaceIds {
     // xy: pixels to where the surface was in the frame before; z: its depth there; w: 0 if it had no place
     TextureId motion;
 };
-// `before` is the camera of the frame before, relative to its origin of the scene, and `instancesBefore` are
-// that frame's SceneIds::instances. Deformed vertices count as if they had not moved within their instance.
+// What TraceSurfaces needs of the frame before.
+struct SceneBefore {
+    gpu::CameraRecord camera;  // relative to its origin of the scene
+    BufferId instances;        // contents of SceneIds::instances
+    BufferId deformedStreams;  // contents of SceneIds::deformedStreams; invalid if there are none
+};
 // `surfaces`, if valid, is what the surfaces are written to.
 [[nodiscard]] RAYGRAPH_API SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene,
-                                                    const TraceSettings& settings,
-                                                    const gpu::CameraRecord& before, BufferId instancesBefore,
+                                                    const TraceSettings& settings, const SceneBefore& before,
                                                     TextureId surfaces = {});
 
 struct MovingMeanIds {

@@ -9,8 +9,10 @@
 #include <random>
 
 #include "passes/accumulate.h"
+#include "passes/scene_bindings.h"
 #include "renderer/graph/pass_harness.h"
 #include "renderer/graph/readback_values.h"
+#include "tests/passes/deforming_scene.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -413,6 +415,48 @@ TEST_F(RealTimeSteps, DisoccludedWall_ShowsNoOldColor) {
         for (int x = 8; x < 16; ++x) EXPECT_NEAR(At(loop.picture, extent, x, y), 0.1f, 1e-3f);
 }
 
+// --- HandOver ---
+
+// The mean of noisy samples around 1, with a picture of that value.
+TEST_F(RealTimeSteps, HandOver_WeighsByBothErrors) {
+    const Extent2D extent{24, 16};
+    passes::Accumulation accumulation("handOver");
+    std::mt19937 generator(11);
+    std::normal_distribution<float> normal(1.0f, 0.5f);
+    const auto show = [&](float picture, uint32_t addedSamples) {
+        Picture mean;
+        for (uint32_t i = 0; i < addedSamples; ++i)
+            mean = harness
+                       .Run([&](PassHarness& h) {
+                           const Picture sample =
+                               Made(extent, [&](int, int) { return Gray(normal(generator)); });
+                           return passes::Accumulate(h.Graph(), Texture(h, "sample", extent, sample),
+                                                     accumulation, true)
+                               .mean;
+                       })
+                       .values;
+        const Picture shown =
+            harness
+                .Run([&](PassHarness& h) {
+                    return passes::HandOver(h.Graph(),
+                                            Texture(h, "picture", extent, Filled(extent, Gray(picture))),
+                                            passes::StoredAccumulation(h.Graph(), accumulation, extent, true),
+                                            accumulation.Declared());
+                })
+                .values;
+        double deviation = 0.0;  // from 1
+        for (size_t i = 0; i < shown.size(); i += 4)
+            deviation += (shown[i] - 1.0) * (shown[i] - 1.0) / (double(shown.size()) / 4.0);
+        return std::sqrt(deviation);
+    };
+    EXPECT_NEAR(show(3.0f, 3), 2.0, 1e-6);   // They are too few: it is the picture
+    EXPECT_LT(show(1.0f, 1), 0.06);          // The mean has an error of .25
+    EXPECT_NEAR(show(3.0f, 0), 0.25, 0.05);  // The picture has one of 2
+    EXPECT_LT(show(1.2f, 60), 0.08);         // The mean has one of .06
+    accumulation.Reset(passes::ResetCause::Start);
+    passes::Release(harness.Graph(), accumulation);
+}
+
 // --- RealTime with a scene ---
 
 namespace {
@@ -525,6 +569,57 @@ TEST_F(RealTimeView, MovedBody_TakesItsHistoryAlong) {
     float counted = 0.0f;
     for (const glm::vec4& texel : picture.values) counted += texel.w > 4.0f ? 1.0f : 0.0f;
     EXPECT_GT(counted, 0.9f * 48.0f * 32.0f);
+}
+
+// The camera stands still: what moves on the picture are deformed vertices alone.
+TEST_F(RealTimeView, DeformedVertices_HaveTheMotionOfTheirPose) {
+    PosedScene posed(SheetScene({.influences = 0, .targets = 1}));
+    render.scene.SetScene(scene::SceneData(posed.scene));
+    const passes::TraceSettings settings = LookAt({3, 2, 4}, {0, 2, 0}, 1.0f, 32);
+    render.renderer.BeginFrame();
+    const SceneIds ids = render.Declare();
+    const BufferId kept = render.renderer.PersistBuffer(
+        "realTimeTest.vertices", {.size = render.renderer.Desc(ids.deformedStreams).size});
+    BufferId copied;
+    render.renderer.AddPass(
+        "Copy", PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(ids.deformedStreams);
+            copied = pass.CopiesTo(kept);
+        },
+        [from = ids.deformedStreams, kept](CommandList& commands, const PassResources& resources) {
+            commands.CopyBuffer(resources.Buffer(from), 0, resources.Buffer(kept), 0,
+                                resources.Buffer(from).Size());
+        });
+    const Readback unused = render.renderer.ReadBack(copied);
+    render.renderer.Execute();
+
+    render.scene.SetMorphWeights(0, std::array{1.0f});
+    render.renderer.BeginFrame();
+    const SceneIds now = render.Declare();
+    const passes::SurfaceIds seen = passes::TraceSurfaces(
+        render.renderer, now, settings,
+        {passes::ParametersFor(now, settings).camera, now.instances,
+         render.renderer.PersistBuffer("realTimeTest.vertices", render.renderer.Desc(now.deformedStreams))});
+    const Readback motion = render.renderer.ReadBack(seen.motion),
+                   found = render.renderer.ReadBack(seen.surfaces);
+    render.renderer.Execute();
+    motion.Wait();
+    found.Wait();
+    double moved = 0.0, count = 0.0;
+    const FloatImage pixels = ToFloatImage(motion), surfaces = ToFloatImage(found);
+    for (size_t i = 0; i < pixels.values.size(); ++i) {
+        if (surfaces.values[i].w == 0.0f) {
+            EXPECT_EQ(pixels.values[i].x, 0.0f);
+            continue;
+        }
+        moved += std::hypot(pixels.values[i].x, pixels.values[i].y);
+        count += 1.0;
+    }
+    ASSERT_GT(count, 40.0);
+    EXPECT_GT(moved / count, 0.3);  // pixels
+    EXPECT_LT(moved / count, 3.0);
+    render.renderer.Release("realTimeTest.vertices");
 }
 
 }  // namespace raygraph::testing::real_time_test
