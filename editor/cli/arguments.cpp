@@ -40,14 +40,14 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
               Text("Rounds; times are medians over all of them ({})", arguments.rounds),
               [&](const std::string& text) { arguments.rounds = ParseCount(text, 1, 1000); });
     AddOption(*bench, "--samples-at-once", "N",
-              "Samples of every pixel in a frame, as many as a render takes unless given",
+              "Samples of every pixel in a frame (as many as a render takes)",
               [&](const std::string& text) { arguments.batchSize = ParseCount(text, 1, 64); });
     bench->add_flag("--viewport", arguments.hasViewport,
-                    "Also time what a host's viewport gets: the cost of a sample, without a budget and with "
-                    "that of the editor, against the frames of a render");
+                    Wrapped("Also time a host's viewport: the cost of a sample without a budget and with the "
+                            "editor's, relative to the frames of a render"));
     bench->add_flag("--pipelines", arguments.isListingPipelines,
-                    "Also tell what each pipeline took to create, and what the driver says of its programs: "
-                    "registers, memory");
+                    Wrapped("Also show the time to create each pipeline, and the driver's statistics of its "
+                            "programs: registers, memory"));
     AddPath(*bench, "--json", "FILE", "Write the result line to a file as well", arguments.json);
     AddPath(
         *bench, "--compare", "FILE",
@@ -68,7 +68,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
     CLI::App* info = app.add_subcommand(
         "info", "Show what is in a scene, the devices of this machine, or glTF extensions");
     AddScene(*info, arguments.scene);
-    AddOption(*info, "--scene", "SCENE", "Which scene of the glTF file, by name or index",
+    AddOption(*info, "--scene", "SCENE", "Scene of the glTF file, by name or index (the file's default)",
               [&](const std::string& text) { arguments.sceneChoice = text; });
     AddVariant(*info, arguments.variant);
     AddPointsAndLines(*info, arguments.pointsAndLines);
@@ -77,7 +77,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
                    "List every Vulkan device, and why the unsuitable ones are not used");
     info->add_flag("--extensions", arguments.isListingExtensions,
                    "List glTF extensions: which are read, and why others are not");
-    info->add_flag("--json", arguments.isJson, "As JSON");
+    info->add_flag("--json", arguments.isJson, "Print JSON");
     AddOutput(*info, arguments);
     return info;
 }
@@ -88,10 +88,10 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     AddSettings(*graph, arguments.given,
                 {"size", "camera", "scene", "variant", "at", "clips", "points", "lines", "light"});
     AddRoot(*graph, arguments.root);
-    CLI::Option* dot = graph->add_flag("--dot", arguments.isDot, "As Graphviz");
-    graph->add_flag("--json", arguments.isJson, "As JSON")->excludes(dot);
+    CLI::Option* dot = graph->add_flag("--dot", arguments.isDot, "Print Graphviz");
+    graph->add_flag("--json", arguments.isJson, "Print JSON")->excludes(dot);
     graph->add_flag("--first", arguments.isFirstFrame,
-                    "The first frame, which uploads and builds the scene, instead of a later one");
+                    "Show the first frame, which uploads and builds the scene, not a later one");
     AddDevice(*graph, arguments.device);
     AddOutput(*graph, arguments);
     return graph;
@@ -105,19 +105,18 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
             [&](const std::vector<std::string>& paths) {
                 arguments.inputs.assign(paths.begin(), paths.end());
             },
-            "Renders: .exr files of `raygraph render`; of a single one, the same samples")
+            "Renders: .exr files of `raygraph render`; a single one is copied")
         ->type_name("")
         ->required();
     AddPath(*merge, "-o,--output", "OUT.exr", "The merged render (required)", arguments.output);
-    AddPath(*merge, "--report", "FILE.json", "Write what was merged, and statistics of the picture",
+    AddPath(*merge, "--report", "FILE.json", "Write a report: the merged renders, statistics of the picture",
             arguments.report);
     AddOutput(*merge, arguments);
     return merge;
 }
 
 CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
-    CLI::App* edit =
-        app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
+    CLI::App* edit = app.add_subcommand("edit", "View and edit a scene in a window, path-traced or drawn");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
     AddSettings(*edit, arguments.given, {"camera", "light", "texture-budget"});
@@ -126,14 +125,14 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     std::vector<std::string> names = EditViewNames();
     const std::vector<std::string_view> views(names.begin(), names.end());
     SetChoices(*AddOption(*edit, "--view", "VIEW",
-                          "What is shown first: " +
+                          "View at the start: " +
                               ListForHelp(views, std::vector<std::string_view>(views.size()), views.size()) +
-                              ". Default: as it was left",
+                              ". Default: the last one",
                           [&](const std::string& text) { arguments.view = ParseEditView(text); }),
                views);
     AddPointsAndLines(*edit, arguments.pointsAndLines);
     AddPath(*edit, "--headless-script", "FILE",
-            "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
+            "Run a script of keys, mouse and waits without a window; see docs/editor.md", arguments.script);
     edit->add_flag("--keys", arguments.isListingKeys, "List the keys and what the mouse does, and exit");
     AddPath(*edit, "--shaders", "FOLDER", "Shader sources, for F5 to reload from", arguments.shaders);
     AddDevice(*edit, arguments.device);
@@ -280,7 +279,8 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* edit = AddEdit(app, editArguments);
     Shell shell{};
     const CLI::App* completion = AddCompletion(app, shell);
-    app.footer(Overview());  // of the program alone: commands take the footer that it has when they are added
+    // is shown for the program alone: commands take the footer that it has when they are added
+    app.footer(Overview());
 
     const auto setGroups = [&app](bool showsStudy) {
         for (CLI::App* command : app.get_subcommands({})) SetGroups(*command, showsStudy);

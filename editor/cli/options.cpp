@@ -18,7 +18,7 @@ namespace raygraph::cli {
 namespace {
 
 constexpr size_t kHelpWidth = 72;
-// Names of CLI11 validators
+// These are the names of CLI11 validators
 constexpr const char *kChoice = "choice", *kList = "list";
 
 struct Group {
@@ -192,7 +192,8 @@ void AddLog(CLI::App& app, OutputArguments& arguments) {
 }
 
 void AddOutput(CLI::App& app, OutputArguments& arguments) {
-    CLI::Option* quiet = app.add_flag("--quiet", arguments.isQuiet, "No progress, no warnings, no summary");
+    CLI::Option* quiet =
+        app.add_flag("--quiet", arguments.isQuiet, "Show no progress, no warnings and no summary");
     AddLog(app, arguments);
     quiet->excludes("--verbose");
 }
@@ -207,7 +208,7 @@ void AddProgress(CLI::App& app, OutputArguments& arguments) {
 
 void AddRoot(CLI::App& app, std::filesystem::path& root) {
     AddPath(app, "--root", "FOLDER",
-            "Folder below which the scene may name files, too, such as ../textures/wood.png", root);
+            "Let the scene name files below this folder, too, such as ../textures/wood.png", root);
 }
 
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {

@@ -24,7 +24,8 @@ SettingTexts AllTexts(const SettingTexts& given) {
     return Texts(SettingsFrom(given));
 }
 
-// One of a choice. `field` gives it of settings: [](auto& settings) -> auto& { ... }.
+// Makes a setting that is one of a choice. `field` returns the field of settings: [](auto& settings) -> auto&
+// { ... }.
 template <typename Field>
 PictureSetting Choice(const char* name, const char* operand, const std::string& what, Field field) {
     using Value = std::remove_reference_t<decltype(field(std::declval<PictureSettings&>()))>;
@@ -68,7 +69,7 @@ bool HasProbability(Roulette kind) {
     return kind == Roulette::Constant || kind == Roulette::Frame;
 }
 
-// "throughput", "off", "constant:P" or "frame:P".
+// Accepts "throughput", "off", "constant:P" and "frame:P".
 void SetRoulette(passes::RouletteSettings& roulette, std::string_view text) {
     const size_t colon = text.find(':');
     const std::string name(text.substr(0, colon));
@@ -144,7 +145,7 @@ std::string RouletteHelp() {
                        static_cast<size_t>(passes::RouletteSettings{}.kind));
 }
 
-// It is no plain constant, since its help is generated.
+// The table is no plain constant, since its help is generated.
 const std::vector<PictureSetting>& Table() {
     static const std::vector<PictureSetting> kTable = {
         {"size", "WxH", "Size of the picture in pixels ({})",
@@ -164,7 +165,7 @@ const std::vector<PictureSetting>& Table() {
          "camera, else one that frames the scene",
          [](PictureSettings& settings, std::string_view text) {
              if (scene::IsViewText(text))
-                 std::ignore = scene::ViewFromText(text, 1.0f);  // malformed ones early
+                 std::ignore = scene::ViewFromText(text, 1.0f);  // rejects malformed texts early
              settings.camera = text;
          },
          [](const PictureSettings& settings) { return settings.camera; }},
@@ -221,7 +222,7 @@ const std::vector<PictureSetting>& Table() {
             "multiscatter", "M", "Light between microfacets",
             [](auto& settings) -> auto& { return settings.paths.scattering.multiscatter; }),
         Switch(
-            "nee", "Sample the lights ({}). Without that, rays find light by chance, and no punctual light",
+            "nee", "Sample the lights ({}). Without it, rays find lights by chance, and punctual ones never",
             [](auto& settings) -> auto& { return settings.paths.lights.isOn; }),
         Choice(
             "light-sampler", "L", "How a light is chosen",
@@ -328,11 +329,11 @@ const std::vector<PictureSetting>& Table() {
          [](PictureSettings& settings, std::string_view text) { settings.textureBudget = ParseBudget(text); },
          [](const PictureSettings& settings) { return BudgetText(settings.textureBudget); }},
         {"light-group", "NAME=PATTERN,...",
-         "Write the light of a group to channels light.NAME.R, G and B of an .exr: of the lights whose "
-         "material, "
-         "light or node has a name that matches a PATTERN of the shell. May be given eight times; all other "
-         "light "
-         "is in light.environment and light.rest",
+         "Write the radiance of a group of lights to channels light.NAME.R, G and B of an .exr. A light is "
+         "in "
+         "the group if the name of its material, of itself or of its node matches a PATTERN of the shell. "
+         "May "
+         "be given eight times; all other light is in light.environment and light.rest",
          [](PictureSettings& settings, std::string_view text) {
              settings.lightGroups = ParseLightGroups(text);
          },
