@@ -16,7 +16,7 @@ constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
 constexpr float kNothingWritten[] = {0.0f, 0.0f, 0.0f, -1.0f};  // of surfaces
 constexpr float kZero[] = {0.0f, 0.0f, 0.0f, 0.0f};
 
-// As in shaders/real_time/surface.glsl.
+// Mirrors the struct of that name in shaders/real_time/surface.glsl.
 struct Film {
     glm::vec3 right, up, forward;
     uint32_t isOrthographic;
@@ -174,8 +174,7 @@ TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds
 // --- RealTime ---
 
 void RealTimeHistory::Limit(uint32_t samples) {
-    m_limit = m_isLimited ? std::min(m_limit, samples) : samples;
-    m_isLimited = true;
+    m_limit = std::min(m_limit.value_or(samples), samples);
 }
 
 // The declaration of one frame.
@@ -193,7 +192,7 @@ class RealTimeFrame {
             !renderer.IsFresh(m_instances) && !(m_deformed.IsValid() && renderer.IsFresh(m_deformed));
         const bool isFresh = renderer.IsFresh(m_before.mean.mean);
         if (m_hasInstances && !isFresh && history.m_before && history.m_before->extent == settings.extent)
-            m_limit = history.m_isLimited ? history.m_limit : kNoLimit;
+            m_limit = history.m_limit.value_or(kNoLimit);
         if (!m_hasInstances) KeepInstances();
         if (!isFresh) return;
         Clear(m_before.mean.surfaces, kNothingWritten);
@@ -218,7 +217,7 @@ class RealTimeFrame {
                           {.mostBefore = std::min(m_limit, mostFrames),
                            .mostMoving = m_of.mostFramesMoving,
                            .mostStill = m_of.mostFramesStill,
-                           .hasChanged = m_history.m_isLimited},
+                           .hasChanged = m_history.m_limit.has_value()},
                           m_now.picture);
         if (m_hasInstances) KeepInstances();
         return picture;
@@ -254,7 +253,7 @@ class RealTimeFrame {
     // moved. The pass is executed if the picture is shown, which needs what it overwrites or, in the first
     // frame, what it writes.
     void KeepInstances() {
-        const bool isStill = m_limit > 0 && !m_history.m_isLimited &&
+        const bool isStill = m_limit > 0 && !m_history.m_limit &&
                              IsSameView(m_history.m_before->camera, m_camera) &&
                              m_history.m_before->eye == EyeOf(m_settings.camera);
         struct Copy {
@@ -282,7 +281,7 @@ class RealTimeFrame {
                 commands.OnSubmitted([&history, isStill, frame] {
                     history.m_before = frame;
                     history.m_isOdd = !history.m_isOdd;
-                    history.m_isLimited = false;
+                    history.m_limit.reset();
                     history.m_stillFrames = isStill ? history.m_stillFrames + 1 : 0;
                 });
             });

@@ -47,8 +47,7 @@ class RAYGRAPH_API RealTimeHistory {
     std::string m_name;
     bool m_isOdd = false;
     std::optional<Frame> m_before;
-    uint32_t m_limit = 0;
-    bool m_isLimited = false;
+    std::optional<uint32_t> m_limit;  // of the next frame; empty: nothing but the camera has changed
     uint32_t m_stillFrames = 0;
 };
 
@@ -94,7 +93,7 @@ struct SurfaceIds {
     // xy: pixels to where the surface was in the frame before; z: its depth there; w: 0 if it had no place
     TextureId motion;
 };
-// What TraceSurfaces needs of the frame before.
+// The state of the scene in the frame before, for TraceSurfaces.
 struct SceneBefore {
     gpu::CameraRecord camera;  // relative to its origin of the scene
     BufferId instances;        // contents of SceneIds::instances
