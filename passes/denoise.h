@@ -42,8 +42,8 @@ struct DenoiseSettings {
 
 // The steps of Denoise, each for itself.
 
-// What is fitted, the mean without what is seen directly; and features of surfaces: mean albedo and normal, w
-// being four times the squared gradient.
+// `target` is fitted: the mean without the light that is seen directly. `albedo` and `normal` are the means
+// of surfaces, with four times the squared gradient in w.
 struct DenoiseFeatures {
     TextureId target, albedo, normal;
 };

@@ -215,7 +215,7 @@ enum class FilmPosition : uint8_t {
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,
                                                      const TraceSettings& settings, FilmPosition film);
 
-// What the camera sees, as guides of a denoiser: means over samples, rgba32f.
+// Guides of a denoiser describe what the camera sees by means over samples, rgba32f.
 struct GuideIds {
     TextureId albedo, normal;  // as PrimaryHits returns them
     // Radiance that reaches the camera without being scattered: a part of the radiance of Trace, for the same

@@ -1,4 +1,4 @@
-// What is fitted, and features of surfaces: finite means of albedo and normal, and in w four times the
+// Writes what is fitted, and features of surfaces: finite means of albedo and normal, and in w four times the
 // squared gradient. The smaller of both one-sided differences is taken in each direction, so that an edge is
 // no gradient.
 #version 460

@@ -36,7 +36,7 @@ Surface UnpackSurface(vec4 texel) {
     return surface;
 }
 
-// What the passes need of a camera and its picture.
+// Film holds the frame of a camera and the size of its picture.
 struct Film {
     vec3 right;  // those of CameraRecord
     vec3 up;

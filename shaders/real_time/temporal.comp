@@ -86,7 +86,7 @@ void main() {
     float newSquare = luminance * luminance;
     if (history.weight > 0.0f) {
         history.mean /= history.weight;
-        // What a mirror shows does not move as its surface does
+        // A mirror's picture does not move as its surface does
         float most = moved.xy == vec2(0.0f) ? constants.most : max(constants.most * color.w, 2.0f);
         float count = min(min(history.mean.w, constants.mostBefore) + 1.0f, most);
         newMean = vec4(mix(history.mean.xyz, value, 1.0f / count), count);

@@ -41,7 +41,7 @@ void main() {
             float weight = exp2(-float(abs(x) + abs(y)) / float(radius));
             sum += weight * luminance;
             squares += weight * squared;
-            // Of one sample: what n samples show is less by a factor of (n - 1) / n
+            // The variance of one sample exceeds that among n by a factor of n / (n - 1)
             over += weight * max(squared - luminance * luminance, 0.0f) * value.w / max(value.w - 1.0f, 1.0f);
             weights += weight;
         }
@@ -50,7 +50,7 @@ void main() {
     // No guide shows the edges of what a mirror shows: there, less counts as noise
     float dullness = imageLoad(albedo, pixel).w;
     ofSample *= mix(kLeastNoise, 1.0f, dullness);
-    // Of few samples, the variance is itself uncertain, and rather too small than too large
+    // The variance of few samples is uncertain itself, and rather too small than too large
     ofSample *= 1.0f + kUncertainty / own.w;
     imageStore(guided, pixel, vec4(own.xyz, ofSample / own.w));
 }

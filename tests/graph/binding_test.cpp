@@ -145,7 +145,7 @@ TEST_F(Bindings, EachMistake_NamesThePassTheBindingAndBothSides) {
     }
 }
 
-// A mistake is reported as soon as those before it are mended.
+// A mistake is reported as soon as those before it are corrected.
 TEST_F(Bindings, SeveralMistakesInOnePass_AreReportedInTurn) {
     using ::testing::HasSubstr;
     BindEverything();

@@ -268,7 +268,7 @@ TextureId SampleFrames::DeclareDenoised(const passes::AccumulatedIds& radiance, 
                                                             radiance.mean, radiance.variance);
         inputs.albedo = guides.albedo;
         inputs.normal = guides.normal;
-        // Of a picture with gaps between its samples, these would be others
+        // The guides trace one range of samples: a picture with gaps has others
         if (m_samples.size() == 1) inputs.seen = {guides.seen, guides.seenByAll};
     }
     if (firstHalf.SampleCount() > 0)

@@ -89,7 +89,7 @@ void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDep
     }
 }
 
-// Returns the code unit of "\\uXXXX" at the start of `text`; nothing if it does not start so.
+// Returns the code unit if `text` starts with "\\u" and four hexadecimal digits; else nothing.
 std::optional<unsigned> EscapedUnit(std::string_view text) {
     if (text.size() < 6 || !text.starts_with("\\u")) return std::nullopt;
     unsigned unit = 0;
